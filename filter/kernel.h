@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/kernel.h - the kernel catalogue.
+// A kernel h is a 1D reconstruction filter with support [-r, r), used as a tensor product in 2D and
+// 3D. The reconstruction of samples f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller,
+// WSCG 2003, eq. 1). Everything here is in double, allocates nothing and is thread-safe.
+#ifndef WEFT_FILTER_KERNEL_H
+#define WEFT_FILTER_KERNEL_H
+
+#include "filter/base.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_KERNEL_PARAMS = 2, WEFT_KERNEL_MAX_WIDTH = 16 };
+
+struct weft_kernel_param {
+    const char *name; // "B"; NULL ends the list
+    double initial;   // value when not given
+    double min, max;  // inclusive range
+};
+
+struct weft_kernel;
+
+// One record of the catalogue: constant data and two short functions.
+struct weft_kernel_info {
+    const char *name;        // "catmull-rom"
+    const char *description; // one line
+    const char *citation;    // authors, year
+    struct weft_kernel_param params[WEFT_KERNEL_PARAMS];
+    // Half-width r > 0 for given parameters.
+    double (*support)(const double param[WEFT_KERNEL_PARAMS]);
+    // h(x), zero outside [-r, r).
+    double (*weight)(const struct weft_kernel *kernel, double x);
+    // h'(x), zero outside; where h' jumps, the limit from the right. NULL where h has none.
+    double (*derivative)(const struct weft_kernel *kernel, double x);
+    int degree;         // of the polynomial pieces between knots; -1: not piecewise polynomial
+    int continuity;     // continuous derivatives: 0 is continuous, -1 jumps
+    int order;          // of approximation: the error falls as (sample distance)^order
+    bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
+    bool unit_sum;      // sum_k h(x - k) = 1 for every x
+};
+
+// A record with its parameters set; a plain value, copied freely.
+struct weft_kernel {
+    const struct weft_kernel_info *info;
+    double param[WEFT_KERNEL_PARAMS];
+    double support; // half-width r
+    int width;      // taps at any position: ceil(2 r)
+};
+
+// The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
+WEFT_API extern const struct weft_kernel_info *const weft_kernel_list[];
+
+// A record by its name; NULL if there is none.
+WEFT_API const struct weft_kernel_info *weft_kernel_find(const char *name);
+
+// Sets parameters (NULL: all initial; NAN: that one initial) and derives support and width.
+// Returns WEFT_ERR_ARGUMENT, with range and value in the log.
+WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
+                                             const struct weft_kernel_info *info,
+                                             const double *param, struct weft_kernel *out);
+
+// Reads "NAME" or "NAME:p,q" as users write it ("cubic:0,0.5"). An unknown name is logged with the
+// list of names. Returns WEFT_ERR_ARGUMENT.
+WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
+                                            struct weft_kernel *out);
+
+// Writes "name" or "name:p,q" (always NUL-terminated when size > 0); returns what snprintf returns.
+WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
+
+WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
+WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double x); // NAN if none
+
+// The first tap that meets at position x. Even widths: floor(x) - width/2 + 1. Odd widths:
+// floor(x + 1/2) - (width - 1)/2. *fraction (in [0, 1)) is the distance past that floor, the
+// argument of the kernel's tiles: tap j has weight h(fraction + c - j), c = weft_kernel_offset().
+WEFT_API int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x,
+                                       double *fraction);
+
+// x - (first tap) - fraction: width/2 - 1 for even widths, (width - 1)/2 - 1/2 for odd ones.
+WEFT_API double weft_kernel_offset(const struct weft_kernel *kernel);
+
+// The `width` weights at position x, in order of increasing tap; returns the first tap.
+WEFT_API int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights);
+
+WEFT_END_DECLS
+#endif

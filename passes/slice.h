@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
+// Pixel (x, y) of a W x H slice samples origin + (x+0.5)/W u + (y+0.5)/H v. Positions are formed in
+// double, and handed to the GPU as 64-bit fixed point (32 fraction bits) relative to a local origin,
+// exactly the same for every tiling of the output; the kernel's weights come from polynomial tiles
+// made in double; sums are single precision. One pass reads a row of four samples per fetch where
+// the layout allows (dot4; Hadwiger, Hauser, Moeller 2003, section 6).
+#ifndef WEFT_PASSES_SLICE_H
+#define WEFT_PASSES_SLICE_H
+
+#include "filter/kernel.h"
+#include "passes/context.h"
+#include "tiles/volume.h"
+
+WEFT_BEGIN_DECLS
+
+enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
+
+// How bricks lie in the texture buffer.
+enum weft_layout {
+    WEFT_LAYOUT_AUTO,        // interleaved, unless the memory budget would cut it into tiny tiles
+    WEFT_LAYOUT_INTERLEAVED, // RGBA: texel i holds samples i to i + 3 of a row (4x memory, fastest)
+    WEFT_LAYOUT_ALIGNED,     // RGBA: texel i holds samples 4i to 4i + 3, weights shifted to match
+    WEFT_LAYOUT_PLAIN,       // R: one sample per texel
+};
+WEFT_API const char *weft_layout_name(enum weft_layout layout); // "interleaved"; static storage
+
+// The largest slice: pixels along a side.
+enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };
+
+// origin, u, v are in `space`. All zero u and v: the default slice (see weft_slice_params).
+struct weft_slice_geometry {
+    double origin[3], u[3], v[3];
+    int width, height; // pixels
+};
+
+struct weft_slice_params {
+    struct weft_kernel kernel; // default (info NULL): catmull-rom
+    enum weft_space space;     // of the geometry
+    struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
+    enum weft_layout layout;
+    uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
+                           // caller's pixels are not counted
+    const struct weft_log *log; // borrowed for the plan's life
+};
+
+// The axis-aligned slice through the active box of a volume at `coordinate` along `axis` (0, 1, 2)
+// in the given space (NAN: the middle of the box). It covers the active box with half a voxel
+// around it; u and v run along the other two axes in order (x y, x z, y z). width and height of 0
+// are chosen: 1024 along the longer side, square pixels in world space.
+// In world space the axes are the world's, and the box is the world box of the active voxels.
+// Returns WEFT_ERR_ARGUMENT (axis, size, coordinate not finite).
+WEFT_API enum weft_result weft_slice_axis_geometry(const struct weft_log *log,
+                                                   const weft_volume *volume,
+                                                   enum weft_space space, int axis,
+                                                   double coordinate, int width, int height,
+                                                   struct weft_slice_geometry *out);
+
+// One rectangle of the output, with the data it needs resident at once.
+struct weft_slice_tile {
+    int x, y, width, height;
+    uint64_t bricks_read;    // handed over by the reader
+    uint64_t cells;          // 8x8x8 cells with at least one pixel's tap origin in them
+    uint64_t cells_laid_out; // of those, the ones that need voxels (others are constant)
+    uint64_t memory_bytes;   // voxels + layout + table + target
+};
+
+typedef struct weft_slice_plan weft_slice_plan;
+
+struct weft_slice_plan_info {
+    struct weft_kernel kernel;
+    struct weft_slice_geometry geometry;       // as asked for
+    enum weft_space space;
+    struct weft_slice_geometry index_geometry; // the same in index space
+    enum weft_layout layout;
+    int fetches_per_pixel; // of the source
+    int tile_count;
+    const struct weft_slice_tile *tiles;
+    uint64_t bricks_read;  // sum over tiles
+    uint64_t memory_bytes; // of the largest tile
+    bool misses_volume;    // no pixel comes near an active voxel
+    double error_bound;    // of |result - exact|, relative to the largest |voxel| in reach
+    const char *text;      // the plan as --explain prints it, one line per tile and pass
+};
+
+// Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no voxel.
+// Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel), WEFT_ERR_LIMIT
+// (memory, index range), WEFT_ERR_MEMORY, and what weft_volume_find returns.
+WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
+                                                 const struct weft_slice_params *params,
+                                                 weft_slice_plan **out);
+WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
+WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
+
+struct weft_slice_report {
+    double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
+    uint64_t uploaded_bytes;
+    uint64_t peak_bytes;   // of voxels, layouts and GL memory
+    int passes;            // draws
+    float minimum, maximum; // of the finite pixels; NAN if there are none
+    uint64_t not_finite;    // pixels that are NaN or infinite
+    bool plain_fallback;    // aligned layout replaced: it would spread NaN past the kernel's reach
+};
+
+// Runs a plan into the caller's memory: pixels[y * width + x]. The same plan and volume give the
+// same bytes, whatever the number of threads. progress and report may be NULL.
+// Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
+WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
+                                         weft_volume *volume, float *pixels,
+                                         const struct weft_progress *progress,
+                                         struct weft_slice_report *report);
+
+struct weft_slice_verify_params {
+    double max_seconds; // sample pixels when all would take longer (default 10)
+    const struct weft_progress *progress;
+};
+
+struct weft_slice_error {
+    uint64_t pixels_checked, pixels_total; // fewer checked: a random sample, seeded, repeatable
+    double maximum, rms;        // |pixel - reference|
+    double relative_maximum;    // largest |pixel - reference| / largest |voxel| in that pixel's reach
+    double magnitude;           // largest |voxel| in reach of any checked pixel
+    int at_x, at_y;             // of the maximum
+    double at_value, at_reference;
+    uint64_t not_finite_mismatches; // finite here and not there, or the other way round
+};
+
+// Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts
+// or the GPU's positions) and compares. Where a kernel jumps (nearest), a pixel within 2^-30 voxels
+// of the jump may take either side.
+WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
+                                            const float *pixels,
+                                            const struct weft_slice_verify_params *params,
+                                            struct weft_slice_error *out);
+
+WEFT_END_DECLS
+#endif

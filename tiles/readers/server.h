@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/readers/server.h - the reader program's side of the protocol (not installed).
+#ifndef WEFT_TILES_READERS_SERVER_H
+#define WEFT_TILES_READERS_SERVER_H
+
+#include "tiles/readers/wire.h"
+
+WEFT_BEGIN_DECLS
+
+struct weft_server {
+    int input_fd;            // the file, read-only (for the writer: the output file)
+    const char *path;        // its name, for messages only
+    struct weft_limits limits;
+    const struct weft_wire_request *request;
+    const void *request_payload; // mapped; request->payload_bytes long
+    int payload_fd;              // where the answer's payload is written, by weft_server_append
+    struct weft_wire_answer answer;
+    void *priv;
+};
+
+// Appends to the answer's payload. false when the output limit is passed (the answer then says so).
+bool weft_server_append(struct weft_server *server, const void *data, size_t size);
+
+// Sets result and message (printf style); returns the result.
+enum weft_result weft_server_fail(struct weft_server *server, enum weft_result result,
+                                  const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+// Applies the limits given on the command line to this process (address space, CPU seconds, file
+// size, no core dump, no new privileges), ends the process when the caller goes away (a thread
+// watches the socket), then answers requests through `handle` until the socket closes.
+int weft_server_run(int argc, char **argv, enum weft_result (*handle)(struct weft_server *server),
+                    void *priv);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/volume.h - scalar volumes as bricks: in memory, or in a VDB file behind a reader process.
+// Index space: voxel (i,j,k) sits at integer coordinates. World space: index_to_world. A brick is
+// the 8x8x8 voxels from an origin whose coordinates are multiples of 8, stored [z][y][x], x fastest
+// (512 floats). Where there is neither brick nor tile, the background value holds.
+#ifndef WEFT_TILES_VOLUME_H
+#define WEFT_TILES_VOLUME_H
+
+#include <math.h>
+
+#include "filter/base.h"
+#include "tiles/limits.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_BRICK_SIZE = 8, WEFT_BRICK_VOXELS = 512 };
+
+// Index coordinates that weft accepts are within +-2^30, so that sums cannot overflow.
+#define WEFT_INDEX_LIMIT (INT32_C(1) << 30)
+
+// A constant cube of 8, 128 or 4096 voxels a side (OpenVDB's node sizes), aligned to its size.
+struct weft_volume_tile {
+    int32_t origin[3];
+    int32_t size;
+    float value;
+};
+
+struct weft_metadata {
+    char key[64];    // longer texts are cut and end in "..."
+    char value[192]; // as text
+};
+
+struct weft_volume_info {
+    char name[256];
+    char type[32];        // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
+    char grid_class[32];  // "fog volume", "level set", "unknown", ...
+    bool supported;       // weft can slice it
+    bool empty;           // no active voxel; active_min/max are then 0
+    bool clamp_to_edge;   // outside the box the nearest voxel's value holds, not the background
+    double index_to_world[3][4]; // world[r] = sum_c m[r][c] index[c] + m[r][3]
+    int32_t active_min[3], active_max[3]; // box of active voxels, inclusive
+    uint64_t active_voxels;
+    uint64_t bricks;        // leaf bricks stored
+    uint64_t memory_bytes;  // of all voxels as weft would hold them: bricks * 512 * 4
+    float background;
+    size_t metadata_count;
+    struct weft_metadata *metadata; // owned by the volume or list that holds this record
+};
+
+typedef struct weft_volume weft_volume; // Thread-safety: one thread at a time.
+
+// ---- voxels already in memory; no process is started -------------------------------------------
+
+struct weft_volume_params {
+    int size[3];       // voxels along x, y, z (required, each > 0)
+    int32_t origin[3]; // index coordinates of the first voxel (default 0)
+    float background;  // value outside the data (default NAN = clamp to edge)
+    const float *data; // [z][y][x], x fastest, tightly packed; borrowed until the call returns
+    double index_to_world[3][4]; // default (all zero): identity
+    const char *name;            // default "density"
+    const struct weft_log *log;  // borrowed for the volume's life
+};
+#define WEFT_VOLUME_DEFAULTS .background = NAN,
+#define weft_volume_params(...) (&(struct weft_volume_params){WEFT_VOLUME_DEFAULTS __VA_ARGS__})
+
+// Copies the voxels. On failure *out is NULL and the log says which limit and both numbers.
+// Returns WEFT_ERR_ARGUMENT (sizes, singular or non-finite transform), WEFT_ERR_LIMIT (index range)
+// or WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_volume_create(const struct weft_volume_params *params,
+                                             weft_volume **out);
+
+struct weft_volume_bricks_params {
+    size_t brick_count;
+    const int32_t (*brick_origin)[3]; // multiples of 8, any order, no duplicates
+    const float *brick_values;        // brick_count * 512
+    size_t tile_count;
+    const struct weft_volume_tile *tiles; // disjoint from the bricks and from each other
+    float background;
+    double index_to_world[3][4]; // default (all zero): identity
+    const char *name;            // default "density"
+    const char *grid_class;      // default "fog volume"
+    const struct weft_log *log;
+};
+
+// The same from sparse data, copied. Active voxels are those that differ from the background, in
+// level sets those with |value| < |background|. Returns as weft_volume_create.
+WEFT_API enum weft_result
+weft_volume_create_bricks(const struct weft_volume_bricks_params *params, weft_volume **out);
+
+// ---- VDB files ---------------------------------------------------------------------------------
+
+struct weft_volume_open_params {
+    const char *path; // required
+    const char *grid; // default: the first supported scalar grid
+    struct weft_limits limits;
+    const struct weft_log *log;
+};
+
+// Starts a reader, which loads the grid's tree without its voxels and stays until destroy.
+// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no scalar grid, frustum transform), _ARGUMENT (no
+// grid of that name; the log lists the names), _LIMIT, _READER.
+WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
+                                           weft_volume **out);
+
+struct weft_volume_list {
+    size_t count;
+    struct weft_volume_info *grids;
+};
+
+// All grids of a file, supported or not. Ownership: clear it with weft_volume_list_clear.
+WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
+                                                struct weft_volume_list *out);
+WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);
+
+struct weft_volume_save_params {
+    const char *path; // required
+    bool no_clobber;  // an existing file is an error
+    struct weft_limits limits;
+    const struct weft_log *log;
+};
+
+// Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the same
+// folder, then renamed. Level sets get their inside filled (signed flood fill).
+// Returns WEFT_ERR_ARGUMENT for a file-backed volume, WEFT_ERR_WRITE, _READER, _LIMIT.
+WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
+                                           const struct weft_volume_save_params *params);
+
+WEFT_API void weft_volume_destroy(weft_volume **volume); // accepts &NULL, leaves NULL behind
+
+// Valid until the volume is destroyed.
+WEFT_API const struct weft_volume_info *weft_volume_get_info(const weft_volume *volume);
+
+// ---- what lies where, and the voxels -----------------------------------------------------------
+
+// lower <= normal . p <= upper for points p in index space.
+struct weft_slab {
+    double normal[3], lower, upper;
+};
+
+// A box of voxels (inclusive) cut by up to three slabs. A brick meets a region if the box of its
+// voxels, [origin, origin + 7], has a point in common with the box and with each slab by itself.
+struct weft_region {
+    int32_t min[3], max[3];
+    int slab_count;
+    struct weft_slab slab[3];
+};
+
+struct weft_brick_list {
+    size_t brick_count;
+    int32_t (*brick_origin)[3]; // sorted by z, then y, then x; no duplicates
+    size_t tile_count;
+    struct weft_volume_tile *tiles; // sorted likewise by origin; the background is not listed
+};
+
+// Which bricks and tiles meet the region; no voxel is read. A clamp-to-edge volume lists the bricks
+// that hold its data. Ownership: clear it with weft_brick_list_clear.
+// Returns WEFT_ERR_LIMIT, _MEMORY, _READER, _FORMAT (the reader's answer contradicts itself).
+WEFT_API enum weft_result weft_volume_find(weft_volume *volume, const struct weft_region *region,
+                                           struct weft_brick_list *out);
+WEFT_API void weft_brick_list_clear(struct weft_brick_list *list);
+
+// Reads the voxels of listed bricks into values (count * 512 floats, brick after brick in the order
+// given). double and int32 values are rounded to float, bool is 0 or 1.
+WEFT_API enum weft_result weft_volume_read(weft_volume *volume, size_t count,
+                                           const int32_t (*brick_origin)[3], float *values);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft.h - reconstruction filtering of 2D textures and 3D volumes on OpenGL: every public header.
+#ifndef WEFT_H
+#define WEFT_H
+
+#include "filter/base.h"
+#include "filter/kernel.h"
+#include "filter/reference.h"
+#include "filter/signal.h"
+#include "passes/context.h"
+#include "passes/slice.h"
+#include "tiles/image.h"
+#include "tiles/limits.h"
+#include "tiles/volume.h"
+
+#endif
