@@ -22,7 +22,7 @@ struct weft_image_channel {
 struct weft_image {
     int32_t x, y; // first pixel of the data window, may be negative
     int32_t width, height;
-    int32_t display_min[2], display_max[2]; // display window, inclusive
+    int32_t display_min[2], display_max[2]; // display window, inclusive (to save: all 0 = data window)
     char compression[16];                   // as stored: "none", "rle", "zips", "zip", "piz", ...
     bool tiled;
     size_t channel_count;
@@ -39,7 +39,7 @@ struct weft_image_load_params {
 };
 
 // Reads a flat scanline or tiled image (level 0 of the first part) through weft-read-exr; half and
-// uint become float. Ownership: clear it with weft_image_clear.
+// uint become float (uint above 2^24 is rounded). DWAA and DWAB are unsupported. Ownership: clear it with weft_image_clear.
 // Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled channels), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
@@ -51,8 +51,10 @@ struct weft_image_save_params {
     const struct weft_log *log;
 };
 
-// Writes float channels, ZIP compressed, with each metadata entry as a string attribute; to a
-// temporary file in the same folder, then renamed. Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
+// Writes float channels, ZIP compressed, with each metadata entry as a string attribute (except
+// names that the format reserves, as "compression"); to a temporary file in the same folder, then
+// renamed. Channel names must differ. Devices and pipes are written directly.
+// Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 
