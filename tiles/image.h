@@ -58,7 +58,8 @@ struct weft_image_save_params {
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 
-// Colour maps for previews, a NULL-ended list: "grey" and perceptually uniform ones.
+// Colour maps for previews, a NULL-ended list: "grey" (the first), "viridis" (perceptually uniform)
+// and "cool-warm" (diverging).
 struct weft_colour_map {
     const char *name;
     const char *citation;
@@ -81,6 +82,8 @@ struct weft_preview_params {
 #define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})
 
 // Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
+// Values beyond the range take its end colours; a range of no width shows its value in the middle
+// colour. low > high reverses the colours. Without a finite value the range is 0 to 1.
 // range[2], if not NULL, receives the values shown as first and last colour.
 // Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
 WEFT_API enum weft_result weft_preview_save(const struct weft_preview_params *params,
