@@ -87,7 +87,7 @@ static enum weft_result fail_exr(struct reader *r, exr_result_t code)
         res = WEFT_ERR_LIMIT;
     else if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
         res = WEFT_ERR_UNSUPPORTED;
-    return weft_server_fail(r->server, res, "%s: %s", r->server->path,
+    return weft_server_fail(r->server, res, "%s",
                             r->message[0] ? r->message : exr_get_default_error_message(code));
 }
 
@@ -95,8 +95,7 @@ static enum weft_result open_file(struct reader *r)
 {
     struct stat st;
     if (fstat(r->server->input_fd, &st))
-        return weft_server_fail(r->server, WEFT_ERR_OPEN, "%s: %s", r->server->path,
-                                strerror(errno));
+        return weft_server_fail(r->server, WEFT_ERR_OPEN, "%s", strerror(errno));
     r->file_bytes = (uint64_t)st.st_size;
 
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -133,13 +132,13 @@ static enum weft_result check_windows(struct reader *r)
     r->width = (int64_t)r->data.max.x - r->data.min.x + 1;
     r->height = (int64_t)r->data.max.y - r->data.min.y + 1;
     if (r->width < 1 || r->height < 1)
-        return weft_server_fail(s, WEFT_ERR_FORMAT, "%s: the data window is empty", s->path);
+        return weft_server_fail(s, WEFT_ERR_FORMAT, "the data window is empty");
     if (r->width >= SIDE_LIMIT || r->height >= SIDE_LIMIT)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
-                                "%s: %" PRId64 " x %" PRId64 " pixels, the limit of a side is %d",
-                                s->path, r->width, r->height, SIDE_LIMIT - 1);
+                                "%" PRId64 " x %" PRId64 " pixels, the limit of a side is %d",
+                                r->width, r->height, SIDE_LIMIT - 1);
     if (r->display.min.x > r->display.max.x || r->display.min.y > r->display.max.y)
-        return weft_server_fail(s, WEFT_ERR_FORMAT, "%s: the display window is empty", s->path);
+        return weft_server_fail(s, WEFT_ERR_FORMAT, "the display window is empty");
     return WEFT_OK;
 }
 
@@ -148,19 +147,19 @@ static enum weft_result check_channels(struct reader *r)
     struct weft_server *s = r->server;
     int count = r->channels->num_channels;
     if (count < 1)
-        return weft_server_fail(s, WEFT_ERR_FORMAT, "%s: it has no channels", s->path);
+        return weft_server_fail(s, WEFT_ERR_FORMAT, "it has no channels");
     if (count > INT16_MAX)
-        return weft_server_fail(s, WEFT_ERR_LIMIT, "%s: %d channels, the limit is %d", s->path,
-                                count, INT16_MAX);
+        return weft_server_fail(s, WEFT_ERR_LIMIT, "%d channels, the limit is %d", count,
+                                INT16_MAX);
     for (int c = 0; c < count; c++) {
         const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
         if ((unsigned)e->pixel_type >= WEFT_COUNT(type_name))
-            return weft_server_fail(s, WEFT_ERR_FORMAT, "%s: channel %s has the unknown type %d",
-                                    s->path, e->name.str, (int)e->pixel_type);
+            return weft_server_fail(s, WEFT_ERR_FORMAT, "channel %s has the unknown type %d",
+                                    e->name.str, (int)e->pixel_type);
         if (e->x_sampling != 1 || e->y_sampling != 1)
             return weft_server_fail(s, WEFT_ERR_UNSUPPORTED,
-                                    "%s: channel %s is subsampled (%d x %d), which is unsupported",
-                                    s->path, e->name.str, e->x_sampling, e->y_sampling);
+                                    "channel %s is subsampled (%d x %d), which is unsupported",
+                                    e->name.str, e->x_sampling, e->y_sampling);
     }
     return WEFT_OK;
 }
@@ -169,10 +168,9 @@ static enum weft_result check_header(struct reader *r)
 {
     struct weft_server *s = r->server;
     if (r->storage != EXR_STORAGE_SCANLINE && r->storage != EXR_STORAGE_TILED)
-        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "%s: deep images are unsupported",
-                                s->path);
+        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "deep images are unsupported");
     if ((unsigned)r->compression >= WEFT_COUNT(compression_name))
-        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "%s: compression %d is unknown", s->path,
+        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "compression %d is unknown",
                                 (int)r->compression);
     enum weft_result res = check_windows(r);
     return res == WEFT_OK ? check_channels(r) : res;
@@ -363,15 +361,15 @@ static enum weft_result check_amount(struct reader *r, size_t *bytes)
         *bytes = SIZE_MAX;
     if (*bytes > s->limits.output_bytes)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
-                                "%s: %" PRId64 " x %" PRId64 " pixels of %d channels are %zu bytes,"
+                                "%" PRId64 " x %" PRId64 " pixels of %d channels are %zu bytes,"
                                 " the output limit is %" PRIu64,
-                                s->path, r->width, r->height, r->channels->num_channels, *bytes,
+                                r->width, r->height, r->channels->num_channels, *bytes,
                                 s->limits.output_bytes);
     if (*bytes > RATIO_FLOOR_BYTES && *bytes / RATIO_LIMIT > r->file_bytes)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
-                                "%s: %zu bytes are declared in a file of %" PRIu64
+                                "%zu bytes are declared in a file of %" PRIu64
                                 " bytes, the limit is %d times as many",
-                                s->path, *bytes, r->file_bytes, RATIO_LIMIT);
+                                *bytes, r->file_bytes, RATIO_LIMIT);
     return WEFT_OK;
 }
 
@@ -476,8 +474,8 @@ static enum weft_result answer_pixels(struct reader *r)
 {
     struct weft_server *s = r->server;
     if (r->compression == EXR_COMPRESSION_DWAA || r->compression == EXR_COMPRESSION_DWAB)
-        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "%s: compression %s is unsupported",
-                                s->path, compression_name[r->compression]);
+        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "compression %s is unsupported",
+                                compression_name[r->compression]);
     size_t bytes = 0;
     enum weft_result res = check_amount(r, &bytes);
     if (res != WEFT_OK)
@@ -485,9 +483,9 @@ static enum weft_result answer_pixels(struct reader *r)
     float *planes = calloc(bytes, 1); // zero, should a chunk leave a gap
     if (!planes)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
-                                "%s: %zu bytes of pixels do not fit in the memory limit of %" PRIu64
+                                "%zu bytes of pixels do not fit in the memory limit of %" PRIu64
                                 " bytes",
-                                s->path, bytes, s->limits.memory_bytes);
+                                bytes, s->limits.memory_bytes);
 
     exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
     exr_result_t rv = r->storage == EXR_STORAGE_TILED ? decode_tiles(r, &decode, planes)
