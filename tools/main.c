@@ -52,9 +52,18 @@ static void print_verb_help(const struct verb *verb)
     }
 }
 
+// "": none was given.
 static int unknown_verb(const char *name)
 {
-    report_error("unknown verb '%s'; there are: slice, info, make, help", name);
+    char names[256] = "";
+    for (int i = 0; verbs[i]; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s, ", verbs[i]->name);
+    }
+    if (*name)
+        report_error("unknown verb '%s'; there are: %shelp", name, names);
+    else
+        report_error("no verb given; there are: %shelp (see weft --help)", names);
     return EXIT_CODE_USAGE;
 }
 
@@ -91,10 +100,6 @@ int main(int argc, char **argv)
         (strcmp(name, "help") == 0 && argc == 2)) {
         print_help();
         return report_finish(WEFT_OK);
-    }
-    if (argc < 2) {
-        report_error("no verb given: slice, info, make or help (see weft --help)");
-        return EXIT_CODE_USAGE;
     }
     bool help = strcmp(name, "help") == 0;
     const struct verb *verb = find_verb(help ? argv[2] : name);

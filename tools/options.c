@@ -145,9 +145,9 @@ static int find_option(const struct option_parse *parse, const char *arg, size_t
 {
     for (int i = 0; i < parse->option_count; i++) {
         const struct option_spec *spec = &parse->options[i];
-        if (arg[1] == '-' ? strlen(spec->name) == name_size &&
-                                memcmp(spec->name, arg + 2, name_size) == 0
-                          : spec->letter && spec->letter == arg[1] && arg[2] == 0)
+        if (arg[1] == '-'
+                ? strlen(spec->name) == name_size && memcmp(spec->name, arg + 2, name_size) == 0
+                : spec->letter && spec->letter == arg[1] && arg[2] == 0)
             return i;
     }
     return -1;

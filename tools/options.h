@@ -2,8 +2,8 @@
 // tools/options.h - one option parser for all verbs: each verb declares its options as a table, and
 // the same table prints its help.
 // Written as `--name value`, `--name=value`, or `-n value` where the option has a letter. An option
-// given twice is an error, so that nothing is ignored in silence; flags may be repeated. A value that
-// starts with '-' and is not a number is taken only as `--name=value`. `--` ends the options.
+// given twice is an error, so that nothing is ignored in silence; flags may be repeated. A value
+// that starts with '-' and is not a number is taken only as `--name=value`. `--` ends the options.
 #ifndef WEFT_TOOLS_OPTIONS_H
 #define WEFT_TOOLS_OPTIONS_H
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tools/report.h - what the command tells its user: messages, progress, exit codes.
-// Messages go to stderr as "weft: error: ...". A failure is one error line: the first one; later ones
-// are its consequences and are shown with -v only. One command runs per process, so the state is the
-// process's own.
+// Messages go to stderr as "weft: error: ...". A failure is one error line: the first one; later
+// ones are its consequences and are shown with -v only. One command runs per process, so the state
+// is the process's own.
 #ifndef WEFT_TOOLS_REPORT_H
 #define WEFT_TOOLS_REPORT_H
 

@@ -9,12 +9,11 @@ enum { VERB_MAX_OPTIONS = 32 };
 
 struct verb {
     const char *name;
-    const char *summary;          // one line
-    const char *usage;            // without "weft NAME"
-    const char *description;      // wrapped when printed
-    const char *const *epilogue;  // NULL-ended paragraphs after the options; NULL: none
+    const char *summary;           // one line
+    const char *usage;             // without "weft NAME"
+    const char *description;       // wrapped when printed
+    const char *const *epilogue;   // NULL-ended paragraphs after the options; NULL: none
     void (*print_catalogue)(void); // what names there are to choose from; NULL: none
-    const char *operand;          // its one positional argument: "VOLUME.vdb"
     const struct option_spec *options;
     int option_count;
     // Returns the exit code.
