@@ -8,22 +8,19 @@
 
 WEFT_BEGIN_DECLS
 
-// The cube [origin, origin + size - 1]. Rounding is monotone, so a cube that fails holds no smaller
-// cube that would pass: whole nodes can be left out.
-static inline bool weft_region_meets(const struct weft_region *region, const int32_t origin[3],
-                                     int32_t size)
+// The box of voxels [first, last]. Rounding is monotone, so a box that fails holds no smaller box
+// that would pass: whole nodes can be left out.
+static inline bool weft_region_meets_box(const struct weft_region *region, const int64_t first[3],
+                                         const int64_t last[3])
 {
-    int64_t last[3];
-    for (int i = 0; i < 3; i++) {
-        last[i] = (int64_t)origin[i] + size - 1;
-        if (last[i] < region->min[i] || origin[i] > region->max[i])
+    for (int i = 0; i < 3; i++)
+        if (last[i] < region->min[i] || first[i] > region->max[i])
             return false;
-    }
     for (int s = 0; s < region->slab_count; s++) {
         const struct weft_slab *slab = &region->slab[s];
         double low = 0, high = 0;
         for (int i = 0; i < 3; i++) {
-            double a = slab->normal[i] * (double)origin[i], b = slab->normal[i] * (double)last[i];
+            double a = slab->normal[i] * (double)first[i], b = slab->normal[i] * (double)last[i];
             low += a < b ? a : b;
             high += a < b ? b : a;
         }
@@ -31,6 +28,18 @@ static inline bool weft_region_meets(const struct weft_region *region, const int
             return false;
     }
     return true;
+}
+
+// The cube [origin, origin + size - 1].
+static inline bool weft_region_meets(const struct weft_region *region, const int32_t origin[3],
+                                     int32_t size)
+{
+    int64_t first[3], last[3];
+    for (int i = 0; i < 3; i++) {
+        first[i] = origin[i];
+        last[i] = first[i] + size - 1;
+    }
+    return weft_region_meets_box(region, first, last);
 }
 
 WEFT_END_DECLS
