@@ -14,9 +14,9 @@
 enum info_option { INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_COUNT };
 
 static const struct option_spec options[INFO_OPTION_COUNT] = {
-    [INFO_JSON] = {"json", 0, OPTION_FLAG, NULL, "print the same as JSON"},
-    [INFO_QUIET] = {"quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
-    [INFO_VERBOSE] = {"verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [INFO_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the same as JSON"},
+    [INFO_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
+    [INFO_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
 
 // ---- VDB ----------------------------------------------------------------------------------------

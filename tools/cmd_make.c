@@ -26,17 +26,27 @@ enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
 static const uint64_t max_bytes = UINT64_C(2) << 30;
 
 static const struct option_spec options[MAKE_OPTION_COUNT] = {
-    [MAKE_OUTPUT] = {"output", 'o', OPTION_TEXT, "OUT.vdb", "the volume (required)"},
-    [MAKE_SIZE] = {"size", 0, OPTION_VOXELS, "N|NxNxN",
+    [MAKE_OUTPUT] = {.name = "output", 'o', OPTION_TEXT, "OUT.vdb", "the volume (required)"},
+    [MAKE_SIZE] = {.name = "size",
+                   0,
+                   OPTION_VOXELS,
+                   "N|NxNxN",
                    "voxels along the edges of the sampled cube (default: the signal's own)"},
-    [MAKE_VOXEL] = {"voxel", 0, OPTION_SPACING, "S|SX,SY,SZ",
+    [MAKE_VOXEL] = {.name = "voxel",
+                    0,
+                    OPTION_SPACING,
+                    "S|SX,SY,SZ",
                     "distance between voxels in world units (default 1); world = voxel * index"},
-    [MAKE_OFFSET] = {"offset", 0, OPTION_INDEX, "I,J,K",
+    [MAKE_OFFSET] = {.name = "offset",
+                     0,
+                     OPTION_INDEX,
+                     "I,J,K",
                      "index of the first voxel (default 0,0,0); it moves the volume in the world, "
                      "too"},
-    [MAKE_NO_CLOBBER] = {"no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace the output"},
-    [MAKE_QUIET] = {"quiet", 'q', OPTION_FLAG, NULL, "only errors"},
-    [MAKE_VERBOSE] = {"verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [MAKE_NO_CLOBBER] =
+        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace the output"},
+    [MAKE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors"},
+    [MAKE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
 
 struct make_job {
