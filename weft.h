@@ -10,6 +10,7 @@
 #include "passes/context.h"
 #include "passes/slice.h"
 #include "tiles/image.h"
+#include "tiles/layout.h"
 #include "tiles/limits.h"
 #include "tiles/volume.h"
 

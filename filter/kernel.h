@@ -21,30 +21,35 @@ struct weft_kernel_param {
 struct weft_kernel;
 
 // One record of the catalogue: constant data and two short functions.
+// What depends on the parameters is here as it holds for all of them; weft_kernel_create refines
+// it.
 struct weft_kernel_info {
     const char *name;        // "catmull-rom"
     const char *description; // one line
     const char *citation;    // authors, year
     struct weft_kernel_param params[WEFT_KERNEL_PARAMS];
-    // Half-width r > 0 for given parameters.
-    double (*support)(const double param[WEFT_KERNEL_PARAMS]);
-    // h(x), zero outside [-r, r).
+    double radius; // half-width r > 0; 0: the first parameter is the half-width
+    // h(x), zero outside [-r, r); where h jumps, the limit from the right.
     double (*weight)(const struct weft_kernel *kernel, double x);
     // h'(x), zero outside; where h' jumps, the limit from the right. NULL where h has none.
     double (*derivative)(const struct weft_kernel *kernel, double x);
+    void (*refine)(struct weft_kernel *kernel); // sets order and interpolating; NULL: as here
+    const void *data;   // whatever the functions above need; NULL if nothing
     int degree;         // of the polynomial pieces between knots; -1: not piecewise polynomial
     int continuity;     // continuous derivatives: 0 is continuous, -1 jumps
-    int order;          // of approximation: the error falls as (sample distance)^order
+    int order;          // of approximation by eq. 1: the error falls as (sample distance)^order
     bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
     bool unit_sum;      // sum_k h(x - k) = 1 for every x
 };
 
-// A record with its parameters set; a plain value, copied freely.
+// A record with its parameters set; a plain value, copied freely, made by weft_kernel_create.
 struct weft_kernel {
     const struct weft_kernel_info *info;
     double param[WEFT_KERNEL_PARAMS];
-    double support; // half-width r
-    int width;      // taps at any position: ceil(2 r)
+    double support;     // half-width r
+    int width;          // taps at any position: ceil(2 r)
+    int order;          // as in the record, for these parameters
+    bool interpolating; // as in the record, for these parameters
 };
 
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
@@ -59,12 +64,14 @@ WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
                                              const struct weft_kernel_info *info,
                                              const double *param, struct weft_kernel *out);
 
-// Reads "NAME" or "NAME:p,q" as users write it ("cubic:0,0.5"). An unknown name is logged with the
-// list of names. Returns WEFT_ERR_ARGUMENT.
+// Reads "NAME" or "NAME:p,q" as users write it ("cubic:0,0.5"), up to 255 bytes, whatever the
+// locale. Trailing parameters may be left out. An unknown name is logged with the list of names.
+// Returns WEFT_ERR_ARGUMENT.
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);
 
-// Writes "name" or "name:p,q" (always NUL-terminated when size > 0); returns what snprintf returns.
+// Writes "name" or "name:p,q" (always NUL-terminated when size > 0), which parses to the same
+// kernel; returns what snprintf returns.
 WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
 
 WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
@@ -73,13 +80,15 @@ WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double 
 // The first tap that meets at position x. Even widths: floor(x) - width/2 + 1. Odd widths:
 // floor(x + 1/2) - (width - 1)/2. *fraction (in [0, 1)) is the distance past that floor, the
 // argument of the kernel's tiles: tap j has weight h(fraction + c - j), c = weft_kernel_offset().
+// Positions are clamped to +-2^62; a NAN counts as 0.
 WEFT_API int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x,
                                        double *fraction);
 
 // x - (first tap) - fraction: width/2 - 1 for even widths, (width - 1)/2 - 1/2 for odd ones.
 WEFT_API double weft_kernel_offset(const struct weft_kernel *kernel);
 
-// The `width` weights at position x, in order of increasing tap; returns the first tap.
+// The `width` (<= WEFT_KERNEL_MAX_WIDTH) weights at position x, in order of increasing tap; returns
+// the first tap.
 WEFT_API int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights);
 
 WEFT_END_DECLS

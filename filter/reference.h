@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/reference.h - direct convolution in double: the truth that everything is measured against.
-// Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one product of weights per tap,
-// compensated (Neumaier) sums, no tables, no separable shortcuts.
+// Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one product of weights per
+// tap, compensated (Neumaier) sums, no tables, no separable shortcuts.
 #ifndef WEFT_FILTER_REFERENCE_H
 #define WEFT_FILTER_REFERENCE_H
 
@@ -14,11 +14,11 @@ typedef double (*weft_reference_fetch)(void *priv, const int64_t index[3]);
 
 struct weft_reference_value {
     double value;     // sum w_i f_i
-    double magnitude; // largest |f_i| among the taps in reach
+    double magnitude; // largest |f_i| among the width^dims taps, whatever their weight
 };
 
 // Reconstructs at a position in index coordinates with the tensor-product kernel.
-// dims is 1, 2 or 3; position has dims entries. Thread-safe if fetch is.
+// dims is 1, 2 or 3 (else the value is NAN); position has dims entries. Thread-safe if fetch is.
 WEFT_API struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel,
                                                             int dims, const double *position,
                                                             weft_reference_fetch fetch, void *priv);

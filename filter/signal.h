@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/signal.h - analytic test signals: volumes whose value is known at every point.
-// A signal is defined over the cube [-1, 1]^3 unless its record says otherwise; a volume of n voxels
-// along an axis samples it at -1 + 2 (i + 0.5) / n ("cell-centred"; Marschner and Lobb 1994 use
-// 40^3). Distances (sphere) are in those units. Thread-safe, allocates nothing.
+// A signal is defined over the cube [-1, 1]^3 unless its record says otherwise; a volume of n
+// voxels along an axis samples it at -1 + 2 (i + 0.5) / n ("cell-centred"; Marschner and Lobb 1994
+// use 40^3). Distances (sphere) are in those units. Thread-safe, allocates nothing.
 #ifndef WEFT_FILTER_SIGNAL_H
 #define WEFT_FILTER_SIGNAL_H
 
@@ -20,10 +20,20 @@ struct weft_signal_info {
     void (*gradient)(const double position[3], double gradient[3]);
     int default_size; // voxels along each axis
     bool level_set;   // a signed distance, to be stored as a narrow band
-    bool lattice;     // defined by voxel index (impulse: 1 at the middle voxel, 0 elsewhere)
+    // Defined by voxel index (impulse: 1 at voxel n/2 along each axis, 0 elsewhere); value() is
+    // then that of the voxel around the point at the default size.
+    bool lattice;
 };
 
-// NULL-ended: marschner-lobb, sphere, chirp, ramp, constant, impulse.
+// NULL-ended:
+// - marschner-lobb: fM = 6, alpha = 0.25; 0 to 1
+// - sphere: distance to a sphere of radius 0.75 about the origin, negative inside
+// - chirp: (1 + cos(32 pi |x|^2)) / 2; at its default size each axis reaches the Nyquist rate at
+// the
+//   faces of the cube, so all three do at its corners
+// - ramp: (x + 2y + 3z + 6) / 12, 0 to 1
+// - constant: 1
+// - impulse
 WEFT_API extern const struct weft_signal_info *const weft_signal_list[];
 WEFT_API const struct weft_signal_info *weft_signal_find(const char *name); // NULL if none
 

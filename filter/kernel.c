@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filter/kernel.h"
+
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "filter/kernel_records.h"
+
+enum { MAX_TEXT = 255 };
+
+const struct weft_kernel_info *const weft_kernel_list[] = {
+    &weft_kernel_nearest,
+    &weft_kernel_linear,
+    &weft_kernel_cubic,
+    &weft_kernel_bspline,
+    &weft_kernel_catmull_rom,
+    &weft_kernel_mitchell,
+    &weft_kernel_bspline_degree[0],
+    &weft_kernel_bspline_degree[1],
+    &weft_kernel_bspline_degree[2],
+    &weft_kernel_bspline_degree[3],
+    &weft_kernel_bspline_degree[4],
+    &weft_kernel_bspline_degree[5],
+    NULL,
+};
+
+static const struct weft_kernel_info *find(const char *name, size_t length)
+{
+    for (size_t i = 0; weft_kernel_list[i]; i++)
+        if (strlen(weft_kernel_list[i]->name) == length &&
+            !memcmp(weft_kernel_list[i]->name, name, length))
+            return weft_kernel_list[i];
+    return NULL;
+}
+
+const struct weft_kernel_info *weft_kernel_find(const char *name)
+{
+    return name ? find(name, strlen(name)) : NULL;
+}
+
+static size_t param_count(const struct weft_kernel_info *info)
+{
+    size_t count = 0;
+    while (count < WEFT_KERNEL_PARAMS && info->params[count].name)
+        count++;
+    return count;
+}
+
+enum weft_result weft_kernel_create(const struct weft_log *log, const struct weft_kernel_info *info,
+                                    const double *param, struct weft_kernel *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, out);
+    *out = (struct weft_kernel){0};
+    weft_require(log, info && info->weight);
+    struct weft_kernel kernel = {.info = info};
+    for (size_t i = 0; i < param_count(info); i++) {
+        const struct weft_kernel_param *p = &info->params[i];
+        const double value = param && !isnan(param[i]) ? param[i] : p->initial;
+        if (!(value >= p->min && value <= p->max)) {
+            weft_error(log, "kernel %s: %s = %g is not in [%g, %g]", info->name, p->name, value,
+                       p->min, p->max);
+            goto fail;
+        }
+        kernel.param[i] = value;
+    }
+    kernel.support = info->radius > 0.0 ? info->radius : kernel.param[0];
+    if (!(kernel.support > 0.0 && kernel.support <= 0.5 * WEFT_KERNEL_MAX_WIDTH)) {
+        weft_error(log, "kernel %s: half-width %g is not in (0, %g]", info->name, kernel.support,
+                   0.5 * WEFT_KERNEL_MAX_WIDTH);
+        goto fail;
+    }
+    kernel.width = (int)ceil(2.0 * kernel.support);
+    kernel.order = info->order;
+    kernel.interpolating = info->interpolating;
+    if (info->refine)
+        info->refine(&kernel);
+    *out = kernel;
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static void log_unknown(const struct weft_log *log, const char *name, size_t length)
+{
+    char names[960] = "";
+    size_t used = 0;
+    for (size_t i = 0; weft_kernel_list[i]; i++) {
+        const int n = snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
+                               weft_kernel_list[i]->name);
+        used += (size_t)n < sizeof names - used ? (size_t)n : sizeof names - used - 1;
+    }
+    weft_error(log, "no kernel '%.*s'; there are %s", (int)(length < 32 ? length : 32), name,
+               names);
+}
+
+// One number, in the C locale; NULL where there is none. White space and "inf", which strtod would
+// take, are none.
+static const char *parse_number(const char *text, double *out)
+{
+    if (!*text || !strchr("+-.0123456789", *text))
+        return NULL;
+    char *end = NULL;
+    const locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    *out = strtod_l(text, &end, c_locale);
+    freelocale(c_locale);
+    return end != text && isfinite(*out) ? end : NULL;
+}
+
+static enum weft_result parse_params(const struct weft_log *log,
+                                     const struct weft_kernel_info *info, const char *text,
+                                     double param[WEFT_KERNEL_PARAMS])
+{
+    const size_t count = param_count(info);
+    for (size_t i = 0;; i++) {
+        if (i == count) {
+            weft_error(log, "kernel %s takes %zu parameters, more are given: ':%s'", info->name,
+                       count, text);
+            return WEFT_ERR_ARGUMENT;
+        }
+        const char *end = parse_number(text, &param[i]);
+        if (!end || (*end && *end != ',')) {
+            weft_error(log, "kernel %s: %s = '%s' is not a finite number", info->name,
+                       info->params[i].name, text);
+            return WEFT_ERR_ARGUMENT;
+        }
+        if (!*end)
+            return WEFT_OK;
+        text = end + 1;
+    }
+}
+
+enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
+                                   struct weft_kernel *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, text && out);
+    *out = (struct weft_kernel){0};
+    if (strnlen(text, MAX_TEXT + 1) > MAX_TEXT) {
+        weft_error(log, "kernel text is longer than %d bytes: '%.32s...'", MAX_TEXT, text);
+        goto fail;
+    }
+    const size_t length = strcspn(text, ":");
+    const struct weft_kernel_info *info = find(text, length);
+    if (!info) {
+        log_unknown(log, text, length);
+        goto fail;
+    }
+    double param[WEFT_KERNEL_PARAMS];
+    for (size_t i = 0; i < WEFT_KERNEL_PARAMS; i++)
+        param[i] = NAN;
+    res = text[length] ? parse_params(log, info, text + length + 1, param) : WEFT_OK;
+    if (!res)
+        res = weft_kernel_create(log, info, param, out);
+fail:
+    return res;
+}
+
+// The shortest decimal that reads back as the same double.
+static int format_number(double value, char *text, size_t size)
+{
+    int length = 0;
+    for (int digits = 1; digits <= 17; digits++) {
+        length = snprintf(text, size, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    return length;
+}
+
+int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size)
+{
+    char list[WEFT_KERNEL_PARAMS * 32] = "";
+    size_t used = 0;
+    const locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    const locale_t before = uselocale(c_locale);
+    for (size_t i = 0; i < param_count(kernel->info); i++) {
+        list[used++] = i > 0 ? ',' : ':';
+        used += (size_t)format_number(kernel->param[i], list + used, sizeof list - used);
+    }
+    uselocale(before);
+    freelocale(c_locale);
+    return snprintf(text, size, "%s%s", kernel->info->name, list);
+}
+
+double weft_kernel_weight(const struct weft_kernel *kernel, double x)
+{
+    return kernel->info->weight(kernel, x);
+}
+
+double weft_kernel_derivative(const struct weft_kernel *kernel, double x)
+{
+    return kernel->info->derivative ? kernel->info->derivative(kernel, x) : NAN;
+}
+
+// Splits x into an integer and the distance past it in [0, 1): x - floor(x) rounds to 1 where x is
+// a tiny negative number.
+static double split(double x, double *fraction)
+{
+    const double base = floor(x);
+    *fraction = x - base;
+    if (*fraction < 1.0)
+        return base;
+    *fraction = 0.0;
+    return base + 1.0;
+}
+
+int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x, double *fraction)
+{
+    const double limit = 0x1p62, below_one = 1.0 - 0x1p-53;
+    double base = split(isnan(x) ? 0.0 : fmax(-limit, fmin(limit, x)), fraction);
+    if (kernel->width % 2 == 0)
+        return (int64_t)base - kernel->width / 2 + 1;
+    // Not floor(x + 1/2): that sum rounds the double below 1/2 up to 1.
+    if (*fraction >= 0.5) {
+        base += 1.0;
+        *fraction -= 0.5;
+    } else {
+        *fraction = fmin(*fraction + 0.5, below_one);
+    }
+    return (int64_t)base - (kernel->width - 1) / 2;
+}
+
+double weft_kernel_offset(const struct weft_kernel *kernel)
+{
+    return 0.5 * kernel->width - 1.0;
+}
+
+int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights)
+{
+    double fraction;
+    const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
+    const double offset = weft_kernel_offset(kernel);
+    for (int j = 0; j < kernel->width; j++)
+        weights[j] = weft_kernel_weight(kernel, fraction + (offset - j));
+    return first;
+}

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <stdio.h>
+#include <string.h>
+
+#include "filter/check.h"
+
+struct record {
+    int count;
+    enum weft_log_level level;
+    char message[4096];
+};
+
+static void keep(void *priv, enum weft_log_level level, const char *message)
+{
+    struct record *record = priv;
+    record->count++;
+    record->level = level;
+    snprintf(record->message, sizeof record->message, "%s", message);
+}
+
+static void test_result_text(void **state)
+{
+    static const enum weft_result results[] = {
+        WEFT_OK,         WEFT_ERR_ARGUMENT, WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED,
+        WEFT_ERR_LIMIT,  WEFT_ERR_MEMORY,   WEFT_ERR_OPEN,      WEFT_ERR_FORMAT,
+        WEFT_ERR_READER, WEFT_ERR_WRITE,    WEFT_ERR_CONTEXT,   WEFT_ERR_GL,
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(results); i++) {
+        const char *text = weft_result_text(results[i]);
+        assert_true(text && strlen(text) > 0);
+        assert_string_not_equal(text, "unknown result");
+        for (size_t j = 0; j < i; j++)
+            assert_string_not_equal(text, weft_result_text(results[j]));
+    }
+    assert_string_equal(weft_result_text((enum weft_result)7), "unknown result");
+}
+
+static void test_version(void **state)
+{
+    int major, minor, patch;
+    (void)state;
+    assert_int_equal(sscanf(weft_version(), "%d.%d.%d", &major, &minor, &patch), 3);
+}
+
+static void test_log_levels(void **state)
+{
+    struct record record = {0};
+    const struct weft_log log = {.write = keep, .priv = &record};
+    (void)state;
+    weft_error(&log, "%d of %s", 3, "x");
+    assert_string_equal(record.message, "3 of x");
+    assert_int_equal(record.level, WEFT_LOG_ERROR);
+    weft_warn(&log, "w");
+    assert_int_equal(record.level, WEFT_LOG_WARNING);
+    weft_note(&log, "n");
+    assert_int_equal(record.level, WEFT_LOG_INFO);
+    weft_debug(&log, "d");
+    assert_int_equal(record.level, WEFT_LOG_DEBUG);
+    assert_int_equal(record.count, 4);
+}
+
+static void test_silence(void **state)
+{
+    const struct weft_log log = {0};
+    (void)state;
+    weft_error(NULL, "%s", "nobody hears");
+    weft_error(&log, "%s", "nobody hears");
+}
+
+static void test_log_cut(void **state)
+{
+    struct record record = {0};
+    const struct weft_log log = {.write = keep, .priv = &record};
+    char longer[3000];
+    (void)state;
+    memset(longer, 'a', sizeof longer);
+    longer[sizeof longer - 1] = '\0';
+    weft_error(&log, "%s", longer);
+    assert_int_equal(strlen(record.message), 1023);
+    longer[1023] = '\0';
+    weft_error(&log, "%s", longer);
+    assert_string_equal(record.message, longer);
+}
+
+static void test_log_control_characters(void **state)
+{
+    struct record record = {0};
+    const struct weft_log log = {.write = keep, .priv = &record};
+    (void)state;
+    weft_error(&log, "a\nb\tc\x1b[31md\x7f\r %s", "gr\xc3\xbc\xc3\x9f");
+    assert_string_equal(record.message, "a?b?c?[31md?? gr\xc3\xbc\xc3\x9f");
+}
+
+static enum weft_result require_positive(const struct weft_log *log, int value)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, value > 0);
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static void test_require(void **state)
+{
+    struct record record = {0};
+    const struct weft_log log = {.write = keep, .priv = &record};
+    (void)state;
+    assert_int_equal(require_positive(&log, 1), WEFT_OK);
+    assert_int_equal(record.count, 0);
+    assert_int_equal(require_positive(&log, 0), WEFT_ERR_ARGUMENT);
+    assert_string_equal(record.message, "require_positive: required: value > 0");
+}
+
+static void test_sizes(void **state)
+{
+    size_t out;
+    (void)state;
+    assert_true(weft_size_mul(SIZE_MAX / 2, 2, &out));
+    assert_true(out == SIZE_MAX - 1);
+    assert_false(weft_size_mul(SIZE_MAX / 2 + 1, 2, &out));
+    assert_true(weft_size_mul(0, SIZE_MAX, &out) && out == 0);
+    assert_true(weft_size_add(SIZE_MAX - 1, 1, &out) && out == SIZE_MAX);
+    assert_false(weft_size_add(SIZE_MAX, 1, &out));
+}
+
+static void test_clock(void **state)
+{
+    (void)state;
+    const double before = weft_now_seconds();
+    assert_true(before > 0.0);
+    assert_true(weft_now_seconds() >= before);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_result_text), cmocka_unit_test(test_version),
+        cmocka_unit_test(test_log_levels),  cmocka_unit_test(test_silence),
+        cmocka_unit_test(test_log_cut),     cmocka_unit_test(test_log_control_characters),
+        cmocka_unit_test(test_require),     cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_clock),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,581 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "filter/kernel.h"
+
+enum { POSITIONS = 97 };
+
+static char last_message[1100];
+
+static void remember(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv;
+    (void)level;
+    snprintf(last_message, sizeof last_message, "%s", message);
+}
+
+static const struct weft_log remember_log = {.write = remember};
+
+static struct weft_kernel parsed(const char *text)
+{
+    struct weft_kernel kernel;
+    assert_int_equal(weft_kernel_parse(NULL, text, &kernel), WEFT_OK);
+    return kernel;
+}
+
+static void assert_near(double actual, double expected, double tolerance, const char *what)
+{
+    if (!(fabs(actual - expected) <= tolerance))
+        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
+}
+
+// The whole catalogue with initial parameters, and parameters that exercise the families.
+static const char *const extra_kernels[] = {
+    "cubic:1,0",     "cubic:0,0", "cubic:1.5,-0.25", "cubic:0,0.75", "cubic:-2,3",
+    "cubic:0.3,0.1", NULL,
+};
+
+static void for_each(void (*check)(const struct weft_kernel *kernel, const char *name))
+{
+    char name[128];
+    struct weft_kernel kernel;
+    for (size_t i = 0; weft_kernel_list[i]; i++) {
+        assert_int_equal(weft_kernel_create(NULL, weft_kernel_list[i], NULL, &kernel), WEFT_OK);
+        weft_kernel_format(&kernel, name, sizeof name);
+        check(&kernel, name);
+    }
+    for (size_t i = 0; extra_kernels[i]; i++) {
+        kernel = parsed(extra_kernels[i]);
+        check(&kernel, extra_kernels[i]);
+    }
+}
+
+static void check_record(const struct weft_kernel *kernel, const char *name)
+{
+    const struct weft_kernel_info *info = kernel->info;
+    assert_non_null(info->name);
+    assert_true(info->description && strlen(info->description) > 0);
+    assert_true(info->citation && strlen(info->citation) > 0);
+    assert_true(strlen(info->name) < 32 && !strpbrk(info->name, ":,' \t\"$"));
+    assert_ptr_equal(weft_kernel_find(info->name), info);
+    assert_true(kernel->support > 0.0);
+    assert_int_equal(kernel->width, (int)ceil(2.0 * kernel->support));
+    assert_true(kernel->width <= WEFT_KERNEL_MAX_WIDTH);
+    for (size_t i = 0; i < WEFT_KERNEL_PARAMS && info->params[i].name; i++)
+        assert_true(info->params[i].min <= info->params[i].initial &&
+                    info->params[i].initial <= info->params[i].max);
+    (void)name;
+}
+
+static void check_support(const struct weft_kernel *kernel, const char *name)
+{
+    const double r = kernel->support;
+    const double outside[] = {
+        r, nextafter(-r, -INFINITY), r + 1e-9, -r - 0.3, 1e9, -1e300, INFINITY, -INFINITY};
+    for (size_t i = 0; i < WEFT_COUNT(outside); i++) {
+        assert_near(weft_kernel_weight(kernel, outside[i]), 0.0, 0.0, name);
+        if (kernel->info->derivative)
+            assert_near(weft_kernel_derivative(kernel, outside[i]), 0.0, 0.0, name);
+    }
+    if (!kernel->info->derivative)
+        assert_true(isnan(weft_kernel_derivative(kernel, 0.1)));
+    // Continuous kernels come down to 0 at both ends; the box includes its left end.
+    const double ends = kernel->info->continuity >= 0 ? 0.0 : weft_kernel_weight(kernel, 0.0);
+    assert_near(weft_kernel_weight(kernel, -r), ends, 1e-15, name);
+    assert_near(weft_kernel_weight(kernel, nextafter(r, 0.0)), ends, 1e-14, name);
+}
+
+static void check_symmetry(const struct weft_kernel *kernel, const char *name)
+{
+    for (int i = 1; i < POSITIONS; i++) {
+        const double x = kernel->support * i / (POSITIONS + 0.5);
+        assert_near(weft_kernel_weight(kernel, -x), weft_kernel_weight(kernel, x), 0.0, name);
+        if (kernel->info->derivative && x != floor(x) && 2.0 * x != floor(2.0 * x))
+            assert_near(weft_kernel_derivative(kernel, -x), -weft_kernel_derivative(kernel, x),
+                        1e-15 * (1.0 + fabs(weft_kernel_derivative(kernel, x))), name);
+    }
+}
+
+static void check_integers(const struct weft_kernel *kernel, const char *name)
+{
+    if (!kernel->interpolating)
+        return;
+    for (int k = -kernel->width; k <= kernel->width; k++)
+        assert_near(weft_kernel_weight(kernel, k), k == 0 ? 1.0 : 0.0, 1e-15, name);
+}
+
+static double coefficient_scale(const struct weft_kernel *kernel)
+{
+    return 1.0 + fabs(kernel->param[0]) + fabs(kernel->param[1]);
+}
+
+static void check_unit_sum(const struct weft_kernel *kernel, const char *name)
+{
+    if (!kernel->info->unit_sum)
+        return;
+    for (int i = 0; i < POSITIONS; i++) {
+        double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, slope = 0.0;
+        const double x = (double)i / POSITIONS;
+        const int64_t first = weft_kernel_weights(kernel, x, weights);
+        for (int j = 0; j < kernel->width; j++) {
+            sum += weights[j];
+            slope += weft_kernel_derivative(kernel, x - (double)(first + j));
+        }
+        assert_near(sum, 1.0, 4e-16 * kernel->width * coefficient_scale(kernel), name);
+        if (kernel->info->derivative)
+            assert_near(slope, 0.0, 1e-15 * kernel->width * coefficient_scale(kernel), name);
+    }
+}
+
+// Gauss-Legendre with 4 nodes is exact to degree 7 on each half unit, where every kernel is one
+// polynomial.
+static void check_integral(const struct weft_kernel *kernel, const char *name)
+{
+    static const double node[2] = {0.339981043584856264803, 0.861136311594052575224};
+    static const double share[2] = {0.652145154862546142627, 0.347854845137453857373};
+    double sum = 0.0;
+    if (!kernel->info->unit_sum || kernel->info->degree < 0)
+        return;
+    for (double left = -kernel->support; left < kernel->support; left += 0.5)
+        for (int i = 0; i < 2; i++)
+            for (int sign = -1; sign <= 1; sign += 2)
+                sum += 0.25 * share[i] *
+                       weft_kernel_weight(kernel, left + 0.25 + sign * 0.25 * node[i]);
+    assert_near(sum, 1.0, 1e-14 * coefficient_scale(kernel), name);
+}
+
+// Central differences away from the knots: the error is step^2 times a third derivative below 200.
+static void check_derivative(const struct weft_kernel *kernel, const char *name)
+{
+    const double step = 1e-5;
+    if (!kernel->info->derivative)
+        return;
+    for (int i = 0; i < 401; i++) {
+        const double x = kernel->support * (i - 200.4) / 201.0;
+        if (fabs(2.0 * x - round(2.0 * x)) < 1e-3)
+            continue;
+        const double slope =
+            (weft_kernel_weight(kernel, x + step) - weft_kernel_weight(kernel, x - step)) /
+            (2.0 * step);
+        assert_near(weft_kernel_derivative(kernel, x), slope, 1e-7, name);
+    }
+}
+
+// Across each half integer, one derivative more than promised may jump, no fewer.
+static void check_continuity(const struct weft_kernel *kernel, const char *name)
+{
+    for (double knot = -kernel->support; knot <= kernel->support; knot += 0.5) {
+        const double left = knot - 1e-9, right = knot + 1e-9;
+        if (kernel->info->continuity >= 0)
+            assert_near(weft_kernel_weight(kernel, left), weft_kernel_weight(kernel, right), 1e-7,
+                        name);
+        if (kernel->info->continuity >= 1)
+            assert_near(weft_kernel_derivative(kernel, left), weft_kernel_derivative(kernel, right),
+                        1e-6, name);
+    }
+}
+
+static double taylor_coefficient(const struct weft_kernel *kernel, int n, double t)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
+    const int64_t first = weft_kernel_weights(kernel, t, weights);
+    for (int j = 0; j < kernel->width; j++)
+        sum += pow((double)(first + j) - t, n) * weights[j];
+    return sum / tgamma(n + 1.0);
+}
+
+// a_0 = 1 and a_1 .. a_(order-1) vanish, a_order does not.
+static void check_order(const struct weft_kernel *kernel, const char *name)
+{
+    double largest = 0.0;
+    for (int i = 0; i < POSITIONS; i++) {
+        const double t = (double)i / POSITIONS;
+        for (int n = 1; n < kernel->order; n++)
+            assert_near(taylor_coefficient(kernel, n, t), 0.0, 1e-14 * coefficient_scale(kernel),
+                        name);
+        largest = fmax(largest, fabs(taylor_coefficient(kernel, kernel->order, t)));
+    }
+    assert_true(largest > 1e-3);
+}
+
+#define EACH(check)                                                                                \
+    static void test_##check(void **state)                                                         \
+    {                                                                                              \
+        (void)state;                                                                               \
+        for_each(check);                                                                           \
+    }
+EACH(check_record)
+EACH(check_support)
+EACH(check_symmetry)
+EACH(check_integers)
+EACH(check_unit_sum)
+EACH(check_integral)
+EACH(check_derivative)
+EACH(check_continuity)
+EACH(check_order)
+
+// By hand, exact to two units in the last place.
+static void test_fractions(void **state)
+{
+    static const struct {
+        const char *kernel;
+        double x, weight, derivative;
+    } cases[] = {
+        {"nearest", -0.5, 1, NAN},
+        {"nearest", 0.5, 0, NAN},
+        {"linear", 0.25, 0.75, -1},
+        {"linear", 0, 1, -1},
+        {"linear", -1, 0, 1},
+        {"bspline", 0, 2.0 / 3, 0},
+        {"bspline", 1, 1.0 / 6, -0.5},
+        {"bspline", -0.5, 23.0 / 48, 5.0 / 8},
+        {"bspline", 1.5, 1.0 / 48, -1.0 / 8},
+        {"catmull-rom", 0.5, 9.0 / 16, -11.0 / 8},
+        {"catmull-rom", 1.5, -1.0 / 16, 1.0 / 8},
+        {"catmull-rom", -1, 0, 0.5},
+        {"mitchell", 0, 8.0 / 9, 0},
+        {"mitchell", 1, 1.0 / 18, -0.5},
+        {"mitchell", 0.5, 77.0 / 144, -9.0 / 8},
+        {"mitchell", -1.5, -5.0 / 144, -1.0 / 24},
+        {"cubic:1.5,-0.25", 0.5, 7.0 / 16, -1.0 / 4},
+        {"cubic:0,0.75", 1.5, -3.0 / 32, 3.0 / 16},
+        {"bspline2", 0, 3.0 / 4, 0},
+        {"bspline2", 0.5, 0.5, -1},
+        {"bspline2", -1, 1.0 / 8, 0.5},
+        {"bspline4", 0, 115.0 / 192, 0},
+        {"bspline4", 1, 19.0 / 96, -11.0 / 24},
+        {"bspline4", 2, 1.0 / 384, -1.0 / 48},
+        {"bspline5", 0, 11.0 / 20, 0},
+        {"bspline5", 1, 13.0 / 60, -5.0 / 12},
+        {"bspline5", 2, 1.0 / 120, -1.0 / 24},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        assert_near(weft_kernel_weight(&kernel, cases[i].x), cases[i].weight, 2.3e-16,
+                    cases[i].kernel);
+        if (!isnan(cases[i].derivative))
+            assert_near(weft_kernel_derivative(&kernel, cases[i].x), cases[i].derivative, 4.5e-16,
+                        cases[i].kernel);
+    }
+}
+
+// Close to the end of the support, where sums of truncated powers keep no digit.
+static void test_bspline_tail(void **state)
+{
+    (void)state;
+    const struct weft_kernel kernel = parsed("bspline5");
+    const double distance = 0x1p-20, expected = pow(distance, 5) / 120.0;
+    assert_near(weft_kernel_weight(&kernel, 3.0 - distance) / expected, 1.0, 1e-14, "right end");
+    assert_near(weft_kernel_weight(&kernel, distance - 3.0) / expected, 1.0, 1e-14, "left end");
+}
+
+static void test_same_kernels(void **state)
+{
+    static const char *const pairs[][2] = {
+        {"nearest", "bspline0"},
+        {"linear", "bspline1"},
+        {"bspline", "bspline3"},
+        {"bspline", "cubic:1,0"},
+        {"catmull-rom", "cubic"},
+        {"catmull-rom", "cubic:0,0.5"},
+        {"mitchell", "cubic:0.3333333333333333,0.3333333333333333"},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(pairs); i++) {
+        const struct weft_kernel a = parsed(pairs[i][0]), b = parsed(pairs[i][1]);
+        for (double x = -3.0; x < 3.0; x += 0.03125)
+            assert_near(weft_kernel_weight(&a, x), weft_kernel_weight(&b, x), 3e-16, pairs[i][0]);
+    }
+}
+
+// Moeller et al. (1997): a_n(t), from the closed forms.
+static void test_taylor_coefficients(void **state)
+{
+    static const struct {
+        const char *kernel;
+        int n;
+        double t, value;
+    } cases[] = {
+        {"linear", 2, 0.5, 1.0 / 8},         {"bspline", 2, 0.0, 1.0 / 6},
+        {"bspline", 2, 0.37, 1.0 / 6},       {"bspline", 3, 0.25, 0.0},
+        {"bspline", 4, 0.5, 13.0 / 1152},    {"mitchell", 2, 0.0, 1.0 / 18},
+        {"mitchell", 2, 0.61, 1.0 / 18},     {"mitchell", 3, 0.25, 1.0 / 96},
+        {"catmull-rom", 2, 0.3, 0.0},        {"catmull-rom", 3, 0.25, 1.0 / 64},
+        {"catmull-rom", 4, 0.5, -3.0 / 128}, {"cubic:1.5,-0.25", 2, 0.2, 1.0 / 4},
+        {"cubic:0,0.75", 1, 0.25, 3.0 / 64},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        assert_near(taylor_coefficient(&kernel, cases[i].n, cases[i].t), cases[i].value, 1e-15,
+                    cases[i].kernel);
+    }
+}
+
+static void test_family_flags(void **state)
+{
+    static const struct {
+        const char *kernel;
+        int order;
+        bool interpolating;
+    } cases[] = {
+        {"cubic", 3, true},
+        {"cubic:0,0.75", 1, true},
+        {"cubic:1.5,-0.25", 2, false},
+        {"cubic:1,0", 2, false},
+        {"cubic:0.5,0.5", 1, false},
+        {"cubic:0.333333,0.333333", 2, false},
+        {"catmull-rom", 3, true},
+        {"mitchell", 2, false},
+        {"bspline", 2, false},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        assert_int_equal(kernel.order, cases[i].order);
+        assert_int_equal(kernel.interpolating, cases[i].interpolating);
+    }
+}
+
+static void test_first_tap(void **state)
+{
+    static const double below_half = 0.5 - 0x1p-54, below_one = 1.0 - 0x1p-53;
+    static const struct {
+        const char *kernel;
+        double x;
+        int64_t tap;
+        double fraction;
+    } cases[] = {
+        {"catmull-rom", 0.0, -1, 0.0},
+        {"catmull-rom", 0.75, -1, 0.75},
+        {"catmull-rom", below_one, -1, below_one},
+        {"catmull-rom", -0.25, -2, 0.75},
+        {"catmull-rom", -3.0, -4, 0.0},
+        {"catmull-rom", -1e-30, -1, 0.0},
+        {"catmull-rom", 1e15 + 0.125, 1000000000000000 - 1, 0.125},
+        {"catmull-rom", -1e15 - 0.125, -1000000000000000 - 2, 0.875},
+        {"catmull-rom", 1e300, INT64_C(0x4000000000000000) - 1, 0.0},
+        {"catmull-rom", -INFINITY, -INT64_C(0x4000000000000000) - 1, 0.0},
+        {"catmull-rom", NAN, -1, 0.0},
+        {"linear", 7.5, 7, 0.5},
+        {"nearest", 0.0, 0, 0.5},
+        {"nearest", 0.5, 1, 0.0},
+        {"nearest", below_half, 0, below_one},
+        {"nearest", -0.5, 0, 0.0},
+        {"nearest", -0.75, -1, 0.75},
+        {"nearest", 1e300, INT64_C(0x4000000000000000), 0.5},
+        {"bspline2", 0.25, -1, 0.75},
+        {"bspline2", 0.5, 0, 0.0},
+        {"bspline2", -7.75, -9, 0.75},
+        {"bspline4", 0.0, -2, 0.5},
+        {"bspline5", 0.0, -2, 0.0},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        double fraction = NAN;
+        assert_int_equal(weft_kernel_first_tap(&kernel, cases[i].x, &fraction), cases[i].tap);
+        assert_near(fraction, cases[i].fraction, 0.0, cases[i].kernel);
+        if (fabs(cases[i].x) < 1e3)
+            assert_near(cases[i].x - (double)cases[i].tap - fraction, weft_kernel_offset(&kernel),
+                        1e-15, cases[i].kernel);
+    }
+}
+
+static void test_weights(void **state)
+{
+    static const struct {
+        const char *kernel;
+        double x;
+        int64_t tap;
+        double weights[5];
+    } cases[] = {
+        {"nearest", -0.5, 0, {1}},
+        {"linear", -0.25, -1, {0.25, 0.75}},
+        {"bspline2", 0.0, -1, {1.0 / 8, 3.0 / 4, 1.0 / 8}},
+        {"catmull-rom", -10.5, -12, {-1.0 / 16, 9.0 / 16, 9.0 / 16, -1.0 / 16}},
+        {"catmull-rom", 0x1p52, INT64_C(0x10000000000000) - 1, {0, 1, 0, 0}},
+        {"bspline", 1e12 + 0.5, 1000000000000 - 1, {1.0 / 48, 23.0 / 48, 23.0 / 48, 1.0 / 48}},
+        {"bspline4", 3, 1, {1.0 / 384, 19.0 / 96, 115.0 / 192, 19.0 / 96, 1.0 / 384}},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        double weights[WEFT_KERNEL_MAX_WIDTH];
+        assert_int_equal(weft_kernel_weights(&kernel, cases[i].x, weights), cases[i].tap);
+        for (int j = 0; j < kernel.width; j++)
+            assert_near(weights[j], cases[i].weights[j], 2.3e-16, cases[i].kernel);
+    }
+}
+
+static void check_round_trip(const struct weft_kernel *kernel, const char *name)
+{
+    char text[128], small[4];
+    struct weft_kernel back;
+    const int length = weft_kernel_format(kernel, text, sizeof text);
+    assert_int_equal((size_t)length, strlen(text));
+    assert_int_equal(weft_kernel_format(kernel, small, sizeof small), length);
+    assert_int_equal(strncmp(small, text, 3), 0);
+    assert_int_equal(small[3], 0);
+    assert_int_equal(weft_kernel_format(kernel, NULL, 0), length);
+    assert_int_equal(weft_kernel_parse(NULL, text, &back), WEFT_OK);
+    assert_ptr_equal(back.info, kernel->info);
+    for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
+        assert_near(back.param[i], kernel->param[i], 0.0, name);
+}
+EACH(check_round_trip)
+
+static void test_format(void **state)
+{
+    static const char *const cases[][2] = {
+        {"catmull-rom", "catmull-rom"},
+        {"cubic", "cubic:0,0.5"},
+        {"cubic:0.25", "cubic:0.25,0.5"},
+        {"cubic:+1e0,-.5", "cubic:1,-0.5"},
+        {"cubic:0.1,0.3333333333333333", "cubic:0.1,0.3333333333333333"},
+    };
+    (void)state;
+    // Where a locale with decimal commas is installed, it changes nothing.
+    setlocale(LC_NUMERIC, "de_DE.UTF-8");
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = parsed(cases[i][0]);
+        char text[128];
+        weft_kernel_format(&kernel, text, sizeof text);
+        assert_string_equal(text, cases[i][1]);
+    }
+    setlocale(LC_NUMERIC, "C");
+    const struct weft_kernel thirds = parsed("cubic:-0.33333333333333331,1e-300");
+    check_round_trip(&thirds, "thirds");
+}
+
+static void test_bad_text(void **state)
+{
+    static const struct {
+        const char *text, *message;
+    } cases[] = {
+        {"", "no kernel ''; there are nearest, linear, cubic,"},
+        {"lanczos-7", "no kernel 'lanczos-7'; there are nearest"},
+        {"Linear", "no kernel 'Linear'"},
+        {"linear ", "no kernel 'linear '"},
+        {"bsplin", "no kernel 'bsplin'"},
+        {"linear:", "kernel linear takes 0 parameters"},
+        {"linear:1", "kernel linear takes 0 parameters, more are given: ':1'"},
+        {"cubic:", "kernel cubic: B = '' is not a finite number"},
+        {"cubic:,1", "B = ',1' is not a finite number"},
+        {"cubic:1,", "C = '' is not a finite number"},
+        {"cubic:1,2,3", "takes 2 parameters, more are given: ':3'"},
+        {"cubic:1,2,", "takes 2 parameters"},
+        {"cubic:a", "B = 'a' is not a finite number"},
+        {"cubic:0.5x", "B = '0.5x' is not a finite number"},
+        {"cubic:0.5 ,1", "B = '0.5 ,1' is not a finite number"},
+        {"cubic: 0.5", "B = ' 0.5' is not a finite number"},
+        {"cubic:nan", "B = 'nan' is not a finite number"},
+        {"cubic:0,-nan", "C = '-nan' is not a finite number"},
+        {"cubic:0,inf", "C = 'inf' is not a finite number"},
+        {"cubic:-infinity", "B = '-infinity' is not a finite number"},
+        {"cubic:1e999", "B = '1e999' is not a finite number"},
+        {"cubic:-", "B = '-' is not a finite number"},
+        {"cubic:0;1", "B = '0;1' is not a finite number"},
+        {"cubic:0:1", "B = '0:1' is not a finite number"},
+        {"cubic:11", "kernel cubic: B = 11 is not in [-10, 10]"},
+        {"cubic:0,-10.5", "kernel cubic: C = -10.5 is not in [-10, 10]"},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct weft_kernel kernel;
+        memset(&kernel, 0x55, sizeof kernel);
+        assert_int_equal(weft_kernel_parse(&remember_log, cases[i].text, &kernel),
+                         WEFT_ERR_ARGUMENT);
+        assert_null(kernel.info);
+        if (!strstr(last_message, cases[i].message))
+            fail_msg("'%s' logs '%s', not '%s'", cases[i].text, last_message, cases[i].message);
+    }
+}
+
+static void test_unknown_lists_all(void **state)
+{
+    struct weft_kernel kernel;
+    (void)state;
+    assert_int_equal(weft_kernel_parse(&remember_log, "box2", &kernel), WEFT_ERR_ARGUMENT);
+    for (size_t i = 0; weft_kernel_list[i]; i++)
+        assert_non_null(strstr(last_message, weft_kernel_list[i]->name));
+}
+
+static void test_long_text(void **state)
+{
+    char text[4096];
+    struct weft_kernel kernel;
+    (void)state;
+    memset(text, '0', sizeof text);
+    memcpy(text, "cubic:", 6);
+    text[255] = '\0';
+    assert_int_equal(weft_kernel_parse(&remember_log, text, &kernel), WEFT_OK);
+    text[255] = '0';
+    text[256] = '\0';
+    assert_int_equal(weft_kernel_parse(&remember_log, text, &kernel), WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(last_message, "longer than 255 bytes"));
+}
+
+static void test_bad_arguments(void **state)
+{
+    static const struct weft_kernel_info no_weight = {.name = "no weight", .radius = 1.0};
+    struct weft_kernel_info wide = *weft_kernel_find("linear");
+    struct weft_kernel kernel;
+    (void)state;
+    wide.radius = 8.5;
+    assert_null(weft_kernel_find(NULL));
+    assert_null(weft_kernel_find(""));
+    assert_int_equal(weft_kernel_parse(&remember_log, NULL, &kernel), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_kernel_parse(&remember_log, "linear", NULL), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_kernel_create(&remember_log, NULL, NULL, &kernel), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_kernel_create(NULL, &no_weight, NULL, &kernel), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_kernel_create(&remember_log, &wide, NULL, &kernel), WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(last_message, "half-width 8.5 is not in (0, 8]"));
+    const struct weft_kernel_info *cubic = weft_kernel_find("cubic");
+    assert_int_equal(weft_kernel_create(&remember_log, cubic, (double[]){NAN, INFINITY}, &kernel),
+                     WEFT_ERR_ARGUMENT);
+    assert_null(kernel.info);
+    assert_int_equal(weft_kernel_create(NULL, cubic, (double[]){1.0, NAN}, &kernel), WEFT_OK);
+    assert_near(kernel.param[0], 1.0, 0.0, "given");
+    assert_near(kernel.param[1], 0.5, 0.0, "initial");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_check_record),
+        cmocka_unit_test(test_check_support),
+        cmocka_unit_test(test_check_symmetry),
+        cmocka_unit_test(test_check_integers),
+        cmocka_unit_test(test_check_unit_sum),
+        cmocka_unit_test(test_check_integral),
+        cmocka_unit_test(test_check_derivative),
+        cmocka_unit_test(test_check_continuity),
+        cmocka_unit_test(test_check_order),
+        cmocka_unit_test(test_fractions),
+        cmocka_unit_test(test_bspline_tail),
+        cmocka_unit_test(test_same_kernels),
+        cmocka_unit_test(test_taylor_coefficients),
+        cmocka_unit_test(test_family_flags),
+        cmocka_unit_test(test_first_tap),
+        cmocka_unit_test(test_weights),
+        cmocka_unit_test(test_check_round_trip),
+        cmocka_unit_test(test_format),
+        cmocka_unit_test(test_bad_text),
+        cmocka_unit_test(test_unknown_lists_all),
+        cmocka_unit_test(test_long_text),
+        cmocka_unit_test(test_bad_arguments),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
