@@ -39,14 +39,15 @@ static const char *const type_name[] = {"uint", "half", "float"};
 
 // ---- opening ------------------------------------------------------------------------------------
 
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's lock.
+static struct reader *current;
+
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
 {
-    void *priv = NULL;
+    (void)exr;
     (void)code;
-    exr_get_user_data(exr, &priv);
-    struct reader *r = priv;
-    if (r && !r->message[0])
-        snprintf(r->message, sizeof r->message, "%s", message);
+    if (current && !current->message[0])
+        snprintf(current->message, sizeof current->message, "%s", message);
 }
 
 static int64_t read_bytes(exr_const_context_t exr, void *priv, void *buffer, uint64_t size,
@@ -507,6 +508,7 @@ static enum weft_result handle(struct weft_server *server)
     enum weft_result res = WEFT_OK;
     r->server = server;
     r->message[0] = '\0';
+    current = r;
     if (!r->exr)
         res = open_file(r);
     if (res != WEFT_OK)
