@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <GL/osmesa.h>
+#include "passes/context_backend.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "passes/context_backend.h"
+#include <GL/osmesa.h>
 
 // Rendering goes to framebuffer objects; OSMesa only wants some default buffer to be current with.
 enum { BUFFER_SIZE = 16 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
 // Pixel (x, y) of a W x H slice samples origin + (x+0.5)/W u + (y+0.5)/H v. Positions are formed in
-// double, and handed to the GPU as 64-bit fixed point (32 fraction bits) relative to a local origin,
+// double, and handed to the GPU as fixed point (40 fraction bits) relative to a local origin,
 // exactly the same for every tiling of the output; the kernel's weights come from polynomial tiles
 // made in double; sums are single precision. One pass reads a row of four samples per fetch where
 // the layout allows (dot4; Hadwiger, Hauser, Moeller 2003, section 6).

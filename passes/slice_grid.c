@@ -6,7 +6,8 @@
 
 #include "filter/check.h"
 
-static const double FIXED_ONE = 4294967296.0; // 2^WEFT_GRID_FRACTION_BITS
+// A block's positions are within 2 * 255 steps of its first: with these, 62 bits hold them.
+enum { FRACTION_BITS = 40, MAX_STEP = 2048, COARSE_FRACTION_BITS = 31 };
 
 // ---- small vectors ------------------------------------------------------------------------------
 
@@ -106,6 +107,22 @@ static enum weft_result check_range(const struct weft_log *log,
     return WEFT_OK;
 }
 
+static void set_steps(struct weft_slice_grid *grid)
+{
+    const struct weft_slice_geometry *g = &grid->index;
+    double longest = 0.0;
+    for (int a = 0; a < 3; a++)
+        longest = fmax(longest, fmax(fabs(g->u[a]) / g->width, fabs(g->v[a]) / g->height));
+    grid->fraction_bits = longest <= MAX_STEP ? FRACTION_BITS : COARSE_FRACTION_BITS;
+    for (int a = 0; a < 3; a++) {
+        // A step is used only where there is a second pixel; it then fits, by check_range.
+        double du = g->width > 1 ? g->u[a] / g->width : 0.0;
+        double dv = g->height > 1 ? g->v[a] / g->height : 0.0;
+        grid->du[a] = llround(ldexp(du, grid->fraction_bits));
+        grid->dv[a] = llround(ldexp(dv, grid->fraction_bits));
+    }
+}
+
 enum weft_result weft_slice_grid_create(const struct weft_log *log,
                                         const struct weft_slice_params *params,
                                         const struct weft_volume_info *info,
@@ -132,14 +149,7 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
     int width = params->kernel.width;
     out->tap_shift = width % 2 ? 0.5 : 0.0;
     out->tap_offset = width % 2 ? (width - 1) / 2 : width / 2 - 1;
-    for (int a = 0; a < 3; a++) {
-        const struct weft_slice_geometry *i = &out->index;
-        double middle = i->origin[a] + 0.5 * (i->u[a] + i->v[a]);
-        out->base[a] = (int32_t)(8.0 * floor(middle / 8.0));
-        // A step is used only where there is a second pixel; it then fits, by check_range.
-        out->du[a] = i->width > 1 ? llround(i->u[a] / i->width * FIXED_ONE) : 0;
-        out->dv[a] = i->height > 1 ? llround(i->v[a] / i->height * FIXED_ONE) : 0;
-    }
+    set_steps(out);
     return WEFT_OK;
 }
 
@@ -153,12 +163,16 @@ void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y, 
         position[a] = g->origin[a] + s * g->u[a] + t * g->v[a];
 }
 
-void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by, int64_t position[3])
+void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
+                           struct weft_slice_block *out)
 {
     double exact[3];
     weft_slice_grid_position(grid, bx * WEFT_GRID_BLOCK, by * WEFT_GRID_BLOCK, exact);
-    for (int a = 0; a < 3; a++)
-        position[a] = llround((exact[a] - grid->base[a] + grid->tap_shift) * FIXED_ONE);
+    for (int a = 0; a < 3; a++) {
+        out->base[a] = (int32_t)(8.0 * floor(exact[a] / 8.0));
+        out->position[a] =
+            llround(ldexp(exact[a] - out->base[a] + grid->tap_shift, grid->fraction_bits));
+    }
 }
 
 static void set_slab(const double normal[3], const double point[3], double low, double high,
@@ -201,25 +215,26 @@ void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct
 
 // ---- cells --------------------------------------------------------------------------------------
 
-enum { CELL_SHIFT = WEFT_GRID_FRACTION_BITS + 3 };
-
-static void make_run(const struct weft_slice_grid *grid, const int64_t first[3],
-                     const int64_t last[3], struct weft_slice_run_of_pixels *run)
+static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
+                     const int64_t first[3], const int64_t last[3],
+                     struct weft_slice_run_of_pixels *run)
 {
     for (int a = 0; a < 3; a++) {
-        int from = (int)(first[a] >> WEFT_GRID_FRACTION_BITS) & 7;
-        int to = (int)(last[a] >> WEFT_GRID_FRACTION_BITS) & 7;
-        run->cell.at[a] = (grid->base[a] >> 3) + (int32_t)(first[a] >> CELL_SHIFT);
+        int from = (int)(first[a] >> grid->fraction_bits) & 7;
+        int to = (int)(last[a] >> grid->fraction_bits) & 7;
+        run->cell.at[a] = (base[a] >> 3) + (int32_t)(first[a] >> (grid->fraction_bits + 3));
         run->low[a] = (uint8_t)(from < to ? from : to);
         run->high[a] = (uint8_t)(from < to ? to : from);
     }
 }
 
-// One row of one block: pixels x0 to x1, exclusive; `at` is the position of x0.
-static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y, int64_t at[3],
-                     weft_slice_run_visitor visit, void *priv)
+// One row of one block: pixels x0 to x1, exclusive; block->position is that of x0.
+static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y,
+                     struct weft_slice_block *block, weft_slice_run_visitor visit, void *priv)
 {
     const int64_t *du = grid->du;
+    int64_t *at = block->position;
+    int cell_shift = grid->fraction_bits + 3;
     while (x0 < x1) {
         int64_t first[3] = {at[0], at[1], at[2]}, last[3];
         struct weft_slice_run_of_pixels run = {.x = x0, .y = y};
@@ -232,9 +247,9 @@ static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y, 
                 at[a] += du[a];
                 changed |= (uint64_t)(at[a] ^ first[a]);
             }
-        } while (x0 < x1 && changed >> CELL_SHIFT == 0);
+        } while (x0 < x1 && changed >> cell_shift == 0);
         run.count = x0 - run.x;
-        make_run(grid, first, last, &run);
+        make_run(grid, block->base, first, last, &run);
         if (!visit(priv, &run))
             return false;
     }
@@ -254,12 +269,12 @@ bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int 
         for (int from = x; from < x + width;) {
             int bx = from / WEFT_GRID_BLOCK;
             int to = smaller((bx + 1) * WEFT_GRID_BLOCK, x + width);
-            int64_t at[3];
-            weft_slice_grid_block(grid, bx, by, at);
+            struct weft_slice_block block;
+            weft_slice_grid_block(grid, bx, by, &block);
             for (int a = 0; a < 3; a++)
-                at[a] += (from - bx * WEFT_GRID_BLOCK) * grid->du[a] +
-                         (row - by * WEFT_GRID_BLOCK) * grid->dv[a];
-            if (!walk_row(grid, from, to, row, at, visit, priv))
+                block.position[a] += (from - bx * WEFT_GRID_BLOCK) * grid->du[a] +
+                                     (row - by * WEFT_GRID_BLOCK) * grid->dv[a];
+            if (!walk_row(grid, from, to, row, &block, visit, priv))
                 return false;
             from = to;
         }

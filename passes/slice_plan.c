@@ -355,7 +355,7 @@ static double weight_error(const struct weft_slice_plan *plan, double slope)
     }
     // Horner's rule: 2 degree + 1 roundings, coefficients included, each of at most sum |c|.
     double horner = (2 * t->degree + 1) * u * largest;
-    double position = 0x1p-25 + 511 * 0x1p-33;
+    double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
     return horner + t->width * t->error + position * slope;
 }
 

@@ -23,8 +23,12 @@ struct runner {
     float *block;            // voxels of one cell's block
     int32_t *cell_entries;   // by cell number
     int32_t *entries;        // by pixel, while the buffer is mapped
+    bool *block_constants;   // by block of the tile: some pixel's entry names a constant
+    struct weft_block_layout block_layout; // of the tile
     struct weft_gl_buffer source, entry_buffer, kernel;
-    GLuint program, target, framebuffer, vertex_array;
+    // Without and with constants: pixels that need no branch are drawn faster without one.
+    GLuint programs[2];
+    GLuint target, framebuffer, vertex_array;
 };
 
 static bool go_on(const struct runner *r, double fraction)
@@ -35,13 +39,24 @@ static bool go_on(const struct runner *r, double fraction)
 // ---- set-up -------------------------------------------------------------------------------------
 
 struct sizes {
-    size_t bricks, cells, block_voxels, source_bytes, entries;
+    size_t bricks, cells, block_voxels, source_bytes, entries, blocks;
     int width, height;
 };
 
 static size_t larger(size_t a, size_t b)
 {
     return a > b ? a : b;
+}
+
+// Blocks are numbered from the one that holds the tile's first pixel.
+static int first_block(int start)
+{
+    return start / WEFT_GRID_BLOCK;
+}
+
+static int last_block(int start, int length)
+{
+    return (start + length - 1) / WEFT_GRID_BLOCK - first_block(start);
 }
 
 // What the tiles need at most; a fallback to the plain layout never needs more.
@@ -57,6 +72,8 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
         s.block_voxels = larger(s.block_voxels, (size_t)span[0] * (size_t)span[1] * (size_t)span[2]);
         s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
         s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
+        s.blocks = larger(s.blocks, (size_t)(last_block(tile->x, tile->width) + 1) *
+                                        (size_t)(last_block(tile->y, tile->height) + 1));
         s.width = tile->width > s.width ? tile->width : s.width;
         s.height = tile->height > s.height ? tile->height : s.height;
     }
@@ -80,7 +97,7 @@ static enum weft_result check_limits(const struct runner *r, const struct sizes 
     return WEFT_OK;
 }
 
-static enum weft_result create_program(struct runner *r)
+static enum weft_result create_program(struct runner *r, bool constants)
 {
     static const char *const layout_define[] = {
         [WEFT_LAYOUT_INTERLEAVED] = "INTERLEAVED",
@@ -91,12 +108,20 @@ static enum weft_result create_program(struct runner *r)
     char defines[256];
     snprintf(defines, sizeof defines,
              "#define WIDTH %d\n#define GROUPS %d\n#define DEGREE %d\n#define SEGMENTS %d\n"
-             "#define LAYOUT_%s\n",
-             tiles->width, tiles->groups, tiles->degree, tiles->segments, layout_define[r->layout]);
-    if (r->program)
-        r->gl->DeleteProgram(r->program);
+             "#define CONSTANTS %d\n#define LAYOUT_%s\n",
+             tiles->width, tiles->groups, tiles->degree, tiles->segments, constants,
+             layout_define[r->layout]);
     return weft_program_create(r->log, r->gl, "slice", defines, weft_shader_full_target,
-                               weft_shader_slice, &r->program);
+                               weft_shader_slice, &r->programs[constants]);
+}
+
+static void destroy_programs(struct runner *r)
+{
+    for (int i = 0; i < 2; i++) {
+        if (r->programs[i])
+            r->gl->DeleteProgram(r->programs[i]);
+        r->programs[i] = 0;
+    }
 }
 
 static enum weft_result create_target(struct runner *r, const struct sizes *s)
@@ -144,7 +169,8 @@ static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
     r->values = malloc((s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values);
     r->block = malloc(s->block_voxels * sizeof *r->block);
     r->cell_entries = malloc((s->cells + 1) * sizeof *r->cell_entries);
-    if (!r->values || !r->block || !r->cell_entries) {
+    r->block_constants = malloc(s->blocks * sizeof *r->block_constants);
+    if (!r->values || !r->block || !r->cell_entries || !r->block_constants) {
         weft_error(r->log, "not enough memory for the voxels of %zu bricks", s->bricks);
         return WEFT_ERR_MEMORY;
     }
@@ -175,11 +201,11 @@ static void destroy(struct runner *r)
         gl->DeleteTextures(1, &r->target);
     if (r->vertex_array)
         gl->DeleteVertexArrays(1, &r->vertex_array);
-    if (r->program)
-        gl->DeleteProgram(r->program);
+    destroy_programs(r);
     free(r->values);
     free(r->block);
     free(r->cell_entries);
+    free(r->block_constants);
 }
 
 // ---- one tile's data ----------------------------------------------------------------------------
@@ -194,10 +220,10 @@ static bool all_finite(const float *values, size_t count)
 }
 
 // Aligned rows multiply samples beside the kernel's reach by zero, which only finite ones stand.
-static enum weft_result choose_layout(struct runner *r, size_t value_count)
+static void choose_layout(struct runner *r, size_t value_count)
 {
     if (r->layout != WEFT_LAYOUT_ALIGNED || all_finite(r->values, value_count))
-        return WEFT_OK;
+        return;
     weft_note(r->log, "the volume holds NaN or infinity: layout plain instead of aligned");
     r->report.plain_fallback = true;
     r->layout = WEFT_LAYOUT_PLAIN;
@@ -206,7 +232,7 @@ static enum weft_result choose_layout(struct runner *r, size_t value_count)
     r->source.texel_bytes = 4;
     r->gl->BindTexture(GL_TEXTURE_BUFFER, r->source.texture);
     r->gl->TexBuffer(GL_TEXTURE_BUFFER, GL_R32F, r->source.buffer);
-    return create_program(r);
+    destroy_programs(r);
 }
 
 static void write_block(const struct runner *r, const struct weft_brick_store *store,
@@ -254,6 +280,12 @@ static void lay_out(struct runner *r, const struct weft_slice_tile_plan *tile,
     }
 }
 
+static size_t block_number(const struct weft_slice_tile *tile, int bx, int by)
+{
+    size_t row = (size_t)last_block(tile->x, tile->width) + 1;
+    return (size_t)(by - first_block(tile->y)) * row + (size_t)(bx - first_block(tile->x));
+}
+
 struct entry_writer {
     struct runner *r;
     const struct weft_slice_tile_plan *tile_plan;
@@ -265,6 +297,9 @@ static bool write_entries(void *priv, const struct weft_slice_run_of_pixels *run
     const struct entry_writer *w = priv;
     int64_t number = weft_cell_map_find(&w->tile_plan->map, run->cell);
     int32_t entry = w->r->cell_entries[number];
+    if (entry < 0)
+        w->r->block_constants[block_number(w->tile, run->x / WEFT_GRID_BLOCK,
+                                           run->y / WEFT_GRID_BLOCK)] = true;
     int32_t *out = w->r->entries + (size_t)(run->y - w->tile->y) * (size_t)w->tile->width +
                    (run->x - w->tile->x);
     for (int i = 0; i < run->count; i++)
@@ -281,7 +316,7 @@ static enum weft_result load_tile(struct runner *r, int index)
     enum weft_result res = weft_slice_read_bricks(r->plan, r->volume, &p->bricks, r->values);
     double read = weft_now_seconds();
     if (res == WEFT_OK)
-        res = choose_layout(r, p->bricks.count * WEFT_BRICK_VOXELS);
+        choose_layout(r, p->bricks.count * WEFT_BRICK_VOXELS);
     if (res == WEFT_OK)
         res = weft_slice_store_create(r->log, weft_volume_get_info(r->volume), &r->plan->topology,
                                       &p->bricks, r->values, &store);
@@ -289,11 +324,12 @@ static enum weft_result load_tile(struct runner *r, int index)
         goto fail;
 
     // The layouts are written straight into GL's memory: upload is mapping and unmapping.
-    struct weft_block_layout layout = p->layout;
-    if (r->layout != layout.kind)
-        weft_block_layout_init(&layout, r->layout, layout.width,
-                               (int[]){WEFT_BRICK_SIZE, layout.span[1] - layout.width + 1,
-                                       layout.span[2] - layout.width + 1});
+    struct weft_block_layout *layout = &r->block_layout;
+    *layout = p->layout;
+    if (r->layout != layout->kind)
+        weft_block_layout_init(layout, r->layout, p->layout.width,
+                               (int[]){WEFT_BRICK_SIZE, p->layout.span[1] - p->layout.width + 1,
+                                       p->layout.span[2] - p->layout.width + 1});
     res = WEFT_ERR_GL;
     size_t source_bytes = p->source_texels * p->layout.texel_bytes;
     size_t entry_bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
@@ -302,7 +338,10 @@ static enum weft_result load_tile(struct runner *r, int index)
     double mapped = weft_now_seconds();
     if (source && r->entries) {
         struct entry_writer writer = {r, p, tile};
-        lay_out(r, p, store, &layout, source);
+        lay_out(r, p, store, layout, source);
+        memset(r->block_constants, 0,
+               block_number(tile, first_block(tile->x) + last_block(tile->x, tile->width),
+                            first_block(tile->y) + last_block(tile->y, tile->height)) + 1);
         weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
     }
@@ -310,9 +349,6 @@ static enum weft_result load_tile(struct runner *r, int index)
     if (source && r->entries && weft_gl_buffer_unmap(r->gl, &r->source) &&
         weft_gl_buffer_unmap(r->gl, &r->entry_buffer))
         res = WEFT_OK;
-    r->gl->UseProgram(r->program);
-    r->gl->Uniform2i(r->gl->GetUniformLocation(r->program, "pitch"), layout.row_texels,
-                     layout.row_texels * layout.span[1]);
     if (weft_gl_check(r->log, r->gl, "uploading a tile's voxels") != WEFT_OK || res != WEFT_OK) {
         weft_error(r->log, "a tile of %zu bytes could not be handed to GL", source_bytes);
         res = WEFT_ERR_GL;
@@ -328,66 +364,96 @@ fail:
 
 // ---- passes -------------------------------------------------------------------------------------
 
-static void set_fixed(const struct runner *r, const char *name, const int64_t value[3])
+static GLint location(const struct runner *r, GLuint program, const char *name)
 {
-    const GladGLContext *gl = r->gl;
-    GLint word[3][3];
-    for (int a = 0; a < 3; a++) {
-        word[0][a] = (GLint)(value[a] >> 32);
-        word[1][a] = (GLint)(value[a] >> 16 & 0xffff);
-        word[2][a] = (GLint)(value[a] & 0xffff);
-    }
-    static const char *const part[3] = {"whole", "high", "low"};
-    for (int i = 0; i < 3; i++) {
-        char full[32];
-        snprintf(full, sizeof full, "%s_%s", name, part[i]);
-        gl->Uniform3iv(gl->GetUniformLocation(r->program, full), 1, word[i]);
-    }
+    return r->gl->GetUniformLocation(program, name);
 }
 
-static void bind_buffer(const struct runner *r, GLuint unit, const char *name,
+// A position or step modulo 8 voxels, as the shader's two words.
+static void set_fixed(const struct runner *r, GLuint program, const char *name,
+                      const char *low_name, const int64_t value[3])
+{
+    int low_bits = r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
+    GLint word[3], low[3];
+    for (int a = 0; a < 3; a++) {
+        word[a] = (GLint)(uint32_t)(value[a] >> low_bits);
+        low[a] = (GLint)(value[a] & ((INT64_C(1) << low_bits) - 1));
+    }
+    r->gl->Uniform3iv(location(r, program, name), 1, word);
+    r->gl->Uniform3iv(location(r, program, low_name), 1, low);
+}
+
+static void bind_buffer(const struct runner *r, GLuint program, GLuint unit, const char *name,
                         const struct weft_gl_buffer *buffer)
 {
-    const GladGLContext *gl = r->gl;
-    gl->ActiveTexture(GL_TEXTURE0 + unit);
-    gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
-    gl->Uniform1i(gl->GetUniformLocation(r->program, name), (GLint)unit);
+    r->gl->ActiveTexture(GL_TEXTURE0 + unit);
+    r->gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
+    r->gl->Uniform1i(location(r, program, name), (GLint)unit);
+    r->gl->ActiveTexture(GL_TEXTURE0);
 }
 
-static void bind_tile(const struct runner *r, const struct weft_slice_tile *tile)
+static void bind_tile(const struct runner *r, GLuint program, const struct weft_slice_tile *tile)
 {
     const GladGLContext *gl = r->gl;
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
-    gl->UseProgram(r->program);
-    bind_buffer(r, 0, "source", &r->source);
-    bind_buffer(r, 1, "entries", &r->entry_buffer);
+    gl->UseProgram(program);
+    bind_buffer(r, program, 0, "source", &r->source);
+    bind_buffer(r, program, 1, "entries", &r->entry_buffer);
     if (tiles->segments > 1)
-        bind_buffer(r, 2, "kernel", &r->kernel);
+        bind_buffer(r, program, 2, "kernel", &r->kernel);
     else
-        gl->Uniform4fv(gl->GetUniformLocation(r->program, "kernel"),
-                       (GLsizei)(tiles->coefficient_count / 4), tiles->coefficients);
-    gl->ActiveTexture(GL_TEXTURE0);
-    gl->Uniform1i(gl->GetUniformLocation(r->program, "row_entries"), tile->width);
-    set_fixed(r, "du", r->plan->grid.du);
-    set_fixed(r, "dv", r->plan->grid.dv);
+        gl->Uniform4fv(location(r, program, "kernel"), (GLsizei)(tiles->coefficient_count / 4),
+                       tiles->coefficients);
+    gl->Uniform2i(location(r, program, "pitch"), r->block_layout.row_texels,
+                  r->block_layout.row_texels * r->block_layout.span[1]);
+    gl->Uniform1i(location(r, program, "row_entries"), tile->width);
+    gl->Uniform1i(location(r, program, "low_bits"),
+                  r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
+    set_fixed(r, program, "du", "du_low", r->plan->grid.du);
+    set_fixed(r, program, "dv", "dv_low", r->plan->grid.dv);
 }
 
 // Draws the part of block (bx, by) that lies in the tile.
-static void draw_block(struct runner *r, const struct weft_slice_tile *tile, int bx, int by)
+static void draw_block(struct runner *r, GLuint program, const struct weft_slice_tile *tile, int bx,
+                       int by)
 {
     const GladGLContext *gl = r->gl;
     int x0 = bx * WEFT_GRID_BLOCK - tile->x, y0 = by * WEFT_GRID_BLOCK - tile->y;
     int x1 = x0 + WEFT_GRID_BLOCK, y1 = y0 + WEFT_GRID_BLOCK;
     int from_x = x0 > 0 ? x0 : 0, from_y = y0 > 0 ? y0 : 0;
     int to_x = x1 < tile->width ? x1 : tile->width, to_y = y1 < tile->height ? y1 : tile->height;
-    int64_t position[3];
-    weft_slice_grid_block(&r->plan->grid, bx, by, position);
-    set_fixed(r, "origin", position);
-    gl->Uniform2i(gl->GetUniformLocation(r->program, "block"), x0, y0);
+    struct weft_slice_block block;
+    weft_slice_grid_block(&r->plan->grid, bx, by, &block);
+    set_fixed(r, program, "origin", "origin_low", block.position);
+    gl->Uniform2i(location(r, program, "block"), x0, y0);
     gl->Viewport(from_x, from_y, to_x - from_x, to_y - from_y);
     gl->Scissor(from_x, from_y, to_x - from_x, to_y - from_y);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
     r->report.passes++;
+}
+
+// Draws the blocks with or without constants.
+static enum weft_result draw_blocks(struct runner *r, const struct weft_slice_tile *tile,
+                                    bool constants)
+{
+    bool bound = false;
+    for (int y = 0; y <= last_block(tile->y, tile->height); y++) {
+        for (int x = 0; x <= last_block(tile->x, tile->width); x++) {
+            int bx = first_block(tile->x) + x, by = first_block(tile->y) + y;
+            if (r->block_constants[block_number(tile, bx, by)] != constants)
+                continue;
+            if (!r->programs[constants]) {
+                enum weft_result res = create_program(r, constants);
+                if (res != WEFT_OK)
+                    return res;
+            }
+            if (!bound)
+                bind_tile(r, r->programs[constants], tile);
+            bound = true;
+            draw_block(r, r->programs[constants], tile, bx, by);
+        }
+    }
+    return WEFT_OK;
 }
 
 static enum weft_result draw_tile(struct runner *r, int index)
@@ -395,15 +461,12 @@ static enum weft_result draw_tile(struct runner *r, int index)
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
     r->gl->Enable(GL_SCISSOR_TEST);
-    bind_tile(r, tile);
-    int last_bx = (tile->x + tile->width - 1) / WEFT_GRID_BLOCK;
-    int last_by = (tile->y + tile->height - 1) / WEFT_GRID_BLOCK;
-    for (int by = tile->y / WEFT_GRID_BLOCK; by <= last_by; by++)
-        for (int bx = tile->x / WEFT_GRID_BLOCK; bx <= last_bx; bx++)
-            draw_block(r, tile, bx, by);
+    enum weft_result res = draw_blocks(r, tile, false);
+    if (res == WEFT_OK)
+        res = draw_blocks(r, tile, true);
     r->gl->Finish();
     r->report.pass_seconds += weft_now_seconds() - start;
-    return weft_gl_check(r->log, r->gl, "drawing a tile");
+    return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "drawing a tile") : res;
 }
 
 static enum weft_result read_back(struct runner *r, int index, float *pixels)
@@ -454,8 +517,6 @@ enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *pl
     if (res != WEFT_OK)
         return res;
     res = check_limits(&r, &sizes);
-    if (res == WEFT_OK)
-        res = create_program(&r);
     if (res == WEFT_OK)
         res = create_buffers(&r, &sizes);
     for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++) {

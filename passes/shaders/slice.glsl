@@ -1,6 +1,7 @@
 // Fragment shader: one tri-variate reconstruction per pixel.
 // Defined by the plan: WIDTH (taps along an axis), GROUPS (of four taps), DEGREE and SEGMENTS of the
-// kernel's polynomial tiles, and one of LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN.
+// kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), and one of
+// LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN.
 
 uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
 uniform samplerBuffer source;
@@ -12,11 +13,11 @@ uniform samplerBuffer kernel; // [segment][power][group]
 uniform vec4 kernel[(DEGREE + 1) * GROUPS]; // [power][group]
 #endif
 
-// Position + tap shift of the block's first pixel, and steps to the next pixel along x and y, in
-// voxels: whole numbers, and fractions in two words of 16 bits.
-uniform ivec3 origin_whole, du_whole, dv_whole;
-uniform ivec3 origin_high, du_high, dv_high;
+// Position + tap shift of the block's first pixel, and steps to the next pixel along x and y, modulo
+// 8 voxels: words of 3 whole and 29 fraction bits, and low_bits further fraction bits.
+uniform ivec3 origin, du, dv;
 uniform ivec3 origin_low, du_low, dv_low;
+uniform int low_bits;
 uniform ivec2 block;  // window coordinates of the block's first pixel (may lie outside)
 uniform int row_entries;
 
@@ -92,26 +93,25 @@ void main()
 {
     ivec2 window = ivec2(gl_FragCoord.xy);
     int entry = texelFetch(entries, window.y * row_entries + window.x).r;
+#if CONSTANTS
     if (entry < 0) {
         value = texelFetch(source, ~entry).r;
         return;
     }
+#endif
 
-    // Positions in 64-bit fixed point, by words.
+    // Fixed point with carry. The first tap's place in the cell, and the fraction rounded to 24 bits.
     ivec2 p = window - block;
     ivec3 low = origin_low + p.x * du_low + p.y * dv_low;
-    ivec3 high = origin_high + p.x * du_high + p.y * dv_high + (low >> 16);
-    ivec3 whole = origin_whole + p.x * du_whole + p.y * dv_whole + (high >> 16);
-    // The fraction, rounded to 24 bits.
-    ivec3 fraction = ((high & 0xffff) << 8) + ((((low & 0xffff) >> 7) + 1) >> 1);
-    vec3 t = vec3(fraction) * (1.0 / 16777216.0);
+    ivec3 position = origin + p.x * du + p.y * dv + (low >> low_bits);
+    ivec3 start = (position >> 29) & 7;
+    vec3 t = vec3((((position >> 4) & 0x1ffffff) + 1) >> 1) * (1.0 / 16777216.0);
 
     float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
     kernel_weights(t.x, wx);
     kernel_weights(t.y, wy);
     kernel_weights(t.z, wz);
 
-    ivec3 start = whole & 7;
 #if defined(LAYOUT_ALIGNED)
     float row_weights[ROW_WEIGHTS];
     shift_weights(wx, start.x & 3, row_weights);
