@@ -6,6 +6,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <sys/mman.h>
 #include <sys/stat.h>
 
 #include <openvdb/io/io.h>
@@ -435,6 +436,20 @@ struct Reader {
     std::unique_ptr<Volume> volume;
 };
 
+// OpenVDB maps the file, and would not tell why it cannot.
+void check_mapping(const weft_server *server)
+{
+    struct stat stat;
+    if (fstat(server->input_fd, &stat))
+        fail(WEFT_ERR_OPEN, "cannot read the file");
+    size_t size = static_cast<size_t>(stat.st_size);
+    void *data = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, server->input_fd, 0);
+    if (data == MAP_FAILED)
+        fail(WEFT_ERR_LIMIT, "the file's %llu bytes do not fit into the memory limit of %llu bytes",
+             wide(size), wide(server->limits.memory_bytes));
+    munmap(data, size);
+}
+
 void open_file(weft_server *server, Reader *reader)
 {
     if (reader->file)
@@ -442,11 +457,7 @@ void open_file(weft_server *server, Reader *reader)
     if (!weft::guard_is_complete())
         fail(WEFT_ERR_READER, "this libopenvdb is not the one that the reader was built for");
     reader->entries = weft::scan_file(server->input_fd);
-    struct stat stat;
-    if (fstat(server->input_fd, &stat) == 0 &&
-        static_cast<uint64_t>(stat.st_size) >= server->limits.memory_bytes)
-        fail(WEFT_ERR_LIMIT, "the file has %llu bytes, the memory limit is %llu",
-             wide(static_cast<uint64_t>(stat.st_size)), wide(server->limits.memory_bytes));
+    check_mapping(server);
     auto file =
         std::make_unique<openvdb::io::File>("/proc/self/fd/" + std::to_string(server->input_fd));
     // By default small files are copied to a temporary one, for fear of changes during reading.

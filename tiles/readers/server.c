@@ -212,7 +212,7 @@ int weft_server_run(int argc, char **argv, enum weft_result (*handle)(struct wef
     }
     server.path = argv[1];
     server.limits.cpu_seconds = (uint32_t)cpu_seconds;
-    if (!apply_limits(&server.limits) || !start_watch())
+    if (!start_watch() || !apply_limits(&server.limits))
         _exit(EXIT_SETUP);
     for (;;) {
         struct weft_wire_request request;

@@ -77,8 +77,7 @@ void fill_leaf(const Source &source, const float *values, FloatTree::LeafNodeTyp
                                   ? in_box(source, leaf->offsetToGlobalCoord(n))
                                   : is_active(source, value);
                 out[n] = source.head.boxed && !active ? source.head.background : value;
-                if (active)
-                    leaf->setValueMaskOn(n);
+                leaf->setActiveState(n, active);
             }
 }
 
@@ -121,8 +120,8 @@ openvdb::math::Transform::Ptr make_transform(const double m[3][4])
     }
     // Row vectors: the transpose of ours.
     return Transform::createLinearTransform(
-        Mat4d(m[0][0], m[1][0], m[2][0], 0, m[0][1], m[1][1], m[2][1], 0, m[0][2], m[1][2], m[2][2],
-              0, m[0][3], m[1][3], m[2][3], 1));
+        Mat4d(m[0][0], m[1][0], m[2][0], 0.0, m[0][1], m[1][1], m[2][1], 0.0, m[0][2], m[1][2],
+              m[2][2], 0.0, m[0][3], m[1][3], m[2][3], 1.0));
 }
 
 void write_volume(weft_server *server)
