@@ -39,7 +39,8 @@ static const char *const type_name[] = {"uint", "half", "float"};
 
 // ---- opening ------------------------------------------------------------------------------------
 
-// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's lock.
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's
+// lock.
 static struct reader *current;
 
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
@@ -264,9 +265,9 @@ static bool put_value(const exr_attribute_t *a, struct weft_metadata *out)
     else if (a->type == EXR_ATTR_STRING_VECTOR && a->stringvector)
         put_strings(a->stringvector, out);
     else if (a->type == EXR_ATTR_LINEORDER && a->uc < WEFT_COUNT(order))
-        put(out->value, sizeof out->value, order[a->uc], SIZE_MAX);
+        put(out->value, sizeof out->value, order[a->uc], PTRDIFF_MAX);
     else if (a->type == EXR_ATTR_ENVMAP && a->uc < WEFT_COUNT(envmap))
-        put(out->value, sizeof out->value, envmap[a->uc], SIZE_MAX);
+        put(out->value, sizeof out->value, envmap[a->uc], PTRDIFF_MAX);
     else if (a->type == EXR_ATTR_RATIONAL && a->rational)
         snprintf(out->value, sizeof out->value, "%d/%u", a->rational->num, a->rational->denom);
     else
@@ -293,7 +294,7 @@ static bool describe_attribute(struct reader *r, int32_t index, struct weft_meta
         return false;
     if (is_structure(a->name) || !put_value(a, out))
         return false;
-    put(out->key, sizeof out->key, a->name, SIZE_MAX);
+    put(out->key, sizeof out->key, a->name, PTRDIFF_MAX);
     return out->key[0] != '\0';
 }
 
@@ -313,7 +314,7 @@ static enum weft_result append_channels(struct reader *r)
         const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
         struct weft_image_channel channel = {0};
         put(channel.name, sizeof channel.name, e->name.str, (size_t)e->name.length);
-        put(channel.type, sizeof channel.type, type_name[e->pixel_type], SIZE_MAX);
+        put(channel.type, sizeof channel.type, type_name[e->pixel_type], PTRDIFF_MAX);
         res = append(r, &channel, sizeof channel);
     }
     return res;
@@ -338,7 +339,7 @@ static enum weft_result answer_info(struct reader *r)
     wire.image.tiled = r->storage == EXR_STORAGE_TILED;
     wire.image.channel_count = (size_t)r->channels->num_channels;
     put(wire.image.compression, sizeof wire.image.compression, compression_name[r->compression],
-        SIZE_MAX);
+        PTRDIFF_MAX);
 
     enum weft_result res = append(r, &wire, sizeof wire);
     if (res == WEFT_OK)
