@@ -24,6 +24,7 @@ struct reader {
     struct weft_server *server;
     exr_context_t exr;
     char message[256]; // the first that OpenEXRCore told during a request
+    size_t refused;    // bytes of an allocation that failed, else 0
     uint64_t file_bytes;
     exr_attr_box2i_t data, display;
     int64_t width, height;
@@ -49,6 +50,15 @@ static void keep_message(exr_const_context_t exr, exr_result_t code, const char 
     (void)code;
     if (current && !current->message[0])
         snprintf(current->message, sizeof current->message, "%s", message);
+}
+
+// OpenEXRCore 3.1 says "out of memory" of damaged data as well.
+static void *allocate(size_t size)
+{
+    void *memory = malloc(size);
+    if (!memory && current)
+        current->refused = size;
+    return memory;
 }
 
 static int64_t read_bytes(exr_const_context_t exr, void *priv, void *buffer, uint64_t size,
@@ -84,13 +94,14 @@ static int64_t query_size(exr_const_context_t exr, void *priv)
 
 static enum weft_result fail_exr(struct reader *r, exr_result_t code)
 {
-    enum weft_result res = WEFT_ERR_FORMAT;
-    if (code == EXR_ERR_OUT_OF_MEMORY)
-        res = WEFT_ERR_LIMIT;
-    else if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
-        res = WEFT_ERR_UNSUPPORTED;
-    return weft_server_fail(r->server, res, "%s",
-                            r->message[0] ? r->message : exr_get_default_error_message(code));
+    if (r->refused)
+        return weft_server_fail(r->server, WEFT_ERR_LIMIT,
+                                "another %zu bytes do not fit in the memory limit of %" PRIu64
+                                " bytes",
+                                r->refused, r->server->limits.memory_bytes);
+    return weft_server_fail(
+        r->server, code == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? WEFT_ERR_UNSUPPORTED : WEFT_ERR_FORMAT,
+        "%s", r->message[0] ? r->message : exr_get_default_error_message(code));
 }
 
 static enum weft_result open_file(struct reader *r)
@@ -102,6 +113,8 @@ static enum weft_result open_file(struct reader *r)
 
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = keep_message;
+    init.alloc_fn = allocate;
+    init.free_fn = free;
     init.user_data = r;
     init.read_fn = read_bytes;
     init.size_fn = query_size;
@@ -509,6 +522,7 @@ static enum weft_result handle(struct weft_server *server)
     enum weft_result res = WEFT_OK;
     r->server = server;
     r->message[0] = '\0';
+    r->refused = 0;
     current = r;
     if (!r->exr)
         res = open_file(r);
