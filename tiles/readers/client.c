@@ -212,6 +212,8 @@ enum weft_result weft_reader_start(const struct weft_log *log, const char *progr
     reader = NULL;
     res = WEFT_OK;
 fail:
+    if (res == WEFT_ERR_MEMORY)
+        weft_error(log, "cannot start %s: out of memory", program);
     close_fd(&pair[0]);
     close_fd(&pair[1]);
     close_fd(&theirs);
