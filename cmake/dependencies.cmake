@@ -31,6 +31,8 @@ find_path(WEFT_OPENVDB_INCLUDE openvdb/openvdb.h REQUIRED)
 find_library(WEFT_OPENVDB_LIBRARY openvdb REQUIRED)
 find_library(WEFT_TBB_LIBRARY tbb REQUIRED)
 add_library(weft_dep_openvdb INTERFACE)
+# Its templates' debug information would cost more time than compiling them; lines are enough.
+target_compile_options(weft_dep_openvdb INTERFACE -g1)
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
 target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY} Imath::Imath
     Threads::Threads)

@@ -17,8 +17,9 @@ WEFT_BEGIN_DECLS
 
 enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
 
-// The largest slice: pixels along a side.
+// The largest slice: pixels along a side, and in all (8 GiB of floats).
 enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };
+#define WEFT_SLICE_MAX_PIXELS (INT64_C(1) << 31)
 
 // origin, u, v are in `space`. All zero u and v: the default slice (see weft_slice_params).
 struct weft_slice_geometry {
@@ -35,6 +36,7 @@ struct weft_slice_params {
                            // caller's pixels are not counted
     int max_target_size;       // of the GL to run on, pixels along a side (default 4096)
     int64_t max_buffer_texels; // likewise; see struct weft_context_info (default 2^26)
+    const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log; // borrowed for the plan's life
 };
 
@@ -85,7 +87,7 @@ struct weft_slice_plan_info {
 
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no voxel.
 // Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel), WEFT_ERR_LIMIT
-// (memory, index range), WEFT_ERR_MEMORY, and what weft_volume_find returns.
+// (memory, index range), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
                                                  weft_slice_plan **out);

@@ -67,6 +67,11 @@ static enum weft_result check_geometry(const struct weft_log *log,
                    g->height, WEFT_SLICE_MAX_SIZE);
         return WEFT_ERR_ARGUMENT;
     }
+    if ((int64_t)g->width * g->height > WEFT_SLICE_MAX_PIXELS) {
+        weft_error(log, "a slice of %d x %d pixels: there must be at most %lld in all", g->width,
+                   g->height, (long long)WEFT_SLICE_MAX_PIXELS);
+        return WEFT_ERR_ARGUMENT;
+    }
     if (!all_finite(g->origin) || !all_finite(g->u) || !all_finite(g->v)) {
         weft_error(log,
                    "the slice's geometry is not finite: origin (%g, %g, %g), u (%g, %g, %g), "

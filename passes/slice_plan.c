@@ -77,19 +77,39 @@ struct planner {
     uint64_t memory_bytes;
     int max_tile;
     int64_t max_texels;
+    const struct weft_progress *progress;
+    int64_t planned_pixels; // in finished tiles
 };
 
 struct collector {
+    const struct planner *planner;
     struct weft_slice_tile_plan *tile;
     size_t capacity;
     struct weft_cell_key last;
     int64_t last_number;
+    int row;
+    bool cancelled;
 };
+
+static bool go_on(const struct planner *planner)
+{
+    const struct weft_progress *progress = planner->progress;
+    const struct weft_slice_geometry *g = &planner->plan->grid.index;
+    double pixels = (double)g->width * g->height;
+    return !progress || !progress->report ||
+           progress->report(progress->priv, (double)planner->planned_pixels / pixels);
+}
 
 static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)
 {
     struct collector *c = priv;
     int64_t number = c->last_number;
+    if (run->y != c->row) {
+        c->row = run->y;
+        c->cancelled = !go_on(c->planner);
+        if (c->cancelled)
+            return false;
+    }
     if (number == WEFT_CELL_NONE || memcmp(&run->cell, &c->last, sizeof c->last) != 0) {
         size_t known = c->tile->map.count;
         number = weft_cell_map_add(&c->tile->map, run->cell);
@@ -264,8 +284,8 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
     if (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile)
         return plan_halves(planner, layout, min_tile, &rectangle);
     struct weft_slice_tile_plan tile = {0};
-    struct collector collector = {.tile = &tile, .last_number = WEFT_CELL_NONE};
-    enum weft_result res = WEFT_ERR_MEMORY;
+    struct collector collector = {
+        .planner = planner, .tile = &tile, .last_number = WEFT_CELL_NONE, .row = -1};
     if (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
                               rectangle.height, collect_run, &collector) ||
         !classify_cells(planner, layout, &tile, &rectangle))
@@ -274,6 +294,7 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
         (int64_t)tile.source_texels <= planner->max_texels) {
         if (!append_tile(planner->plan, &rectangle, &tile))
             goto fail;
+        planner->planned_pixels += (int64_t)rectangle.width * rectangle.height;
         return WEFT_OK;
     }
     tile_plan_destroy(&tile);
@@ -289,10 +310,12 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
     }
     return plan_halves(planner, layout, min_tile, &rectangle);
 fail:
+    tile_plan_destroy(&tile);
+    if (collector.cancelled)
+        return WEFT_ERR_CANCELLED;
     weft_error(planner->plan->log, "not enough memory to plan %d x %d pixels", rectangle.width,
                rectangle.height);
-    tile_plan_destroy(&tile);
-    return res;
+    return WEFT_ERR_MEMORY;
 }
 
 static void forget_tiles(struct weft_slice_plan *plan)
@@ -324,6 +347,7 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
     enum weft_result res = WEFT_ERR_LIMIT;
     for (int i = 0; i < count && res == WEFT_ERR_LIMIT; i++) {
         forget_tiles(plan);
+        planner->planned_pixels = 0;
         plan->info.layout = tries[i].layout;
         res = plan_rectangle(
             planner, tries[i].layout, tries[i].min_tile,
@@ -498,8 +522,10 @@ enum weft_result weft_slice_plan_create(weft_volume *volume,
     enum weft_result res = WEFT_ERR_MEMORY;
     struct weft_slice_params p = *params;
     struct weft_slice_plan *plan = calloc(1, sizeof *plan);
-    if (!plan)
+    if (!plan) {
+        weft_error(p.log, "not enough memory to plan the slice");
         goto fail;
+    }
     plan->log = p.log;
     if (!p.kernel.info) {
         res = weft_kernel_parse(p.log, "catmull-rom", &p.kernel);
@@ -520,6 +546,7 @@ enum weft_result weft_slice_plan_create(weft_volume *volume,
         .plan = plan,
         .volume = info,
         .store = store,
+        .progress = p.progress,
         .memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY,
         .max_tile = p.max_target_size > 0 && p.max_target_size < MAX_TILE ? p.max_target_size
                                                                           : MAX_TILE,
@@ -541,8 +568,6 @@ enum weft_result weft_slice_plan_create(weft_volume *volume,
     *out = plan;
     return WEFT_OK;
 fail:
-    if (res == WEFT_ERR_MEMORY)
-        weft_error(p.log, "not enough memory to plan the slice");
     weft_brick_store_destroy(&store);
     weft_slice_plan_destroy(&plan);
     return res;

@@ -435,6 +435,8 @@ static void bad_requests_are_named(void **state)
         {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = -1}, WEFT_ERR_ARGUMENT, "4 x -1"},
         {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000000, .height = 4}, WEFT_ERR_ARGUMENT,
          "1000000000"},
+        {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000, .height = 1000000}, WEFT_ERR_ARGUMENT,
+         "2147483648"},
         {{.u = {0, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "parallel"},
         {{.u = {1, 1, 0}, .v = {2, 2, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "parallel"},
         {{.u = {1, NAN, 0}, .v = {0, 1, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "finite"},
@@ -474,6 +476,10 @@ static void runs_and_verification_can_be_cancelled(void **state)
     float pixels[32 * 32] = {0};
     weft_slice_plan *plan = NULL;
     struct weft_slice_error error;
+    params.progress = &progress;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_ERR_CANCELLED);
+    assert_null(plan);
+    params.progress = NULL;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, &progress, NULL),
                      WEFT_ERR_CANCELLED);
