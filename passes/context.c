@@ -118,6 +118,9 @@ void weft_context_destroy(weft_context **context)
 {
     if (!*context)
         return;
+    // The programs themselves end with the native context.
+    for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++)
+        free((*context)->programs[i].key);
     (*context)->backend->destroy((*context)->native);
     free(*context);
     *context = NULL;

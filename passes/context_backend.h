@@ -21,11 +21,21 @@ extern const struct weft_context_backend weft_backend_osmesa;
 extern const struct weft_context_backend weft_backend_egl_device;
 extern const struct weft_context_backend weft_backend_egl_surfaceless;
 
+// Programs once linked stay for the context's life: a slice needs two, compiling takes longer than
+// drawing. The oldest gives way.
+enum { WEFT_PROGRAM_CACHE = 16 };
+struct weft_cached_program {
+    char *key; // what it was made from
+    GLuint program;
+};
+
 struct weft_context {
     struct weft_context_info info;
     GladGLContext gl;
     const struct weft_context_backend *backend;
     void *native;
+    struct weft_cached_program programs[WEFT_PROGRAM_CACHE];
+    size_t next_program;
     const struct weft_log *log;
 };
 

@@ -2,6 +2,7 @@
 #include "passes/program.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static void log_source(const struct weft_log *log, const char *const parts[3])
@@ -35,11 +36,9 @@ static GLuint compile(const struct weft_log *log, const GladGLContext *gl, const
     return 0;
 }
 
-enum weft_result weft_program_create(const struct weft_log *log, const GladGLContext *gl,
-                                     const char *name, const char *defines, const char *vertex,
-                                     const char *fragment, GLuint *out)
+static GLuint link_program(const struct weft_log *log, const GladGLContext *gl, const char *name,
+                           const char *defines, const char *vertex, const char *fragment)
 {
-    *out = 0;
     GLuint shaders[2] = {compile(log, gl, name, GL_VERTEX_SHADER, "", vertex),
                          compile(log, gl, name, GL_FRAGMENT_SHADER, defines, fragment)};
     GLuint program = gl->CreateProgram();
@@ -58,10 +57,39 @@ enum weft_result weft_program_create(const struct weft_log *log, const GladGLCon
     for (int i = 0; i < 2; i++)
         if (shaders[i])
             gl->DeleteShader(shaders[i]);
-    if (!done) {
-        gl->DeleteProgram(program);
+    if (done)
+        return program;
+    gl->DeleteProgram(program);
+    return 0;
+}
+
+enum weft_result weft_program_get(weft_context *context, const char *name, const char *defines,
+                                  const char *vertex, const char *fragment, GLuint *out)
+{
+    char *key = NULL;
+    *out = 0;
+    if (asprintf(&key, "%s\n%s", name, defines) < 0) {
+        weft_error(context->log, "not enough memory for the %s program", name);
+        return WEFT_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++) {
+        if (context->programs[i].key && strcmp(context->programs[i].key, key) == 0) {
+            free(key);
+            *out = context->programs[i].program;
+            return WEFT_OK;
+        }
+    }
+    GLuint program = link_program(context->log, &context->gl, name, defines, vertex, fragment);
+    if (!program) {
+        free(key);
         return WEFT_ERR_GL;
     }
+    struct weft_cached_program *slot = &context->programs[context->next_program];
+    context->next_program = (context->next_program + 1) % WEFT_PROGRAM_CACHE;
+    if (slot->key)
+        context->gl.DeleteProgram(slot->program);
+    free(slot->key);
+    *slot = (struct weft_cached_program){key, program};
     *out = program;
     return WEFT_OK;
 }

@@ -27,7 +27,7 @@ struct runner {
     struct weft_block_layout block_layout; // of the tile
     struct weft_gl_buffer source, entry_buffer, kernel;
     // Without and with constants: pixels that need no branch are drawn faster without one.
-    GLuint programs[2];
+    GLuint programs[2]; // the context's
     GLuint target, framebuffer, vertex_array;
 };
 
@@ -97,7 +97,7 @@ static enum weft_result check_limits(const struct runner *r, const struct sizes 
     return WEFT_OK;
 }
 
-static enum weft_result create_program(struct runner *r, bool constants)
+static enum weft_result find_program(struct runner *r, bool constants)
 {
     static const char *const layout_define[] = {
         [WEFT_LAYOUT_INTERLEAVED] = "INTERLEAVED",
@@ -111,17 +111,8 @@ static enum weft_result create_program(struct runner *r, bool constants)
              "#define CONSTANTS %d\n#define LAYOUT_%s\n",
              tiles->width, tiles->groups, tiles->degree, tiles->segments, constants,
              layout_define[r->layout]);
-    return weft_program_create(r->log, r->gl, "slice", defines, weft_shader_full_target,
-                               weft_shader_slice, &r->programs[constants]);
-}
-
-static void destroy_programs(struct runner *r)
-{
-    for (int i = 0; i < 2; i++) {
-        if (r->programs[i])
-            r->gl->DeleteProgram(r->programs[i]);
-        r->programs[i] = 0;
-    }
+    return weft_program_get(r->context, "slice", defines, weft_shader_full_target,
+                            weft_shader_slice, &r->programs[constants]);
 }
 
 static enum weft_result create_target(struct runner *r, const struct sizes *s)
@@ -201,7 +192,6 @@ static void destroy(struct runner *r)
         gl->DeleteTextures(1, &r->target);
     if (r->vertex_array)
         gl->DeleteVertexArrays(1, &r->vertex_array);
-    destroy_programs(r);
     free(r->values);
     free(r->block);
     free(r->cell_entries);
@@ -232,7 +222,7 @@ static void choose_layout(struct runner *r, size_t value_count)
     r->source.texel_bytes = 4;
     r->gl->BindTexture(GL_TEXTURE_BUFFER, r->source.texture);
     r->gl->TexBuffer(GL_TEXTURE_BUFFER, GL_R32F, r->source.buffer);
-    destroy_programs(r);
+    r->programs[0] = r->programs[1] = 0;
 }
 
 static void write_block(const struct runner *r, const struct weft_brick_store *store,
@@ -443,7 +433,7 @@ static enum weft_result draw_blocks(struct runner *r, const struct weft_slice_ti
             if (r->block_constants[block_number(tile, bx, by)] != constants)
                 continue;
             if (!r->programs[constants]) {
-                enum weft_result res = create_program(r, constants);
+                enum weft_result res = find_program(r, constants);
                 if (res != WEFT_OK)
                     return res;
             }

@@ -7,8 +7,14 @@
 
 static const double DEFAULT_SECONDS = 10.0;
 
-// Positions of discontinuous kernels may fall on either side of a jump this near, in voxels.
-static const double JUMP_MARGIN = 0x1p-30;
+// Positions are known this well, in voxels: the grid's steps, and double far from the origin.
+static double position_margin(const double position[3])
+{
+    return 0x1p-30 + 0x1p-50 * fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
+}
+
+// Relative errors below this need no second look.
+static const double CLOSE = 1e-6;
 
 struct verifier {
     const struct weft_slice_plan *plan;
@@ -44,7 +50,8 @@ static double difference(double value, double reference)
     return value == reference ? 0.0 : fabs(value - reference);
 }
 
-// The reference at a pixel; where the kernel jumps, the side that comes closer to the value.
+// The reference at a pixel. Where that is not close, the pixel may lie on a cell's border: then the
+// largest |voxel| on either side counts, and where the kernel jumps the side that comes closer.
 static struct weft_reference_value refer(struct verifier *v, int x, int y, double value)
 {
     const struct weft_kernel *kernel = &v->plan->info.kernel;
@@ -52,16 +59,19 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, doubl
     weft_slice_grid_position(&v->plan->grid, x, y, position);
     struct weft_reference_value best =
         weft_reference_compute(kernel, 3, position, fetch, &v->cursor);
-    if (kernel->info->continuity >= 0 || difference(value, best.value) == 0.0)
+    if (difference(value, best.value) <= CLOSE * best.magnitude)
         return best;
+    double margin = position_margin(position);
     for (int corner = 0; corner < 8; corner++) {
         double moved[3];
         for (int a = 0; a < 3; a++)
-            moved[a] = position[a] + (corner >> a & 1 ? JUMP_MARGIN : -JUMP_MARGIN);
+            moved[a] = position[a] + (corner >> a & 1 ? margin : -margin);
         struct weft_reference_value other =
             weft_reference_compute(kernel, 3, moved, fetch, &v->cursor);
-        if (difference(value, other.value) < difference(value, best.value))
-            best = other;
+        best.magnitude = fmax(best.magnitude, other.magnitude);
+        if (kernel->info->continuity < 0 &&
+            difference(value, other.value) < difference(value, best.value))
+            best.value = other.value;
     }
     return best;
 }

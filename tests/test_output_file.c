@@ -192,8 +192,7 @@ static void test_descriptor_of_a_file(void **state)
     assert_content(test_path("redirected"), "abc");
 }
 
-#define IN_FOLDER(name) \
-    cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
+#define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
 
 int main(void)
 {

@@ -100,14 +100,15 @@ static enum weft_result sort_channels(struct saver *s)
 
 // ---- OpenEXRCore --------------------------------------------------------------------------------
 
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's lock.
+static _Thread_local struct saver *current;
+
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
 {
-    void *priv = NULL;
+    (void)exr;
     (void)code;
-    exr_get_user_data(exr, &priv);
-    struct saver *s = priv;
-    if (s && !s->message[0])
-        snprintf(s->message, sizeof s->message, "%s", message);
+    if (current && !current->message[0])
+        snprintf(current->message, sizeof current->message, "%s", message);
 }
 
 static int64_t write_bytes(exr_const_context_t exr, void *priv, const void *data, uint64_t size,
@@ -246,6 +247,7 @@ static exr_result_t write_pixels(struct saver *s)
 
 static exr_result_t write_exr(struct saver *s)
 {
+    current = s;
     exr_result_t rv = start(s);
     if (!rv)
         rv = set_header(s);
@@ -255,6 +257,7 @@ static exr_result_t write_exr(struct saver *s)
         exr_result_t finished = exr_finish(&s->exr);
         rv = rv ? rv : finished;
     }
+    current = NULL;
     return rv;
 }
 

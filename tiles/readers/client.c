@@ -79,9 +79,13 @@ static enum weft_result find_program(const struct weft_log *log, const char *pro
         weft_error(log, "the reader %s is not in %s (WEFT_LIBEXEC)", program, forced);
         return WEFT_ERR_READER;
     }
-    char folder[PATH_MAX];
+    // Beside us in the build tree; where an installed tree that was moved has it; where it was
+    // configured to be.
+    char folder[PATH_MAX] = "", moved[2 * PATH_MAX];
     bool known = own_folder(folder);
-    if ((known && runnable(folder, program, out)) || runnable(WEFT_LIBEXEC_DIR, program, out))
+    snprintf(moved, sizeof moved, "%s/" WEFT_LIBEXEC_FROM_LIB, folder);
+    if ((known && (runnable(folder, program, out) || runnable(moved, program, out))) ||
+        runnable(WEFT_LIBEXEC_DIR, program, out))
         return WEFT_OK;
     weft_error(log, "the reader %s is neither in %s nor in %s", program,
                known ? folder : "(unknown folder of libweft)", WEFT_LIBEXEC_DIR);
@@ -212,6 +216,8 @@ enum weft_result weft_reader_start(const struct weft_log *log, const char *progr
     reader = NULL;
     res = WEFT_OK;
 fail:
+    if (res == WEFT_ERR_MEMORY)
+        weft_error(log, "cannot start %s: out of memory", program);
     close_fd(&pair[0]);
     close_fd(&pair[1]);
     close_fd(&theirs);

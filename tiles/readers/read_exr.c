@@ -24,6 +24,7 @@ struct reader {
     struct weft_server *server;
     exr_context_t exr;
     char message[256]; // the first that OpenEXRCore told during a request
+    size_t refused;    // bytes of an allocation that failed, else 0
     uint64_t file_bytes;
     exr_attr_box2i_t data, display;
     int64_t width, height;
@@ -39,14 +40,25 @@ static const char *const type_name[] = {"uint", "half", "float"};
 
 // ---- opening ------------------------------------------------------------------------------------
 
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's
+// lock.
+static struct reader *current;
+
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
 {
-    void *priv = NULL;
+    (void)exr;
     (void)code;
-    exr_get_user_data(exr, &priv);
-    struct reader *r = priv;
-    if (r && !r->message[0])
-        snprintf(r->message, sizeof r->message, "%s", message);
+    if (current && !current->message[0])
+        snprintf(current->message, sizeof current->message, "%s", message);
+}
+
+// OpenEXRCore 3.1 says "out of memory" of damaged data as well.
+static void *allocate(size_t size)
+{
+    void *memory = malloc(size);
+    if (!memory && current)
+        current->refused = size;
+    return memory;
 }
 
 static int64_t read_bytes(exr_const_context_t exr, void *priv, void *buffer, uint64_t size,
@@ -82,13 +94,14 @@ static int64_t query_size(exr_const_context_t exr, void *priv)
 
 static enum weft_result fail_exr(struct reader *r, exr_result_t code)
 {
-    enum weft_result res = WEFT_ERR_FORMAT;
-    if (code == EXR_ERR_OUT_OF_MEMORY)
-        res = WEFT_ERR_LIMIT;
-    else if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
-        res = WEFT_ERR_UNSUPPORTED;
-    return weft_server_fail(r->server, res, "%s",
-                            r->message[0] ? r->message : exr_get_default_error_message(code));
+    if (r->refused)
+        return weft_server_fail(r->server, WEFT_ERR_LIMIT,
+                                "another %zu bytes do not fit in the memory limit of %" PRIu64
+                                " bytes",
+                                r->refused, r->server->limits.memory_bytes);
+    return weft_server_fail(
+        r->server, code == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? WEFT_ERR_UNSUPPORTED : WEFT_ERR_FORMAT,
+        "%s", r->message[0] ? r->message : exr_get_default_error_message(code));
 }
 
 static enum weft_result open_file(struct reader *r)
@@ -100,6 +113,8 @@ static enum weft_result open_file(struct reader *r)
 
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = keep_message;
+    init.alloc_fn = allocate;
+    init.free_fn = free;
     init.user_data = r;
     init.read_fn = read_bytes;
     init.size_fn = query_size;
@@ -263,9 +278,9 @@ static bool put_value(const exr_attribute_t *a, struct weft_metadata *out)
     else if (a->type == EXR_ATTR_STRING_VECTOR && a->stringvector)
         put_strings(a->stringvector, out);
     else if (a->type == EXR_ATTR_LINEORDER && a->uc < WEFT_COUNT(order))
-        put(out->value, sizeof out->value, order[a->uc], SIZE_MAX);
+        put(out->value, sizeof out->value, order[a->uc], PTRDIFF_MAX);
     else if (a->type == EXR_ATTR_ENVMAP && a->uc < WEFT_COUNT(envmap))
-        put(out->value, sizeof out->value, envmap[a->uc], SIZE_MAX);
+        put(out->value, sizeof out->value, envmap[a->uc], PTRDIFF_MAX);
     else if (a->type == EXR_ATTR_RATIONAL && a->rational)
         snprintf(out->value, sizeof out->value, "%d/%u", a->rational->num, a->rational->denom);
     else
@@ -292,7 +307,7 @@ static bool describe_attribute(struct reader *r, int32_t index, struct weft_meta
         return false;
     if (is_structure(a->name) || !put_value(a, out))
         return false;
-    put(out->key, sizeof out->key, a->name, SIZE_MAX);
+    put(out->key, sizeof out->key, a->name, PTRDIFF_MAX);
     return out->key[0] != '\0';
 }
 
@@ -312,7 +327,7 @@ static enum weft_result append_channels(struct reader *r)
         const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
         struct weft_image_channel channel = {0};
         put(channel.name, sizeof channel.name, e->name.str, (size_t)e->name.length);
-        put(channel.type, sizeof channel.type, type_name[e->pixel_type], SIZE_MAX);
+        put(channel.type, sizeof channel.type, type_name[e->pixel_type], PTRDIFF_MAX);
         res = append(r, &channel, sizeof channel);
     }
     return res;
@@ -337,7 +352,7 @@ static enum weft_result answer_info(struct reader *r)
     wire.image.tiled = r->storage == EXR_STORAGE_TILED;
     wire.image.channel_count = (size_t)r->channels->num_channels;
     put(wire.image.compression, sizeof wire.image.compression, compression_name[r->compression],
-        SIZE_MAX);
+        PTRDIFF_MAX);
 
     enum weft_result res = append(r, &wire, sizeof wire);
     if (res == WEFT_OK)
@@ -507,6 +522,8 @@ static enum weft_result handle(struct weft_server *server)
     enum weft_result res = WEFT_OK;
     r->server = server;
     r->message[0] = '\0';
+    r->refused = 0;
+    current = r;
     if (!r->exr)
         res = open_file(r);
     if (res != WEFT_OK)
