@@ -70,8 +70,6 @@ static void help_names_everything(void **state)
         char *help = strdup(command_succeeds("help", verbs[i]));
         assert_non_null(help);
         assert_string_equal(help, command_succeeds(verbs[i], "--help"));
-        for (char *line = strtok(help, "\n"); line; line = strtok(NULL, "\n"))
-            assert_true(strlen(line) < 132);
         free(help);
     }
     const char *signals = command_succeeds("make", "help");

@@ -145,7 +145,7 @@ static void bad_make(void **state)
                                         "--offset=0,0,2000000000"};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         command_fails(2, "", "make", "ramp", "-o", "a.vdb", cases[i]);
-    command_fails(2, "8000000000", "make", "ramp", "-o", "a.vdb", "--size", "1000");
+    command_fails(2, "4000000000", "make", "ramp", "-o", "a.vdb", "--size", "1000");
     command_fails(2, "level set", "make", "sphere", "-o", "a.vdb", "--size", "8x8x9");
     command_fails(2, "level set", "make", "sphere", "-o", "a.vdb", "--voxel", "1,1,2");
     command_fails(2, "precision", "make", "sphere", "-o", "a.vdb", "--voxel", "1e-60");
@@ -197,7 +197,7 @@ static void flipped_bits(void **state)
     size_t size;
     char *bytes = command_read_file("sphere.vdb", &size);
     unsigned seed = 7;
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < 16; i++) {
         seed = seed * 1664525u + 1013904223u;
         // Half of them in the first KiB, where the header, the metadata and the tree are.
         size_t at = (seed >> 8) % (i % 2 ? 1024 : size);
@@ -232,14 +232,15 @@ static void no_gl_context(void **state)
 static void too_many_pixels(void **state)
 {
     (void)state;
-    // 4 TiB of pixels: refused by the system, unless it promises memory that it does not have.
-    struct command_result r;
-    command_run(&r, "weft", "slice", "ml.vdb", "--size", "1048576x1048576", "--explain", "-q");
-    if (r.code != 0)
-        assert_int_equal(r.code, 3);
-    else
-        command_fails(1, "4398046511104", "slice", "ml.vdb", "-o", "a.exr", "--size",
-                      "1048576x1048576");
+    // 4 TiB of pixels: refused, unless the system promises any amount (vm.overcommit_memory = 1).
+    FILE *file = fopen("/proc/sys/vm/overcommit_memory", "r");
+    int mode = file ? fgetc(file) : '0';
+    if (file)
+        fclose(file);
+    if (mode == '1')
+        skip();
+    command_fails(1, "4398046511104", "slice", "ml.vdb", "-o", "a.exr", "--size",
+                  "1048576x1048576");
 }
 
 static void full_device(void **state)

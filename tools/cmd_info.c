@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -81,36 +82,61 @@ static void print_grid(const struct weft_volume_info *info)
                (unsigned long long)info->active_voxels, info->active_min[0], info->active_min[1],
                info->active_min[2], info->active_max[0], info->active_max[1], info->active_max[2],
                size[0], size[1], size[2]);
-    printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n",
-           (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes);
+    if (info->supported)
+        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n"
+               "  background     %.9g\n",
+               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes,
+               info->background);
     printf("  voxel size     %.9g x %.9g x %.9g\n", spacing[0], spacing[1], spacing[2]);
     for (int r = 0; r < 3; r++)
         printf("  %s%c = %.9g i + %.9g j + %.9g k + %.9g\n",
                r ? "               " : "world          ", "xyz"[r], info -> index_to_world[r][0],
                info -> index_to_world[r][1], info -> index_to_world[r][2],
                info -> index_to_world[r][3]);
-    printf("  background     %.9g\n", info->background);
     print_metadata(info->metadata, info->metadata_count);
 }
 
+static enum weft_result print_grids(const char *path, const struct weft_volume_list *list,
+                                    weft_volume *const *opened, bool json)
+{
+    json_t *grids = json ? json_array() : NULL;
+    if (!json)
+        printf("%s: OpenVDB, %zu grid%s\n", path, list->count, list->count == 1 ? "" : "s");
+    for (size_t i = 0; i < list->count; i++) {
+        const struct weft_volume_info *info =
+            opened[i] ? weft_volume_get_info(opened[i]) : &list->grids[i];
+        if (json)
+            json_array_append_new(grids, grid_json(info));
+        else
+            print_grid(info);
+    }
+    if (!json)
+        return WEFT_OK;
+    return json_print(
+        json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format", "vdb", "grids", grids));
+}
+
+// The list tells what the file's headers claim; bricks and background come with the grid's tree.
 static enum weft_result inform_vdb(const char *path, bool json)
 {
     struct weft_volume_list list = {0};
-    const struct weft_volume_open_params params = {.path = path, .log = report_log()};
+    struct weft_volume_open_params params = {.path = path, .log = report_log()};
     enum weft_result res = weft_volume_list_load(&params, &list);
     if (res != WEFT_OK)
         return res;
-    if (json) {
-        json_t *grids = json_array();
-        for (size_t i = 0; i < list.count; i++)
-            json_array_append_new(grids, grid_json(&list.grids[i]));
-        res = json_print(
-            json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format", "vdb", "grids", grids));
-    } else {
-        printf("%s: OpenVDB, %zu grid%s\n", path, list.count, list.count == 1 ? "" : "s");
-        for (size_t i = 0; i < list.count; i++)
-            print_grid(&list.grids[i]);
+    weft_volume **opened = calloc(list.count + 1, sizeof *opened);
+    if (!opened)
+        res = WEFT_ERR_MEMORY;
+    for (size_t i = 0; i < list.count && res == WEFT_OK; i++) {
+        params.grid = list.grids[i].name;
+        if (list.grids[i].supported)
+            res = weft_volume_open(&params, &opened[i]);
     }
+    if (res == WEFT_OK)
+        res = print_grids(path, &list, opened, json);
+    for (size_t i = 0; opened && i < list.count; i++)
+        weft_volume_destroy(&opened[i]);
+    free(opened);
     weft_volume_list_clear(&list);
     return res;
 }

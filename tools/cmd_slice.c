@@ -285,10 +285,11 @@ static void choose_size(const struct slice_job *job, enum weft_space space,
     geometry->height = (int)fmax(1, round(DEFAULT_PIXELS * (v / longer)));
 }
 
-static enum weft_result choose_geometry(const struct slice_job *job, enum weft_space space,
-                                        struct weft_slice_geometry *out)
+static enum weft_result choose_geometry(struct slice_job *job)
 {
     const struct option_value *o = job->option;
+    const enum weft_space space = (enum weft_space)o[SLICE_SPACE].integer[0];
+    struct weft_slice_geometry *out = &job->geometry;
     int width = (int)o[SLICE_SIZE].integer[0], height = (int)o[SLICE_SIZE].integer[1];
     if (!o[SLICE_ORIGIN].given) {
         int axis = o[SLICE_AXIS].given ? (int)o[SLICE_AXIS].integer[0] : 2;
@@ -309,24 +310,26 @@ static enum weft_result make_plan(struct slice_job *job)
 {
     double start = report_now_seconds();
     const struct option_value *o = job->option;
-    struct weft_slice_params params = {
+    const struct weft_slice_params params = {
         .kernel = job->kernel,
         .space = (enum weft_space)o[SLICE_SPACE].integer[0],
+        .geometry = job->geometry,
         .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
         .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
         .log = report_log(),
     };
-    enum weft_result res = choose_geometry(job, params.space, &params.geometry);
-    if (res == WEFT_OK)
-        res = weft_slice_plan_create(job->volume, &params, &job->plan);
+    enum weft_result res = weft_slice_plan_create(job->volume, &params, &job->plan);
     job->plan_seconds = report_now_seconds() - start;
     return res;
 }
 
+// Before planning, which takes its time for a size that cannot be held anyway.
 static enum weft_result allocate_pixels(struct slice_job *job)
 {
-    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    const struct weft_slice_geometry *g = &job->geometry;
     size_t bytes;
+    if (job->option[SLICE_EXPLAIN].given)
+        return WEFT_OK;
     if (__builtin_mul_overflow((size_t)g->width, (size_t)g->height, &bytes) ||
         __builtin_mul_overflow(bytes, sizeof *job->pixels, &bytes)) {
         report_error("%d x %d pixels do not fit in memory", g->width, g->height);
@@ -363,7 +366,7 @@ static enum weft_result verify(struct slice_job *job)
 
 static enum weft_result write_exr(const struct slice_job *job)
 {
-    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    const struct weft_slice_geometry *g = &job->geometry;
     struct weft_metadata attributes[SLICE_ATTRIBUTES];
     struct weft_image_channel channel = {.name = "Y", .type = "float", .plane = job->pixels};
     const struct weft_image image = {
@@ -385,7 +388,7 @@ static enum weft_result write_exr(const struct slice_job *job)
 
 static enum weft_result write_preview(struct slice_job *job)
 {
-    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    const struct weft_slice_geometry *g = &job->geometry;
     struct weft_preview_params *params =
         weft_preview_params(.path = job->option[SLICE_PREVIEW].text,
                             .no_clobber = job->option[SLICE_NO_CLOBBER].given, .width = g->width,
@@ -421,9 +424,9 @@ static enum weft_result run_slice(struct slice_job *job)
 static enum weft_result run_stages(struct slice_job *job)
 {
     typedef enum weft_result (*stage)(struct slice_job * job);
-    static const stage planning[] = {check_options, check_outputs, open_volume, make_plan, NULL};
-    static const stage computing[] = {allocate_pixels, create_context, run_slice,
-                                      verify,          write_outputs,  NULL};
+    static const stage planning[] = {check_options,   check_outputs, open_volume, choose_geometry,
+                                     allocate_pixels, make_plan,     NULL};
+    static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);

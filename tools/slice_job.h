@@ -39,6 +39,7 @@ struct slice_job {
     enum weft_context_kind context_kind;
     const struct weft_colour_map *colour_map;
 
+    struct weft_slice_geometry geometry; // as asked, with the size chosen
     weft_volume *volume;
     weft_slice_plan *plan;
     weft_context *context; // NULL when only explained
