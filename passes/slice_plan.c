@@ -79,10 +79,11 @@ struct planner {
     int64_t max_texels;
     const struct weft_progress *progress;
     int64_t planned_pixels; // in finished tiles
+    double fraction;        // last reported; another layout's attempt begins anew
 };
 
 struct collector {
-    const struct planner *planner;
+    struct planner *planner;
     struct weft_slice_tile_plan *tile;
     size_t capacity;
     struct weft_cell_key last;
@@ -91,13 +92,13 @@ struct collector {
     bool cancelled;
 };
 
-static bool go_on(const struct planner *planner)
+static bool go_on(struct planner *planner)
 {
     const struct weft_progress *progress = planner->progress;
     const struct weft_slice_geometry *g = &planner->plan->grid.index;
     double pixels = (double)g->width * g->height;
-    return !progress || !progress->report ||
-           progress->report(progress->priv, (double)planner->planned_pixels / pixels);
+    planner->fraction = fmax(planner->fraction, (double)planner->planned_pixels / pixels);
+    return !progress || !progress->report || progress->report(progress->priv, planner->fraction);
 }
 
 static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)

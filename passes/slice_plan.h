@@ -5,7 +5,7 @@
 
 #include "passes/slice_grid.h"
 #include "tiles/interleave.h"
-#include "tiles/kernel_tiles.h"
+#include "tiles/polynomial_tiles.h"
 
 // What one cell of a tile needs.
 struct weft_slice_cell {

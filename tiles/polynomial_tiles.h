@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/kernel_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not installed).
+// tiles/polynomial_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not installed).
 // A tile holds the weight of one tap over all fractional positions t in [0, 1) (filter/kernel.h,
 // weft_kernel_first_tap). Here it is cut into equal segments, each a polynomial through the kernel's
 // values at Chebyshev nodes: exact for piecewise polynomial kernels, as close as asked for others.
-#ifndef WEFT_TILES_KERNEL_TILES_H
-#define WEFT_TILES_KERNEL_TILES_H
+#ifndef WEFT_TILES_POLYNOMIAL_TILES_H
+#define WEFT_TILES_POLYNOMIAL_TILES_H
 
 #include "filter/check.h"
 #include "filter/kernel.h"

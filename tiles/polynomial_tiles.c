@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/kernel_tiles.h"
+#include "tiles/polynomial_tiles.h"
 
 #include <math.h>
 #include <stdlib.h>
