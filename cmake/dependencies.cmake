@@ -2,6 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
+find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 find_program(WEFT_GLAD glad REQUIRED)
@@ -32,4 +33,4 @@ find_library(WEFT_TBB_LIBRARY tbb REQUIRED)
 add_library(weft_dep_openvdb INTERFACE)
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
 target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY}
-    Threads::Threads)
+    Imath::Imath Threads::Threads)
