@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "filter/check.h"
 #include "passes/slice_grid.h"
@@ -524,6 +525,45 @@ static void grid_positions_follow_the_double_ones(void **state)
     }
 }
 
+// The files of the data folder, axis-aligned and oblique, through the reader.
+static void real_volumes_meet_the_reference(void **state)
+{
+    (void)state;
+    const char *const names[] = {"smoke.vdb", "mri.vdb"};
+    int missing = 0;
+    for (size_t i = 0; i < WEFT_COUNT(names); i++) {
+        char path[512];
+        weft_volume *volume = NULL;
+        snprintf(path, sizeof path, "%s/%s", WEFT_TEST_DATA, names[i]);
+        if (access(path, R_OK) != 0) {
+            print_message("[  SKIPPED ] %s is not here\n", path);
+            missing++;
+            continue;
+        }
+        assert_int_equal(weft_volume_open(&(struct weft_volume_open_params){.path = path}, &volume),
+                         WEFT_OK);
+        const struct weft_volume_info *info = weft_volume_get_info(volume);
+        struct weft_slice_geometry planes[2] = {0};
+        assert_int_equal(weft_slice_axis_geometry(NULL, volume, WEFT_SPACE_INDEX, 2, NAN, 128, 128,
+                                                  &planes[0]),
+                         WEFT_OK);
+        planes[1] = oblique(info->active_max[1] - info->active_min[1], info->active_min[1], 128, 128);
+        for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
+            for (int p = 0; p < 2; p++) {
+                struct weft_slice_error error;
+                struct weft_slice_params params = {.kernel = kernel((*k)->name),
+                                                   .space = WEFT_SPACE_INDEX,
+                                                   .geometry = planes[p]};
+                free(run_slice(contexts[0], volume, &params, &error, NULL));
+                assert_accurate(&error, (*k)->name);
+            }
+        }
+        weft_volume_destroy(&volume);
+    }
+    if (missing == WEFT_COUNT(names))
+        skip();
+}
+
 static int create_contexts(void **state)
 {
     (void)state;
@@ -546,6 +586,7 @@ static int destroy_contexts(void **state)
 
 int main(void)
 {
+    setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_kernel_layout_and_context_meets_the_reference),
         cmocka_unit_test(axis_slices_meet_the_reference),
@@ -562,6 +603,7 @@ int main(void)
         cmocka_unit_test(bad_requests_are_named),
         cmocka_unit_test(runs_and_verification_can_be_cancelled),
         cmocka_unit_test(grid_positions_follow_the_double_ones),
+        cmocka_unit_test(real_volumes_meet_the_reference),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
