@@ -196,6 +196,12 @@ static enum weft_result check_options(struct slice_job *job)
             return WEFT_ERR_ARGUMENT;
         }
     }
+    if (o[SLICE_SIZE].given &&
+        o[SLICE_SIZE].integer[0] * o[SLICE_SIZE].integer[1] > WEFT_SLICE_MAX_PIXELS) {
+        report_error("--size %s: there may be at most %lld pixels in all", o[SLICE_SIZE].text,
+                     (long long)WEFT_SLICE_MAX_PIXELS);
+        return WEFT_ERR_ARGUMENT;
+    }
     if (o[SLICE_RANGE].given &&
         !((float)o[SLICE_RANGE].number[0] < (float)o[SLICE_RANGE].number[1])) {
         report_error("--range %s: LO must be less than HI, in single precision",
@@ -293,14 +299,9 @@ static enum weft_result make_plan(struct slice_job *job)
 static enum weft_result allocate_pixels(struct slice_job *job)
 {
     const struct weft_slice_geometry *g = &job->geometry;
-    size_t bytes;
     if (job->option[SLICE_EXPLAIN].given)
         return WEFT_OK;
-    if (__builtin_mul_overflow((size_t)g->width, (size_t)g->height, &bytes) ||
-        __builtin_mul_overflow(bytes, sizeof *job->pixels, &bytes)) {
-        report_error("%d x %d pixels do not fit in memory", g->width, g->height);
-        return WEFT_ERR_MEMORY;
-    }
+    size_t bytes = (size_t)g->width * (size_t)g->height * sizeof *job->pixels;
     job->pixels = malloc(bytes);
     if (!job->pixels) {
         report_error("out of memory: %zu bytes for %d x %d pixels", bytes, g->width, g->height);
