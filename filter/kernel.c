@@ -276,13 +276,20 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
     return 0.5 * kernel->width - 1.0;
 }
 
+// fraction + shift, never rounded up onto the next knot, where the kernel may jump.
+static double argument(double fraction, double shift)
+{
+    const double x = fraction + shift, knot = shift + 1.0;
+    return x < knot ? x : nextafter(knot, -INFINITY);
+}
+
 static int64_t plain_weights(const struct weft_kernel *kernel, double x, double *weights)
 {
     double fraction;
     const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
     const double offset = weft_kernel_offset(kernel);
     for (int j = 0; j < kernel->width; j++)
-        weights[j] = kernel->info->weight(kernel, fraction + (offset - j));
+        weights[j] = kernel->info->weight(kernel, argument(fraction, offset - j));
     return first;
 }
 

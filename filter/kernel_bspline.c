@@ -36,7 +36,7 @@ static double bspline(const struct weft_kernel *kernel, double x, int n)
     const int degree = kernel->info->degree + kernel->info->derivation - n;
     double sum = 0.0;
     for (int j = 0; j <= n; j++)
-        sum += binomials[n][j] * value(degree, x + 0.5 * n - j);
+        sum += binomials[n][j] * value(degree, x + (0.5 * n - j));
     return sum;
 }
 
