@@ -132,7 +132,7 @@ static struct lookup ideal_lookup(const struct survey *s, int i, bool mirrored)
 static struct lookup eight_bit_lookup(const struct survey *s, int i, bool mirrored)
 {
     const float at = coordinate(s, i, mirrored) * (float)s->info->samples;
-    const int fixed = (int)(at * 256.0f) - 128;
+    const int fixed = (int)lrintf(at * 256.0f) - 128;
     const int below = fixed >> 8; // floor
     return (struct lookup){{clamped(s, below), clamped(s, below + 1)}, 0.0, fixed & 255};
 }
@@ -163,7 +163,7 @@ static double mix(double a, double b, const struct lookup *axis, bool eight_bit)
 {
     if (!eight_bit)
         return a + axis->share * (b - a);
-    return a + (((int)b - (int)a) * axis->share_256 >> 8);
+    return a + ((((int)b - (int)a) * axis->share_256 + 128) >> 8);
 }
 
 // Interpolates along axis 0 first, as the recursion ends there.
@@ -363,15 +363,17 @@ static struct weft_tile_error_figures figures(const struct survey *s, enum way w
     return f;
 }
 
-// (i + 1/2) / L, from tile positions to texels, is an integer; in integers.
+// Whether (i + 1/2) / L, from tile positions to texels, is an integer, or half way between 256ths of
+// a texel where those count; in integers. Coordinates without rounding go one way for certain.
 static int count_borders(const struct survey *s)
 {
     const int64_t l = s->p.locations, m = s->info->samples;
-    const bool ends = s->info->placement == WEFT_TILE_ENDS;
+    const bool nearest = s->p.lookup == WEFT_ERROR_NEAREST;
+    const bool ends = s->info->placement == WEFT_TILE_ENDS, exact = !ends && (l & (l - 1)) == 0;
     int count = 0;
-    for (int64_t i = 0; s->p.lookup == WEFT_ERROR_NEAREST && i < l; i++) {
+    for (int64_t i = 0; (nearest || (models_differ(s) && !exact)) && i < l; i++) {
         const int64_t at = ends ? (2 * i + 1) * (m - 1) + l : (2 * i + 1) * m;
-        count += at % (2 * l) == 0;
+        count += nearest ? at % (2 * l) == 0 : at * 512 % (4 * l) == 2 * l;
     }
     return count;
 }

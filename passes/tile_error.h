@@ -2,9 +2,9 @@
 // passes/tile_error.h - the error of kernel tiles as a GL's own samplers look them up.
 // eps_h (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 4) is measured three times: from what GL returns,
 // from a sampler in ideal arithmetic, and from a model of llvmpipe's. That filters textures of 8-bit
-// unorm in integers: positions are cut to 1/256 of a texel, and every linear interpolation, along x,
-// then y, then z, is a + ((w (b - a)) >> 8) in eight bits, w in 0 to 255. Other formats, and nearest
-// lookup, are as ideal.
+// unorm in integers: positions are rounded to 1/256 of a texel (ties to even), and every linear interpolation, along x,
+// then y, then z, is rounded to eight bits, a + ((w (b - a) + 128) >> 8) with w in 0 to 255 (with
+// SSSE3; without it Mesa leaves the 128 out). Other formats, and nearest lookup, are as ideal.
 #ifndef WEFT_PASSES_TILE_ERROR_H
 #define WEFT_PASSES_TILE_ERROR_H
 
@@ -18,8 +18,7 @@ struct weft_tile_error_params {
     const weft_kernel_tiles *tiles; // required
     enum weft_error_lookup lookup;
     // L resampling positions per axis at fractions (i + 0.5) / L, 1 to 4096, up to 2^24 in all
-    // (default 256, in 3D 32). Nearest lookup at the border of two texels may go either way; see
-    // `borders`.
+    // (default 256, in 3D 32).
     int locations;
     const struct weft_log *log;
 };
@@ -35,7 +34,10 @@ struct weft_tile_error {
     struct weft_tile_error_figures measured, ideal, eight_bit;
     // Largest difference of a weight as measured from the two models.
     double difference_ideal, difference_eight_bit;
-    int borders; // of the L fractions, how many lie on a border between texels (nearest only)
+    // Of the L fractions, how many lie where roundings of the texture coordinate decide which texel
+    // (nearest) or which 1/256 of one (linear, 8-bit unorm) is looked up, so that a GL may differ from
+    // its model: none where L is a power of two, M < 2 L and samples are at centres.
+    int borders;
 };
 
 // Draws every tile of the set once. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or
