@@ -14,6 +14,13 @@ enum { MAX_LOCATIONS = 4096, MAX_POSITIONS = 1 << 24 };
 
 enum way { MEASURED, IDEAL, EIGHT_BIT, WAYS };
 
+// Two texels of one axis and where the position lies between them.
+struct lookup {
+    int texel[2];
+    double share; // of the second one
+    int share_256;
+};
+
 // Weights and errors at all positions, [z][y][x].
 struct survey {
     struct weft_tile_error_params p;
@@ -23,6 +30,7 @@ struct survey {
     double *exact[WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap
     double *weight[WAYS], *magnitude[WAYS], *sum[WAYS];
     double *storage;
+    struct lookup *lookups[WAYS][2]; // of one axis at all locations, plain and mirrored
     double single[WAYS], difference[WAYS];
 };
 
@@ -64,44 +72,7 @@ static void fill_exact(struct survey *s)
                 weft_kernel_weight(kernel, fraction(s, i) + (weft_kernel_offset(kernel) - t));
 }
 
-static enum weft_result set_up(const struct weft_tile_error_params *params, struct survey *s)
-{
-    *s = (struct survey){.p = *params, .gain = 1.0};
-    enum weft_result res = check(s);
-    if (res != WEFT_OK)
-        return res;
-    const double m = s->info->samples;
-    if (s->info->placement == WEFT_TILE_ENDS) {
-        s->gain = (m - 1.0) / m;
-        s->bias = 0.5 / m;
-    }
-    const size_t row = (size_t)s->p.locations;
-    s->storage = calloc(3 * WAYS * s->positions + (size_t)s->info->width * row, sizeof(double));
-    if (!s->storage) {
-        weft_error(s->p.log, "tile error: not enough memory for %zu positions", s->positions);
-        return WEFT_ERR_MEMORY;
-    }
-    double *next = s->storage;
-    for (int w = 0; w < WAYS; w++) {
-        s->weight[w] = next;
-        s->magnitude[w] = next + s->positions;
-        s->sum[w] = next + 2 * s->positions;
-        next += 3 * s->positions;
-    }
-    for (int t = 0; t < s->info->width; t++)
-        s->exact[t] = next + (size_t)t * row;
-    fill_exact(s);
-    return WEFT_OK;
-}
-
-// ---- models of samplers -------------------------------------------------------------------------
-
-// Two texels of one axis and where the position lies between them.
-struct lookup {
-    int texel[2];
-    double share; // of the second one
-    int share_256;
-};
+// ---- where samplers look ------------------------------------------------------------------------
 
 static int clamped(const struct survey *s, int texel)
 {
@@ -143,6 +114,56 @@ static bool models_differ(const struct survey *s)
            s->p.lookup == WEFT_ERROR_LINEAR;
 }
 
+static void fill_lookups(struct survey *s)
+{
+    for (int mirrored = 0; mirrored < 2; mirrored++) {
+        for (int i = 0; i < s->p.locations; i++) {
+            s->lookups[IDEAL][mirrored][i] = ideal_lookup(s, i, mirrored);
+            s->lookups[EIGHT_BIT][mirrored][i] = eight_bit_lookup(s, i, mirrored);
+        }
+    }
+}
+
+static enum weft_result set_up(const struct weft_tile_error_params *params, struct survey *s)
+{
+    *s = (struct survey){.p = *params, .gain = 1.0};
+    enum weft_result res = check(s);
+    if (res != WEFT_OK)
+        return res;
+    const double m = s->info->samples;
+    if (s->info->placement == WEFT_TILE_ENDS) {
+        s->gain = (m - 1.0) / m;
+        s->bias = 0.5 / m;
+    }
+    const size_t row = (size_t)s->p.locations;
+    s->storage = calloc(3 * WAYS * s->positions + (size_t)s->info->width * row, sizeof(double));
+    struct lookup *lookups = calloc(4 * row, sizeof *lookups);
+    s->lookups[IDEAL][0] = lookups; // owns them
+    if (!s->storage || !lookups) {
+        weft_error(s->p.log, "tile error: not enough memory for %zu positions", s->positions);
+        return WEFT_ERR_MEMORY;
+    }
+    double *next = s->storage;
+    for (int w = 0; w < WAYS; w++) {
+        s->weight[w] = next;
+        s->magnitude[w] = next + s->positions;
+        s->sum[w] = next + 2 * s->positions;
+        next += 3 * s->positions;
+    }
+    if (!models_differ(s))
+        s->weight[EIGHT_BIT] = s->weight[IDEAL];
+    for (int t = 0; t < s->info->width; t++)
+        s->exact[t] = next + (size_t)t * row;
+    s->lookups[IDEAL][1] = lookups + row;
+    s->lookups[EIGHT_BIT][0] = lookups + 2 * row;
+    s->lookups[EIGHT_BIT][1] = lookups + 3 * row;
+    fill_exact(s);
+    fill_lookups(s);
+    return WEFT_OK;
+}
+
+// ---- models of samplers -------------------------------------------------------------------------
+
 static double load(const struct survey *s, const struct weft_kernel_tile *tile, const int at[3])
 {
     const size_t m = (size_t)s->info->samples;
@@ -168,11 +189,11 @@ static double mix(double a, double b, const struct lookup *axis, bool eight_bit)
 
 // Interpolates along axis 0 first, as the recursion ends there.
 static double filter(const struct survey *s, const struct weft_kernel_tile *tile,
-                     const struct lookup axis[3], int dims, int at[3], bool eight_bit)
+                     const struct lookup *const axis[3], int dims, int at[3], bool eight_bit)
 {
     if (dims == 0)
         return load(s, tile, at);
-    const struct lookup *l = &axis[dims - 1];
+    const struct lookup *l = axis[dims - 1];
     at[dims - 1] = l->texel[0];
     const double a = filter(s, tile, axis, dims - 1, at, eight_bit);
     if (l->texel[0] == l->texel[1])
@@ -191,16 +212,14 @@ static void position(const struct survey *s, size_t n, int at[3])
 
 static void add_modelled(struct survey *s, const struct weft_kernel_tile *tile, enum way way)
 {
-    const bool eight_bit = way == EIGHT_BIT && models_differ(s);
     const double unit = (tile->negated ? -1.0 : 1.0) / (s->info->one * tile->scale);
     for (size_t n = 0; n < s->positions; n++) {
-        struct lookup axis[3];
+        const struct lookup *axis[3];
         int i[3], at[3] = {0};
         position(s, n, i);
         for (int a = 0; a < s->info->dims; a++)
-            axis[a] = eight_bit ? eight_bit_lookup(s, i[a], tile->mirrored[a])
-                                : ideal_lookup(s, i[a], tile->mirrored[a]);
-        s->weight[way][n] += unit * filter(s, tile, axis, s->info->dims, at, eight_bit);
+            axis[a] = &s->lookups[way][tile->mirrored[a]][i[a]];
+        s->weight[way][n] += unit * filter(s, tile, axis, s->info->dims, at, way == EIGHT_BIT);
     }
 }
 
@@ -331,7 +350,8 @@ static enum weft_result survey_tap(struct survey *s, const struct target *t, con
         if (memcmp(tile->tap, tap, sizeof tile->tap) != 0)
             continue;
         add_modelled(s, tile, IDEAL);
-        add_modelled(s, tile, EIGHT_BIT);
+        if (models_differ(s))
+            add_modelled(s, tile, EIGHT_BIT);
         if (t)
             res = add_measured(s, t, i);
     }
@@ -391,6 +411,12 @@ static void report(const struct survey *s, bool measured, struct weft_tile_error
     };
 }
 
+static void tear_down(struct survey *s)
+{
+    free(s->storage);
+    free(s->lookups[IDEAL][0]);
+}
+
 enum weft_result weft_tile_error_model(const struct weft_tile_error_params *params,
                                        struct weft_tile_error *out)
 {
@@ -401,7 +427,7 @@ enum weft_result weft_tile_error_model(const struct weft_tile_error_params *para
         res = survey_taps(&s, NULL);
     if (res == WEFT_OK)
         report(&s, false, out);
-    free(s.storage);
+    tear_down(&s);
     return res;
 }
 
@@ -426,6 +452,6 @@ enum weft_result weft_tile_error_measure(weft_context *context,
     if (res == WEFT_OK)
         report(&s, true, out);
 fail:
-    free(s.storage);
+    tear_down(&s);
     return res;
 }
