@@ -26,7 +26,7 @@ struct survey {
     struct weft_tile_error_params p;
     const struct weft_kernel_tiles_info *info;
     size_t positions;
-    double gain, bias; // from tile positions to texture coordinates
+    double gain, bias;                    // from tile positions to texture coordinates
     double *exact[WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap
     double *weight[WAYS], *magnitude[WAYS], *sum[WAYS];
     double *storage;
@@ -96,8 +96,8 @@ static struct lookup ideal_lookup(const struct survey *s, int i, bool mirrored)
         return (struct lookup){{texel, texel}, 0.0, 0};
     }
     const double below = floor(at - 0.5);
-    return (struct lookup){{clamped(s, (int)below), clamped(s, (int)below + 1)},
-                           at - 0.5 - below, 0};
+    return (struct lookup){
+        {clamped(s, (int)below), clamped(s, (int)below + 1)}, at - 0.5 - below, 0};
 }
 
 static struct lookup eight_bit_lookup(const struct survey *s, int i, bool mirrored)
@@ -307,8 +307,8 @@ static enum weft_result add_measured(struct survey *s, const struct target *t, i
 {
     const struct weft_kernel_tile *tile = weft_kernel_tiles_get(s->p.tiles, index);
     struct weft_tile_texture texture;
-    enum weft_result res = weft_tile_texture_create(s->p.log, t->gl, s->p.tiles, index,
-                                                    s->p.lookup, 0, &texture);
+    enum weft_result res =
+        weft_tile_texture_create(s->p.log, t->gl, s->p.tiles, index, s->p.lookup, 0, &texture);
     if (res != WEFT_OK)
         return res;
     draw(s, t, tile, &texture);
@@ -372,8 +372,8 @@ static enum weft_result survey_taps(struct survey *s, const struct target *t)
 
 static struct weft_tile_error_figures figures(const struct survey *s, enum way w)
 {
-    struct weft_tile_error_figures f = {.single = s->single[w], .signed_min = INFINITY,
-                                        .signed_max = -INFINITY};
+    struct weft_tile_error_figures f = {
+        .single = s->single[w], .signed_min = INFINITY, .signed_max = -INFINITY};
     for (size_t n = 0; n < s->positions; n++) {
         f.maximum = fmax(f.maximum, s->magnitude[w][n]);
         f.mean += s->magnitude[w][n] / (double)s->positions;
@@ -383,8 +383,8 @@ static struct weft_tile_error_figures figures(const struct survey *s, enum way w
     return f;
 }
 
-// Whether (i + 1/2) / L, from tile positions to texels, is an integer, or half way between 256ths of
-// a texel where those count; in integers. Coordinates without rounding go one way for certain.
+// Whether (i + 1/2) / L, from tile positions to texels, is an integer, or half way between 256ths
+// of a texel where those count; in integers. Coordinates without rounding go one way for certain.
 static int count_borders(const struct survey *s)
 {
     const int64_t l = s->p.locations, m = s->info->samples;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Kernel tile sets: time and memory by resolution, with and without mirroring; and over kernels what
-// sum-preserving rounding costs and saves against rounding every weight by itself.
-// Without --bench it runs small sets once and checks that the sums come out.
-// Usage: bench_tiles [--bench] [--runs N]
+// Kernel tile sets: time and memory by resolution, with and without mirroring; and over kernels
+// what sum-preserving rounding costs and saves against rounding every weight by itself. Without
+// --bench it runs small sets once and checks that the sums come out. Usage: bench_tiles [--bench]
+// [--runs N]
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,9 +35,9 @@ static int time_set(const char *name, int dims, int samples, bool mirror,
 {
     double seconds[MAX_RUNS];
     struct weft_kernel_tiles_info info = {.tile_count = 0};
-    struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-            .dims = dims, .samples = samples, .mirror = mirror, .rounding = rounding,
-            .memory_bytes = memory_bytes);
+    struct weft_kernel_tiles_params p =
+        *weft_kernel_tiles_params(.dims = dims, .samples = samples, .mirror = mirror,
+                                  .rounding = rounding, .memory_bytes = memory_bytes);
     if (weft_kernel_parse(&log_to_stderr, name, &p.kernel) != WEFT_OK)
         return 1;
     for (int i = -1; i < runs; i++) { // the first one warms up
@@ -87,9 +87,9 @@ static int time_sets(bool bench, int runs)
 // ---- sum-preserving against independent rounding ------------------------------------------------
 
 struct rounding_figures {
-    double weight_lsb;         // largest error of one weight at a sample
+    double weight_lsb;          // largest error of one weight at a sample
     int ripple_min, ripple_max; // of the sum of weights at a sample against the full range, LSB
-    double error_lsb;          // eps_h, nearest lookup
+    double error_lsb;           // eps_h, nearest lookup
 };
 
 static bool next(int dims, int count, int at[3])
@@ -122,9 +122,9 @@ static bool measure_rounding(const struct weft_kernel *kernel, int dims, int sam
     weft_kernel_tiles *set = NULL;
     struct weft_tile_error error;
     *out = (struct rounding_figures){.ripple_min = 1 << 20, .ripple_max = -(1 << 20)};
-    if (weft_kernel_tiles_create(weft_kernel_tiles_params(
-                                     .kernel = *kernel, .dims = dims, .samples = samples,
-                                     .rounding = rounding, .log = &log_to_stderr),
+    if (weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = *kernel, .dims = dims,
+                                                          .samples = samples, .rounding = rounding,
+                                                          .log = &log_to_stderr),
                                  &set) != WEFT_OK)
         return false;
     int at[3] = {0};
@@ -136,8 +136,8 @@ static bool measure_rounding(const struct weft_kernel *kernel, int dims, int sam
         out->ripple_max = total - 255 > out->ripple_max ? total - 255 : out->ripple_max;
         do {
             const double w = weight[(tap[2] * kernel->width + tap[1]) * kernel->width + tap[0]];
-            out->weight_lsb = fmax(out->weight_lsb,
-                                   255.0 * fabs(w - weft_kernel_tiles_exact(set, tap, at)));
+            out->weight_lsb =
+                fmax(out->weight_lsb, 255.0 * fabs(w - weft_kernel_tiles_exact(set, tap, at)));
         } while (next(dims, kernel->width, tap));
     } while (next(dims, samples, at));
     const struct weft_tile_error_params params = {
@@ -150,11 +150,12 @@ static bool measure_rounding(const struct weft_kernel *kernel, int dims, int sam
 
 static int compare_roundings(bool bench)
 {
-    static const char *const names[] = {"linear",       "bspline",   "catmull-rom",
-                                        "mitchell",     "notch",     "bspline5",
-                                        "lagrange3",    "omoms3",    "keys6",
-                                        "lanczos:2+unit", "lanczos:3+unit", "blackman-sinc:2+unit",
-                                        "hann-sinc:3+unit", "gaussian+unit"};
+    static const char *const names[] = {
+        "linear",           "bspline",        "catmull-rom",
+        "mitchell",         "notch",          "bspline5",
+        "lagrange3",        "omoms3",         "keys6",
+        "lanczos:2+unit",   "lanczos:3+unit", "blackman-sinc:2+unit",
+        "hann-sinc:3+unit", "gaussian+unit"};
     int failures = 0;
     printf("\n8-bit unorm, each weight by itself | sum-preserving; LSB; nearest lookup\n");
     printf("%-22s %s %4s %8s %9s %8s | %8s %6s %8s\n", "kernel", "d ", "M", "weight", "ripple",

@@ -75,7 +75,7 @@ static int step_of(int samples)
 static const struct {
     enum weft_tile_format format;
     int bits;
-} formats[] = {{WEFT_TILE_UNORM, 4},  {WEFT_TILE_UNORM, 7}, {WEFT_TILE_UNORM, 8},
+} formats[] = {{WEFT_TILE_UNORM, 4},  {WEFT_TILE_UNORM, 7},  {WEFT_TILE_UNORM, 8},
                {WEFT_TILE_UNORM, 12}, {WEFT_TILE_UNORM, 16}, {WEFT_TILE_SNORM, 8},
                {WEFT_TILE_SNORM, 16}, {WEFT_TILE_HALF, 0},   {WEFT_TILE_FLOAT, 0}};
 
@@ -223,8 +223,7 @@ static void assert_truncated(const weft_kernel_tiles *set, const char *what)
             const struct weft_kernel_tile *tile = weft_kernel_tiles_get(set, t);
             const double exact = weft_kernel_tiles_exact(set, tile->tap, at);
             const double value = weft_kernel_tiles_value(set, t, at);
-            if (fabs(value) > fabs(exact) + 1e-9 / (info->one * tile->scale) ||
-                value * exact < 0.0)
+            if (fabs(value) > fabs(exact) + 1e-9 / (info->one * tile->scale) || value * exact < 0.0)
                 fail_msg("%s: %.9g truncated to %.9g", what, exact, value);
         }
     } while (next(1, info->samples, at));
@@ -233,14 +232,14 @@ static void assert_truncated(const weft_kernel_tiles *set, const char *what)
 static void truncation_goes_towards_zero(void **state)
 {
     (void)state;
-    over_the_catalogue(assert_truncated,
-                       *weft_kernel_tiles_params(.rounding = WEFT_TILE_TRUNCATED,
-                                                 .scaling = WEFT_TILE_SCALE_EACH),
-                       false);
+    over_the_catalogue(
+        assert_truncated,
+        *weft_kernel_tiles_params(.rounding = WEFT_TILE_TRUNCATED, .scaling = WEFT_TILE_SCALE_EACH),
+        false);
 }
 
-// The quantised weights add up to the exact total, rounded; where the exact one is 1 or 0 there is no
-// ripple at all, whatever the position.
+// The quantised weights add up to the exact total, rounded; where the exact one is 1 or 0 there is
+// no ripple at all, whatever the position.
 static void assert_sums(const weft_kernel_tiles *set, const char *what)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
@@ -280,9 +279,10 @@ static void normalised_weights_add_up_to_full_range(void **state)
         if ((*k)->derivation)
             continue;
         // Snorm, unscaled: 127 is 1.0.
-        struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                .kernel = kernel((*k)->name), .samples = 15, .format = WEFT_TILE_UNORM,
-                .rounding = WEFT_TILE_SUM_PRESERVING, .normalise = true);
+        struct weft_kernel_tiles_params p =
+            *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .samples = 15,
+                                      .format = WEFT_TILE_UNORM,
+                                      .rounding = WEFT_TILE_SUM_PRESERVING, .normalise = true);
         weft_kernel_tiles *set = NULL;
         if (weft_kernel_tiles_create(&p, &set) != WEFT_OK) {
             p.scaling = WEFT_TILE_SCALE_SET; // a weight over 1
@@ -332,9 +332,10 @@ static void mirrored_fetch_equals_unmirrored(void **state)
     const enum weft_tile_scaling scalings[] = {WEFT_TILE_SCALE_SET, WEFT_TILE_SCALE_EACH};
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         for (int i = 0; i < 12; i++) {
-            struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                    .kernel = kernel((*k)->name), .dims = 1 + i % 3, .format = i % 4,
-                    .bits = i / 3 % 2 ? 16 : 8, .scaling = scalings[i % 2]);
+            struct weft_kernel_tiles_params p =
+                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i % 3,
+                                          .format = i % 4, .bits = i / 3 % 2 ? 16 : 8,
+                                          .scaling = scalings[i % 2]);
             if (p.kernel.width > 8 && p.dims == 3)
                 continue;
             p.samples = samples_of(p.dims, p.kernel.width, i);
@@ -393,14 +394,19 @@ static void the_memory_saved_is_as_counted(void **state)
         const char *name;
         int dims, tiles, stored;
     } cases[] = {
-        {"bspline", 1, 4, 2}, {"bspline", 2, 16, 4}, {"bspline", 3, 64, 8},
-        {"linear", 3, 8, 1},  {"bspline2", 2, 9, 4}, {"nearest", 2, 1, 1},
+        {"bspline", 1, 4, 2},
+        {"bspline", 2, 16, 4},
+        {"bspline", 3, 64, 8},
+        {"linear", 3, 8, 1},
+        {"bspline2", 2, 9, 4},
+        {"nearest", 2, 1, 1},
         // Outer taps are negative, inner ones positive: no tap needs both parts.
         {"catmull-rom", 2, 16, 4},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-                .kernel = kernel(cases[i].name), .dims = cases[i].dims, .samples = 8));
+        weft_kernel_tiles *set =
+            make(weft_kernel_tiles_params(.kernel = kernel(cases[i].name), .dims = cases[i].dims,
+                                          .samples = 8));
         const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
         const size_t bytes = 2 * (size_t)pow(8, cases[i].dims);
         assert_int_equal(info->tile_count, cases[i].tiles);
@@ -443,10 +449,13 @@ static void scaled_tiles_use_the_full_range(void **state)
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         for (int i = 0; i < 16; i++) {
             const bool each = i & 1, exact = i & 2;
-            struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                    .kernel = kernel((*k)->name), .dims = 1 + i / 8, .samples = 12 + i / 8,
-                    .format = i & 4 ? WEFT_TILE_SNORM : WEFT_TILE_UNORM, .exact_scale = exact,
-                    .scaling = each ? WEFT_TILE_SCALE_EACH : WEFT_TILE_SCALE_SET);
+            struct weft_kernel_tiles_params p =
+                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i / 8,
+                                          .samples = 12 + i / 8,
+                                          .format = i & 4 ? WEFT_TILE_SNORM : WEFT_TILE_UNORM,
+                                          .exact_scale = exact,
+                                          .scaling =
+                                              each ? WEFT_TILE_SCALE_EACH : WEFT_TILE_SCALE_SET);
             weft_kernel_tiles *set = make(&p);
             const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
             double most = 0.0;
@@ -472,9 +481,9 @@ static void separate_parts_have_one_sign_each(void **state)
     (void)state;
     const char *const names[] = {"catmull-rom", "lanczos:3", "d-bspline", "dd-bspline"};
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
-        struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                .kernel = kernel(names[i]), .samples = 10, .format = WEFT_TILE_SNORM,
-                .scaling = WEFT_TILE_SCALE_SET);
+        struct weft_kernel_tiles_params p =
+            *weft_kernel_tiles_params(.kernel = kernel(names[i]), .samples = 10,
+                                      .format = WEFT_TILE_SNORM, .scaling = WEFT_TILE_SCALE_SET);
         weft_kernel_tiles *whole = make(&p);
         p.signs = WEFT_TILE_SEPARATE;
         weft_kernel_tiles *parts = make(&p);
@@ -509,9 +518,11 @@ static void split_parts_add_up_exactly(void **state)
     (void)state;
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         for (int f = 0; f < 4; f++) {
-            struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                    .kernel = kernel((*k)->name), .dims = 1 + f % 2, .samples = 9, .format = f,
-                    .scaling = f / 2 ? WEFT_TILE_SCALE_EACH : WEFT_TILE_SCALE_SET);
+            struct weft_kernel_tiles_params p =
+                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + f % 2,
+                                          .samples = 9, .format = f,
+                                          .scaling =
+                                              f / 2 ? WEFT_TILE_SCALE_EACH : WEFT_TILE_SCALE_SET);
             weft_kernel_tiles *set = make(&p), *before = make(&p);
             const int count = weft_kernel_tiles_get_info(set)->tile_count;
             for (int t = 0; t < count; t++) {
@@ -564,8 +575,8 @@ static void assert_group(const weft_kernel_tiles *set, const struct weft_tile_gr
             }
             // q / one * (1 / scale) against q / (one scale): five roundings of 1.1e-16.
             if (fabs(interleaved - plain) > 6e-16 * fabs(plain))
-                fail_msg("%s: %.17g interleaved, %.17g plain", info->kernel.info->name,
-                         interleaved, plain);
+                fail_msg("%s: %.17g interleaved, %.17g plain", info->kernel.info->name, interleaved,
+                         plain);
         }
     } while (next(info->dims, info->samples, at));
 }
@@ -596,8 +607,8 @@ static void interleaved_equals_plain(void **state)
 static void groups_follow_any_four_offsets(void **state)
 {
     (void)state;
-    weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel("catmull-rom"),
-                                                           .samples = 16));
+    weft_kernel_tiles *set =
+        make(weft_kernel_tiles_params(.kernel = kernel("catmull-rom"), .samples = 16));
     // Along x, along y, a square, and one that sticks out.
     const int taps[][4][3] = {{{0, 1}, {1, 1}, {2, 1}, {3, 1}},
                               {{2, 0}, {2, 1}, {2, 2}, {2, 3}},
@@ -683,8 +694,9 @@ static void splits_and_groups_know_their_limits(void **state)
     struct message message = {.count = 0};
     struct weft_log log = {keep_message, &message};
     // Room for the four stored tiles and one more.
-    weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-            .kernel = kernel("bspline"), .samples = 8, .memory_bytes = 5 * 128, .log = &log));
+    weft_kernel_tiles *set =
+        make(weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 8,
+                                      .memory_bytes = 5 * 128, .log = &log));
     struct weft_tile_group group;
     assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_ERR_LIMIT);
     assert_non_null(strstr(message.text, "640"));
@@ -715,9 +727,9 @@ static void a_tile_by_hand(void **state)
     (void)state;
     const int nearest[4] = {32, 96, 159, 223}, truncated[4] = {31, 95, 159, 223};
     for (int r = 0; r < 2; r++) {
-        weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-                .kernel = kernel("linear"), .dims = 1, .samples = 4,
-                .rounding = r ? WEFT_TILE_TRUNCATED : WEFT_TILE_NEAREST));
+        weft_kernel_tiles *set =
+            make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1, .samples = 4,
+                                          .rounding = r ? WEFT_TILE_TRUNCATED : WEFT_TILE_NEAREST));
         const int at = weft_kernel_tiles_find(set, (const int[3]){1, 0, 0}, WEFT_TILE_POSITIVE);
         assert_true(at >= 0);
         for (int k = 0; k < 4; k++)
@@ -725,9 +737,9 @@ static void a_tile_by_hand(void **state)
                              r ? truncated[k] : nearest[k]);
         weft_kernel_tiles_destroy(&set);
     }
-    weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-            .kernel = kernel("linear"), .dims = 1, .samples = 5, .placement = WEFT_TILE_ENDS,
-            .format = WEFT_TILE_FLOAT));
+    weft_kernel_tiles *set =
+        make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1, .samples = 5,
+                                      .placement = WEFT_TILE_ENDS, .format = WEFT_TILE_FLOAT));
     for (int k = 0; k < 5; k++) {
         assert_true(weft_kernel_tiles_position(set, k) == k / 4.0);
         const double w = weft_kernel_tiles_value(set, 1, (const int[3]){k, 0, 0});

@@ -79,8 +79,8 @@ static void check_tiles(const GladGLContext *gl, const weft_kernel_tiles *set,
         weft_tile_texture_destroy(gl, &texture);
         const int four[4] = {t, -1, count - 1 - t, t / 2};
         assert_int_equal(weft_tile_group_create(set, four, &group), WEFT_OK);
-        assert_int_equal(
-            weft_tile_texture_create_group(NULL, gl, set, &group, lookup, 0, &texture), WEFT_OK);
+        assert_int_equal(weft_tile_texture_create_group(NULL, gl, set, &group, lookup, 0, &texture),
+                         WEFT_OK);
         assert_int_equal(texture.internal_format, internal[1]);
         assert_read_back(gl, set, &texture, group.data);
         weft_tile_texture_destroy(gl, &texture);
@@ -102,13 +102,14 @@ static void read_back_equals_the_cpus_values(void **state)
             const size_t f = i % WEFT_COUNT(formats), n = i / WEFT_COUNT(formats) / 3;
             const int dims = 1 + (int)(i / WEFT_COUNT(formats) % 3);
             weft_kernel_tiles *set = NULL;
-            assert_int_equal(weft_kernel_tiles_create(
-                                 weft_kernel_tiles_params(
-                                     .kernel = kernel(names[n]), .dims = dims,
-                                     .samples = dims == 3 ? 7 : 33, .format = formats[f].format,
-                                     .bits = formats[f].bits, .scaling = WEFT_TILE_SCALE_EACH),
-                                 &set),
-                             WEFT_OK);
+            assert_int_equal(
+                weft_kernel_tiles_create(
+                    weft_kernel_tiles_params(.kernel = kernel(names[n]), .dims = dims,
+                                             .samples = dims == 3 ? 7 : 33,
+                                             .format = formats[f].format, .bits = formats[f].bits,
+                                             .scaling = WEFT_TILE_SCALE_EACH),
+                    &set),
+                WEFT_OK);
             check_tiles(&contexts[c]->gl, set, WEFT_ERROR_NEAREST, formats[f].nearest);
             if (n == 0)
                 check_tiles(&contexts[c]->gl, set, WEFT_ERROR_LINEAR, formats[f].linear);
@@ -125,16 +126,16 @@ static void sampling_is_as_asked(void **state)
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
     for (int dims = 1; dims <= 3; dims++) {
         weft_kernel_tiles *set = NULL;
-        assert_int_equal(weft_kernel_tiles_create(
-                             weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = dims,
-                                                      .samples = 4),
-                             &set),
-                         WEFT_OK);
+        assert_int_equal(
+            weft_kernel_tiles_create(
+                weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = dims, .samples = 4),
+                &set),
+            WEFT_OK);
         for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
             struct weft_tile_texture texture;
-            assert_int_equal(weft_tile_texture_create(NULL, gl, set, 0,
-                                                      (enum weft_error_lookup)l, 0, &texture),
-                             WEFT_OK);
+            assert_int_equal(
+                weft_tile_texture_create(NULL, gl, set, 0, (enum weft_error_lookup)l, 0, &texture),
+                WEFT_OK);
             GLint filter, wrap;
             gl->BindTexture(texture.target, texture.texture);
             gl->GetTexParameteriv(texture.target, GL_TEXTURE_MAG_FILTER, &filter);
@@ -159,10 +160,10 @@ static void limits_are_named(void **state)
     weft_kernel_tiles *set = NULL;
     const GladGLContext *gl = &contexts[0]->gl;
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
-    assert_int_equal(weft_kernel_tiles_create(
-                         weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 100),
-                         &set),
-                     WEFT_OK);
+    assert_int_equal(
+        weft_kernel_tiles_create(
+            weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 100), &set),
+        WEFT_OK);
     // The texels and a staging copy.
     assert_int_equal(
         weft_tile_texture_create(&log, gl, set, 0, WEFT_ERROR_NEAREST, 19999, &texture),
@@ -173,9 +174,8 @@ static void limits_are_named(void **state)
     assert_int_equal(
         weft_tile_texture_create(&log, gl, set, 0, WEFT_ERROR_NEAREST, 20000, &texture), WEFT_OK);
     weft_tile_texture_destroy(gl, &texture);
-    assert_int_equal(
-        weft_tile_texture_create(&log, gl, set, 99, WEFT_ERROR_NEAREST, 0, &texture),
-        WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_tile_texture_create(&log, gl, set, 99, WEFT_ERROR_NEAREST, 0, &texture),
+                     WEFT_ERR_ARGUMENT);
     weft_kernel_tiles_destroy(&set);
     weft_context_leave(contexts[0]);
 }
@@ -190,7 +190,8 @@ static void refuse_proxy(GLenum target, GLint level, GLenum name, GLint *out)
     *out = no_width;
 }
 
-// A GL that takes no such texture, by its proxy: no set that fits in memory here is too large for it.
+// A GL that takes no such texture, by its proxy: no set that fits in memory here is too large for
+// it.
 static void a_refusing_proxy_is_believed(void **state)
 {
     (void)state;
@@ -201,14 +202,13 @@ static void a_refusing_proxy_is_believed(void **state)
     GladGLContext gl = contexts[0]->gl;
     gl.GetTexLevelParameteriv = refuse_proxy;
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
-    assert_int_equal(weft_kernel_tiles_create(
-                         weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = 3,
-                                                  .samples = 8, .bits = 16),
-                         &set),
-                     WEFT_OK);
     assert_int_equal(
-        weft_tile_texture_create(&log, &gl, set, 0, WEFT_ERROR_NEAREST, 0, &texture),
-        WEFT_ERR_LIMIT);
+        weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = 3,
+                                                          .samples = 8, .bits = 16),
+                                 &set),
+        WEFT_OK);
+    assert_int_equal(weft_tile_texture_create(&log, &gl, set, 0, WEFT_ERROR_NEAREST, 0, &texture),
+                     WEFT_ERR_LIMIT);
     assert_non_null(strstr(message.text, "8^3 texels R16 (1024 bytes)"));
     assert_int_equal(texture.texture, 0);
     weft_kernel_tiles_destroy(&set);

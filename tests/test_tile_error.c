@@ -45,9 +45,9 @@ static bool software_gl(void)
     return strstr(weft_context_get_info(context)->renderer, "llvmpipe") != NULL;
 }
 
-// What floats may differ from the models by: a texture coordinate is off by a few 2^-24, a texel has
-// M of those, neighbouring texels differ by at most `slope / M`; and a filtered value has a handful of
-// roundings of 2^-24 itself. Weights are sums of two parts at most.
+// What floats may differ from the models by: a texture coordinate is off by a few 2^-24, a texel
+// has M of those, neighbouring texels differ by at most `slope / M`; and a filtered value has a
+// handful of roundings of 2^-24 itself. Weights are sums of two parts at most.
 static double float_tolerance(const weft_kernel_tiles *set, enum weft_error_lookup lookup)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
@@ -86,11 +86,13 @@ static void the_target_follows_its_model(void **state)
         // 8-bit unorm, whose model is special, and three of the others.
         for (int n = 0; n < 4; n++, i++) {
             const size_t f = n ? 1 + (size_t)(i % 7) : 0;
-            struct weft_kernel_tiles_params p = *weft_kernel_tiles_params(
-                    .kernel = kernel((*k)->name), .dims = 1 + i % 3, .samples = 5 + i % 12,
-                    .format = formats[f].format, .bits = formats[f].bits,
-                    .placement = i % 5 == 0 ? WEFT_TILE_ENDS : WEFT_TILE_CENTRES,
-                    .scaling = WEFT_TILE_SCALE_SET);
+            struct weft_kernel_tiles_params p =
+                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i % 3,
+                                          .samples = 5 + i % 12, .format = formats[f].format,
+                                          .bits = formats[f].bits,
+                                          .placement =
+                                              i % 5 == 0 ? WEFT_TILE_ENDS : WEFT_TILE_CENTRES,
+                                          .scaling = WEFT_TILE_SCALE_SET);
             if (p.dims == 3 && p.kernel.width > 4)
                 p.dims = 1;
             if (p.dims == 2 && p.kernel.width > 6)
@@ -107,10 +109,11 @@ static void the_target_follows_its_model(void **state)
                 compared++;
                 if ((software_gl() && !(e.difference_eight_bit <= bound)) ||
                     (exact && !(e.difference_ideal <= bound)))
-                    fail_msg("ends %d, %s, %dD, M %d, format %d, %d bits, lookup %d: %.3g from the model, "
-                             "%.3g from ideal, bound %.3g", (int)p.placement, (*k)->name, p.dims, p.samples,
-                             (int)p.format, p.bits, l, e.difference_eight_bit, e.difference_ideal,
-                             bound);
+                    fail_msg("ends %d, %s, %dD, M %d, format %d, %d bits, lookup %d: %.3g from the "
+                             "model, "
+                             "%.3g from ideal, bound %.3g",
+                             (int)p.placement, (*k)->name, p.dims, p.samples, (int)p.format, p.bits,
+                             l, e.difference_eight_bit, e.difference_ideal, bound);
                 assert_true(fabs(e.measured.single - (exact ? e.ideal : e.eight_bit).single) <=
                             2.0 * bound);
             }
@@ -130,21 +133,23 @@ static void the_ideal_model_is_eq_4(void **state)
         for (int dims = 1; dims <= 3; dims++) {
             for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
                 const int m = dims == 3 ? 16 : 64, locations = dims == 3 ? 16 : 128;
-                weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-                        .kernel = kernel(names[n]), .dims = dims, .samples = m));
+                weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel(names[n]),
+                                                                       .dims = dims, .samples = m));
                 const struct weft_tile_error_params params = {
                     .tiles = set, .lookup = (enum weft_error_lookup)l, .locations = locations};
                 struct weft_tile_error e;
                 struct weft_error_kernel expected;
                 assert_int_equal(weft_tile_error_model(&params, &e), WEFT_OK);
                 assert_true(isnan(e.measured.maximum));
-                assert_int_equal(weft_error_kernel_compute(
-                                     &(struct weft_error_kernel_params){
-                                         .kernel = kernel(names[n]), .dims = dims, .samples = m,
-                                         .lookup = (enum weft_error_lookup)l,
-                                         .locations = locations},
-                                     &expected),
-                                 WEFT_OK);
+                assert_int_equal(
+                    weft_error_kernel_compute(
+                        &(struct weft_error_kernel_params){.kernel = kernel(names[n]),
+                                                           .dims = dims,
+                                                           .samples = m,
+                                                           .lookup = (enum weft_error_lookup)l,
+                                                           .locations = locations},
+                        &expected),
+                    WEFT_OK);
                 assert_true(fabs(e.ideal.maximum - expected.maximum) < 1e-12);
                 assert_true(fabs(e.ideal.single - expected.single) < 1e-12);
                 assert_true(fabs(e.ideal.mean - expected.mean) < 1e-12);
@@ -164,17 +169,17 @@ static void eight_bit_lookup_costs_what_it_may(void **state)
         for (int dims = 1; dims <= 3; dims++) {
             const int m = dims == 3 ? 16 : 64;
             struct weft_tile_error e;
-            weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel(names[n]),
-                                                                   .dims = dims, .samples = m));
+            weft_kernel_tiles *set = make(
+                weft_kernel_tiles_params(.kernel = kernel(names[n]), .dims = dims, .samples = m));
             measure(set, WEFT_ERROR_LINEAR, dims == 3 ? 32 : 128, &e);
             // No slope of these reaches 1.5 per unit: neighbours differ by 1.5 / M and a rounding.
             const double step = 255.0 * 1.5 / m + 1.0;
             const double limit = dims * (step / 512.0 + 0.5) / 255.0;
             print_message("%-16s %dD M %d: 255 eps_h measured %.4f, model %.4f, ideal %.4f; "
-                          "a weight is up to %.4f LSB off ideal, %.2g off the model\n", names[n],
-                          dims, m, 255.0 * e.measured.maximum, 255.0 * e.eight_bit.maximum,
-                          255.0 * e.ideal.maximum, 255.0 * e.difference_ideal,
-                          255.0 * e.difference_eight_bit);
+                          "a weight is up to %.4f LSB off ideal, %.2g off the model\n",
+                          names[n], dims, m, 255.0 * e.measured.maximum,
+                          255.0 * e.eight_bit.maximum, 255.0 * e.ideal.maximum,
+                          255.0 * e.difference_ideal, 255.0 * e.difference_eight_bit);
             assert_true(e.difference_ideal <= limit || !software_gl());
             weft_kernel_tiles_destroy(&set);
         }
@@ -186,8 +191,9 @@ static void sum_preserving_tiles_have_no_ripple(void **state)
     (void)state;
     struct weft_tile_error e;
     for (int rounding = WEFT_TILE_NEAREST; rounding <= WEFT_TILE_SUM_PRESERVING; rounding++) {
-        weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-                .kernel = kernel("catmull-rom"), .rounding = (enum weft_tile_rounding)rounding));
+        weft_kernel_tiles *set =
+            make(weft_kernel_tiles_params(.kernel = kernel("catmull-rom"),
+                                          .rounding = (enum weft_tile_rounding)rounding));
         measure(set, WEFT_ERROR_NEAREST, 128, &e);
         // Floats as they come from texels, summed in double.
         if (rounding == WEFT_TILE_SUM_PRESERVING)
@@ -204,13 +210,15 @@ static void borders_are_counted(void **state)
     const struct {
         int samples, locations, borders;
         enum weft_tile_placement placement;
-    } cases[] = {{64, 256, 0, WEFT_TILE_CENTRES}, {64, 32, 32, WEFT_TILE_CENTRES},
-                 {6, 9, 3, WEFT_TILE_CENTRES},    {6, 15, 5, WEFT_TILE_ENDS}};
+    } cases[] = {{64, 256, 0, WEFT_TILE_CENTRES},
+                 {64, 32, 32, WEFT_TILE_CENTRES},
+                 {6, 9, 3, WEFT_TILE_CENTRES},
+                 {6, 15, 5, WEFT_TILE_ENDS}};
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         struct weft_tile_error e;
-        weft_kernel_tiles *set = make(weft_kernel_tiles_params(
-                .kernel = kernel("linear"), .dims = 1, .samples = cases[i].samples,
-                .placement = cases[i].placement));
+        weft_kernel_tiles *set = make(
+            weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1,
+                                     .samples = cases[i].samples, .placement = cases[i].placement));
         int expected = 0;
         for (int n = 0; n < cases[i].locations; n++) {
             const double u = (n + 0.5) / cases[i].locations;
@@ -229,8 +237,8 @@ static void bad_requests_are_refused(void **state)
 {
     (void)state;
     struct weft_tile_error e;
-    weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 3,
-                                                           .samples = 4));
+    weft_kernel_tiles *set =
+        make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 3, .samples = 4));
     const struct {
         struct weft_tile_error_params params;
         enum weft_result expected;
@@ -242,8 +250,7 @@ static void bad_requests_are_refused(void **state)
         {{.tiles = set, .locations = 200}, WEFT_ERR_LIMIT},  // 40000 rows of a target
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++)
-        assert_int_equal(weft_tile_error_measure(context, &cases[i].params, &e),
-                         cases[i].expected);
+        assert_int_equal(weft_tile_error_measure(context, &cases[i].params, &e), cases[i].expected);
     weft_kernel_tiles_destroy(&set);
 }
 

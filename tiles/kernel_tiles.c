@@ -55,10 +55,17 @@ static void init_info(weft_kernel_tiles *set)
 {
     const struct weft_kernel_tiles_params *p = &set->params;
     struct weft_kernel_tiles_info *info = &set->info;
-    *info = (struct weft_kernel_tiles_info){
-        .kernel = p->kernel, .dims = p->dims, .samples = p->samples, .bits = p->bits,
-        .format = p->format, .rounding = p->rounding, .placement = p->placement,
-        .width = p->kernel.width, .one = 1.0, .value_bytes = sizeof(float), .tile_values = 1};
+    *info = (struct weft_kernel_tiles_info){.kernel = p->kernel,
+                                            .dims = p->dims,
+                                            .samples = p->samples,
+                                            .bits = p->bits,
+                                            .format = p->format,
+                                            .rounding = p->rounding,
+                                            .placement = p->placement,
+                                            .width = p->kernel.width,
+                                            .one = 1.0,
+                                            .value_bytes = sizeof(float),
+                                            .tile_values = 1};
     if (weft_tiles_integer_format(set)) {
         info->value_bytes = sizeof(uint16_t);
         info->one = (double)((1 << (p->bits - (p->format == WEFT_TILE_SNORM))) - 1);
@@ -124,8 +131,10 @@ static bool check_range(const weft_kernel_tiles *set, struct range whole)
         return false;
     }
     if (!set->separate && p->format == WEFT_TILE_UNORM && whole.side[1] > 0.0) {
-        weft_error(p->log, "tiles: kernel %s has weights down to %g, which one unorm tile per tap "
-                           "cannot hold", p->kernel.info->name, -whole.side[1]);
+        weft_error(p->log,
+                   "tiles: kernel %s has weights down to %g, which one unorm tile per tap "
+                   "cannot hold",
+                   p->kernel.info->name, -whole.side[1]);
         return false;
     }
     return true;
@@ -222,8 +231,7 @@ static enum weft_result lay_out(weft_kernel_tiles *set)
     res = WEFT_ERR_LIMIT;
     if (!check_memory(set, (size_t)stored, &info->memory_bytes))
         goto fail;
-    info->saved_bytes =
-        (size_t)(info->tile_count - stored) * info->tile_values * info->value_bytes;
+    info->saved_bytes = (size_t)(info->tile_count - stored) * info->tile_values * info->value_bytes;
     res = WEFT_ERR_MEMORY;
     set->stored_of = malloc(2 * (size_t)power(set->kept, info->dims) * sizeof *set->stored_of);
     scale = malloc(((size_t)stored + 1) * sizeof *scale);

@@ -2,8 +2,9 @@
 // tiles/kernel_tiles.h - kernels sampled, quantised, split and interleaved.
 // A tile is one unit-wide piece of a kernel, sampled at M positions per axis: the weight of one tap
 // for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
-// multiplication (Hadwiger, Hauser, Moeller, WSCG 2003). A set holds the tiles of all width^dims taps;
-// adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along an axis.
+// multiplication (Hadwiger, Hauser, Moeller, WSCG 2003). A set holds the tiles of all width^dims
+// taps; adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along
+// an axis.
 #ifndef WEFT_TILES_KERNEL_TILES_H
 #define WEFT_TILES_KERNEL_TILES_H
 
@@ -24,7 +25,8 @@ enum weft_tile_rounding {
     WEFT_TILE_NEAREST,   // each weight by itself, halves away from zero (half and float: to even)
     WEFT_TILE_TRUNCATED, // each weight by itself, towards zero
     // Integer formats: the weights at one sample position add up to their exact sum, rounded; those
-    // with the largest remainder are rounded up. A weight may be off by up to one step, not half one.
+    // with the largest remainder are rounded up. A weight may be off by up to one step, not half
+    // one.
     WEFT_TILE_SUM_PRESERVING,
 };
 
@@ -53,15 +55,15 @@ struct weft_kernel_tiles_params {
     int dims;                  // 1 (weights for separable use), 2 or 3   (default 2)
     int samples;               // M, 1 to WEFT_TILES_MAX_SAMPLES          (default 64)
     enum weft_tile_format format;
-    int bits;                  // of the integer formats                  (default 8)
+    int bits; // of the integer formats                  (default 8)
     enum weft_tile_rounding rounding;
     enum weft_tile_placement placement;
     enum weft_tile_signs signs;
     enum weft_tile_scaling scaling;
     bool exact_scale; // the factor that uses all of the range; default: a power of two below it
     // Even and odd kernels: store only the taps of one half per axis, fetch the others mirrored
-    // (default true). Other kernels, and sum-preserving sets with an odd M, whose middle sample would
-    // need an even sum, are stored whole: see struct weft_kernel_tiles_info.
+    // (default true). Other kernels, and sum-preserving sets with an odd M, whose middle sample
+    // would need an even sum, are stored whole: see struct weft_kernel_tiles_info.
     bool mirror;
     bool normalise;        // weights at every position add up to 1 (weft_kernel_normalise)
     uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)
@@ -114,8 +116,8 @@ weft_kernel_tiles_get_info(const weft_kernel_tiles *tiles);
 // Tile 0 to tile_count - 1; valid until the next split.
 WEFT_API const struct weft_kernel_tile *weft_kernel_tiles_get(const weft_kernel_tiles *tiles,
                                                               int tile);
-// The first tile of that tap and part, -1 if there is none. The part of a tile that is not separated
-// is WEFT_TILE_WHOLE.
+// The first tile of that tap and part, -1 if there is none. The part of a tile that is not
+// separated is WEFT_TILE_WHOLE.
 WEFT_API int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
                                     enum weft_tile_part part);
 
@@ -131,10 +133,10 @@ WEFT_API int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile,
 WEFT_API double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
                                         const int position[3]);
 
-// Splits a tile (section 4): the tile keeps the values >= threshold and is zero elsewhere, a new last
-// tile has the values below it; they add up exactly. Threshold NAN: the middle of the tile's range.
-// Tiles that share its memory stay as they are.
-// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or WEFT_ERR_MEMORY, the set being as before.
+// Splits a tile (section 4): the tile keeps the values >= threshold and is zero elsewhere, a new
+// last tile has the values below it; they add up exactly. Threshold NAN: the middle of the tile's
+// range. Tiles that share its memory stay as they are. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or
+// WEFT_ERR_MEMORY, the set being as before.
 WEFT_API enum weft_result weft_kernel_tiles_split(weft_kernel_tiles *tiles, int tile,
                                                   double threshold);
 
@@ -153,8 +155,7 @@ WEFT_API enum weft_result weft_tile_group_create(const weft_kernel_tiles *tiles,
 // The same for any four taps, in the order in which the source's samples lie in RGBA. Taps outside
 // the kernel, and those without such a part, are zero; a tap whose tile is split is refused.
 WEFT_API enum weft_result weft_tile_group_create_taps(const weft_kernel_tiles *tiles,
-                                                      const int tap[4][3],
-                                                      enum weft_tile_part part,
+                                                      const int tap[4][3], enum weft_tile_part part,
                                                       struct weft_tile_group *out);
 WEFT_API void weft_tile_group_destroy(struct weft_tile_group *group); // {0} is fine
 WEFT_API double weft_tile_group_value(const weft_kernel_tiles *tiles,

@@ -9,7 +9,8 @@
 
 static bool more_fits(const weft_kernel_tiles *set, size_t bytes, const char *what)
 {
-    if (bytes <= set->params.memory_bytes && set->info.memory_bytes <= set->params.memory_bytes - bytes)
+    if (bytes <= set->params.memory_bytes &&
+        set->info.memory_bytes <= set->params.memory_bytes - bytes)
         return true;
     weft_error(set->params.log, "tiles: %s takes %zu bytes besides %zu, over the limit of %.0f",
                what, bytes, set->info.memory_bytes, (double)set->params.memory_bytes);

@@ -19,10 +19,10 @@ static const GLenum channel_formats[2] = {GL_RED, GL_RGBA};
 static const struct storage unorm_8 = {"R8", {GL_R8, GL_RGBA8}, GL_UNSIGNED_BYTE, 1, 255.0, true};
 static const struct storage unorm_16 = {"R16", {GL_R16, GL_RGBA16}, GL_UNSIGNED_SHORT, 2, 65535.0,
                                         false};
-static const struct storage snorm_8 = {"R8_SNORM", {GL_R8_SNORM, GL_RGBA8_SNORM}, GL_BYTE, 1,
-                                       127.0, true};
-static const struct storage snorm_16 = {"R16_SNORM", {GL_R16_SNORM, GL_RGBA16_SNORM}, GL_SHORT, 2,
-                                        32767.0, false};
+static const struct storage snorm_8 = {"R8_SNORM", {GL_R8_SNORM, GL_RGBA8_SNORM}, GL_BYTE, 1, 127.0,
+                                       true};
+static const struct storage snorm_16 = {
+    "R16_SNORM", {GL_R16_SNORM, GL_RGBA16_SNORM}, GL_SHORT, 2, 32767.0, false};
 static const struct storage half_float = {"R16F", {GL_R16F, GL_RGBA16F}, GL_FLOAT, 2, 1.0, false};
 static const struct storage full_float = {"R32F", {GL_R32F, GL_RGBA32F}, GL_FLOAT, 4, 1.0, false};
 
@@ -78,7 +78,8 @@ static enum weft_result check_sizes(const struct weft_log *log, const GladGLCont
     const uint64_t limit = memory_bytes ? memory_bytes : DEFAULT_MEMORY;
     const uint64_t needed = (uint64_t)texture->bytes * (storage->bytes ? 2 : 1);
     if (needed > limit) {
-        weft_error(log, "a tile texture of %d^%d texels %s takes %.0f bytes, over the limit of %.0f",
+        weft_error(log,
+                   "a tile texture of %d^%d texels %s takes %.0f bytes, over the limit of %.0f",
                    info->samples, info->dims, storage->name, (double)needed, (double)limit);
         return WEFT_ERR_LIMIT;
     }
@@ -213,8 +214,7 @@ enum weft_result weft_tile_texture_read(const struct weft_log *log, const GladGL
                                         const struct weft_tile_texture *texture, void *values)
 {
     const struct storage *storage = storage_of(texture);
-    const size_t count =
-        weft_kernel_tiles_get_info(tiles)->tile_values * (size_t)texture->channels;
+    const size_t count = weft_kernel_tiles_get_info(tiles)->tile_values * (size_t)texture->channels;
     uint8_t *staging = storage->bytes ? malloc(count) : NULL;
     if (storage->bytes && !staging) {
         weft_error(log, "not enough memory to read a tile of %zu bytes back", count);
