@@ -4,12 +4,16 @@
 #define WEFT_H
 
 #include "filter/base.h"
+#include "filter/error.h"
+#include "filter/fixed.h"
 #include "filter/kernel.h"
 #include "filter/reference.h"
 #include "filter/signal.h"
 #include "passes/context.h"
 #include "passes/slice.h"
+#include "passes/tile_error.h"
 #include "tiles/image.h"
+#include "tiles/kernel_tiles.h"
 #include "tiles/layout.h"
 #include "tiles/limits.h"
 #include "tiles/volume.h"

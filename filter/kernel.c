@@ -12,21 +12,43 @@
 
 enum { MAX_TEXT = 255 };
 
+#define WITH_1(record) &weft_kernel_##record[0], &weft_kernel_##record[1]
+#define WITH_2(record) WITH_1(record), &weft_kernel_##record[2]
+
 const struct weft_kernel_info *const weft_kernel_list[] = {
-    &weft_kernel_nearest,
-    &weft_kernel_linear,
-    &weft_kernel_cubic,
-    &weft_kernel_bspline,
-    &weft_kernel_catmull_rom,
-    &weft_kernel_mitchell,
-    &weft_kernel_bspline_degree[0],
-    &weft_kernel_bspline_degree[1],
-    &weft_kernel_bspline_degree[2],
-    &weft_kernel_bspline_degree[3],
-    &weft_kernel_bspline_degree[4],
-    &weft_kernel_bspline_degree[5],
+    &weft_kernel_nearest[0],
+    WITH_1(linear),
+    WITH_2(cubic),
+    WITH_2(cardinal),
+    WITH_2(catmull_rom),
+    WITH_2(mitchell),
+    WITH_2(notch),
+    WITH_2(bspline),
+    &weft_kernel_bspline0[0],
+    WITH_1(bspline1),
+    WITH_2(bspline2),
+    WITH_2(bspline3),
+    WITH_2(bspline4),
+    WITH_2(bspline5),
+    WITH_2(bspline6),
+    WITH_2(bspline7),
+    WITH_1(omoms),
+    WITH_1(lagrange3),
+    WITH_1(lagrange5),
+    WITH_2(keys6),
+    WITH_2(lanczos),
+    WITH_2(hann),
+    WITH_2(hamming),
+    WITH_2(blackman),
+    WITH_2(kaiser),
+    WITH_2(gauss_sinc),
+    WITH_2(welch),
+    WITH_2(rect),
+    WITH_2(gaussian),
     NULL,
 };
+
+static const char unit_suffix[] = "+unit";
 
 static const struct weft_kernel_info *find(const char *name, size_t length)
 {
@@ -75,8 +97,11 @@ enum weft_result weft_kernel_create(const struct weft_log *log, const struct wef
         goto fail;
     }
     kernel.width = (int)ceil(2.0 * kernel.support);
+    kernel.continuity = info->continuity;
     kernel.order = info->order;
+    kernel.order_prefiltered = info->order_prefiltered;
     kernel.interpolating = info->interpolating;
+    kernel.unit_sum = info->unit_sum;
     if (info->refine)
         info->refine(&kernel);
     *out = kernel;
@@ -85,17 +110,43 @@ fail:
     return res;
 }
 
+enum weft_result weft_kernel_normalise(const struct weft_log *log, struct weft_kernel *kernel)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, kernel && kernel->info);
+    if (kernel->info->derivation > 0) {
+        weft_error(log, "kernel %s: the weights of a derivative add up to 0, not to 1",
+                   kernel->info->name);
+        goto fail;
+    }
+    if (!kernel->unit_sum) {
+        kernel->normalised = kernel->unit_sum = true;
+        kernel->order = kernel->order > 1 ? kernel->order : 1;
+        kernel->order_prefiltered = kernel->order_prefiltered > 1 ? kernel->order_prefiltered : 1;
+    }
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
 static void log_unknown(const struct weft_log *log, const char *name, size_t length)
 {
-    char names[960] = "";
+    char names[900] = "";
     size_t used = 0;
     for (size_t i = 0; weft_kernel_list[i]; i++) {
+        if (weft_kernel_list[i]->primitive)
+            continue;
         const int n = snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
                                weft_kernel_list[i]->name);
         used += (size_t)n < sizeof names - used ? (size_t)n : sizeof names - used - 1;
     }
-    weft_error(log, "no kernel '%.*s'; there are %s", (int)(length < 32 ? length : 32), name,
-               names);
+    weft_error(log, "no kernel '%.*s'; there are %s; for derivatives d-NAME, dd-NAME",
+               (int)(length < 32 ? length : 32), name, names);
+}
+
+static bool ends_list(const char *text)
+{
+    return !*text || !strcmp(text, unit_suffix);
 }
 
 // One number, in the C locale; NULL where there is none. White space and "inf", which strtod would
@@ -123,12 +174,12 @@ static enum weft_result parse_params(const struct weft_log *log,
             return WEFT_ERR_ARGUMENT;
         }
         const char *end = parse_number(text, &param[i]);
-        if (!end || (*end && *end != ',')) {
+        if (!end || !(ends_list(end) || *end == ',')) {
             weft_error(log, "kernel %s: %s = '%s' is not a finite number", info->name,
                        info->params[i].name, text);
             return WEFT_ERR_ARGUMENT;
         }
-        if (!*end)
+        if (ends_list(end))
             return WEFT_OK;
         text = end + 1;
     }
@@ -144,19 +195,23 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
         weft_error(log, "kernel text is longer than %d bytes: '%.32s...'", MAX_TEXT, text);
         goto fail;
     }
-    const size_t length = strcspn(text, ":");
+    const size_t length = strcspn(text, ":+");
     const struct weft_kernel_info *info = find(text, length);
-    if (!info) {
+    if (!info || (text[length] == '+' && !ends_list(text + length))) {
         log_unknown(log, text, length);
         goto fail;
     }
     double param[WEFT_KERNEL_PARAMS];
     for (size_t i = 0; i < WEFT_KERNEL_PARAMS; i++)
         param[i] = NAN;
-    res = text[length] ? parse_params(log, info, text + length + 1, param) : WEFT_OK;
+    res = text[length] == ':' ? parse_params(log, info, text + length + 1, param) : WEFT_OK;
     if (!res)
         res = weft_kernel_create(log, info, param, out);
+    if (!res && strstr(text, unit_suffix))
+        res = weft_kernel_normalise(log, out);
 fail:
+    if (res && out)
+        *out = (struct weft_kernel){0};
     return res;
 }
 
@@ -184,17 +239,8 @@ int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size
     }
     uselocale(before);
     freelocale(c_locale);
-    return snprintf(text, size, "%s%s", kernel->info->name, list);
-}
-
-double weft_kernel_weight(const struct weft_kernel *kernel, double x)
-{
-    return kernel->info->weight(kernel, x);
-}
-
-double weft_kernel_derivative(const struct weft_kernel *kernel, double x)
-{
-    return kernel->info->derivative ? kernel->info->derivative(kernel, x) : NAN;
+    return snprintf(text, size, "%s%s%s", kernel->info->name, list,
+                    kernel->normalised ? unit_suffix : "");
 }
 
 // Splits x into an integer and the distance past it in [0, 1): x - floor(x) rounds to 1 where x is
@@ -230,12 +276,64 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
     return 0.5 * kernel->width - 1.0;
 }
 
-int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights)
+// fraction + shift, never rounded up onto the next knot, where the kernel may jump.
+static double argument(double fraction, double shift)
+{
+    const double x = fraction + shift, knot = shift + 1.0;
+    return x < knot ? x : nextafter(knot, -INFINITY);
+}
+
+static int64_t plain_weights(const struct weft_kernel *kernel, double x, double *weights)
 {
     double fraction;
     const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
     const double offset = weft_kernel_offset(kernel);
     for (int j = 0; j < kernel->width; j++)
-        weights[j] = weft_kernel_weight(kernel, fraction + (offset - j));
+        weights[j] = kernel->info->weight(kernel, argument(fraction, offset - j));
     return first;
+}
+
+static double sum(const double *values, int count)
+{
+    double total = 0.0;
+    for (int i = 0; i < count; i++)
+        total += values[i];
+    return total;
+}
+
+int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights)
+{
+    const int64_t first = plain_weights(kernel, x, weights);
+    if (kernel->normalised) {
+        const double total = sum(weights, kernel->width);
+        for (int j = 0; j < kernel->width; j++)
+            weights[j] /= total;
+    }
+    return first;
+}
+
+double weft_kernel_weight(const struct weft_kernel *kernel, double x)
+{
+    const double h = kernel->info->weight(kernel, x);
+    if (!kernel->normalised || h == 0.0)
+        return h;
+    double weights[WEFT_KERNEL_MAX_WIDTH];
+    plain_weights(kernel, x, weights);
+    return h / sum(weights, kernel->width);
+}
+
+// (h / s)' = (h' - h s' / s) / s.
+double weft_kernel_derivative(const struct weft_kernel *kernel, double x)
+{
+    if (!kernel->info->derivative)
+        return NAN;
+    const double slope = kernel->info->derivative(kernel, x);
+    if (!kernel->normalised || !(fabs(x) <= kernel->support))
+        return slope;
+    double weights[WEFT_KERNEL_MAX_WIDTH], slopes[WEFT_KERNEL_MAX_WIDTH];
+    const int64_t first = plain_weights(kernel, x, weights);
+    for (int j = 0; j < kernel->width; j++)
+        slopes[j] = kernel->info->derivative(kernel, x - (double)(first + j));
+    const double total = sum(weights, kernel->width);
+    return (slope - kernel->info->weight(kernel, x) * sum(slopes, kernel->width) / total) / total;
 }

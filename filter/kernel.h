@@ -20,24 +20,32 @@ struct weft_kernel_param {
 
 struct weft_kernel;
 
-// One record of the catalogue: constant data and two short functions.
-// What depends on the parameters is here as it holds for all of them; weft_kernel_create refines
-// it.
+// One record of the catalogue: constant data and two short functions. A user's own kernel is such a
+// record too: fill one, keep it as long as kernels refer to it, and hand it to weft_kernel_create.
+// What depends on the parameters is here as it holds for all of them; `refine` may raise it.
 struct weft_kernel_info {
     const char *name;        // "catmull-rom"
     const char *description; // one line
     const char *citation;    // authors, year
     struct weft_kernel_param params[WEFT_KERNEL_PARAMS];
-    double radius; // half-width r > 0; 0: the first parameter is the half-width
+    double radius; // half-width r, up to WEFT_KERNEL_MAX_WIDTH / 2; 0: the first parameter is r
     // h(x), zero outside [-r, r); where h jumps, the limit from the right.
     double (*weight)(const struct weft_kernel *kernel, double x);
-    // h'(x), zero outside; where h' jumps, the limit from the right. NULL where h has none.
+    // h'(x), zero outside; where h' jumps, the limit from the right. NULL where there is none.
     double (*derivative)(const struct weft_kernel *kernel, double x);
-    void (*refine)(struct weft_kernel *kernel); // sets order and interpolating; NULL: as here
-    const void *data;   // whatever the functions above need; NULL if nothing
-    int degree;         // of the polynomial pieces between knots; -1: not piecewise polynomial
-    int continuity;     // continuous derivatives: 0 is continuous, -1 jumps
-    int order;          // of approximation by eq. 1: the error falls as (sample distance)^order
+    void (*refine)(struct weft_kernel *kernel); // sets what struct weft_kernel says; NULL: as here
+    const void *data;                           // for the functions above; NULL if they need none
+    // A record that reconstructs a derivative of the signal ("d-catmull-rom", "dd-catmull-rom") is
+    // that derivative of the kernel `primitive`, with jumps but without impulses where that jumps.
+    const struct weft_kernel_info *primitive; // NULL for ordinary records
+    int derivation;                           // 0: reconstructs f itself; 1: f'; 2: f''
+    int degree;     // of the polynomial pieces between knots; -1: not piecewise polynomial
+    int continuity; // continuous derivatives: 0 is continuous, -1 jumps
+    // Order of approximation by eq. 1: the error falls as (sample distance)^order; 0: not at all.
+    int order;
+    // The same after the samples are prefiltered so that the result interpolates or is the best in
+    // the space of the kernel's shifts (Strang and Fix); 0: none, or not an ordinary record.
+    int order_prefiltered;
     bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
     bool unit_sum;      // sum_k h(x - k) = 1 for every x
 };
@@ -46,10 +54,12 @@ struct weft_kernel_info {
 struct weft_kernel {
     const struct weft_kernel_info *info;
     double param[WEFT_KERNEL_PARAMS];
-    double support;     // half-width r
-    int width;          // taps at any position: ceil(2 r)
-    int order;          // as in the record, for these parameters
-    bool interpolating; // as in the record, for these parameters
+    double support; // half-width r
+    int width;      // taps at any position: ceil(2 r)
+    // As in the record, for these parameters.
+    int continuity, order, order_prefiltered;
+    bool interpolating, unit_sum;
+    bool normalised; // divided by sum_k h(x - k), see weft_kernel_normalise
 };
 
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
@@ -64,14 +74,21 @@ WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
                                              const struct weft_kernel_info *info,
                                              const double *param, struct weft_kernel *out);
 
-// Reads "NAME" or "NAME:p,q" as users write it ("cubic:0,0.5"), up to 255 bytes, whatever the
-// locale. Trailing parameters may be left out. An unknown name is logged with the list of names.
+// Makes the weights at every position add up to one: h(x) becomes h(x) / sum_k h(x - k). Nothing
+// happens to a kernel whose weights do already. The sum must not vanish anywhere.
+// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative, whose weights add up to 0.
+WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
+                                                struct weft_kernel *kernel);
+
+// Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+unit" behind it
+// for weft_kernel_normalise ("lanczos:3+unit"); up to 255 bytes, whatever the locale. Trailing
+// parameters may be left out. An unknown name is logged with the list of names.
 // Returns WEFT_ERR_ARGUMENT.
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);
 
-// Writes "name" or "name:p,q" (always NUL-terminated when size > 0), which parses to the same
-// kernel; returns what snprintf returns.
+// Writes what weft_kernel_parse reads back as the same kernel (always NUL-terminated when
+// size > 0); returns what snprintf returns.
 WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
 
 WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);

@@ -8,13 +8,60 @@
 
 WEFT_BEGIN_DECLS
 
-// kernel_cubic.c
-extern const struct weft_kernel_info weft_kernel_cubic, weft_kernel_catmull_rom,
-    weft_kernel_mitchell;
+// A kernel with n derivatives is an array of n + 1 records, the kernel first. A family is a
+// function family(kernel, x, n) for the n-th derivative; this makes functions family_n of it for
+// records.
+#define WEFT_KERNEL_NTH(family, n)                                                                 \
+    static double family##_##n(const struct weft_kernel *kernel, double x)                         \
+    {                                                                                              \
+        return family(kernel, x, n);                                                               \
+    }
+
+#define WEFT_KERNEL_UNWRAP(...)     __VA_ARGS__
+#define WEFT_KERNEL_LOWER(value, n) ((value) - (n) < -1 ? -1 : (value) - (n))
+
+// The record itself: `own` is a parenthesised list of members, the rest is shared with derivatives.
+#define WEFT_KERNEL_RECORD(text, family, its_degree, its_continuity, own, ...)                     \
+    {                                                                                              \
+        .name = text, .weight = family##_0, .derivative = (its_degree) ? family##_1 : NULL,        \
+        .degree = its_degree, .continuity = its_continuity, WEFT_KERNEL_UNWRAP own, __VA_ARGS__    \
+    }
+
+#define WEFT_KERNEL_D(self, text, family, its_degree, its_continuity, its_order, ...)              \
+    {                                                                                              \
+        .name = "d-" text, .description = "first derivative of " text, .weight = family##_1,       \
+        .derivative = (its_degree) != 1 ? family##_2 : NULL, .primitive = &(self)[0],              \
+        .derivation = 1, .degree = WEFT_KERNEL_LOWER(its_degree, 1),                               \
+        .continuity = WEFT_KERNEL_LOWER(its_continuity, 1), .order = its_order, __VA_ARGS__        \
+    }
+
+#define WEFT_KERNEL_DD(self, text, family, third, its_degree, its_continuity, its_order, ...)      \
+    {                                                                                              \
+        .name = "dd-" text, .description = "second derivative of " text, .weight = family##_2,     \
+        .derivative = third, .primitive = &(self)[0], .derivation = 2,                             \
+        .degree = WEFT_KERNEL_LOWER(its_degree, 2),                                                \
+        .continuity = WEFT_KERNEL_LOWER(its_continuity, 2), .order = its_order, __VA_ARGS__        \
+    }
 
 // kernel_bspline.c
-extern const struct weft_kernel_info weft_kernel_nearest, weft_kernel_linear, weft_kernel_bspline;
-extern const struct weft_kernel_info weft_kernel_bspline_degree[6];
+extern const struct weft_kernel_info weft_kernel_nearest[1], weft_kernel_linear[2];
+extern const struct weft_kernel_info weft_kernel_bspline[3];
+extern const struct weft_kernel_info weft_kernel_bspline0[1], weft_kernel_bspline1[2],
+    weft_kernel_bspline2[3], weft_kernel_bspline3[3], weft_kernel_bspline4[3],
+    weft_kernel_bspline5[3], weft_kernel_bspline6[3], weft_kernel_bspline7[3];
+
+// kernel_cubic.c
+extern const struct weft_kernel_info weft_kernel_cubic[3], weft_kernel_catmull_rom[3],
+    weft_kernel_mitchell[3], weft_kernel_notch[3], weft_kernel_cardinal[3];
+
+// kernel_pieces.c
+extern const struct weft_kernel_info weft_kernel_omoms[2], weft_kernel_lagrange3[2],
+    weft_kernel_lagrange5[2], weft_kernel_keys6[3];
+
+// kernel_sinc.c
+extern const struct weft_kernel_info weft_kernel_hann[3], weft_kernel_hamming[3],
+    weft_kernel_blackman[3], weft_kernel_lanczos[3], weft_kernel_kaiser[3],
+    weft_kernel_gauss_sinc[3], weft_kernel_welch[3], weft_kernel_rect[3], weft_kernel_gaussian[3];
 
 WEFT_END_DECLS
 #endif

@@ -8,6 +8,7 @@
 // One for each passes/shaders/<name>.glsl, made by cmake/embed.cmake.
 extern const char weft_shader_full_target[];
 extern const char weft_shader_slice[];
+extern const char weft_shader_tile_lookup[];
 
 // A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
 // and kept by the context, which is current. `name` names it in messages, and defines and name tell

@@ -8,10 +8,13 @@
 
 #include <cmocka.h>
 
+#include <math.h>
+
 #include "alloc_fail.h"
 #include "files.h"
 #include "filter/check.h"
 #include "tiles/image.h"
+#include "tiles/kernel_tiles.h"
 #include "tiles/output_file.h"
 
 enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000 };
@@ -56,6 +59,24 @@ static enum weft_result load_image(void)
     struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
     enum weft_result res = weft_image_load(&params, &loaded);
     weft_image_clear(&loaded);
+    return res;
+}
+
+static enum weft_result make_tiles(void)
+{
+    weft_kernel_tiles *set = NULL;
+    struct weft_tile_group group = {.data = NULL};
+    struct weft_kernel kernel;
+    enum weft_result res = weft_kernel_parse(&test_log, "catmull-rom", &kernel);
+    if (res == WEFT_OK)
+        res = weft_kernel_tiles_create(
+            weft_kernel_tiles_params(.kernel = kernel, .samples = 8, .log = &test_log), &set);
+    if (res == WEFT_OK)
+        res = weft_kernel_tiles_split(set, 0, NAN);
+    if (res == WEFT_OK)
+        res = weft_tile_group_create(set, (const int[4]){0, 1, 2, -1}, &group);
+    weft_tile_group_destroy(&group);
+    weft_kernel_tiles_destroy(&set);
     return res;
 }
 
@@ -106,6 +127,12 @@ static void test_load(void **state)
     run("weft_image_load", load_image);
 }
 
+static void test_tiles(void **state)
+{
+    (void)state;
+    run("weft_kernel_tiles", make_tiles);
+}
+
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
 
 int main(void)
@@ -116,6 +143,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         IN_FOLDER(test_outputs),
         IN_FOLDER(test_load),
+        IN_FOLDER(test_tiles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filter/analysis.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "filter/check.h"
+
+enum { NODES = 16, PIECES_PER_UNIT = 8, STEPS_PER_UNIT = 1024 };
+
+struct rule {
+    double node[NODES], share[NODES]; // on [-1, 1]
+};
+
+// Gauss-Legendre by Newton's method on the three-term recurrence.
+static struct rule gauss_legendre(void)
+{
+    struct rule rule;
+    for (int i = 0; i < NODES; i++) {
+        double x = cos(M_PI * (i + 0.75) / (NODES + 0.5)), slope = 1.0;
+        for (int step = 0; step < 8; step++) {
+            double p = x, before = 1.0;
+            for (int n = 2; n <= NODES; n++) {
+                const double next = ((2 * n - 1) * x * p - (n - 1) * before) / n;
+                before = p;
+                p = next;
+            }
+            slope = NODES * (x * p - before) / (x * x - 1.0);
+            x -= p / slope;
+        }
+        rule.node[i] = x;
+        rule.share[i] = 2.0 / ((1.0 - x * x) * slope * slope);
+    }
+    return rule;
+}
+
+typedef double integrand(const void *priv, double x);
+
+// Over [from, to], where the integrand is smooth.
+static double integrate_smooth(const struct rule *rule, integrand *f, const void *priv, double from,
+                               double to, int pieces)
+{
+    double sum = 0.0;
+    const double half = 0.5 * (to - from) / pieces;
+    for (int i = 0; i < pieces; i++) {
+        const double middle = from + (2 * i + 1) * half;
+        for (int j = 0; j < NODES; j++)
+            sum += half * rule->share[j] * f(priv, middle + half * rule->node[j]);
+    }
+    return sum;
+}
+
+// Over [from, to] (integers), split where a kernel of this support may have knots.
+static double integrate(const struct rule *rule, double support, integrand *f, const void *priv,
+                        double from, double to, double pieces_per_unit)
+{
+    const double end = support - floor(support);
+    double knots[5] = {0.0, 0.5, end, 1.0 - end, 1.0};
+    for (int i = 1; i < 5; i++)
+        for (int j = i; j > 0 && knots[j] < knots[j - 1]; j--) {
+            const double swap = knots[j];
+            knots[j] = knots[j - 1];
+            knots[j - 1] = swap;
+        }
+    double sum = 0.0;
+    for (double unit = from; unit < to; unit += 1.0)
+        for (int i = 0; i < 4; i++) {
+            const double length = knots[i + 1] - knots[i];
+            if (length > 0.0)
+                sum += integrate_smooth(rule, f, priv, unit + knots[i], unit + knots[i + 1],
+                                        (int)ceil(length * pieces_per_unit));
+        }
+    return sum;
+}
+
+static double integrate_kernel(const struct weft_kernel *kernel, integrand *f, const void *priv,
+                               double pieces_per_unit)
+{
+    const struct rule rule = gauss_legendre();
+    const double reach = ceil(kernel->support);
+    return integrate(&rule, kernel->support, f, priv, -reach, reach, pieces_per_unit);
+}
+
+static double taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, size = 0.0;
+    const int64_t first = weft_kernel_weights(kernel, t, weights);
+    for (int j = 0; j < kernel->width; j++) {
+        const double term = pow((double)(first + j) - t, n) * weights[j];
+        sum += term;
+        size += fabs(term);
+    }
+    const double factorial = tgamma(n + 1.0);
+    if (magnitude)
+        *magnitude = size / factorial;
+    return sum / factorial;
+}
+
+double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t)
+{
+    return taylor(kernel, n, t, NULL);
+}
+
+struct power_of {
+    const struct weft_kernel *kernel;
+    int n;
+    double shift;
+};
+
+static double moment_at(const void *priv, double x)
+{
+    const struct power_of *p = priv;
+    return pow(x, p->n) * weft_kernel_weight(p->kernel, x);
+}
+
+double weft_analysis_moment(const struct weft_kernel *kernel, int n)
+{
+    const struct power_of p = {.kernel = kernel, .n = n};
+    return integrate_kernel(kernel, moment_at, &p, PIECES_PER_UNIT);
+}
+
+static double taylor_at(const void *priv, double t)
+{
+    const struct power_of *p = priv;
+    return taylor(p->kernel, p->n, t, NULL);
+}
+
+static double taylor_square_at(const void *priv, double t)
+{
+    const struct power_of *p = priv;
+    const double a = taylor(p->kernel, p->n, t, NULL) - p->shift;
+    return a * a;
+}
+
+struct range {
+    double min, max;
+    double rounding; // what is no more than that
+};
+
+// Both sides of every step, as half integers may be jumps.
+static struct range taylor_range(const struct weft_kernel *kernel, int n)
+{
+    struct range r = {.min = INFINITY, .max = -INFINITY};
+    for (int i = 0; i < 2 * STEPS_PER_UNIT; i++) {
+        const double step = (double)(i / 2 + 1) / STEPS_PER_UNIT;
+        double magnitude;
+        const double a = taylor(kernel, n, i % 2 ? nextafter(step, 0.0) : step, &magnitude);
+        r.min = fmin(r.min, a);
+        r.max = fmax(r.max, a);
+        r.rounding = fmax(r.rounding, 1e-12 * magnitude);
+    }
+    return r;
+}
+
+static double root_mean_square(const struct weft_kernel *kernel, int n, double shift)
+{
+    const struct rule rule = gauss_legendre();
+    const struct power_of p = {.kernel = kernel, .n = n, .shift = shift};
+    return sqrt(integrate(&rule, kernel->support, taylor_square_at, &p, 0.0, 1.0, PIECES_PER_UNIT));
+}
+
+static double mean(const struct weft_kernel *kernel, int n)
+{
+    const struct rule rule = gauss_legendre();
+    const struct power_of p = {.kernel = kernel, .n = n};
+    return integrate(&rule, kernel->support, taylor_at, &p, 0.0, 1.0, PIECES_PER_UNIT);
+}
+
+// The standard deviation over t is, by Parseval, the root of sum_n |H^(L)(n)|^2 / (L! (2 pi)^L)^2
+// over n != 0 that Blu and Unser give.
+struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel)
+{
+    struct weft_analysis_order out = {0};
+    const int d = kernel->info->derivation;
+    int n = 0;
+    double wanted = 0.0;
+    for (; n < WEFT_ANALYSIS_MAX_ORDER + d; n++) {
+        const struct range r = taylor_range(kernel, n);
+        wanted = n == d ? 1.0 : 0.0;
+        out.largest = fmax(fabs(r.min - wanted), fabs(r.max - wanted));
+        if (out.largest > r.rounding + 1e-13)
+            break;
+    }
+    out.order = n > d ? n - d : 0;
+    out.constant = root_mean_square(kernel, n, wanted);
+    for (n = 0; n < WEFT_ANALYSIS_MAX_ORDER; n++) {
+        const struct range r = taylor_range(kernel, n);
+        if (r.max - r.min > r.rounding + 1e-13)
+            break;
+    }
+    out.prefiltered = n;
+    out.prefiltered_constant = n > 0 ? root_mean_square(kernel, n, mean(kernel, n)) : 0.0;
+    return out;
+}
+
+struct wave_of {
+    const struct weft_kernel *kernel;
+    double rate;
+};
+
+static double cosine_at(const void *priv, double x)
+{
+    const struct wave_of *w = priv;
+    return weft_kernel_weight(w->kernel, x) * cos(w->rate * x);
+}
+
+static double sine_at(const void *priv, double x)
+{
+    const struct wave_of *w = priv;
+    return weft_kernel_weight(w->kernel, x) * sin(w->rate * x);
+}
+
+struct weft_analysis_response weft_analysis_response(const struct weft_kernel *kernel,
+                                                     double frequency)
+{
+    const struct wave_of w = {.kernel = kernel, .rate = 2.0 * M_PI * frequency};
+    // At most half a cycle per piece.
+    const double pieces = fmax(PIECES_PER_UNIT, 2.0 * fmin(fabs(frequency), 1e6));
+    return (struct weft_analysis_response){
+        .re = integrate_kernel(kernel, cosine_at, &w, pieces),
+        .im = -integrate_kernel(kernel, sine_at, &w, pieces),
+    };
+}
+
+static double power_at(const void *priv, double frequency)
+{
+    const struct weft_analysis_response h = weft_analysis_response(priv, frequency);
+    return h.re * h.re + h.im * h.im;
+}
+
+static double square_at(const void *priv, double x)
+{
+    const double h = weft_kernel_weight(priv, x);
+    return h * h;
+}
+
+// The tensor product's energies are powers of those in one dimension; all of it by Parseval.
+struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel, int dims)
+{
+    const struct rule rule = gauss_legendre();
+    const double inside =
+        2.0 * integrate_smooth(&rule, power_at, kernel, 0.0, 0.5, (kernel->width + 7) / 8 * 2);
+    const double all = integrate_kernel(kernel, square_at, kernel, PIECES_PER_UNIT);
+    return (struct weft_analysis_metrics){
+        .smoothing = 1.0 - pow(inside, dims),
+        .postaliasing = pow(all, dims) - pow(inside, dims),
+    };
+}
+
+// Samples are 1 from tap 0 on; t is the position.
+static double step_at(const struct weft_kernel *kernel, double t)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
+    const int64_t first = weft_kernel_weights(kernel, t, weights);
+    for (int j = 0; j < kernel->width; j++)
+        sum += first + j >= 0 ? weights[j] : 0.0;
+    return sum;
+}
+
+static double minus_step_at(const struct weft_kernel *kernel, double t)
+{
+    return -step_at(kernel, t);
+}
+
+static double gain_at(const struct weft_kernel *kernel, double t)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
+    weft_kernel_weights(kernel, t, weights);
+    for (int j = 0; j < kernel->width; j++)
+        sum += fabs(weights[j]);
+    return sum;
+}
+
+// The maximum over [from, to]: the best of many steps, then a golden-section search beside it.
+static double maximum(const struct weft_kernel *kernel,
+                      double (*f)(const struct weft_kernel *kernel, double t), double from,
+                      double to)
+{
+    const double step = 1.0 / STEPS_PER_UNIT, golden = 0.61803398874989485;
+    double best = -INFINITY, at = from;
+    for (int i = 0; i <= (int)((to - from) * STEPS_PER_UNIT); i++) {
+        const double value = f(kernel, from + i * step);
+        if (value > best) {
+            best = value;
+            at = from + i * step;
+        }
+    }
+    double a = at - step, b = at + step;
+    for (int i = 0; i < 60; i++) {
+        const double left = b - golden * (b - a), right = a + golden * (b - a);
+        const double at_left = f(kernel, left), at_right = f(kernel, right);
+        best = fmax(best, fmax(at_left, at_right));
+        if (at_left > at_right)
+            b = right;
+        else
+            a = left;
+    }
+    return best;
+}
+
+struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel)
+{
+    const double reach = kernel->width;
+    return (struct weft_analysis_overshoot){
+        .above = maximum(kernel, step_at, -reach, reach) - 1.0,
+        .below = maximum(kernel, minus_step_at, -reach, reach),
+        .gain = maximum(kernel, gain_at, 0.0, 1.0),
+    };
+}

@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tiles/kernel_tiles.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tiles/kernel_tiles_impl.h"
+
+static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
+static const double HALF_MAX = 65504.0;
+
+static const int part_sign[2] = {1, -1};
+
+// ---- what is asked ------------------------------------------------------------------------------
+
+static bool check_bits(const struct weft_kernel_tiles_params *p)
+{
+    if (p->format == WEFT_TILE_UNORM && (p->bits < 4 || p->bits > 16)) {
+        weft_error(p->log, "tiles: unorm takes 4 to 16 bits, not %d", p->bits);
+        return false;
+    }
+    if (p->format == WEFT_TILE_SNORM && p->bits != 8 && p->bits != 16) {
+        weft_error(p->log, "tiles: snorm takes 8 or 16 bits, not %d", p->bits);
+        return false;
+    }
+    return true;
+}
+
+static bool check_params(const struct weft_kernel_tiles_params *p)
+{
+    if (p->dims < 1 || p->dims > 3) {
+        weft_error(p->log, "tiles: dimension 1 to 3, not %d", p->dims);
+        return false;
+    }
+    const int least = p->placement == WEFT_TILE_ENDS ? 2 : 1;
+    if (p->samples < least || p->samples > WEFT_TILES_MAX_SAMPLES) {
+        weft_error(p->log, "tiles: %d to %d samples per unit, not %d", least,
+                   WEFT_TILES_MAX_SAMPLES, p->samples);
+        return false;
+    }
+    const bool integer = p->format == WEFT_TILE_UNORM || p->format == WEFT_TILE_SNORM;
+    if (p->rounding == WEFT_TILE_SUM_PRESERVING && !integer) {
+        weft_error(p->log, "tiles: sum-preserving rounding is for integer formats");
+        return false;
+    }
+    if (p->rounding == WEFT_TILE_SUM_PRESERVING && p->scaling == WEFT_TILE_SCALE_EACH) {
+        weft_error(p->log, "tiles: no sum is preserved between tiles of different scales");
+        return false;
+    }
+    return check_bits(p);
+}
+
+static void init_info(weft_kernel_tiles *set)
+{
+    const struct weft_kernel_tiles_params *p = &set->params;
+    struct weft_kernel_tiles_info *info = &set->info;
+    *info = (struct weft_kernel_tiles_info){.kernel = p->kernel,
+                                            .dims = p->dims,
+                                            .samples = p->samples,
+                                            .bits = p->bits,
+                                            .format = p->format,
+                                            .rounding = p->rounding,
+                                            .placement = p->placement,
+                                            .width = p->kernel.width,
+                                            .one = 1.0,
+                                            .value_bytes = sizeof(float),
+                                            .tile_values = 1};
+    if (weft_tiles_integer_format(set)) {
+        info->value_bytes = sizeof(uint16_t);
+        info->one = (double)((1 << (p->bits - (p->format == WEFT_TILE_SNORM))) - 1);
+    } else {
+        info->bits = p->format == WEFT_TILE_HALF ? 16 : 32;
+    }
+    for (int a = 0; a < p->dims; a++)
+        info->tile_values *= (size_t)p->samples; // at most 2^36
+    set->separate = p->signs == WEFT_TILE_SEPARATE ||
+                    (p->signs == WEFT_TILE_SIGNS_AUTO && p->format == WEFT_TILE_UNORM);
+}
+
+// ---- what the weights need ----------------------------------------------------------------------
+
+// The largest positive weight and the largest magnitude of a negative one.
+struct range {
+    double side[2];
+};
+
+static struct range tap_range(const weft_kernel_tiles *set, int tap)
+{
+    struct range r = {{0.0, 0.0}};
+    for (int k = 0; k < set->info.samples; k++) {
+        const double w = set->weights[(size_t)k * (size_t)set->info.width + (size_t)tap];
+        r.side[w < 0.0] = fmax(r.side[w < 0.0], fabs(w));
+    }
+    return r;
+}
+
+// Of all products: the largest of either sign is one of the largest of the factors.
+static struct range product(struct range a, struct range b)
+{
+    return (struct range){{fmax(a.side[0] * b.side[0], a.side[1] * b.side[1]),
+                           fmax(a.side[0] * b.side[1], a.side[1] * b.side[0])}};
+}
+
+static struct range tile_range(const weft_kernel_tiles *set, const struct range *axis,
+                               const int tap[3])
+{
+    struct range r = axis[tap[0]];
+    for (int a = 1; a < set->info.dims; a++)
+        r = product(r, axis[tap[a]]);
+    return r;
+}
+
+static double full_range_scale(const weft_kernel_tiles *set, double largest)
+{
+    if (!(largest > 0.0))
+        return 1.0;
+    return set->params.exact_scale ? 1.0 / largest : exp2(floor(log2(1.0 / largest)));
+}
+
+static bool check_range(const weft_kernel_tiles *set, struct range whole)
+{
+    const struct weft_kernel_tiles_params *p = &set->params;
+    const double largest = fmax(whole.side[0], whole.side[1]);
+    const double limit = p->format == WEFT_TILE_FLOAT  ? (double)INFINITY
+                         : p->format == WEFT_TILE_HALF ? HALF_MAX
+                                                       : 1.0;
+    if (p->scaling == WEFT_TILE_UNSCALED && largest > limit * (1.0 + 1e-12)) {
+        weft_error(p->log, "tiles: kernel %s has weights up to %g, over %g: scale them",
+                   p->kernel.info->name, largest, limit);
+        return false;
+    }
+    if (!set->separate && p->format == WEFT_TILE_UNORM && whole.side[1] > 0.0) {
+        weft_error(p->log,
+                   "tiles: kernel %s has weights down to %g, which one unorm tile per tap "
+                   "cannot hold",
+                   p->kernel.info->name, -whole.side[1]);
+        return false;
+    }
+    return true;
+}
+
+// ---- storage ------------------------------------------------------------------------------------
+
+static int power(int base, int exponent)
+{
+    return exponent ? base * power(base, exponent - 1) : 1;
+}
+
+// Numbers the parts that each of `count`^dims taps has; returns how many there are.
+static int number_parts(const weft_kernel_tiles *set, const struct range *axis, int count,
+                        double set_scale, int *number, double *scale)
+{
+    int tap[3] = {0}, parts = 0;
+    do {
+        const struct range r = tile_range(set, axis, tap);
+        for (int side = 0; side < 2; side++) {
+            const bool there = set->separate ? r.side[side] > 0.0 : side == 0;
+            const double largest = set->separate ? r.side[side] : fmax(r.side[0], r.side[1]);
+            if (number)
+                number[2 * weft_tiles_tap_index(set, tap, count) + side] = there ? parts : -1;
+            if (scale && there)
+                scale[parts] = set->params.scaling == WEFT_TILE_SCALE_EACH
+                                   ? full_range_scale(set, largest)
+                                   : set_scale;
+            parts += there;
+        }
+    } while (weft_tiles_next(set->info.dims, count, tap));
+    return parts;
+}
+
+// false when bytes for so many tiles overflow or are over the limit.
+static bool check_memory(const weft_kernel_tiles *set, size_t stored, size_t *bytes)
+{
+    const uint64_t limit = set->params.memory_bytes;
+    *bytes = SIZE_MAX;
+    if (weft_size_mul(set->info.tile_values, stored, bytes) &&
+        weft_size_mul(*bytes, set->info.value_bytes, bytes) && *bytes <= limit)
+        return true;
+    weft_error(set->params.log,
+               "tiles: %zu tiles of %d^%d samples take %.0f bytes, over the limit of %.0f", stored,
+               set->info.samples, set->info.dims,
+               (double)set->info.tile_values * (double)stored * (double)set->info.value_bytes,
+               (double)limit);
+    return false;
+}
+
+static enum weft_result allocate(weft_kernel_tiles *set, const double *scale, int stored)
+{
+    struct weft_kernel_tiles_info *info = &set->info;
+    // At least one of each: malloc(0) may be NULL.
+    set->stored = calloc((size_t)stored + 1, sizeof *set->stored);
+    set->tiles = calloc((size_t)info->tile_count + 1, sizeof *set->tiles);
+    if (!set->stored || !set->tiles)
+        goto fail;
+    for (int i = 0; i < stored; i++) {
+        set->stored[i].scale = scale[i];
+        set->stored[i].data = calloc(info->tile_values, info->value_bytes);
+        info->stored_count = i + 1;
+        if (!set->stored[i].data)
+            goto fail;
+    }
+    return WEFT_OK;
+fail:
+    weft_error(set->params.log, "tiles: not enough memory for %d tiles of %zu bytes", stored,
+               info->tile_values * info->value_bytes);
+    return WEFT_ERR_MEMORY;
+}
+
+static enum weft_result lay_out(weft_kernel_tiles *set)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct weft_kernel_tiles_info *info = &set->info;
+    struct range axis[WEFT_KERNEL_MAX_WIDTH], any = {{0.0, 0.0}};
+    for (int t = 0; t < info->width; t++) {
+        axis[t] = tap_range(set, t);
+        for (int side = 0; side < 2; side++)
+            any.side[side] = fmax(any.side[side], axis[t].side[side]);
+    }
+    struct range whole = any;
+    for (int a = 1; a < info->dims; a++)
+        whole = product(whole, any);
+    const double set_scale = set->params.scaling == WEFT_TILE_SCALE_SET
+                                 ? full_range_scale(set, fmax(whole.side[0], whole.side[1]))
+                                 : 1.0;
+    double *scale = NULL;
+    if (!check_range(set, whole))
+        goto fail;
+    info->tile_count = number_parts(set, axis, info->width, set_scale, NULL, NULL);
+    const int stored = number_parts(set, axis, set->kept, set_scale, NULL, NULL);
+    res = WEFT_ERR_LIMIT;
+    if (!check_memory(set, (size_t)stored, &info->memory_bytes))
+        goto fail;
+    info->saved_bytes = (size_t)(info->tile_count - stored) * info->tile_values * info->value_bytes;
+    res = WEFT_ERR_MEMORY;
+    set->stored_of = malloc(2 * (size_t)power(set->kept, info->dims) * sizeof *set->stored_of);
+    scale = malloc(((size_t)stored + 1) * sizeof *scale);
+    if (!set->stored_of || !scale) {
+        weft_error(set->params.log, "tiles: not enough memory for a list of %d tiles", stored);
+        goto fail;
+    }
+    number_parts(set, axis, set->kept, set_scale, set->stored_of, scale);
+    res = allocate(set, scale, stored);
+fail:
+    free(scale);
+    return res;
+}
+
+// ---- tiles as views of what is stored -----------------------------------------------------------
+
+void weft_tiles_measure(const weft_kernel_tiles *set, struct weft_stored_tile *stored)
+{
+    stored->minimum = INFINITY;
+    stored->maximum = -INFINITY;
+    for (size_t i = 0; i < set->info.tile_values; i++) {
+        const double q = weft_tiles_load(set, stored->data, i);
+        stored->minimum = q < stored->minimum ? q : stored->minimum;
+        stored->maximum = q > stored->maximum ? q : stored->maximum;
+    }
+}
+
+void weft_tiles_refresh(const weft_kernel_tiles *set, struct weft_kernel_tile *tile)
+{
+    const struct weft_stored_tile *s = &set->stored[tile->stored];
+    const double unit = (tile->negated ? -1.0 : 1.0) / (set->info.one * s->scale);
+    const double a = s->minimum * unit + 0.0, b = s->maximum * unit + 0.0; // no -0
+    tile->scale = s->scale;
+    tile->minimum = fmin(a, b);
+    tile->maximum = fmax(a, b);
+    tile->data = s->data;
+}
+
+// The part of `side` at a tap; false if there is none.
+static bool view(weft_kernel_tiles *set, const int tap[3], int side, struct weft_kernel_tile *out)
+{
+    int kept[3] = {0}, sign = 1;
+    *out = (struct weft_kernel_tile){.part = WEFT_TILE_WHOLE};
+    for (int a = 0; a < set->info.dims; a++) {
+        out->tap[a] = kept[a] = tap[a];
+        if (tap[a] < set->kept)
+            continue;
+        out->mirrored[a] = true;
+        kept[a] = set->info.width - 1 - tap[a];
+        sign = set->odd ? -sign : sign;
+    }
+    // Mirroring an odd kernel turns positive parts into negative ones.
+    const int stored_side = set->separate && sign < 0 ? 1 - side : side;
+    out->negated = set->separate ? part_sign[side] < 0 : sign < 0;
+    if (set->separate)
+        out->part = side ? WEFT_TILE_NEGATIVE : WEFT_TILE_POSITIVE;
+    out->stored = set->stored_of[2 * weft_tiles_tap_index(set, kept, set->kept) + stored_side];
+    return out->stored >= 0;
+}
+
+static void list_tiles(weft_kernel_tiles *set)
+{
+    int tap[3] = {0}, count = 0;
+    for (int i = 0; i < set->info.stored_count; i++)
+        weft_tiles_measure(set, &set->stored[i]);
+    do {
+        for (int side = 0; side < 2; side++) {
+            struct weft_kernel_tile tile;
+            if (!view(set, tap, side, &tile))
+                continue;
+            set->stored[tile.stored].users++;
+            weft_tiles_refresh(set, &tile);
+            set->tiles[count++] = tile;
+        }
+    } while (weft_tiles_next(set->info.dims, set->info.width, tap));
+}
+
+static void choose_mirroring(weft_kernel_tiles *set, bool even, bool odd)
+{
+    const bool unpaired = set->info.rounding == WEFT_TILE_SUM_PRESERVING && set->info.samples % 2;
+    set->info.mirrored = set->params.mirror && (even || odd) && !unpaired;
+    set->odd = set->info.mirrored && !even;
+    set->kept = set->info.mirrored ? (set->info.width + 1) / 2 : set->info.width;
+}
+
+enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params *params,
+                                          weft_kernel_tiles **out)
+{
+    *out = NULL;
+    weft_kernel_tiles *set = NULL;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct weft_kernel_tiles_params p = *params;
+    bool even, odd;
+    weft_require(p.log, p.kernel.info && p.kernel.width > 0);
+    if (!check_params(&p) || (p.normalise && weft_kernel_normalise(p.log, &p.kernel) != WEFT_OK))
+        goto fail;
+    p.memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY;
+    res = WEFT_ERR_MEMORY;
+    set = calloc(1, sizeof *set);
+    if (set) {
+        set->params = p;
+        init_info(set);
+        set->weights = malloc((size_t)p.samples * (size_t)set->info.width * sizeof *set->weights);
+    }
+    if (!set || !set->weights) {
+        weft_error(p.log, "tiles: not enough memory for %d x %d weights", p.samples,
+                   p.kernel.width);
+        goto fail;
+    }
+    weft_tiles_sample(set, &even, &odd);
+    choose_mirroring(set, even, odd);
+    res = lay_out(set);
+    if (res == WEFT_OK)
+        res = weft_tiles_quantise(set);
+    if (res != WEFT_OK)
+        goto fail;
+    list_tiles(set);
+    *out = set;
+    return WEFT_OK;
+fail:
+    weft_kernel_tiles_destroy(&set);
+    return res;
+}
+
+void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles)
+{
+    weft_kernel_tiles *set = *tiles;
+    if (!set)
+        return;
+    for (int i = 0; i < set->info.stored_count; i++)
+        free(set->stored[i].data);
+    free(set->stored);
+    free(set->stored_of);
+    free(set->tiles);
+    free(set->weights);
+    free(set);
+    *tiles = NULL;
+}
+
+// ---- questions ----------------------------------------------------------------------------------
+
+const struct weft_kernel_tiles_info *weft_kernel_tiles_get_info(const weft_kernel_tiles *tiles)
+{
+    return &tiles->info;
+}
+
+const struct weft_kernel_tile *weft_kernel_tiles_get(const weft_kernel_tiles *tiles, int tile)
+{
+    return tile >= 0 && tile < tiles->info.tile_count ? &tiles->tiles[tile] : NULL;
+}
+
+int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
+                           enum weft_tile_part part)
+{
+    for (int i = 0; i < tiles->info.tile_count; i++)
+        if (tiles->tiles[i].part == part && memcmp(tiles->tiles[i].tap, tap, 3 * sizeof *tap) == 0)
+            return i;
+    return -1;
+}
+
+double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k)
+{
+    const double m = tiles->info.samples;
+    return tiles->info.placement == WEFT_TILE_ENDS ? k / (m - 1.0) : (k + 0.5) / m;
+}
+
+static double stored_at(const weft_kernel_tiles *set, int tile, const int position[3])
+{
+    const struct weft_kernel_tile *t = &set->tiles[tile];
+    int at[3] = {0};
+    for (int a = 0; a < set->info.dims; a++)
+        at[a] = t->mirrored[a] ? set->info.samples - 1 - position[a] : position[a];
+    const double q = weft_tiles_load(set, t->data, weft_tiles_sample_index(set, at));
+    return t->negated ? 0.0 - q : q;
+}
+
+double weft_kernel_tiles_value(const weft_kernel_tiles *tiles, int tile, const int position[3])
+{
+    return stored_at(tiles, tile, position) / (tiles->info.one * tiles->tiles[tile].scale);
+}
+
+int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile, const int position[3])
+{
+    return (int)stored_at(tiles, tile, position);
+}
+
+double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
+                               const int position[3])
+{
+    double w = 1.0;
+    for (int a = 0; a < tiles->info.dims; a++)
+        w *= tiles->weights[(size_t)position[a] * (size_t)tiles->info.width + (size_t)tap[a]];
+    return w;
+}

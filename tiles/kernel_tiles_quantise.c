@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
+#include <stdlib.h>
+
+#include "tiles/kernel_tiles_impl.h"
+
+// ---- sampling -----------------------------------------------------------------------------------
+
+// At a tile's end the limit from inside: the next knot belongs to the next tap.
+static double exact_weight(const weft_kernel_tiles *set, int k, int tap)
+{
+    const struct weft_kernel *kernel = &set->info.kernel;
+    const double shift = weft_kernel_offset(kernel) - tap;
+    const double x = weft_kernel_tiles_position(set, k) + shift, knot = shift + 1.0;
+    return weft_kernel_weight(kernel, x < knot ? x : nextafter(knot, -INFINITY));
+}
+
+static double *weight_at(const weft_kernel_tiles *set, int k, int tap)
+{
+    return &set->weights[(size_t)k * (size_t)set->info.width + (size_t)tap];
+}
+
+static double *mirror_of(const weft_kernel_tiles *set, int k, int tap)
+{
+    return weight_at(set, set->info.samples - 1 - k, set->info.width - 1 - tap);
+}
+
+void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd)
+{
+    const int m = set->info.samples, width = set->info.width;
+    double largest = 0.0, even_error = 0.0, odd_error = 0.0;
+    for (int k = 0; k < m; k++)
+        for (int t = 0; t < width; t++)
+            largest = fmax(largest, fabs(*weight_at(set, k, t) = exact_weight(set, k, t)));
+    for (int k = 0; k < m; k++) {
+        for (int t = 0; t < width; t++) {
+            even_error = fmax(even_error, fabs(*weight_at(set, k, t) - *mirror_of(set, k, t)));
+            odd_error = fmax(odd_error, fabs(*weight_at(set, k, t) + *mirror_of(set, k, t)));
+        }
+    }
+    // Derivatives lose digits near the knots, none that a tile could show.
+    *even = even_error <= 1e-11 * largest;
+    *odd = !*even && odd_error <= 1e-11 * largest;
+    if (!*even && !*odd)
+        return;
+    for (int k = 0; k < m; k++) {
+        for (int t = 0; t < width; t++) {
+            double *a = weight_at(set, k, t), *b = mirror_of(set, k, t);
+            if (*odd && a == b)
+                *a = 0.0;
+            else if (a < b)
+                *b = *odd ? -*a : *a;
+        }
+    }
+}
+
+// ---- one value ----------------------------------------------------------------------------------
+
+// Products a hair off an integer are that integer: 254.9999999999 is 255 to truncation too.
+static double snap(double x)
+{
+    const double whole = nearbyint(x);
+    return fabs(x - whole) < 1e-9 ? whole : x;
+}
+
+static double quantise_integer(double x, enum weft_tile_rounding rounding)
+{
+    const double s = snap(x);
+    return rounding == WEFT_TILE_TRUNCATED ? trunc(s) : trunc(s + copysign(0.5, s));
+}
+
+// Halves: 11 significant bits, steps of 2^-24 below 2^-14.
+static double quantise_half(double x, bool truncated)
+{
+    if (x == 0.0)
+        return 0.0;
+    const int exponent = ilogb(x) < -14 ? -14 : ilogb(x);
+    const double steps = ldexp(x, 10 - exponent);
+    return ldexp(truncated ? trunc(steps) : nearbyint(steps), exponent - 10);
+}
+
+static double quantise_float(double x, bool truncated)
+{
+    const float f = (float)x;
+    return (double)(truncated && fabs((double)f) > fabs(x) ? nextafterf(f, 0.0f) : f);
+}
+
+static double quantise(const weft_kernel_tiles *set, double x)
+{
+    const bool truncated = set->info.rounding == WEFT_TILE_TRUNCATED;
+    switch (set->info.format) {
+    case WEFT_TILE_UNORM:
+    case WEFT_TILE_SNORM:
+        return quantise_integer(x, set->info.rounding);
+    case WEFT_TILE_HALF:
+        return quantise_half(x, truncated);
+    case WEFT_TILE_FLOAT:
+        break;
+    }
+    return quantise_float(x, truncated);
+}
+
+// ---- all taps of a position ---------------------------------------------------------------------
+
+struct position_values {
+    int count;
+    double *value, *rest, *scratch;
+};
+
+// The k-th largest (from 1) of `count` values, which are reordered (Hoare).
+static double kth_largest(double *v, int count, int k)
+{
+    int low = 0, high = count - 1;
+    while (low < high) {
+        const double pivot = v[(low + high) / 2];
+        int i = low, j = high;
+        while (i <= j) {
+            while (v[i] > pivot)
+                i++;
+            while (v[j] < pivot)
+                j--;
+            if (i <= j) {
+                const double swapped = v[i];
+                v[i++] = v[j];
+                v[j--] = swapped;
+            }
+        }
+        if (k - 1 <= j)
+            high = j;
+        else if (k - 1 >= i)
+            low = i;
+        else
+            break;
+    }
+    return v[k - 1];
+}
+
+// Sums that are 1 or 0 but for rounding are so at every position, or the total would flicker.
+static double clean_sum(double sum)
+{
+    return fabs(sum - 1.0) < 1e-9 ? 1.0 : fabs(sum) < 1e-9 ? 0.0 : sum;
+}
+
+// Largest remainder: all are rounded down, then those that lose most go one up until the sum is
+// right. A value that is an integer already is never touched, so that signs and zeros stay.
+static void quantise_together(struct position_values *p, double unit)
+{
+    double sum = 0.0, floors = 0.0;
+    for (int i = 0; i < p->count; i++) {
+        sum += p->value[i];
+        const double x = snap(p->value[i] * unit), down = floor(x);
+        p->rest[i] = p->scratch[i] = x - down;
+        p->value[i] = down;
+        floors += down;
+    }
+    int missing = (int)(quantise_integer(clean_sum(sum) * unit, WEFT_TILE_NEAREST) - floors);
+    if (missing <= 0)
+        return;
+    missing = missing < p->count ? missing : p->count;
+    const double level = kth_largest(p->scratch, p->count, missing);
+    for (int i = 0; i < p->count; i++) {
+        if (p->rest[i] > level) {
+            p->value[i] += 1.0;
+            missing--;
+        }
+    }
+    for (int i = 0; i < p->count && missing > 0; i++) {
+        if (p->rest[i] == level) {
+            p->value[i] += 1.0;
+            missing--;
+        }
+    }
+}
+
+static void multiply_out(const weft_kernel_tiles *set, const int at[3], double *value)
+{
+    const int width = set->info.width, dims = set->info.dims;
+    const double *x = weight_at(set, at[0], 0);
+    const double *y = dims > 1 ? weight_at(set, at[1], 0) : NULL;
+    const double *z = dims > 2 ? weight_at(set, at[2], 0) : NULL;
+    for (int k = 0; k < (z ? width : 1); k++)
+        for (int j = 0; j < (y ? width : 1); j++) {
+            const double yz = (z ? z[k] : 1.0) * (y ? y[j] : 1.0);
+            for (int i = 0; i < width; i++)
+                *value++ = x[i] * yz;
+        }
+}
+
+// ---- into the stored tiles ----------------------------------------------------------------------
+
+// Which kept taps a reflection brings there, along one axis, and their order.
+struct axis_writes {
+    int sample, sign;
+    int first, step; // kept tap t comes from tap first + step * t
+};
+
+static struct axis_writes axis_writes(const weft_kernel_tiles *set, int sample, bool reflected)
+{
+    if (!reflected)
+        return (struct axis_writes){sample, 1, 0, 1};
+    return (struct axis_writes){set->info.samples - 1 - sample, set->odd ? -1 : 1,
+                                set->info.width - 1, -1};
+}
+
+static void write_value(const weft_kernel_tiles *set, const int *stored_of, size_t sample, double q)
+{
+    if (!set->separate) {
+        weft_tiles_store(set, set->stored[stored_of[0]].data, sample, q);
+        return;
+    }
+    const int stored = stored_of[q < 0.0];
+    if (q != 0.0 && stored >= 0)
+        weft_tiles_store(set, set->stored[stored].data, sample, fabs(q));
+}
+
+static void write_reflection(const weft_kernel_tiles *set, const struct axis_writes axis[3],
+                             const double *value)
+{
+    const int dims = set->info.dims, width = set->info.width;
+    int at[3] = {0}, tap[3] = {0}, from[3] = {0}, sign = 1;
+    for (int a = 0; a < dims; a++) {
+        at[a] = axis[a].sample;
+        sign *= axis[a].sign;
+    }
+    const size_t sample = weft_tiles_sample_index(set, at);
+    const int *stored_of = set->stored_of;
+    do {
+        for (int a = 0; a < dims; a++)
+            from[a] = axis[a].first + axis[a].step * tap[a];
+        write_value(set, stored_of, sample, sign * value[weft_tiles_tap_index(set, from, width)]);
+        stored_of += 2;
+    } while (weft_tiles_next(dims, set->kept, tap));
+}
+
+// A position and, in a mirrored set, its reflections along every combination of axes.
+static void write_position(const weft_kernel_tiles *set, const int position[3], const double *value)
+{
+    const int reflections = set->info.mirrored ? 1 << set->info.dims : 1;
+    for (int r = 0; r < reflections; r++) {
+        struct axis_writes axis[3] = {{0}};
+        for (int a = 0; a < set->info.dims; a++)
+            axis[a] = axis_writes(set, position[a], r >> a & 1);
+        write_reflection(set, axis, value);
+    }
+}
+
+// The factor of every tap and sign, where it is not the same for all.
+static double scale_of(const weft_kernel_tiles *set, const int tap[3], double value)
+{
+    int kept[3] = {0}, sign = value < 0.0 ? -1 : 1;
+    for (int a = 0; a < set->info.dims; a++) {
+        const bool mirrored = tap[a] >= set->kept;
+        kept[a] = mirrored ? set->info.width - 1 - tap[a] : tap[a];
+        sign = mirrored && set->odd ? -sign : sign;
+    }
+    const int side = set->separate && sign < 0;
+    const int stored = set->stored_of[2 * weft_tiles_tap_index(set, kept, set->kept) + side];
+    return stored < 0 ? 1.0 : set->stored[stored].scale;
+}
+
+static void quantise_apart(const weft_kernel_tiles *set, struct position_values *p)
+{
+    const bool each = set->params.scaling == WEFT_TILE_SCALE_EACH;
+    const double common = set->info.stored_count ? set->stored[0].scale : 1.0;
+    int tap[3] = {0};
+    for (int i = 0; i < p->count; i++) {
+        const double scale = each ? scale_of(set, tap, p->value[i]) : common;
+        p->value[i] = quantise(set, p->value[i] * scale * set->info.one);
+        if (each)
+            weft_tiles_next(set->info.dims, set->info.width, tap);
+    }
+}
+
+enum weft_result weft_tiles_quantise(weft_kernel_tiles *set)
+{
+    enum weft_result res = WEFT_ERR_MEMORY;
+    struct position_values p = {.count = 1};
+    for (int a = 0; a < set->info.dims; a++)
+        p.count *= set->info.width;
+    p.value = malloc(3 * (size_t)p.count * sizeof *p.value);
+    if (!p.value) {
+        weft_error(set->params.log, "tiles: not enough memory for %d weights", p.count);
+        goto fail;
+    }
+    p.rest = p.value + p.count;
+    p.scratch = p.rest + p.count;
+    const int span = set->info.mirrored ? (set->info.samples + 1) / 2 : set->info.samples;
+    const bool together = set->info.rounding == WEFT_TILE_SUM_PRESERVING && set->info.stored_count;
+    int at[3] = {0};
+    do {
+        multiply_out(set, at, p.value);
+        if (together)
+            quantise_together(&p, set->stored[0].scale * set->info.one);
+        else
+            quantise_apart(set, &p);
+        write_position(set, at, p.value);
+    } while (weft_tiles_next(set->info.dims, span, at));
+    res = WEFT_OK;
+fail:
+    free(p.value);
+    return res;
+}
