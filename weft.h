@@ -15,6 +15,7 @@
 #include "passes/slice.h"
 #include "tiles/image.h"
 #include "tiles/kernel_file.h"
+#include "tiles/layout.h"
 #include "tiles/limits.h"
 #include "tiles/volume.h"
 

@@ -2,6 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
+find_package(Imath CONFIG REQUIRED)
 find_package(Threads REQUIRED)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 find_program(WEFT_GLAD glad REQUIRED)
@@ -30,6 +31,8 @@ find_path(WEFT_OPENVDB_INCLUDE openvdb/openvdb.h REQUIRED)
 find_library(WEFT_OPENVDB_LIBRARY openvdb REQUIRED)
 find_library(WEFT_TBB_LIBRARY tbb REQUIRED)
 add_library(weft_dep_openvdb INTERFACE)
+# Its templates' debug information would cost more time than compiling them; lines are enough.
+target_compile_options(weft_dep_openvdb INTERFACE -g1)
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
-target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY}
+target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY} Imath::Imath
     Threads::Threads)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
 // Pixel (x, y) of a W x H slice samples origin + (x+0.5)/W u + (y+0.5)/H v. Positions are formed in
-// double, and handed to the GPU as 64-bit fixed point (32 fraction bits) relative to a local origin,
+// double, and handed to the GPU as fixed point (40 fraction bits) relative to a local origin,
 // exactly the same for every tiling of the output; the kernel's weights come from polynomial tiles
 // made in double; sums are single precision. One pass reads a row of four samples per fetch where
 // the layout allows (dot4; Hadwiger, Hauser, Moeller 2003, section 6).
@@ -10,23 +10,16 @@
 
 #include "filter/kernel.h"
 #include "passes/context.h"
+#include "tiles/layout.h"
 #include "tiles/volume.h"
 
 WEFT_BEGIN_DECLS
 
 enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
 
-// How bricks lie in the texture buffer.
-enum weft_layout {
-    WEFT_LAYOUT_AUTO,        // interleaved, unless the memory budget would cut it into tiny tiles
-    WEFT_LAYOUT_INTERLEAVED, // RGBA: texel i holds samples i to i + 3 of a row (4x memory, fastest)
-    WEFT_LAYOUT_ALIGNED,     // RGBA: texel i holds samples 4i to 4i + 3, weights shifted to match
-    WEFT_LAYOUT_PLAIN,       // R: one sample per texel
-};
-WEFT_API const char *weft_layout_name(enum weft_layout layout); // "interleaved"; static storage
-
-// The largest slice: pixels along a side.
+// The largest slice: pixels along a side, and in all (8 GiB of floats).
 enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };
+#define WEFT_SLICE_MAX_PIXELS (INT64_C(1) << 31)
 
 // origin, u, v are in `space`. All zero u and v: the default slice (see weft_slice_params).
 struct weft_slice_geometry {
@@ -41,13 +34,22 @@ struct weft_slice_params {
     enum weft_layout layout;
     uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
                            // caller's pixels are not counted
+    int max_target_size;       // of the GL to run on, pixels along a side (default 4096)
+    int64_t max_buffer_texels; // likewise; see struct weft_context_info (default 2^26)
+    const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log; // borrowed for the plan's life
 };
+
+// Chooses what is 0 of width and height: 1024 along the longer edge (in world space) if both are,
+// and pixels that are square in world space. Returns WEFT_ERR_ARGUMENT (edges without a length).
+WEFT_API enum weft_result weft_slice_size_compute(const struct weft_log *log,
+                                                  const weft_volume *volume, enum weft_space space,
+                                                  struct weft_slice_geometry *geometry);
 
 // The axis-aligned slice through the active box of a volume at `coordinate` along `axis` (0, 1, 2)
 // in the given space (NAN: the middle of the box). It covers the active box with half a voxel
 // around it; u and v run along the other two axes in order (x y, x z, y z). width and height of 0
-// are chosen: 1024 along the longer side, square pixels in world space.
+// are chosen as weft_slice_size_compute does.
 // In world space the axes are the world's, and the box is the world box of the active voxels.
 // Returns WEFT_ERR_ARGUMENT (axis, size, coordinate not finite).
 WEFT_API enum weft_result weft_slice_axis_geometry(const struct weft_log *log,
@@ -85,7 +87,7 @@ struct weft_slice_plan_info {
 
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no voxel.
 // Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel), WEFT_ERR_LIMIT
-// (memory, index range), WEFT_ERR_MEMORY, and what weft_volume_find returns.
+// (memory, index range), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
                                                  weft_slice_plan **out);

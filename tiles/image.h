@@ -22,7 +22,7 @@ struct weft_image_channel {
 struct weft_image {
     int32_t x, y; // first pixel of the data window, may be negative
     int32_t width, height;
-    int32_t display_min[2], display_max[2]; // display window, inclusive
+    int32_t display_min[2], display_max[2]; // display window, inclusive (to save: all 0 = data window)
     char compression[16];                   // as stored: "none", "rle", "zips", "zip", "piz", ...
     bool tiled;
     size_t channel_count;
@@ -39,7 +39,7 @@ struct weft_image_load_params {
 };
 
 // Reads a flat scanline or tiled image (level 0 of the first part) through weft-read-exr; half and
-// uint become float. Ownership: clear it with weft_image_clear.
+// uint become float (uint above 2^24 is rounded). DWAA and DWAB are unsupported. Ownership: clear it with weft_image_clear.
 // Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled channels), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
@@ -51,12 +51,15 @@ struct weft_image_save_params {
     const struct weft_log *log;
 };
 
-// Writes float channels, ZIP compressed, with each metadata entry as a string attribute; to a
-// temporary file in the same folder, then renamed. Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
+// Writes float channels, ZIP compressed, with each metadata entry as a string attribute (except
+// names that the format reserves, as "compression"); to a temporary file in the same folder, then
+// renamed. Channel names must differ. Devices and pipes are written directly.
+// Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 
-// Colour maps for previews, a NULL-ended list: "grey" and perceptually uniform ones.
+// Colour maps for previews, a NULL-ended list: "grey" (the first), "viridis" (perceptually uniform)
+// and "cool-warm" (diverging).
 struct weft_colour_map {
     const char *name;
     const char *citation;
@@ -79,6 +82,8 @@ struct weft_preview_params {
 #define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})
 
 // Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
+// Values beyond the range take its end colours; a range of no width shows its value in the middle
+// colour. low > high reverses the colours. Without a finite value the range is 0 to 1.
 // range[2], if not NULL, receives the values shown as first and last colour.
 // Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
 WEFT_API enum weft_result weft_preview_save(const struct weft_preview_params *params,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/output_file.h - outputs appear whole or not at all (not installed).
-// A temporary file in the target's folder, fsync, then rename (or link, for no-clobber).
+// A temporary file in the target's folder, fsync, then rename (one that refuses to replace, for
+// no-clobber). Devices, pipes and /dev/stdout have no folder to rename in: for them the output is
+// gathered in memory and copied over at the end.
 #ifndef WEFT_TILES_OUTPUT_FILE_H
 #define WEFT_TILES_OUTPUT_FILE_H
 
@@ -9,18 +11,27 @@
 WEFT_BEGIN_DECLS
 
 struct weft_output_file {
-    char *path;      // the target
-    char *temporary; // "<folder>/.<name>.XXXXXX"
-    int fd;          // open for reading and writing, 0666 & ~umask
+    char *path;      // the target, symbolic links followed; NULL after commit or discard
+    char *temporary; // "<folder>/.<name>.XXXXXX"; NULL for a device or pipe
+    int fd;          // open for reading and writing
+    int stream;      // the open device or pipe, else -1
     bool no_clobber;
     const struct weft_log *log;
 };
 
-// Returns WEFT_ERR_WRITE (also when no_clobber is set and the target exists) or WEFT_ERR_MEMORY.
+// A new file gets 0666 & ~umask, one that replaces another that one's permissions. A symbolic link
+// stays, and what it points to is replaced. no_clobber does not apply to devices and pipes.
+// Returns WEFT_ERR_WRITE (also when no_clobber is set and the target exists), WEFT_ERR_MEMORY, or
+// WEFT_ERR_ARGUMENT (no path).
 enum weft_result weft_output_file_create(const struct weft_log *log, const char *path,
                                          bool no_clobber, struct weft_output_file *out);
 
+// Writes all of data at an offset in bytes, or logs why not and returns WEFT_ERR_WRITE.
+enum weft_result weft_output_file_write(struct weft_output_file *file, uint64_t offset,
+                                        const void *data, size_t size);
+
 // Puts the file in place and releases everything. On failure the temporary file is gone too.
+// Returns WEFT_ERR_WRITE.
 enum weft_result weft_output_file_commit(struct weft_output_file *file);
 
 // Removes the temporary file and releases everything; harmless after commit or on {0}.

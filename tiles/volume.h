@@ -107,7 +107,8 @@ struct weft_volume_list {
     struct weft_volume_info *grids;
 };
 
-// All grids of a file, supported or not. Ownership: clear it with weft_volume_list_clear.
+// All grids of a file, supported or not, without reading their trees: box and voxel count are what
+// the file's metadata claims; background is NAN, bricks and memory_bytes are 0. Ownership: clear it with weft_volume_list_clear.
 WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
                                                 struct weft_volume_list *out);
 WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);
@@ -153,7 +154,8 @@ struct weft_brick_list {
 };
 
 // Which bricks and tiles meet the region; no voxel is read. A clamp-to-edge volume lists the bricks
-// that hold its data. Ownership: clear it with weft_brick_list_clear.
+// that hold its data, those at its faces also where the region has points that clamp to them.
+// Ownership: clear it with weft_brick_list_clear.
 // Returns WEFT_ERR_LIMIT, _MEMORY, _READER, _FORMAT (the reader's answer contradicts itself).
 WEFT_API enum weft_result weft_volume_find(weft_volume *volume, const struct weft_region *region,
                                            struct weft_brick_list *out);

@@ -3,6 +3,8 @@
 #ifndef WEFT_TILES_READERS_CLIENT_H
 #define WEFT_TILES_READERS_CLIENT_H
 
+#include <sys/uio.h>
+
 #include "filter/check.h"
 #include "tiles/readers/wire.h"
 
@@ -13,6 +15,7 @@ typedef struct weft_reader weft_reader; // Thread-safety: one thread at a time.
 // Starts `program` ("weft-read-vdb") with an input or output file, already open, as descriptor 4
 // and its path for messages. Programs are looked for in $WEFT_LIBEXEC if set, else beside the
 // library (or the program it is linked into), else in the installed libexec folder.
+// The reader's stderr is discarded unless $WEFT_READER_DEBUG is set.
 // Returns WEFT_ERR_READER (missing: the log names the places), _MEMORY, _ARGUMENT.
 enum weft_result weft_reader_start(const struct weft_log *log, const char *program,
                                    const char *path, int fd, const struct weft_limits *limits,
@@ -25,14 +28,21 @@ struct weft_payload {
 };
 void weft_payload_release(struct weft_payload *payload);
 
-// Sends a request (magic and version are filled in) with an optional payload, waits for the answer
-// within the limits, logs its message if it failed, and maps the payload.
+// Sends a request (magic and version are filled in) with a payload of request->payload_bytes, waits
+// for the answer within the limits, logs "path: message" if it failed, and maps the payload.
 // A reader that crashes, is killed, exceeds a limit or breaks the protocol is reported with what
 // happened ("weft-read-vdb was killed by signal 11 (Segmentation fault) while reading smoke.vdb")
 // as WEFT_ERR_READER or _LIMIT; every later call fails likewise.
 enum weft_result weft_reader_call(weft_reader *reader, const struct weft_wire_request *request,
                                   const void *request_payload, struct weft_wire_answer *answer,
                                   struct weft_payload *payload);
+
+// The same with a request payload in parts, one after the other; payload_bytes is filled in.
+enum weft_result weft_reader_call_parts(weft_reader *reader,
+                                        const struct weft_wire_request *request,
+                                        const struct iovec *parts, int part_count,
+                                        struct weft_wire_answer *answer,
+                                        struct weft_payload *payload);
 
 // Ends the process (kills it if need be) and reaps it. Accepts &NULL, leaves NULL behind.
 void weft_reader_stop(weft_reader **reader);

@@ -19,7 +19,7 @@ enum weft_wire_op {
     WEFT_WIRE_OPEN,  // VDB: grid `name` ("" = first supported). -> one struct weft_wire_grid, metadata
     WEFT_WIRE_FIND,  // VDB: `region`.   -> brick origins, then tiles (counts in the answer)
     WEFT_WIRE_READ,  // VDB: payload of brick origins. -> count * 512 floats
-    WEFT_WIRE_WRITE, // VDB writer: payload described in write_vdb.cc, into the request's output file
+    WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is written
     WEFT_WIRE_IMAGE_INFO,   // EXR: -> struct weft_wire_image, channels, metadata
     WEFT_WIRE_IMAGE_PIXELS, // EXR: -> planes of float in the order of the channels
 };
@@ -45,6 +45,17 @@ struct weft_wire_answer {
 // struct weft_volume_info without its pointers; metadata_count entries of struct weft_metadata follow.
 struct weft_wire_grid {
     struct weft_volume_info info; // info.metadata is meaningless here
+};
+
+// A volume to be written. Followed by brick_count origins (int32_t[3]), tile_count struct
+// weft_volume_tile, and brick_count * 512 floats.
+struct weft_wire_volume {
+    char name[256], grid_class[32];
+    double index_to_world[3][4];
+    uint64_t brick_count, tile_count;
+    float background;
+    uint32_t boxed;              // exactly the voxels in the box are active, instead of those that
+    int32_t box_min[3], box_max[3]; // volume.h calls active; all others get the background
 };
 
 // struct weft_image without its pointers; channel_count struct weft_image_channel (plane

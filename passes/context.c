@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/context.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "passes/context_backend.h"
+
+// In the order in which they are tried; a device of EGL counts only when it is hardware.
+static const struct {
+    const struct weft_context_backend *backend;
+    bool in_osmesa, in_egl;
+} backends[] = {
+#ifdef WEFT_HAVE_EGL
+    {&weft_backend_egl_device, false, true},
+#endif
+#ifdef WEFT_HAVE_OSMESA
+    {&weft_backend_osmesa, true, false},
+#endif
+#ifdef WEFT_HAVE_EGL
+    {&weft_backend_egl_surfaceless, false, true},
+#endif
+};
+
+static const char *const kind_names[] = {"auto", "osmesa", "egl"};
+
+static bool is_software(const char *renderer)
+{
+    static const char *const names[] = {"llvmpipe", "softpipe", "swrast", "SWR"};
+    for (size_t i = 0; i < WEFT_COUNT(names); i++)
+        if (strstr(renderer, names[i]))
+            return true;
+    return false;
+}
+
+static bool read_info(struct weft_context *context, char *why, size_t why_size)
+{
+    const GladGLContext *gl = &context->gl;
+    GLint target = 0, texels = 0;
+    gl->GetIntegerv(GL_MAX_TEXTURE_SIZE, &target);
+    gl->GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    context->info = (struct weft_context_info){
+        .platform = context->backend->platform,
+        .vendor = (const char *)gl->GetString(GL_VENDOR),
+        .renderer = (const char *)gl->GetString(GL_RENDERER),
+        .version = (const char *)gl->GetString(GL_VERSION),
+        .max_target_size = target,
+        .max_buffer_texels = texels,
+    };
+    const struct weft_context_info *info = &context->info;
+    if (!info->vendor || !info->renderer || !info->version || target <= 0 || texels <= 0) {
+        snprintf(why, why_size, "the context does not answer");
+        return false;
+    }
+    context->info.hardware = !is_software(info->renderer);
+    if (context->backend->hardware_only && !context->info.hardware) {
+        snprintf(why, why_size, "only a software renderer (%s)", info->renderer);
+        return false;
+    }
+    return true;
+}
+
+static bool start(struct weft_context *context, char *why, size_t why_size)
+{
+    if (!context->backend->create(&context->native, why, why_size))
+        return false;
+    if (!context->backend->make_current(context->native)) {
+        snprintf(why, why_size, "the context cannot be made current");
+    } else if (!gladLoadGLContext(&context->gl, context->backend->function) ||
+               !context->gl.VERSION_3_3) {
+        snprintf(why, why_size, "GL 3.3 is needed");
+    } else if (read_info(context, why, why_size)) {
+        context->backend->release(context->native);
+        return true;
+    }
+    context->backend->release(context->native);
+    context->backend->destroy(context->native);
+    context->native = NULL;
+    return false;
+}
+
+enum weft_result weft_context_create(const struct weft_context_params *params, weft_context **out)
+{
+    *out = NULL;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    char reasons[768] = "none is built in";
+    size_t used = 0;
+    struct weft_context *context = calloc(1, sizeof *context);
+    if (!context)
+        goto fail;
+    context->log = params->log;
+    for (size_t i = 0; i < WEFT_COUNT(backends); i++) {
+        if ((params->kind == WEFT_CONTEXT_OSMESA && !backends[i].in_osmesa) ||
+            (params->kind == WEFT_CONTEXT_EGL && !backends[i].in_egl))
+            continue;
+        char why[200] = "";
+        context->backend = backends[i].backend;
+        if (start(context, why, sizeof why)) {
+            weft_debug(context->log, "GL context: %s, %s, %s", context->info.platform,
+                       context->info.renderer, context->info.version);
+            *out = context;
+            return WEFT_OK;
+        }
+        if (used < sizeof reasons)
+            used += (size_t)snprintf(reasons + used, sizeof reasons - used, "%s%s: %s",
+                                     used ? "; " : "", context->backend->platform, why);
+    }
+    weft_error(params->log, "no usable GL context (%s): %s", kind_names[params->kind], reasons);
+    res = WEFT_ERR_CONTEXT;
+fail:
+    free(context);
+    return res;
+}
+
+void weft_context_destroy(weft_context **context)
+{
+    if (!*context)
+        return;
+    // The programs themselves end with the native context.
+    for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++)
+        free((*context)->programs[i].key);
+    (*context)->backend->destroy((*context)->native);
+    free(*context);
+    *context = NULL;
+}
+
+const struct weft_context_info *weft_context_get_info(const weft_context *context)
+{
+    return &context->info;
+}
+
+enum weft_result weft_context_kind_parse(const struct weft_log *log, const char *text,
+                                         enum weft_context_kind *out)
+{
+    for (size_t i = 0; i < WEFT_COUNT(kind_names); i++) {
+        if (strcmp(text, kind_names[i]) == 0) {
+            *out = (enum weft_context_kind)i;
+            return WEFT_OK;
+        }
+    }
+    weft_error(log, "unknown context '%.64s'; there are: auto, osmesa, egl", text);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result weft_context_enter(weft_context *context)
+{
+    if (context->backend->make_current(context->native))
+        return WEFT_OK;
+    weft_error(context->log, "GL: the %s context cannot be made current", context->info.platform);
+    return WEFT_ERR_GL;
+}
+
+void weft_context_leave(weft_context *context)
+{
+    context->backend->release(context->native);
+}

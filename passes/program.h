@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/program.h - shader programs from the embedded sources (not installed).
+#ifndef WEFT_PASSES_PROGRAM_H
+#define WEFT_PASSES_PROGRAM_H
+
+#include "passes/context_backend.h"
+
+// One for each passes/shaders/<name>.glsl, made by cmake/embed.cmake.
+extern const char weft_shader_full_target[];
+extern const char weft_shader_slice[];
+
+// A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
+// and kept by the context, which is current. `name` names it in messages, and defines and name tell
+// programs apart. On failure the log gets GL's message, and at debug level the numbered source.
+// Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
+enum weft_result weft_program_get(weft_context *context, const char *name, const char *defines,
+                                  const char *vertex, const char *fragment, GLuint *out);
+
+#endif

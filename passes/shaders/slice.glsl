@@ -1,0 +1,130 @@
+// Fragment shader: one tri-variate reconstruction per pixel.
+// Defined by the plan: WIDTH (taps along an axis), GROUPS (of four taps), DEGREE and SEGMENTS of the
+// kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), and one of
+// LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN.
+
+uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
+uniform samplerBuffer source;
+uniform ivec2 pitch;            // texels from row to row and from slice to slice of a block
+
+#if SEGMENTS > 1
+uniform samplerBuffer kernel; // [segment][power][group]
+#else
+uniform vec4 kernel[(DEGREE + 1) * GROUPS]; // [power][group]
+#endif
+
+// Position + tap shift of the block's first pixel, and steps to the next pixel along x and y, modulo
+// 8 voxels: words of 3 whole and 29 fraction bits, and low_bits further fraction bits.
+uniform ivec3 origin, du, dv;
+uniform ivec3 origin_low, du_low, dv_low;
+uniform int low_bits;
+uniform ivec2 block;  // window coordinates of the block's first pixel (may lie outside)
+uniform int row_entries;
+
+out float value;
+
+const int ROW_FETCHES = (WIDTH + 3 + 3) / 4; // aligned rows
+
+void kernel_weights(float t, out float weight[4 * GROUPS])
+{
+    vec4 c[(DEGREE + 1) * GROUPS];
+#if SEGMENTS > 1
+    float scaled = t * float(SEGMENTS);
+    int segment = min(int(scaled), SEGMENTS - 1);
+    float u = scaled - float(segment);
+    for (int i = 0; i < (DEGREE + 1) * GROUPS; i++)
+        c[i] = texelFetch(kernel, segment * ((DEGREE + 1) * GROUPS) + i);
+#else
+    float u = t;
+    for (int i = 0; i < (DEGREE + 1) * GROUPS; i++)
+        c[i] = kernel[i];
+#endif
+    for (int g = 0; g < GROUPS; g++) {
+        vec4 sum = c[DEGREE * GROUPS + g];
+        for (int p = DEGREE - 1; p >= 0; p--)
+            sum = sum * u + c[p * GROUPS + g];
+        for (int i = 0; i < 4; i++)
+            weight[4 * g + i] = sum[i];
+    }
+}
+
+#if defined(LAYOUT_ALIGNED)
+// Weights moved up by `shift` (0 to 3) places, zeros around.
+void shift_weights(float weight[4 * GROUPS], int shift, out float shifted[4 * ROW_FETCHES])
+{
+    for (int i = 0; i < 4 * ROW_FETCHES; i++)
+        shifted[i] = i < WIDTH ? weight[min(i, WIDTH - 1)] : 0.0;
+    bool one = (shift & 1) != 0, two = (shift & 2) != 0;
+    for (int i = 4 * ROW_FETCHES - 1; i >= 0; i--)
+        shifted[i] = one ? (i >= 1 ? shifted[max(i - 1, 0)] : 0.0) : shifted[i];
+    for (int i = 4 * ROW_FETCHES - 1; i >= 0; i--)
+        shifted[i] = two ? (i >= 2 ? shifted[max(i - 2, 0)] : 0.0) : shifted[i];
+}
+#define ROW_WEIGHTS (4 * ROW_FETCHES)
+#else
+#define ROW_WEIGHTS (4 * GROUPS)
+#endif
+
+float row(int at, float weight[ROW_WEIGHTS])
+{
+    float sum = 0.0;
+#if defined(LAYOUT_PLAIN)
+    for (int i = 0; i < WIDTH; i++)
+        sum += texelFetch(source, at + i).r * weight[i];
+#elif defined(LAYOUT_ALIGNED)
+    for (int f = 0; f < ROW_FETCHES; f++) {
+        vec4 s = texelFetch(source, at + f);
+        sum += (s.x * weight[4 * f] + s.y * weight[4 * f + 1]) +
+               (s.z * weight[4 * f + 2] + s.w * weight[4 * f + 3]);
+    }
+#else
+    // Samples past the last tap are not touched: a NaN there must not get in.
+    for (int g = 0; g < GROUPS; g++) {
+        vec4 s = texelFetch(source, at + 4 * g);
+        for (int i = 0; i < 4; i++)
+            if (4 * g + i < WIDTH)
+                sum += s[i] * weight[4 * g + i];
+    }
+#endif
+    return sum;
+}
+
+void main()
+{
+    ivec2 window = ivec2(gl_FragCoord.xy);
+    int entry = texelFetch(entries, window.y * row_entries + window.x).r;
+#if CONSTANTS
+    if (entry < 0) {
+        value = texelFetch(source, ~entry).r;
+        return;
+    }
+#endif
+
+    // Fixed point with carry. The first tap's place in the cell, and the fraction rounded to 24 bits.
+    ivec2 p = window - block;
+    ivec3 low = origin_low + p.x * du_low + p.y * dv_low;
+    ivec3 position = origin + p.x * du + p.y * dv + (low >> low_bits);
+    ivec3 start = (position >> 29) & 7;
+    vec3 t = vec3((((position >> 4) & 0x1ffffff) + 1) >> 1) * (1.0 / 16777216.0);
+
+    float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
+    kernel_weights(t.x, wx);
+    kernel_weights(t.y, wy);
+    kernel_weights(t.z, wz);
+
+#if defined(LAYOUT_ALIGNED)
+    float row_weights[ROW_WEIGHTS];
+    shift_weights(wx, start.x & 3, row_weights);
+    start.x >>= 2;
+#define wx row_weights
+#endif
+    int at = entry + start.z * pitch.y + start.y * pitch.x + start.x;
+    float sum = 0.0;
+    for (int z = 0; z < WIDTH; z++) {
+        float plane = 0.0;
+        for (int y = 0; y < WIDTH; y++)
+            plane += wy[y] * row(at + z * pitch.y + y * pitch.x, wx);
+        sum += wz[z] * plane;
+    }
+    value = sum;
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
+
+#include "filter/check.h"
+#include "passes/slice.h"
+
+enum { DEFAULT_SIDE = 1024 };
+
+// The box of the active voxels' cells (half a voxel around them) in the given space.
+static void active_box(const struct weft_volume_info *info, enum weft_space space, double low[3],
+                       double high[3])
+{
+    for (int a = 0; a < 3; a++) {
+        low[a] = space == WEFT_SPACE_INDEX ? info->active_min[a] - 0.5 : INFINITY;
+        high[a] = space == WEFT_SPACE_INDEX ? info->active_max[a] + 0.5 : -INFINITY;
+    }
+    for (int corner = 0; corner < 8 && space == WEFT_SPACE_WORLD; corner++) {
+        for (int r = 0; r < 3; r++) {
+            const double *m = info->index_to_world[r];
+            double at = m[3];
+            for (int c = 0; c < 3; c++)
+                at += m[c] * (corner >> c & 1 ? info->active_max[c] + 0.5
+                                              : info->active_min[c] - 0.5);
+            low[r] = fmin(low[r], at);
+            high[r] = fmax(high[r], at);
+        }
+    }
+}
+
+static double world_length(const struct weft_volume_info *info, enum weft_space space,
+                           const double edge[3])
+{
+    double square = 0.0;
+    for (int r = 0; r < 3; r++) {
+        double along = edge[r];
+        if (space == WEFT_SPACE_INDEX) {
+            const double *m = info->index_to_world[r];
+            along = m[0] * edge[0] + m[1] * edge[1] + m[2] * edge[2];
+        }
+        square += along * along;
+    }
+    return sqrt(square);
+}
+
+static int scaled_side(int side, double length, double other_length)
+{
+    double pixels = round(side * length / other_length);
+    return pixels < 1.0 ? 1 : pixels > WEFT_SLICE_MAX_SIZE ? WEFT_SLICE_MAX_SIZE : (int)pixels;
+}
+
+enum weft_result weft_slice_size_compute(const struct weft_log *log, const weft_volume *volume,
+                                         enum weft_space space,
+                                         struct weft_slice_geometry *geometry)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, geometry->width >= 0 && geometry->height >= 0);
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    double u = world_length(info, space, geometry->u), v = world_length(info, space, geometry->v);
+    if (!(u > 0.0 && v > 0.0 && isfinite(u) && isfinite(v))) {
+        weft_error(log, "the edge vectors u and v have lengths %g and %g: they span no plane", u,
+                   v);
+        return res;
+    }
+    if (geometry->width == 0 && geometry->height == 0) {
+        geometry->width = u >= v ? DEFAULT_SIDE : scaled_side(DEFAULT_SIDE, u, v);
+        geometry->height = v >= u ? DEFAULT_SIDE : scaled_side(DEFAULT_SIDE, v, u);
+    } else if (geometry->width == 0) {
+        geometry->width = scaled_side(geometry->height, u, v);
+    } else if (geometry->height == 0) {
+        geometry->height = scaled_side(geometry->width, v, u);
+    }
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft_volume *volume,
+                                          enum weft_space space, int axis, double coordinate,
+                                          int width, int height, struct weft_slice_geometry *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, axis >= 0 && axis < 3);
+    weft_require(log, !isinf(coordinate));
+    double low[3], high[3];
+    active_box(weft_volume_get_info(volume), space, low, high);
+    int along_u = axis == 0 ? 1 : 0, along_v = axis == 2 ? 1 : 2;
+    *out = (struct weft_slice_geometry){
+        .origin = {low[0], low[1], low[2]}, .width = width, .height = height};
+    out->origin[axis] = isnan(coordinate) ? 0.5 * (low[axis] + high[axis]) : coordinate;
+    out->u[along_u] = high[along_u] - low[along_u];
+    out->v[along_v] = high[along_v] - low[along_v];
+    res = weft_slice_size_compute(log, volume, space, out);
+fail:
+    return res;
+}

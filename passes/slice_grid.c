@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/slice_grid.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "filter/check.h"
+
+// A block's positions are within 2 * 255 steps of its first: with these, 62 bits hold them.
+enum { FRACTION_BITS = 40, MAX_STEP = 2048, COARSE_FRACTION_BITS = 31 };
+
+// ---- small vectors ------------------------------------------------------------------------------
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static bool all_finite(const double v[3])
+{
+    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
+}
+
+// The inverse of an affine map by cofactors; false if it has none in double.
+static bool invert(const double m[3][4], double out[3][4])
+{
+    double row[3][3];
+    for (int r = 0; r < 3; r++)
+        memcpy(row[r], m[r], sizeof row[r]);
+    double cofactor[3][3];
+    for (int r = 0; r < 3; r++)
+        cross(row[(r + 1) % 3], row[(r + 2) % 3], cofactor[r]);
+    double determinant = dot(row[0], cofactor[0]);
+    if (determinant == 0.0 || !isfinite(1.0 / determinant))
+        return false;
+    for (int r = 0; r < 3; r++) {
+        out[r][3] = 0.0;
+        for (int c = 0; c < 3; c++) {
+            out[r][c] = cofactor[c][r] / determinant;
+            out[r][3] -= out[r][c] * m[c][3];
+        }
+    }
+    return true;
+}
+
+static void transform(const double m[3][4], const double v[3], bool point, double out[3])
+{
+    for (int r = 0; r < 3; r++)
+        out[r] = dot(m[r], v) + (point ? m[r][3] : 0.0);
+}
+
+// ---- requests -----------------------------------------------------------------------------------
+
+static enum weft_result check_geometry(const struct weft_log *log,
+                                       const struct weft_slice_geometry *g)
+{
+    if (g->width < 1 || g->height < 1 || g->width > WEFT_SLICE_MAX_SIZE ||
+        g->height > WEFT_SLICE_MAX_SIZE) {
+        weft_error(log, "a slice of %d x %d pixels: each side must be 1 to %d", g->width,
+                   g->height, WEFT_SLICE_MAX_SIZE);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if ((int64_t)g->width * g->height > WEFT_SLICE_MAX_PIXELS) {
+        weft_error(log, "a slice of %d x %d pixels: there must be at most %lld in all", g->width,
+                   g->height, (long long)WEFT_SLICE_MAX_PIXELS);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (!all_finite(g->origin) || !all_finite(g->u) || !all_finite(g->v)) {
+        weft_error(log,
+                   "the slice's geometry is not finite: origin (%g, %g, %g), u (%g, %g, %g), "
+                   "v (%g, %g, %g)",
+                   g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0],
+                   g->v[1], g->v[2]);
+        return WEFT_ERR_ARGUMENT;
+    }
+    double normal[3];
+    cross(g->u, g->v, normal);
+    double u = sqrt(dot(g->u, g->u)), v = sqrt(dot(g->v, g->v));
+    if (!(u > 0.0) || !(v > 0.0) || !(sqrt(dot(normal, normal)) > 1e-9 * u * v)) {
+        weft_error(log,
+                   "the edge vectors u (%g, %g, %g) and v (%g, %g, %g) span no plane: zero or "
+                   "parallel",
+                   g->u[0], g->u[1], g->u[2], g->v[0], g->v[1], g->v[2]);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+// Every corner within the index limit, with room for any kernel.
+static enum weft_result check_range(const struct weft_log *log,
+                                    const struct weft_slice_geometry *g)
+{
+    const double limit = WEFT_INDEX_LIMIT - 64.0;
+    for (int corner = 0; corner < 4; corner++) {
+        for (int a = 0; a < 3; a++) {
+            double at = g->origin[a] + (corner & 1 ? g->u[a] : 0) + (corner & 2 ? g->v[a] : 0);
+            if (!(fabs(at) <= limit)) {
+                weft_error(log,
+                           "the slice reaches index coordinate %g along %c; the limit is +-%.0f",
+                           at, "xyz"[a], limit);
+                return WEFT_ERR_LIMIT;
+            }
+        }
+    }
+    return WEFT_OK;
+}
+
+static void set_steps(struct weft_slice_grid *grid)
+{
+    const struct weft_slice_geometry *g = &grid->index;
+    double longest = 0.0;
+    for (int a = 0; a < 3; a++)
+        longest = fmax(longest, fmax(fabs(g->u[a]) / g->width, fabs(g->v[a]) / g->height));
+    grid->fraction_bits = longest <= MAX_STEP ? FRACTION_BITS : COARSE_FRACTION_BITS;
+    for (int a = 0; a < 3; a++) {
+        // A step is used only where there is a second pixel; it then fits, by check_range.
+        double du = g->width > 1 ? g->u[a] / g->width : 0.0;
+        double dv = g->height > 1 ? g->v[a] / g->height : 0.0;
+        grid->du[a] = llround(ldexp(du, grid->fraction_bits));
+        grid->dv[a] = llround(ldexp(dv, grid->fraction_bits));
+    }
+}
+
+enum weft_result weft_slice_grid_create(const struct weft_log *log,
+                                        const struct weft_slice_params *params,
+                                        const struct weft_volume_info *info,
+                                        struct weft_slice_grid *out)
+{
+    const struct weft_slice_geometry *g = &params->geometry;
+    enum weft_result res = check_geometry(log, g);
+    if (res != WEFT_OK)
+        return res;
+    *out = (struct weft_slice_grid){.index = *g};
+    if (params->space == WEFT_SPACE_WORLD) {
+        double inverse[3][4];
+        if (!invert(info->index_to_world, inverse)) {
+            weft_error(log, "grid %s has a transform without an inverse", info->name);
+            return WEFT_ERR_FORMAT;
+        }
+        transform(inverse, g->origin, true, out->index.origin);
+        transform(inverse, g->u, false, out->index.u);
+        transform(inverse, g->v, false, out->index.v);
+    }
+    res = check_range(log, &out->index);
+    if (res != WEFT_OK)
+        return res;
+    int width = params->kernel.width;
+    out->tap_shift = width % 2 ? 0.5 : 0.0;
+    out->tap_offset = width % 2 ? (width - 1) / 2 : width / 2 - 1;
+    set_steps(out);
+    return WEFT_OK;
+}
+
+// ---- positions ----------------------------------------------------------------------------------
+
+void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y, double position[3])
+{
+    const struct weft_slice_geometry *g = &grid->index;
+    double s = (x + 0.5) / g->width, t = (y + 0.5) / g->height;
+    for (int a = 0; a < 3; a++)
+        position[a] = g->origin[a] + s * g->u[a] + t * g->v[a];
+}
+
+void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
+                           struct weft_slice_block *out)
+{
+    double exact[3];
+    weft_slice_grid_position(grid, bx * WEFT_GRID_BLOCK, by * WEFT_GRID_BLOCK, exact);
+    for (int a = 0; a < 3; a++) {
+        out->base[a] = (int32_t)(8.0 * floor(exact[a] / 8.0));
+        out->position[a] =
+            llround(ldexp(exact[a] - out->base[a] + grid->tap_shift, grid->fraction_bits));
+    }
+}
+
+static void set_slab(const double normal[3], const double point[3], double low, double high,
+                     double reach, struct weft_slab *slab)
+{
+    double at = dot(normal, point);
+    // Taps lie up to `reach` voxels away along each axis; a little more covers all rounding.
+    double margin = (reach + 1e-3) * (fabs(normal[0]) + fabs(normal[1]) + fabs(normal[2]));
+    memcpy(slab->normal, normal, sizeof slab->normal);
+    slab->lower = at + low - margin;
+    slab->upper = at + high + margin;
+}
+
+void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct weft_region *out)
+{
+    const struct weft_slice_geometry *g = &grid->index;
+    double reach = 0.5 * taps + 1.0;
+    *out = (struct weft_region){.slab_count = 3};
+    for (int a = 0; a < 3; a++) {
+        double low = fmin(0.0, g->u[a]) + fmin(0.0, g->v[a]);
+        double high = fmax(0.0, g->u[a]) + fmax(0.0, g->v[a]);
+        out->min[a] = (int32_t)floor(g->origin[a] + low - reach);
+        out->max[a] = (int32_t)ceil(g->origin[a] + high + reach);
+    }
+    // The plane, and its two directions by dual vectors: dual . edge is 0 to 1 across the slice.
+    double normal[3], dual_u[3], dual_v[3];
+    cross(g->u, g->v, normal);
+    double square = dot(normal, normal), length = sqrt(square);
+    cross(g->v, normal, dual_u);
+    cross(normal, g->u, dual_v);
+    for (int a = 0; a < 3; a++) {
+        normal[a] /= length;
+        dual_u[a] /= square;
+        dual_v[a] /= square;
+    }
+    set_slab(normal, g->origin, 0.0, 0.0, reach, &out->slab[0]);
+    set_slab(dual_u, g->origin, 0.0, 1.0, reach, &out->slab[1]);
+    set_slab(dual_v, g->origin, 0.0, 1.0, reach, &out->slab[2]);
+}
+
+// ---- cells --------------------------------------------------------------------------------------
+
+static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
+                     const int64_t first[3], const int64_t last[3],
+                     struct weft_slice_run_of_pixels *run)
+{
+    for (int a = 0; a < 3; a++) {
+        int from = (int)(first[a] >> grid->fraction_bits) & 7;
+        int to = (int)(last[a] >> grid->fraction_bits) & 7;
+        run->cell.at[a] = (base[a] >> 3) + (int32_t)(first[a] >> (grid->fraction_bits + 3));
+        run->low[a] = (uint8_t)(from < to ? from : to);
+        run->high[a] = (uint8_t)(from < to ? to : from);
+    }
+}
+
+// One row of one block: pixels x0 to x1, exclusive; block->position is that of x0.
+static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y,
+                     struct weft_slice_block *block, weft_slice_run_visitor visit, void *priv)
+{
+    const int64_t *du = grid->du;
+    int64_t *at = block->position;
+    int cell_shift = grid->fraction_bits + 3;
+    while (x0 < x1) {
+        int64_t first[3] = {at[0], at[1], at[2]}, last[3];
+        struct weft_slice_run_of_pixels run = {.x = x0, .y = y};
+        uint64_t changed;
+        do {
+            memcpy(last, at, sizeof last);
+            x0++;
+            changed = 0;
+            for (int a = 0; a < 3; a++) {
+                at[a] += du[a];
+                changed |= (uint64_t)(at[a] ^ first[a]);
+            }
+        } while (x0 < x1 && changed >> cell_shift == 0);
+        run.count = x0 - run.x;
+        make_run(grid, block->base, first, last, &run);
+        if (!visit(priv, &run))
+            return false;
+    }
+    return true;
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
+                          weft_slice_run_visitor visit, void *priv)
+{
+    for (int row = y; row < y + height; row++) {
+        int by = row / WEFT_GRID_BLOCK;
+        for (int from = x; from < x + width;) {
+            int bx = from / WEFT_GRID_BLOCK;
+            int to = smaller((bx + 1) * WEFT_GRID_BLOCK, x + width);
+            struct weft_slice_block block;
+            weft_slice_grid_block(grid, bx, by, &block);
+            for (int a = 0; a < 3; a++)
+                block.position[a] += (from - bx * WEFT_GRID_BLOCK) * grid->du[a] +
+                                     (row - by * WEFT_GRID_BLOCK) * grid->dv[a];
+            if (!walk_row(grid, from, to, row, &block, visit, priv))
+                return false;
+            from = to;
+        }
+    }
+    return true;
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/slice_grid.h - where a slice's pixels lie, as the GPU computes it (not installed).
+// Pixels are grouped in blocks of 256 x 256 on a fixed grid over the whole output. A block's first
+// position is formed in double and rounded to a fixed-point number; within the block positions
+// advance by integer additions, which every GPU does exactly. So they do not depend on tiles or
+// threads, and with b fraction bits are off by at most 2^-(b+1) (1 + 2 * 255) voxels along each axis:
+// 2.4e-10 with the usual 40 bits.
+#ifndef WEFT_PASSES_SLICE_GRID_H
+#define WEFT_PASSES_SLICE_GRID_H
+
+#include "passes/slice.h"
+#include "tiles/cell_map.h"
+
+enum { WEFT_GRID_BLOCK = 256 };
+
+// A shader keeps positions modulo 8 voxels: one word with 3 whole and 29 fraction bits, and one with
+// the fraction bits beyond.
+enum { WEFT_GRID_WORD_FRACTION_BITS = 29 };
+
+struct weft_slice_grid {
+    struct weft_slice_geometry index; // in index space
+    double tap_shift;     // added to a position before floor: 0 or 1/2, by the kernel's width
+    int tap_offset;       // floor(position + tap_shift) - first tap
+    int fraction_bits;    // 40; 31 where a step is over 2048 voxels
+    int64_t du[3], dv[3]; // steps to the next pixel, fixed point
+};
+
+// The first pixel of a block: index coordinate + tap_shift = base + position / 2^fraction_bits.
+struct weft_slice_block {
+    int32_t base[3]; // multiples of 8
+    int64_t position[3];
+};
+
+// Checks and converts a request. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_LIMIT.
+enum weft_result weft_slice_grid_create(const struct weft_log *log,
+                                        const struct weft_slice_params *params,
+                                        const struct weft_volume_info *info,
+                                        struct weft_slice_grid *out);
+
+void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
+                           struct weft_slice_block *out);
+
+// The exact position of a pixel in index coordinates.
+void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y,
+                              double position[3]);
+
+// Box and slabs that hold every tap of every pixel.
+void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct weft_region *out);
+
+// Neighbouring pixels of a row whose first taps (by floor(position + tap_shift)) share a cell.
+struct weft_slice_run_of_pixels {
+    int x, y, count;
+    struct weft_cell_key cell; // in units of 8 voxels
+    uint8_t low[3], high[3];   // of floor(position + tap_shift) within the cell, 0 to 7
+};
+typedef bool (*weft_slice_run_visitor)(void *priv, const struct weft_slice_run_of_pixels *run);
+
+// Visits a rectangle of pixels row by row, with the GPU's own positions. false if a visit was.
+bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
+                          weft_slice_run_visitor visit, void *priv);
+
+#endif

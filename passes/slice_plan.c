@@ -1,0 +1,594 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/slice_plan.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
+enum {
+    MAX_TILE = 4096,          // pixels along a side
+    MIN_TILE = 16,            // a tile is cut no smaller
+    COMFORTABLE_TILE = 256,   // below this the automatic layout gives up interleaving
+    BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
+};
+static const int64_t MAX_TEXELS = INT64_C(1) << 26;
+
+// Polynomial tiles are to be as good as single precision.
+static const double TILE_TOLERANCE = 1e-9;
+
+// ---- stores -------------------------------------------------------------------------------------
+
+enum weft_result weft_slice_store_create(const struct weft_log *log,
+                                         const struct weft_volume_info *info,
+                                         const struct weft_brick_list *topology,
+                                         const struct weft_cell_map *bricks, const float *values,
+                                         weft_brick_store **out)
+{
+    // Planning asks only whether a brick is there.
+    static const float unread[WEFT_BRICK_VOXELS];
+    size_t count = bricks ? bricks->count : topology->brick_count;
+    enum weft_result res =
+        weft_brick_store_create(log, count + topology->tile_count, info->background, out);
+    for (size_t i = 0; res == WEFT_OK && i < count; i++) {
+        int32_t origin[3];
+        for (int a = 0; a < 3; a++)
+            origin[a] = bricks ? bricks->keys[i].at[a] * WEFT_BRICK_SIZE
+                               : topology->brick_origin[i][a];
+        res = weft_brick_store_add_brick(*out, origin,
+                                         bricks ? values + i * WEFT_BRICK_VOXELS : unread);
+    }
+    for (size_t i = 0; res == WEFT_OK && i < topology->tile_count; i++)
+        res = weft_brick_store_add_tile(*out, &topology->tiles[i]);
+    if (res != WEFT_OK)
+        weft_brick_store_destroy(out);
+    else if (info->clamp_to_edge)
+        weft_brick_store_clamp(*out, info->active_min, info->active_max);
+    return res;
+}
+
+enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft_volume *volume,
+                                        const struct weft_cell_map *bricks, float *values)
+{
+    if (bricks->count == 0)
+        return WEFT_OK;
+    int32_t(*origin)[3] = malloc(bricks->count * sizeof *origin);
+    if (!origin) {
+        weft_error(plan->log, "not enough memory for the origins of %zu bricks", bricks->count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < bricks->count; i++)
+        for (int a = 0; a < 3; a++)
+            origin[i][a] = bricks->keys[i].at[a] * WEFT_BRICK_SIZE;
+    enum weft_result res =
+        weft_volume_read(volume, bricks->count, (const int32_t(*)[3])origin, values);
+    free(origin);
+    return res;
+}
+
+// ---- cells of a rectangle -----------------------------------------------------------------------
+
+struct planner {
+    struct weft_slice_plan *plan;
+    const struct weft_volume_info *volume;
+    const weft_brick_store *store; // of the topology
+    uint64_t memory_bytes;
+    int max_tile;
+    int64_t max_texels;
+    const struct weft_progress *progress;
+    int64_t planned_pixels; // in finished tiles
+    double fraction;        // last reported; another layout's attempt begins anew
+};
+
+struct collector {
+    struct planner *planner;
+    struct weft_slice_tile_plan *tile;
+    size_t capacity;
+    struct weft_cell_key last;
+    int64_t last_number;
+    int row;
+    bool cancelled;
+};
+
+static bool go_on(struct planner *planner)
+{
+    const struct weft_progress *progress = planner->progress;
+    const struct weft_slice_geometry *g = &planner->plan->grid.index;
+    double pixels = (double)g->width * g->height;
+    planner->fraction = fmax(planner->fraction, (double)planner->planned_pixels / pixels);
+    return !progress || !progress->report || progress->report(progress->priv, planner->fraction);
+}
+
+static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)
+{
+    struct collector *c = priv;
+    int64_t number = c->last_number;
+    if (run->y != c->row) {
+        c->row = run->y;
+        c->cancelled = !go_on(c->planner);
+        if (c->cancelled)
+            return false;
+    }
+    if (number == WEFT_CELL_NONE || memcmp(&run->cell, &c->last, sizeof c->last) != 0) {
+        size_t known = c->tile->map.count;
+        number = weft_cell_map_add(&c->tile->map, run->cell);
+        if (number == WEFT_CELL_NONE)
+            return false;
+        if ((size_t)number >= c->capacity) {
+            size_t capacity = c->capacity ? 2 * c->capacity : 256;
+            void *cells = realloc(c->tile->cells, capacity * sizeof *c->tile->cells);
+            if (!cells)
+                return false;
+            c->tile->cells = cells;
+            c->capacity = capacity;
+        }
+        if ((size_t)number == known)
+            c->tile->cells[number] = (struct weft_slice_cell){.low = {7, 7, 7}};
+        c->last = run->cell;
+        c->last_number = number;
+    }
+    struct weft_slice_cell *cell = &c->tile->cells[number];
+    for (int a = 0; a < 3; a++) {
+        cell->low[a] = run->low[a] < cell->low[a] ? run->low[a] : cell->low[a];
+        cell->high[a] = run->high[a] > cell->high[a] ? run->high[a] : cell->high[a];
+    }
+    return true;
+}
+
+void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
+                         const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
+{
+    for (int a = 0; a < 3; a++) {
+        int32_t start = key.at[a] * WEFT_BRICK_SIZE - plan->grid.tap_offset;
+        min[a] = start + cell->low[a];
+        max[a] = start + cell->high[a] + plan->info.kernel.width - 1;
+    }
+}
+
+// Notes the bricks that hold a box of voxels, those of the clamp box where the volume has one.
+static bool need_bricks(const struct planner *planner, struct weft_cell_map *bricks,
+                        int32_t min[3], int32_t max[3])
+{
+    const struct weft_volume_info *v = planner->volume;
+    struct weft_cell_key from, to, at;
+    for (int a = 0; a < 3; a++) {
+        if (v->clamp_to_edge) {
+            min[a] = min[a] < v->active_min[a]   ? v->active_min[a]
+                     : min[a] > v->active_max[a] ? v->active_max[a]
+                                                 : min[a];
+            max[a] = max[a] > v->active_max[a]   ? v->active_max[a]
+                     : max[a] < v->active_min[a] ? v->active_min[a]
+                                                 : max[a];
+        }
+        from.at[a] = min[a] >> 3;
+        to.at[a] = max[a] >> 3;
+    }
+    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
+        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
+            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
+                int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
+                const float *values;
+                float constant;
+                if (weft_brick_store_find(planner->store, origin, &values, &constant) ==
+                        WEFT_BRICK_VALUES &&
+                    weft_cell_map_add(bricks, at) == WEFT_CELL_NONE)
+                    return false;
+            }
+        }
+    }
+    return true;
+}
+
+// Sorts a tile's cells into constant ones and those with blocks, and sizes everything.
+static bool classify_cells(const struct planner *planner, enum weft_layout layout,
+                           struct weft_slice_tile_plan *tile, struct weft_slice_tile *out)
+{
+    const struct weft_slice_plan *plan = planner->plan;
+    int starts[3] = {1, 1, 1};
+    for (size_t i = 0; i < tile->map.count; i++) {
+        struct weft_slice_cell *cell = &tile->cells[i];
+        int32_t min[3], max[3];
+        weft_slice_cell_box(plan, tile->map.keys[i], cell, min, max);
+        // A constant convolved is that constant only where the weights sum to one.
+        cell->constant = plan->info.kernel.info->unit_sum &&
+                         weft_brick_store_box_constant(planner->store, min, max, &cell->value);
+        if (cell->constant) {
+            tile->constant_count++;
+            continue;
+        }
+        out->cells_laid_out++;
+        for (int a = 0; a < 3; a++)
+            if (cell->high[a] - cell->low[a] + 1 > starts[a])
+                starts[a] = cell->high[a] - cell->low[a] + 1;
+        if (!need_bricks(planner, &tile->bricks, min, max))
+            return false;
+    }
+    weft_block_layout_init(&tile->layout, layout, plan->info.kernel.width, starts);
+    size_t room = weft_block_layout_offset(&tile->layout, (const int[]){7, 7, 7}) + 1;
+    tile->head_texels = tile->constant_count > room ? tile->constant_count : room;
+    tile->source_texels = tile->head_texels + out->cells_laid_out * tile->layout.block_texels;
+    out->cells = tile->map.count;
+    out->bricks_read = tile->bricks.count;
+    out->memory_bytes = tile->bricks.count * BRICK_BYTES +
+                        tile->source_texels * tile->layout.texel_bytes +
+                        (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
+                        tile->map.count * (sizeof *tile->cells + sizeof *tile->map.keys + 8);
+    return true;
+}
+
+static void tile_plan_destroy(struct weft_slice_tile_plan *tile)
+{
+    weft_cell_map_destroy(&tile->map);
+    weft_cell_map_destroy(&tile->bricks);
+    free(tile->cells);
+    *tile = (struct weft_slice_tile_plan){0};
+}
+
+// ---- tiles --------------------------------------------------------------------------------------
+
+static bool append_tile(struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+                        const struct weft_slice_tile_plan *tile_plan)
+{
+    size_t count = (size_t)plan->info.tile_count;
+    if (count == plan->tile_capacity) {
+        size_t capacity = plan->tile_capacity ? 2 * plan->tile_capacity : 16;
+        void *tiles = realloc(plan->tiles, capacity * sizeof *plan->tiles);
+        if (tiles)
+            plan->tiles = tiles;
+        void *plans = realloc(plan->tile_plans, capacity * sizeof *plan->tile_plans);
+        if (plans)
+            plan->tile_plans = plans;
+        if (!tiles || !plans)
+            return false;
+        plan->tile_capacity = capacity;
+    }
+    plan->tiles[count] = *tile;
+    plan->tile_plans[count] = *tile_plan;
+    plan->info.tile_count++;
+    return true;
+}
+
+// Where to cut a side: at a block boundary, or in the middle of what is smaller than two blocks.
+static int cut(int length)
+{
+    int half = length / 2;
+    return half >= WEFT_GRID_BLOCK ? half / WEFT_GRID_BLOCK * WEFT_GRID_BLOCK : half;
+}
+
+static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
+                                       int min_tile, struct weft_slice_tile rectangle);
+
+static enum weft_result plan_halves(struct planner *planner, enum weft_layout layout, int min_tile,
+                                    const struct weft_slice_tile *whole)
+{
+    struct weft_slice_tile first = {whole->x, whole->y, whole->width, whole->height, 0, 0, 0, 0};
+    struct weft_slice_tile second = first;
+    if (whole->width >= whole->height) {
+        first.width = cut(whole->width);
+        second.x += first.width;
+        second.width -= first.width;
+    } else {
+        first.height = cut(whole->height);
+        second.y += first.height;
+        second.height -= first.height;
+    }
+    enum weft_result res = plan_rectangle(planner, layout, min_tile, first);
+    return res == WEFT_OK ? plan_rectangle(planner, layout, min_tile, second) : res;
+}
+
+// Plans a rectangle in as few tiles as fit. WEFT_ERR_LIMIT when tiles of min_tile do not.
+static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
+                                       int min_tile, struct weft_slice_tile rectangle)
+{
+    if (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile)
+        return plan_halves(planner, layout, min_tile, &rectangle);
+    struct weft_slice_tile_plan tile = {0};
+    struct collector collector = {
+        .planner = planner, .tile = &tile, .last_number = WEFT_CELL_NONE, .row = -1};
+    if (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
+                              rectangle.height, collect_run, &collector) ||
+        !classify_cells(planner, layout, &tile, &rectangle))
+        goto fail;
+    if (rectangle.memory_bytes <= planner->memory_bytes &&
+        (int64_t)tile.source_texels <= planner->max_texels) {
+        if (!append_tile(planner->plan, &rectangle, &tile))
+            goto fail;
+        planner->planned_pixels += (int64_t)rectangle.width * rectangle.height;
+        return WEFT_OK;
+    }
+    tile_plan_destroy(&tile);
+    int longer = rectangle.width > rectangle.height ? rectangle.width : rectangle.height;
+    if (longer / 2 < min_tile) {
+        weft_debug(planner->plan->log,
+                   "layout %s: a tile of %d x %d pixels needs %" PRIu64 " bytes, over the limit of "
+                   "%" PRIu64,
+                   weft_layout_name(layout), rectangle.width, rectangle.height,
+                   rectangle.memory_bytes, planner->memory_bytes);
+        planner->plan->info.memory_bytes = rectangle.memory_bytes;
+        return WEFT_ERR_LIMIT;
+    }
+    return plan_halves(planner, layout, min_tile, &rectangle);
+fail:
+    tile_plan_destroy(&tile);
+    if (collector.cancelled)
+        return WEFT_ERR_CANCELLED;
+    weft_error(planner->plan->log, "not enough memory to plan %d x %d pixels", rectangle.width,
+               rectangle.height);
+    return WEFT_ERR_MEMORY;
+}
+
+static void forget_tiles(struct weft_slice_plan *plan)
+{
+    for (int i = 0; i < plan->info.tile_count; i++)
+        tile_plan_destroy(&plan->tile_plans[i]);
+    plan->info.tile_count = 0;
+}
+
+// The layouts to try in turn, each down to a smallest tile.
+static enum weft_result plan_tiles(struct planner *planner, enum weft_layout asked)
+{
+    struct weft_slice_plan *plan = planner->plan;
+    int width = plan->info.kernel.width;
+    struct {
+        enum weft_layout layout;
+        int min_tile;
+    } tries[3] = {{asked, MIN_TILE}};
+    int count = 1;
+    if (asked == WEFT_LAYOUT_AUTO) {
+        // One or two taps a row use too little of a texel of four.
+        tries[0].layout = width < 3 ? WEFT_LAYOUT_PLAIN : WEFT_LAYOUT_INTERLEAVED;
+        tries[0].min_tile = width < 3 ? MIN_TILE : COMFORTABLE_TILE;
+        if (width >= 3) {
+            tries[count].layout = WEFT_LAYOUT_ALIGNED;
+            tries[count++].min_tile = MIN_TILE;
+        }
+    }
+    enum weft_result res = WEFT_ERR_LIMIT;
+    for (int i = 0; i < count && res == WEFT_ERR_LIMIT; i++) {
+        forget_tiles(plan);
+        planner->planned_pixels = 0;
+        plan->info.layout = tries[i].layout;
+        res = plan_rectangle(
+            planner, tries[i].layout, tries[i].min_tile,
+            (struct weft_slice_tile){0, 0, plan->grid.index.width, plan->grid.index.height, 0, 0, 0,
+                                     0});
+    }
+    if (res == WEFT_ERR_LIMIT)
+        weft_error(plan->log,
+                   "the smallest tile of the slice needs %" PRIu64
+                   " bytes; the memory limit is %" PRIu64,
+                   plan->info.memory_bytes, planner->memory_bytes);
+    return res;
+}
+
+// ---- error bound --------------------------------------------------------------------------------
+
+// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
+static double weight_error(const struct weft_slice_plan *plan, double slope)
+{
+    const double u = 0x1p-24; // unit roundoff of single precision
+    const struct weft_polynomial_tiles *t = &plan->kernel_tiles;
+    double largest = 0.0;
+    size_t stride = 4 * (size_t)t->groups, segment_size = stride * (size_t)(t->degree + 1);
+    for (int s = 0; s < t->segments; s++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < segment_size; i++)
+            sum += fabs(t->coefficients[(size_t)s * segment_size + i]);
+        largest = fmax(largest, sum);
+    }
+    // Horner's rule: 2 degree + 1 roundings, coefficients included, each of at most sum |c|.
+    double horner = (2 * t->degree + 1) * u * largest;
+    double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    return horner + t->width * t->error + position * slope;
+}
+
+static double largest_slope(const struct weft_kernel *kernel)
+{
+    enum { POSITIONS = 256 };
+    double largest = 0.0;
+    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
+        double sum = 0.0, fraction;
+        int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
+        for (int tap = 0; tap < kernel->width; tap++)
+            sum += fabs(weft_kernel_derivative(kernel,
+                                               (i + 0.5) / POSITIONS - (double)(first + tap)));
+        largest = fmax(largest, sum);
+    }
+    return largest;
+}
+
+// |result - exact| / largest |voxel| <= 3 weight errors, one an axis, and the sums' roundings.
+static double error_bound(const struct weft_slice_plan *plan)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    double gain = weft_kernel_gain(kernel);
+    double weights = weight_error(plan, largest_slope(kernel));
+    double one_more = gain + weights;
+    double sums = 3.0 * (kernel->width + 1) * 0x1p-24; // products and additions of three levels
+    return one_more * one_more * one_more * (1.0 + sums) - gain * gain * gain;
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
+{
+    const struct weft_slice_tile *t = &plan->tiles[i];
+    const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
+    const struct weft_slice_plan_info *info = &plan->info;
+    fprintf(out,
+            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, %" PRIu64
+            " cells: %" PRIu64 " constant, %" PRIu64 " in blocks of %dx%dx%d voxels, %.1f MB\n",
+            i, t->x, t->y, t->width, t->height, t->bricks_read, t->cells,
+            t->cells - t->cells_laid_out, t->cells_laid_out, p->layout.span[0], p->layout.span[1],
+            p->layout.span[2], 1e-6 * (double)t->memory_bytes);
+    int w = info->kernel.width;
+    fprintf(out, "pass %02d: taps (0,0,0)-(%d,%d,%d), %d %s fetches a pixel, fused -> r32f\n", i,
+            w - 1, w - 1, w - 1, info->fetches_per_pixel,
+            p->layout.texel_bytes == 16 ? "rgba32f" : "r32f");
+}
+
+static enum weft_result print_plan(struct weft_slice_plan *plan,
+                                   const struct weft_volume_info *volume)
+{
+    char kernel[64];
+    size_t size;
+    FILE *out = open_memstream(&plan->text, &size);
+    if (!out)
+        return WEFT_ERR_MEMORY;
+    const struct weft_slice_geometry *g = &plan->grid.index;
+    weft_kernel_format(&plan->info.kernel, kernel, sizeof kernel);
+    fprintf(out, "slice %dx%d of grid %s (%s, %" PRIu64 " bricks), kernel %s, %d taps\n", g->width,
+            g->height, volume->name, volume->type, volume->bricks, kernel,
+            plan->info.kernel.width * plan->info.kernel.width * plan->info.kernel.width);
+    fprintf(out,
+            "index space: origin (%.9g, %.9g, %.9g), u (%.9g, %.9g, %.9g), v (%.9g, %.9g, %.9g)\n",
+            g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0], g->v[1],
+            g->v[2]);
+    fprintf(out, "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel|\n",
+            weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
+            plan->kernel_tiles.segments, plan->info.error_bound);
+    for (int i = 0; i < plan->info.tile_count; i++)
+        print_tile(out, plan, i);
+    if (fclose(out) != 0)
+        return WEFT_ERR_MEMORY;
+    plan->info.text = plan->text;
+    return WEFT_OK;
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+// Whether every pixel sees the background and nothing else.
+static bool sees_background_only(const struct weft_slice_plan *plan, float background)
+{
+    for (int i = 0; i < plan->info.tile_count; i++) {
+        const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
+        for (size_t c = 0; c < tile->map.count; c++)
+            if (!tile->cells[c].constant ||
+                memcmp(&tile->cells[c].value, &background, sizeof background) != 0)
+                return false;
+    }
+    return true;
+}
+
+static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_params *params,
+                      const struct weft_volume_info *volume)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    int width = info->kernel.width;
+    info->geometry = params->geometry;
+    info->space = params->space;
+    info->index_geometry = plan->grid.index;
+    info->fetches_per_pixel = width * width * weft_layout_row_fetches(info->layout, width);
+    info->tiles = plan->tiles;
+    info->memory_bytes = 0;
+    for (int i = 0; i < info->tile_count; i++) {
+        info->bricks_read += plan->tiles[i].bricks_read;
+        if (plan->tiles[i].memory_bytes > info->memory_bytes)
+            info->memory_bytes = plan->tiles[i].memory_bytes;
+    }
+    info->misses_volume = sees_background_only(plan, volume->background);
+    info->error_bound = error_bound(plan);
+}
+
+// A clamped volume is asked for everything in its box that the slice's box reaches once clamped.
+static void clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+{
+    region->slab_count = 0;
+    for (int a = 0; a < 3; a++) {
+        int32_t low = volume->active_min[a], high = volume->active_max[a];
+        region->min[a] = region->min[a] < low ? low : region->min[a] > high ? high : region->min[a];
+        region->max[a] = region->max[a] > high ? high : region->max[a] < low ? low : region->max[a];
+    }
+}
+
+static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume *volume)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    struct weft_region region;
+    weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
+    if (info->clamp_to_edge)
+        clamp_region(info, &region);
+    return weft_volume_find(volume, &region, &plan->topology);
+}
+
+enum weft_result weft_slice_plan_create(weft_volume *volume,
+                                        const struct weft_slice_params *params,
+                                        weft_slice_plan **out)
+{
+    *out = NULL;
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    weft_brick_store *store = NULL;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    struct weft_slice_params p = *params;
+    struct weft_slice_plan *plan = calloc(1, sizeof *plan);
+    if (!plan) {
+        weft_error(p.log, "not enough memory to plan the slice");
+        goto fail;
+    }
+    plan->log = p.log;
+    if (!p.kernel.info) {
+        res = weft_kernel_parse(p.log, "catmull-rom", &p.kernel);
+        if (res != WEFT_OK)
+            goto fail;
+    }
+    plan->info.kernel = p.kernel;
+    res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
+    if (res == WEFT_OK)
+        res = weft_polynomial_tiles_create(p.log, &p.kernel, TILE_TOLERANCE, &plan->kernel_tiles);
+    if (res == WEFT_OK)
+        res = find_topology(plan, volume);
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(p.log, info, &plan->topology, NULL, NULL, &store);
+    if (res != WEFT_OK)
+        goto fail;
+    struct planner planner = {
+        .plan = plan,
+        .volume = info,
+        .store = store,
+        .progress = p.progress,
+        .memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY,
+        .max_tile = p.max_target_size > 0 && p.max_target_size < MAX_TILE ? p.max_target_size
+                                                                          : MAX_TILE,
+        .max_texels = p.max_buffer_texels > 0 && p.max_buffer_texels < MAX_TEXELS
+                          ? p.max_buffer_texels
+                          : MAX_TEXELS,
+    };
+    res = plan_tiles(&planner, p.layout);
+    if (res != WEFT_OK)
+        goto fail;
+    fill_info(plan, &p, info);
+    res = print_plan(plan, info);
+    if (res != WEFT_OK)
+        goto fail;
+    if (plan->info.misses_volume)
+        weft_warn(p.log, "the slice misses grid %s: every pixel is the background, %g", info->name,
+                  info->background);
+    weft_brick_store_destroy(&store);
+    *out = plan;
+    return WEFT_OK;
+fail:
+    weft_brick_store_destroy(&store);
+    weft_slice_plan_destroy(&plan);
+    return res;
+}
+
+void weft_slice_plan_destroy(weft_slice_plan **plan)
+{
+    if (!*plan)
+        return;
+    forget_tiles(*plan);
+    free((*plan)->tiles);
+    free((*plan)->tile_plans);
+    weft_polynomial_tiles_destroy(&(*plan)->kernel_tiles);
+    weft_brick_list_clear(&(*plan)->topology);
+    free((*plan)->text);
+    free(*plan);
+    *plan = NULL;
+}
+
+const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan)
+{
+    return &plan->info;
+}

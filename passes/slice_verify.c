@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
+#include <stdlib.h>
+
+#include "filter/reference.h"
+#include "passes/slice_plan.h"
+
+static const double DEFAULT_SECONDS = 10.0;
+
+// Positions are known this well, in voxels: the grid's steps, and double far from the origin.
+static double position_margin(const double position[3])
+{
+    return 0x1p-30 + 0x1p-50 * fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
+}
+
+// Relative errors below this need no second look.
+static const double CLOSE = 1e-6;
+
+struct verifier {
+    const struct weft_slice_plan *plan;
+    weft_volume *volume;
+    const struct weft_slice_verify_params *params;
+    const float *pixels;
+    struct weft_brick_cursor cursor;
+    double square_sum;
+    double share; // of pixels to check, 1 = all
+    uint64_t timed_pixels;
+    double started;
+    struct weft_slice_error error;
+};
+
+static double fetch(void *priv, const int64_t index[3])
+{
+    return weft_brick_cursor_voxel(priv, (int32_t)index[0], (int32_t)index[1], (int32_t)index[2]);
+}
+
+// A fixed random number in [0, 1) for every pixel (splitmix64 of its coordinates).
+static double pixel_random(int x, int y)
+{
+    uint64_t h = (uint64_t)(uint32_t)y << 32 | (uint32_t)x;
+    h += UINT64_C(0x9e3779b97f4a7c15);
+    h = (h ^ h >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    h = (h ^ h >> 27) * UINT64_C(0x94d049bb133111eb);
+    h ^= h >> 31;
+    return (double)(h >> 11) * 0x1p-53;
+}
+
+static double difference(double value, double reference)
+{
+    return value == reference ? 0.0 : fabs(value - reference);
+}
+
+// The reference at a pixel. Where that is not close, the pixel may lie on a cell's border: then the
+// largest |voxel| on either side counts, and where the kernel jumps the side that comes closer.
+static struct weft_reference_value refer(struct verifier *v, int x, int y, double value)
+{
+    const struct weft_kernel *kernel = &v->plan->info.kernel;
+    double position[3];
+    weft_slice_grid_position(&v->plan->grid, x, y, position);
+    struct weft_reference_value best =
+        weft_reference_compute(kernel, 3, position, fetch, &v->cursor);
+    if (difference(value, best.value) <= CLOSE * best.magnitude)
+        return best;
+    double margin = position_margin(position);
+    for (int corner = 0; corner < 8; corner++) {
+        double moved[3];
+        for (int a = 0; a < 3; a++)
+            moved[a] = position[a] + (corner >> a & 1 ? margin : -margin);
+        struct weft_reference_value other =
+            weft_reference_compute(kernel, 3, moved, fetch, &v->cursor);
+        best.magnitude = fmax(best.magnitude, other.magnitude);
+        if (kernel->info->continuity < 0 &&
+            difference(value, other.value) < difference(value, best.value))
+            best.value = other.value;
+    }
+    return best;
+}
+
+static void check_pixel(struct verifier *v, int x, int y)
+{
+    struct weft_slice_error *e = &v->error;
+    double value = v->pixels[(size_t)y * (size_t)v->plan->grid.index.width + (size_t)x];
+    struct weft_reference_value reference = refer(v, x, y, value);
+    e->pixels_checked++;
+    if (!isfinite(value) || !isfinite(reference.value)) {
+        e->not_finite_mismatches += isfinite(value) != isfinite(reference.value);
+        return;
+    }
+    double error = fabs(value - reference.value);
+    v->square_sum += error * error;
+    e->magnitude = fmax(e->magnitude, reference.magnitude);
+    if (reference.magnitude > 0.0)
+        e->relative_maximum = fmax(e->relative_maximum, error / reference.magnitude);
+    else if (error > 0.0)
+        e->relative_maximum = INFINITY;
+    if (error > e->maximum || e->pixels_checked == 1) {
+        e->maximum = error;
+        e->at_x = x;
+        e->at_y = y;
+        e->at_value = value;
+        e->at_reference = reference.value;
+    }
+}
+
+// After the first pixels, how many of the rest can be afforded.
+static void set_share(struct verifier *v)
+{
+    enum { TIMED_PIXELS = 20000 };
+    if (v->timed_pixels++ != TIMED_PIXELS)
+        return;
+    double limit = v->params->max_seconds > 0.0 ? v->params->max_seconds : DEFAULT_SECONDS;
+    double each = (weft_now_seconds() - v->started) / TIMED_PIXELS;
+    v->share = fmin(1.0, limit / (each * (double)v->error.pixels_total));
+}
+
+static bool go_on(const struct verifier *v, double fraction)
+{
+    const struct weft_progress *progress = v->params->progress;
+    return !progress || !progress->report || progress->report(progress->priv, fraction);
+}
+
+static enum weft_result check_tile(struct verifier *v, int index)
+{
+    const struct weft_slice_tile *tile = &v->plan->tiles[index];
+    const struct weft_cell_map *bricks = &v->plan->tile_plans[index].bricks;
+    weft_brick_store *store = NULL;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    float *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values);
+    if (!values) {
+        weft_error(v->plan->log, "not enough memory for %zu bricks", bricks->count);
+        goto fail;
+    }
+    res = weft_slice_read_bricks(v->plan, v->volume, bricks, values);
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(v->plan->log, weft_volume_get_info(v->volume),
+                                      &v->plan->topology, bricks, values, &store);
+    if (res != WEFT_OK)
+        goto fail;
+    v->cursor = (struct weft_brick_cursor){.store = store};
+    for (int y = tile->y; y < tile->y + tile->height; y++) {
+        double rows = (double)(y - tile->y) / tile->height;
+        if (!go_on(v, (index + rows) / v->plan->info.tile_count)) {
+            res = WEFT_ERR_CANCELLED;
+            goto fail;
+        }
+        for (int x = tile->x; x < tile->x + tile->width; x++) {
+            if (v->share >= 1.0 || pixel_random(x, y) < v->share) {
+                check_pixel(v, x, y);
+                set_share(v);
+            }
+        }
+    }
+fail:
+    weft_brick_store_destroy(&store);
+    free(values);
+    return res;
+}
+
+enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
+                                   const float *pixels,
+                                   const struct weft_slice_verify_params *params,
+                                   struct weft_slice_error *out)
+{
+    static const struct weft_slice_verify_params defaults;
+    const struct weft_slice_geometry *g = &plan->grid.index;
+    struct verifier v = {
+        .plan = plan,
+        .volume = volume,
+        .params = params ? params : &defaults,
+        .pixels = pixels,
+        .share = 1.0,
+        .error = {.pixels_total = (uint64_t)g->width * (uint64_t)g->height},
+    };
+    enum weft_result res = WEFT_OK;
+    v.started = weft_now_seconds();
+    for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
+        res = check_tile(&v, i);
+    if (res != WEFT_OK)
+        return res;
+    v.error.rms = v.error.pixels_checked ? sqrt(v.square_sum / (double)v.error.pixels_checked) : 0;
+    *out = v.error;
+    return WEFT_OK;
+}

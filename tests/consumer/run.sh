@@ -1,0 +1,33 @@
+#!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
+# run.sh BUILD_DIR LIBDIR CC: installs the build tree to a temporary prefix, builds the consumer
+# against it by CMake and by pkg-config, shared and static, and runs each.
+set -eu
+build=$1 libdir=$2 cc=$3
+source=$(dirname "$0")
+tmp=$(mktemp -d)
+trap 'rm -rf "$tmp"' EXIT
+prefix=$tmp/prefix
+
+cmake --install "$build" --prefix "$prefix" >/dev/null
+"$prefix/bin/weft" --version
+# The tree has been moved from its configured prefix: the readers must be found all the same.
+"$prefix/bin/weft" make ramp --size 8 -q -o "$tmp/ramp.vdb"
+"$prefix/bin/weft" info "$tmp/ramp.vdb" >/dev/null
+for reader in weft-read-exr weft-read-vdb weft-write-vdb; do
+    test -x "$prefix/libexec/weft/$reader"
+done
+
+cmake -S "$source" -B "$tmp/cmake" -D CMAKE_C_COMPILER="$cc" -D CMAKE_PREFIX_PATH="$prefix" >/dev/null
+cmake --build "$tmp/cmake" >/dev/null
+"$tmp/cmake/consumer"
+"$tmp/cmake/consumer_static"
+
+export PKG_CONFIG_PATH="$prefix/$libdir/pkgconfig"
+flags=$(pkg-config --cflags --libs weft)
+"$cc" "$source/consumer.c" -o "$tmp/shared" $flags
+LD_LIBRARY_PATH="$prefix/$libdir" "$tmp/shared"
+# The linker would take the shared library where it finds both.
+flags=$(pkg-config --static --cflags --libs weft | sed 's/-lweft/-l:libweft.a/')
+"$cc" "$source/consumer.c" -o "$tmp/static" $flags
+"$tmp/static"

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Fails the 1st, 2nd, 3rd ... allocation until the call succeeds. Every failure must be an error,
+// leave no file and no descriptor behind, and (under a sanitizer) no memory.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "alloc_fail.h"
+#include "files.h"
+#include "filter/check.h"
+#include "tiles/image.h"
+#include "tiles/output_file.h"
+
+enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000 };
+
+static float plane[SIDE * SIDE];
+static struct weft_image_channel channels[2] = {{.name = "R", .plane = plane},
+                                                {.name = "G", .plane = plane}};
+static struct weft_metadata metadata = {"a key of more than thirty-one characters", "value"};
+static const struct weft_image image = {
+    .width = SIDE,
+    .height = SIDE,
+    .channel_count = 2,
+    .channels = channels,
+    .metadata_count = 1,
+    .metadata = &metadata,
+};
+
+static enum weft_result save_image(void)
+{
+    struct weft_image_save_params params = {.path = test_path("out"), .log = &test_log};
+    return weft_image_save(&image, &params);
+}
+
+static enum weft_result save_preview(void)
+{
+    return weft_preview_save(
+        weft_preview_params(.path = test_path("out"), .width = SIDE, .height = SIDE, .plane = plane,
+                            .colour_map = weft_colour_map_list[1], .log = &test_log),
+        NULL);
+}
+
+static enum weft_result save_file(void)
+{
+    struct weft_output_file file;
+    enum weft_result res = weft_output_file_create(&test_log, test_path("out"), false, &file);
+    return res == WEFT_OK ? weft_output_file_commit(&file) : res;
+}
+
+static enum weft_result load_image(void)
+{
+    struct weft_image loaded;
+    struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
+    enum weft_result res = weft_image_load(&params, &loaded);
+    weft_image_clear(&loaded);
+    return res;
+}
+
+static void run(const char *what, enum weft_result (*call)(void))
+{
+    enum weft_result res;
+    unsigned long k = 0;
+    int entries = test_count_entries(test_folder);
+    int descriptors = test_count_entries("/proc/self/fd");
+    do {
+        assert_true(++k < ALLOCATIONS_LIMIT);
+        test_forget();
+        alloc_fail_at(k);
+        res = call();
+        bool struck = alloc_fail_struck();
+        alloc_fail_at(0);
+        if (struck && res != WEFT_ERR_MEMORY && res != WEFT_OK)
+            fail_msg("%s, allocation %lu: result %d (%s)", what, k, res, test_message);
+        if (!struck)
+            assert_int_equal(res, WEFT_OK);
+        if (res != WEFT_OK) {
+            if (test_errors != 1)
+                fail_msg("%s, allocation %lu: %d error lines", what, k, test_errors);
+            assert_int_equal(test_count_entries(test_folder), entries);
+        }
+        remove(test_path("out"));
+        assert_int_equal(test_count_entries("/proc/self/fd"), descriptors);
+        if (!struck)
+            break;
+    } while (true);
+    print_message("%s: %lu allocations failed in turn\n", what, k - 1);
+    assert_true(k > 1);
+}
+
+static void test_outputs(void **state)
+{
+    (void)state;
+    run("weft_output_file", save_file);
+    run("weft_image_save", save_image);
+    run("weft_preview_save", save_preview);
+}
+
+static void test_load(void **state)
+{
+    (void)state;
+    struct weft_image_save_params params = {.path = test_path("in.exr"), .log = &test_log};
+    assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
+    run("weft_image_load", load_image);
+}
+
+#define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
+
+int main(void)
+{
+    setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
+    for (int i = 0; i < SIDE * SIDE; i++)
+        plane[i] = (float)i;
+    const struct CMUnitTest tests[] = {
+        IN_FOLDER(test_outputs),
+        IN_FOLDER(test_load),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/cell_map.h - numbers cells by their coordinates in the order of first sight (not installed).
+#ifndef WEFT_TILES_CELL_MAP_H
+#define WEFT_TILES_CELL_MAP_H
+
+#include "filter/check.h"
+
+struct weft_cell_key {
+    int32_t at[3];
+};
+
+// {0} is an empty map.
+struct weft_cell_map {
+    struct weft_cell_key *keys; // count of them, by number
+    size_t count, capacity;
+    uint32_t *slots; // open addressing; number + 1, 0 = vacant
+    size_t slot_count;
+};
+
+enum { WEFT_CELL_NONE = -1 };
+
+// The cell's number, a new one when it was not there; WEFT_CELL_NONE when memory ran out.
+int64_t weft_cell_map_add(struct weft_cell_map *map, struct weft_cell_key key);
+// The cell's number or WEFT_CELL_NONE.
+int64_t weft_cell_map_find(const struct weft_cell_map *map, struct weft_cell_key key);
+void weft_cell_map_clear(struct weft_cell_map *map); // forgets the cells, keeps the memory
+void weft_cell_map_destroy(struct weft_cell_map *map);
+
+#endif

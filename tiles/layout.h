@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/layout.h - how a volume's bricks lie in a texture buffer.
+#ifndef WEFT_TILES_LAYOUT_H
+#define WEFT_TILES_LAYOUT_H
+
+#include "filter/base.h"
+
+WEFT_BEGIN_DECLS
+
+enum weft_layout {
+    WEFT_LAYOUT_AUTO,        // interleaved, unless the memory budget would cut it into tiny tiles
+    WEFT_LAYOUT_INTERLEAVED, // RGBA: texel i holds samples i to i + 3 of a row (4x memory, fastest)
+    WEFT_LAYOUT_ALIGNED,     // RGBA: texel i holds samples 4i to 4i + 3, weights shifted to match
+    WEFT_LAYOUT_PLAIN,       // R: one sample per texel
+};
+
+// "interleaved"; static storage, never NULL.
+WEFT_API const char *weft_layout_name(enum weft_layout layout);
+
+// Returns WEFT_ERR_ARGUMENT, with the list of names in the log.
+WEFT_API enum weft_result weft_layout_parse(const struct weft_log *log, const char *text,
+                                            enum weft_layout *out);
+
+WEFT_END_DECLS
+#endif

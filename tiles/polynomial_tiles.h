@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/polynomial_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not installed).
+// A tile holds the weight of one tap over all fractional positions t in [0, 1) (filter/kernel.h,
+// weft_kernel_first_tap). Here it is cut into equal segments, each a polynomial through the kernel's
+// values at Chebyshev nodes: exact for piecewise polynomial kernels, as close as asked for others.
+#ifndef WEFT_TILES_POLYNOMIAL_TILES_H
+#define WEFT_TILES_POLYNOMIAL_TILES_H
+
+#include "filter/check.h"
+#include "filter/kernel.h"
+
+enum { WEFT_POLYNOMIAL_MAX_DEGREE = 7, WEFT_POLYNOMIAL_MAX_SEGMENTS = 1024 };
+
+struct weft_polynomial_tiles {
+    int width;    // tiles, one per tap
+    int groups;   // of four taps, the last one padded with zero weights
+    int degree;
+    int segments; // per tile
+    double error; // largest |polynomial - h| found between the nodes
+    // [segment][power][4 * groups taps]; weight = sum_p c[p] u^p, u = fraction of the segment.
+    float *coefficients;
+    size_t coefficient_count;
+};
+
+// Doubles the segments until the error is at most `tolerance` (> 0).
+// Returns WEFT_ERR_LIMIT when the most segments do not reach it (numbers in the log), WEFT_ERR_MEMORY.
+enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
+                                              const struct weft_kernel *kernel, double tolerance,
+                                              struct weft_polynomial_tiles *out);
+void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles); // {0} is fine
+
+// The largest sum over taps of |weight| at any position: what an error in the samples grows by in
+// one dimension (1 for non-negative kernels that sum to one, 1.25 for Catmull-Rom).
+double weft_kernel_gain(const struct weft_kernel *kernel);
+
+#endif

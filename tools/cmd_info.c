@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft info: the grids of a VDB file, the channels of an EXR file.
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "json.h"
+#include "report.h"
+#include "verb.h"
+
+enum info_option { INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_COUNT };
+
+static const struct option_spec options[INFO_OPTION_COUNT] = {
+    [INFO_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the same as JSON"},
+    [INFO_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
+    [INFO_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+// ---- VDB ----------------------------------------------------------------------------------------
+
+// Lengths of the transform's columns: the distance between neighbouring voxels along each index
+// axis.
+static void voxel_spacing(const struct weft_volume_info *info, double out[3])
+{
+    for (int c = 0; c < 3; c++) {
+        const double(*m)[4] = info->index_to_world;
+        out[c] = sqrt(m[0][c] * m[0][c] + m[1][c] * m[1][c] + m[2][c] * m[2][c]);
+    }
+}
+
+static void active_size(const struct weft_volume_info *info, int32_t out[3])
+{
+    for (int c = 0; c < 3; c++)
+        out[c] = info->empty ? 0 : info->active_max[c] - info->active_min[c] + 1;
+}
+
+static json_t *grid_json(const struct weft_volume_info *info)
+{
+    double spacing[3];
+    int32_t size[3];
+    voxel_spacing(info, spacing);
+    active_size(info, size);
+    json_t *transform = json_array();
+    for (int r = 0; r < 3; r++)
+        json_array_append_new(transform, json_numbers(info->index_to_world[r], 4));
+    return json_pack("{s:o,s:o,s:o,s:b,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "name",
+                     json_text(info->name), "type", json_text(info->type), "class",
+                     json_text(info->grid_class), "supported", info->supported, "empty",
+                     info->empty, "active_min", json_counts(info->active_min, 3), "active_max",
+                     json_counts(info->active_max, 3), "size", json_counts(size, 3),
+                     "active_voxels", json_count(info->active_voxels), "bricks",
+                     json_count(info->bricks), "memory_bytes", json_count(info->memory_bytes),
+                     "voxel_size", json_numbers(spacing, 3), "index_to_world", transform,
+                     "background", json_number(info->background), "metadata",
+                     json_metadata(info->metadata, info->metadata_count));
+}
+
+static void print_metadata(const struct weft_metadata *metadata, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        printf("  %s%s = %s\n", i ? "               " : "metadata       ", metadata[i].key,
+               metadata[i].value);
+}
+
+static void print_grid(const struct weft_volume_info *info)
+{
+    double spacing[3];
+    int32_t size[3];
+    voxel_spacing(info, spacing);
+    active_size(info, size);
+    printf("grid '%s': %s, %s%s\n", info->name, info->type, info->grid_class,
+           info->supported ? "" : ", not supported by weft slice");
+    if (info->empty)
+        puts("  active voxels  none");
+    else
+        printf("  active voxels  %llu\n"
+               "  active box     (%d, %d, %d) to (%d, %d, %d): %d x %d x %d\n",
+               (unsigned long long)info->active_voxels, info->active_min[0], info->active_min[1],
+               info->active_min[2], info->active_max[0], info->active_max[1], info->active_max[2],
+               size[0], size[1], size[2]);
+    if (info->supported)
+        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n"
+               "  background     %.9g\n",
+               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes,
+               info->background);
+    printf("  voxel size     %.9g x %.9g x %.9g\n", spacing[0], spacing[1], spacing[2]);
+    for (int r = 0; r < 3; r++)
+        printf("  %s%c = %.9g i + %.9g j + %.9g k + %.9g\n",
+               r ? "               " : "world          ", "xyz"[r], info -> index_to_world[r][0],
+               info -> index_to_world[r][1], info -> index_to_world[r][2],
+               info -> index_to_world[r][3]);
+    print_metadata(info->metadata, info->metadata_count);
+}
+
+static enum weft_result print_grids(const char *path, const struct weft_volume_list *list,
+                                    weft_volume *const *opened, bool json)
+{
+    json_t *grids = json ? json_array() : NULL;
+    if (!json)
+        printf("%s: OpenVDB, %zu grid%s\n", path, list->count, list->count == 1 ? "" : "s");
+    for (size_t i = 0; i < list->count; i++) {
+        const struct weft_volume_info *info =
+            opened[i] ? weft_volume_get_info(opened[i]) : &list->grids[i];
+        if (json)
+            json_array_append_new(grids, grid_json(info));
+        else
+            print_grid(info);
+    }
+    if (!json)
+        return WEFT_OK;
+    return json_print(
+        json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format", "vdb", "grids", grids));
+}
+
+// The list tells what the file's headers claim; bricks and background come with the grid's tree.
+static enum weft_result inform_vdb(const char *path, bool json)
+{
+    struct weft_volume_list list = {0};
+    struct weft_volume_open_params params = {.path = path, .log = report_log()};
+    enum weft_result res = weft_volume_list_load(&params, &list);
+    if (res != WEFT_OK)
+        return res;
+    weft_volume **opened = calloc(list.count + 1, sizeof *opened);
+    if (!opened)
+        res = WEFT_ERR_MEMORY;
+    for (size_t i = 0; i < list.count && res == WEFT_OK; i++) {
+        params.grid = list.grids[i].name;
+        if (list.grids[i].supported)
+            res = weft_volume_open(&params, &opened[i]);
+    }
+    if (res == WEFT_OK)
+        res = print_grids(path, &list, opened, json);
+    for (size_t i = 0; opened && i < list.count; i++)
+        weft_volume_destroy(&opened[i]);
+    free(opened);
+    weft_volume_list_clear(&list);
+    return res;
+}
+
+// ---- EXR ----------------------------------------------------------------------------------------
+
+static json_t *image_json(const char *path, const struct weft_image *image)
+{
+    json_t *channels = json_array();
+    for (size_t i = 0; i < image->channel_count; i++)
+        json_array_append_new(channels,
+                              json_pack("{s:o,s:o}", "name", json_text(image->channels[i].name),
+                                        "type", json_text(image->channels[i].type)));
+    return json_pack("{s:o,s:s,s:i,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:o,s:o}", "file", json_text(path),
+                     "format", "exr", "x", image->x, "y", image->y, "width", image->width, "height",
+                     image->height, "display_min", json_counts(image->display_min, 2),
+                     "display_max", json_counts(image->display_max, 2), "compression",
+                     json_text(image->compression), "tiled", image->tiled, "channels", channels,
+                     "metadata", json_metadata(image->metadata, image->metadata_count));
+}
+
+static void print_image(const char *path, const struct weft_image *image)
+{
+    printf("%s: OpenEXR, %d x %d pixels, %zu channel%s, %s, %s compression\n", path, image->width,
+           image->height, image->channel_count, image->channel_count == 1 ? "" : "s",
+           image->tiled ? "tiled" : "scanline", image->compression);
+    for (size_t i = 0; i < image->channel_count; i++)
+        printf("  %s%s (%s)\n", i ? "               " : "channels       ", image->channels[i].name,
+               image->channels[i].type);
+    printf("  data window    (%d, %d) to (%lld, %lld)\n", image->x, image->y,
+           (long long)image->x + image->width - 1, (long long)image->y + image->height - 1);
+    printf("  display window (%d, %d) to (%d, %d)\n", image->display_min[0], image->display_min[1],
+           image->display_max[0], image->display_max[1]);
+    print_metadata(image->metadata, image->metadata_count);
+}
+
+static enum weft_result inform_exr(const char *path, bool json)
+{
+    struct weft_image image = {0};
+    const struct weft_image_load_params params = {
+        .path = path, .info_only = true, .log = report_log()};
+    enum weft_result res = weft_image_load(&params, &image);
+    if (res != WEFT_OK)
+        return res;
+    if (json)
+        res = json_print(image_json(path, &image));
+    else
+        print_image(path, &image);
+    weft_image_clear(&image);
+    return res;
+}
+
+// ---- which of them ------------------------------------------------------------------------------
+
+// Reads up to size bytes; -1 with an error line.
+static ssize_t read_start(const char *path, unsigned char *bytes, size_t size)
+{
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    ssize_t count = fd < 0 ? -1 : read(fd, bytes, size);
+    if (count < 0)
+        report_error("%s cannot be read: %s", path, strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return count;
+}
+
+static enum weft_result inform(const char *path, bool json)
+{
+    static const unsigned char vdb_magic[] = {' ', 'B', 'D', 'V', 0, 0, 0, 0};
+    static const unsigned char exr_magic[] = {0x76, 0x2f, 0x31, 0x01};
+    unsigned char start[8] = {0};
+    ssize_t count = read_start(path, start, sizeof start);
+    if (count < 0)
+        return WEFT_ERR_OPEN;
+    if (count == 0) {
+        report_error("%s is empty: 0 bytes", path);
+        return WEFT_ERR_FORMAT;
+    }
+    if (memcmp(start, vdb_magic, sizeof vdb_magic) == 0)
+        return inform_vdb(path, json);
+    if (memcmp(start, exr_magic, sizeof exr_magic) == 0)
+        return inform_exr(path, json);
+    report_error("%s is neither a VDB nor an EXR file: it starts with bytes %02x %02x %02x %02x",
+                 path, start[0], start[1], start[2], start[3]);
+    return WEFT_ERR_FORMAT;
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[INFO_QUIET].given, values[INFO_VERBOSE].given);
+    if (!operand) {
+        report_error("no file given: weft info FILE (see weft help info)");
+        return EXIT_CODE_USAGE;
+    }
+    return report_finish(inform(operand, values[INFO_JSON].given));
+}
+
+const struct verb verb_info = {
+    .name = "info",
+    .summary = "what is in a VDB or EXR file",
+    .usage = "FILE [--json]",
+    .description = "Lists the grids of a VDB file (type, class, active box, transform, memory, "
+                   "metadata) or the channels, windows and attributes of an EXR file. What a file "
+                   "is is told by its content, not by its name.",
+    .options = options,
+    .option_count = INFO_OPTION_COUNT,
+    .run = run,
+};

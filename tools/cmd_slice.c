@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft slice: a planar cut through a VDB volume as EXR and PNG.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "paths.h"
+#include "report.h"
+#include "slice_job.h"
+#include "verb.h"
+
+enum { DEFAULT_PIXELS = 1024 }; // along the longer edge
+
+static const char *const axes[] = {"x", "y", "z", NULL};
+static const char *const spaces[] = {"world", "index", NULL}; // in the order of enum weft_space
+static const char *const layouts[] = {"auto", "interleaved", "aligned", "plain", NULL}; // likewise
+
+static const struct option_spec options[SLICE_OPTION_COUNT] = {
+    [SLICE_OUTPUT] = {.name = "output",
+                      'o',
+                      OPTION_TEXT,
+                      "OUT.exr",
+                      "the slice: one float channel, Y, with attributes that tell how it was made"},
+    [SLICE_PREVIEW] = {.name = "preview", 0, OPTION_TEXT, "OUT.png", "the slice as 8-bit PNG"},
+    [SLICE_GRID] = {.name = "grid",
+                    0,
+                    OPTION_TEXT,
+                    "NAME",
+                    "which grid of the file (default: the first scalar one)"},
+    [SLICE_KERNEL] = {.name = "kernel",
+                      0,
+                      OPTION_TEXT,
+                      "NAME[:p,q]",
+                      "the reconstruction kernel (default catmull-rom); 'help' lists them"},
+    [SLICE_SIZE] = {.name = "size",
+                    0,
+                    OPTION_PIXELS,
+                    "WxH",
+                    "pixels (default: 1024 along the longer edge, square pixels)"},
+    [SLICE_AXIS] = {.name = "axis",
+                    0,
+                    OPTION_CHOICE,
+                    "x|y|z",
+                    "cut across this axis, the active box and half a voxel around it "
+                    "(default z)",
+                    axes},
+    [SLICE_AT] = {.name = "at",
+                  0,
+                  OPTION_NUMBER,
+                  "COORD",
+                  "where on that axis (default: the middle of the active box)"},
+    [SLICE_ORIGIN] = {.name = "origin",
+                      0,
+                      OPTION_POINT,
+                      "X,Y,Z",
+                      "instead of --axis and --at: the corner where pixel (0, 0) lies, with --u "
+                      "and --v"},
+    [SLICE_U] = {.name = "u", 0, OPTION_POINT, "X,Y,Z", "the edge along the rows"},
+    [SLICE_V] = {.name = "v", 0, OPTION_POINT, "X,Y,Z", "the edge down the columns"},
+    [SLICE_SPACE] = {.name = "space",
+                     0,
+                     OPTION_CHOICE,
+                     "world|index",
+                     "what the coordinates above mean (default world)",
+                     spaces},
+    [SLICE_CONTEXT] = {.name = "context",
+                       0,
+                       OPTION_TEXT,
+                       "auto|osmesa|egl",
+                       "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else "
+                       "EGL in software)"},
+    [SLICE_LAYOUT] = {.name = "layout",
+                      0,
+                      OPTION_CHOICE,
+                      "auto|interleaved|aligned|plain",
+                      "how voxels lie in the texture buffer: fastest with 4 times the memory, "
+                      "a row of four at a time, one by one (default auto, by memory)",
+                      layouts},
+    [SLICE_MEMORY] = {.name = "memory",
+                      0,
+                      OPTION_BYTES,
+                      "BYTES",
+                      "bound for voxels, layouts and GL memory, K, M or G for powers of 1024 "
+                      "(default 1G); the work is cut into tiles that fit"},
+    [SLICE_RANGE] = {.name = "range",
+                     0,
+                     OPTION_RANGE,
+                     "LO,HI",
+                     "values shown as first and last colour of the preview (default: smallest "
+                     "and largest)"},
+    [SLICE_COLOUR_MAP] = {.name = "colour-map",
+                          0,
+                          OPTION_TEXT,
+                          "NAME",
+                          "colours of the preview (default grey); 'help' lists them"},
+    [SLICE_EXPLAIN] =
+        {.name = "explain", 0, OPTION_FLAG, NULL, "print the plan and exit: no OpenGL, no output"},
+    [SLICE_VERIFY] = {.name = "verify",
+                      0,
+                      OPTION_FLAG,
+                      NULL,
+                      "recompute in double precision (a random sample of the pixels when all "
+                      "would take over 10 s) and print the largest and RMS difference"},
+    [SLICE_JSON] = {.name = "json",
+                    0,
+                    OPTION_FLAG,
+                    NULL,
+                    "print geometry, plan, memory, times and errors as JSON on stdout"},
+    [SLICE_NO_CLOBBER] =
+        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    [SLICE_QUIET] =
+        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
+    [SLICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+// ---- what there is to choose from ---------------------------------------------------------------
+
+static void print_kernels(void)
+{
+    puts("kernels:");
+    for (int i = 0; weft_kernel_list[i]; i++) {
+        const struct weft_kernel_info *info = weft_kernel_list[i];
+        struct weft_kernel kernel;
+        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
+            continue;
+        char name[128];
+        weft_kernel_format(&kernel, name, sizeof name);
+        printf("  %-14s %s; %d taps, order %d, %s", name, info->description, kernel.width,
+               info->order, info->interpolating ? "interpolating" : "not interpolating");
+        for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
+            printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
+                   info->params[p].max);
+        printf(" (%s)\n", info->citation ? info->citation : "folklore");
+    }
+}
+
+static void print_colour_maps(void)
+{
+    puts("colour maps:");
+    for (int i = 0; weft_colour_map_list[i]; i++) {
+        const struct weft_colour_map *map = weft_colour_map_list[i];
+        printf("  %-10s %s\n", map->name, map->citation ? map->citation : "");
+    }
+}
+
+static bool asks_for_list(const struct option_value *value)
+{
+    return value->given && strcmp(value->text, "help") == 0;
+}
+
+static enum weft_result find_colour_map(const char *name, const struct weft_colour_map **out)
+{
+    *out = weft_colour_map_find(name);
+    if (*out)
+        return WEFT_OK;
+    char names[512] = "";
+    for (int i = 0; weft_colour_map_list[i]; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
+                 weft_colour_map_list[i]->name);
+    }
+    report_error("unknown colour map '%s'; there are: %s", name, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+// ---- checks that need no file contents ----------------------------------------------------------
+
+static const char *option_conflict(const struct option_value *o)
+{
+    bool plane = o[SLICE_ORIGIN].given || o[SLICE_U].given || o[SLICE_V].given;
+    if (plane && (o[SLICE_AXIS].given || o[SLICE_AT].given))
+        return "--axis and --at exclude --origin, --u and --v";
+    if (plane && !(o[SLICE_ORIGIN].given && o[SLICE_U].given && o[SLICE_V].given))
+        return "--origin, --u and --v must be given together";
+    if (o[SLICE_QUIET].given && o[SLICE_VERBOSE].given)
+        return "-q and -v exclude each other";
+    if (!o[SLICE_PREVIEW].given && (o[SLICE_RANGE].given || o[SLICE_COLOUR_MAP].given))
+        return "--range and --colour-map need --preview OUT.png";
+    if (!o[SLICE_OUTPUT].given && !o[SLICE_PREVIEW].given && !o[SLICE_EXPLAIN].given &&
+        !o[SLICE_VERIFY].given && !o[SLICE_JSON].given)
+        return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
+    return NULL;
+}
+
+static enum weft_result check_options(struct slice_job *job)
+{
+    const struct option_value *o = job->option;
+    const char *conflict = option_conflict(o);
+    if (conflict) {
+        report_error("%s", conflict);
+        return WEFT_ERR_ARGUMENT;
+    }
+    for (int i = 0; o[SLICE_SIZE].given && i < 2; i++) {
+        if (o[SLICE_SIZE].integer[i] < 1 || o[SLICE_SIZE].integer[i] > WEFT_SLICE_MAX_SIZE) {
+            report_error("--size %s: width and height must be from 1 to %d", o[SLICE_SIZE].text,
+                         WEFT_SLICE_MAX_SIZE);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    if (o[SLICE_RANGE].given &&
+        !((float)o[SLICE_RANGE].number[0] < (float)o[SLICE_RANGE].number[1])) {
+        report_error("--range %s: LO must be less than HI, in single precision",
+                     o[SLICE_RANGE].text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    enum weft_result res = WEFT_OK;
+    if (o[SLICE_KERNEL].given)
+        res = weft_kernel_parse(report_log(), o[SLICE_KERNEL].text, &job->kernel);
+    if (res == WEFT_OK && o[SLICE_CONTEXT].given)
+        res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
+    if (res == WEFT_OK && o[SLICE_COLOUR_MAP].given)
+        res = find_colour_map(o[SLICE_COLOUR_MAP].text, &job->colour_map);
+    return res;
+}
+
+static enum weft_result check_outputs(struct slice_job *job)
+{
+    const struct option_value *out = &job->option[SLICE_OUTPUT];
+    const struct option_value *preview = &job->option[SLICE_PREVIEW];
+    const struct option_value *both[] = {out, preview};
+    if (out->given && preview->given && paths_same_file(out->text, preview->text)) {
+        report_error("-o %s and --preview %s are the same file", out->text, preview->text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (both[i]->given && paths_same_file(job->input, both[i]->text)) {
+            report_error("the output %s is the input %s", both[i]->text, job->input);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    if (job->option[SLICE_EXPLAIN].given)
+        return WEFT_OK;
+    for (int i = 0; i < 2; i++) {
+        if (both[i]->given &&
+            paths_check_output(both[i]->text, job->option[SLICE_NO_CLOBBER].given) != WEFT_OK)
+            return WEFT_ERR_WRITE;
+    }
+    return WEFT_OK;
+}
+
+// ---- the stages ---------------------------------------------------------------------------------
+
+static enum weft_result open_volume(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    const struct weft_volume_open_params params = {
+        .path = job->input,
+        .grid = job->option[SLICE_GRID].text,
+        .log = report_log(),
+    };
+    enum weft_result res = weft_volume_open(&params, &job->volume);
+    job->open_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// Of an edge given in `space`, in world units.
+static double world_length(const weft_volume *volume, enum weft_space space, const double edge[3])
+{
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    double sum = 0;
+    for (int r = 0; r < 3; r++) {
+        double d = edge[r];
+        if (space == WEFT_SPACE_INDEX) {
+            d = 0;
+            for (int c = 0; c < 3; c++)
+                d += info->index_to_world[r][c] * edge[c];
+        }
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+// Square pixels, DEFAULT_PIXELS along the longer edge. Edges without a length are left to the plan.
+static void choose_size(const struct slice_job *job, enum weft_space space,
+                        struct weft_slice_geometry *geometry)
+{
+    double u = world_length(job->volume, space, geometry->u);
+    double v = world_length(job->volume, space, geometry->v);
+    double longer = fmax(u, v);
+    geometry->width = geometry->height = DEFAULT_PIXELS;
+    if (!(longer > 0) || !isfinite(longer))
+        return;
+    geometry->width = (int)fmax(1, round(DEFAULT_PIXELS * (u / longer)));
+    geometry->height = (int)fmax(1, round(DEFAULT_PIXELS * (v / longer)));
+}
+
+static enum weft_result choose_geometry(struct slice_job *job)
+{
+    const struct option_value *o = job->option;
+    const enum weft_space space = (enum weft_space)o[SLICE_SPACE].integer[0];
+    struct weft_slice_geometry *out = &job->geometry;
+    int width = (int)o[SLICE_SIZE].integer[0], height = (int)o[SLICE_SIZE].integer[1];
+    if (!o[SLICE_ORIGIN].given) {
+        int axis = o[SLICE_AXIS].given ? (int)o[SLICE_AXIS].integer[0] : 2;
+        double at = o[SLICE_AT].given ? o[SLICE_AT].number[0] : NAN;
+        return weft_slice_axis_geometry(report_log(), job->volume, space, axis, at, width, height,
+                                        out);
+    }
+    *out = (struct weft_slice_geometry){.width = width, .height = height};
+    memcpy(out->origin, o[SLICE_ORIGIN].number, sizeof out->origin);
+    memcpy(out->u, o[SLICE_U].number, sizeof out->u);
+    memcpy(out->v, o[SLICE_V].number, sizeof out->v);
+    if (!o[SLICE_SIZE].given)
+        choose_size(job, space, out);
+    return WEFT_OK;
+}
+
+static enum weft_result make_plan(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    const struct option_value *o = job->option;
+    const struct weft_slice_params params = {
+        .kernel = job->kernel,
+        .space = (enum weft_space)o[SLICE_SPACE].integer[0],
+        .geometry = job->geometry,
+        .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
+        .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
+        .log = report_log(),
+    };
+    enum weft_result res = weft_slice_plan_create(job->volume, &params, &job->plan);
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// Before planning, which takes its time for a size that cannot be held anyway.
+static enum weft_result allocate_pixels(struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &job->geometry;
+    size_t bytes;
+    if (job->option[SLICE_EXPLAIN].given)
+        return WEFT_OK;
+    if (__builtin_mul_overflow((size_t)g->width, (size_t)g->height, &bytes) ||
+        __builtin_mul_overflow(bytes, sizeof *job->pixels, &bytes)) {
+        report_error("%d x %d pixels do not fit in memory", g->width, g->height);
+        return WEFT_ERR_MEMORY;
+    }
+    job->pixels = malloc(bytes);
+    if (!job->pixels) {
+        report_error("out of memory: %zu bytes for %d x %d pixels", bytes, g->width, g->height);
+        return WEFT_ERR_MEMORY;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result create_context(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
+    enum weft_result res = weft_context_create(&params, &job->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result verify(struct slice_job *job)
+{
+    if (!job->option[SLICE_VERIFY].given)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
+    enum weft_result res =
+        weft_slice_verify(job->plan, job->volume, job->pixels, &params, &job->error);
+    job->verify_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result write_exr(const struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &job->geometry;
+    struct weft_metadata attributes[SLICE_ATTRIBUTES];
+    struct weft_image_channel channel = {.name = "Y", .type = "float", .plane = job->pixels};
+    const struct weft_image image = {
+        .width = g->width,
+        .height = g->height,
+        .display_max = {g->width - 1, g->height - 1},
+        .channel_count = 1,
+        .channels = &channel,
+        .metadata_count = slice_attributes(job, attributes),
+        .metadata = attributes,
+    };
+    const struct weft_image_save_params params = {
+        .path = job->option[SLICE_OUTPUT].text,
+        .no_clobber = job->option[SLICE_NO_CLOBBER].given,
+        .log = report_log(),
+    };
+    return weft_image_save(&image, &params);
+}
+
+static enum weft_result write_preview(struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &job->geometry;
+    struct weft_preview_params *params =
+        weft_preview_params(.path = job->option[SLICE_PREVIEW].text,
+                            .no_clobber = job->option[SLICE_NO_CLOBBER].given, .width = g->width,
+                            .height = g->height, .plane = job->pixels,
+                            .colour_map = job->colour_map, .log = report_log());
+    if (job->option[SLICE_RANGE].given) {
+        params->low = (float)job->option[SLICE_RANGE].number[0];
+        params->high = (float)job->option[SLICE_RANGE].number[1];
+    }
+    return weft_preview_save(params, job->preview_range);
+}
+
+// Once the first output is being written, an interrupt comes too late: both are finished.
+static enum weft_result write_outputs(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (job->option[SLICE_OUTPUT].given)
+        res = write_exr(job);
+    if (res == WEFT_OK && job->option[SLICE_PREVIEW].given)
+        res = write_preview(job);
+    job->write_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result run_slice(struct slice_job *job)
+{
+    return weft_slice_run(job->context, job->plan, job->volume, job->pixels,
+                          report_progress("slicing"), &job->report);
+}
+
+// A volume that cannot be opened is reported before any GL context is made.
+static enum weft_result run_stages(struct slice_job *job)
+{
+    typedef enum weft_result (*stage)(struct slice_job * job);
+    static const stage planning[] = {check_options,   check_outputs, open_volume, choose_geometry,
+                                     allocate_pixels, make_plan,     NULL};
+    static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = planning; *s && res == WEFT_OK; s++)
+        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+    if (job->option[SLICE_EXPLAIN].given)
+        return res;
+    for (const stage *s = computing; *s && res == WEFT_OK; s++)
+        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+    return res;
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
+    if (asks_for_list(&values[SLICE_KERNEL]) || asks_for_list(&values[SLICE_COLOUR_MAP])) {
+        asks_for_list(&values[SLICE_KERNEL]) ? print_kernels() : print_colour_maps();
+        return report_finish(WEFT_OK);
+    }
+    if (!operand) {
+        report_error("no volume given: weft slice VOLUME.vdb ... (see weft help slice)");
+        return EXIT_CODE_USAGE;
+    }
+    struct slice_job job = {.input = operand, .option = values, .start = report_now_seconds()};
+    enum weft_result res = run_stages(&job);
+    if (res == WEFT_OK && values[SLICE_JSON].given)
+        res = slice_print_json(&job);
+    else if (res == WEFT_OK)
+        slice_print_text(&job);
+    free(job.pixels);
+    weft_context_destroy(&job.context);
+    weft_slice_plan_destroy(&job.plan);
+    weft_volume_destroy(&job.volume);
+    return report_finish(res);
+}
+
+static const char *const epilogue[] = {
+    "Pixel (x, y) of a W x H slice samples the volume at origin + (x + 0.5) / W * u + (y + 0.5) / "
+    "H * v; row 0 is on top. Voxel values sit at integer index coordinates; outside the stored "
+    "voxels the grid's background value holds.",
+    "The same request gives the same bytes, whatever the number of threads. Outputs appear whole "
+    "or not at all.",
+    "weft slice smoke.vdb -o smoke.exr --preview smoke.png --kernel mitchell --axis y --verify",
+    NULL,
+};
+
+const struct verb verb_slice = {
+    .name = "slice",
+    .summary = "a planar cut through a VDB volume, as EXR and PNG",
+    .usage = "VOLUME.vdb [-o OUT.exr] [--preview OUT.png] [options]",
+    .description = "Reconstructs a planar cut of any orientation through a scalar grid of a VDB "
+                   "file with a reconstruction kernel, reading only the bricks it touches.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = SLICE_OPTION_COUNT,
+    .run = run,
+};

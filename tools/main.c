@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The weft command: finds the verb, parses its options, prints help.
+#include <stdio.h>
+#include <string.h>
+
+#include "report.h"
+#include "verb.h"
+
+static const struct verb *const verbs[] = {&verb_slice, &verb_info, &verb_make, NULL};
+
+static const struct verb *find_verb(const char *name)
+{
+    for (int i = 0; verbs[i]; i++)
+        if (strcmp(verbs[i]->name, name) == 0)
+            return verbs[i];
+    return NULL;
+}
+
+static void print_help(void)
+{
+    puts("weft - reconstruction filtering of volumes on OpenGL, without a window\n\n"
+         "usage: weft VERB ...\n");
+    for (int i = 0; verbs[i]; i++)
+        printf("  weft %-6s %s\n", verbs[i]->name, verbs[i]->summary);
+    puts("\n  weft help VERB | weft VERB --help    what a verb does, and its options\n"
+         "  weft --version\n\n"
+         "exit codes:\n"
+         "  0  done\n"
+         "  1  failed: out of memory, a GL error, interrupted\n"
+         "  2  wrong usage: options, names, geometry\n"
+         "  3  unreadable or refused input: missing, damaged, unsupported, over a limit\n"
+         "  4  output not written\n"
+         "  5  no usable GL context\n\n"
+         "environment:\n"
+         "  WEFT_LIBEXEC    folder of the reader programs (weft-read-vdb and its siblings)\n"
+         "  LP_NUM_THREADS  threads of Mesa's software renderer; the results are the same");
+}
+
+static void print_verb_help(const struct verb *verb)
+{
+    printf("usage: weft %s %s\n\n", verb->name, verb->usage);
+    options_print_wrapped(verb->description, 0);
+    puts("\noptions:");
+    options_print(verb->options, verb->option_count);
+    for (int i = 0; verb->epilogue && verb->epilogue[i]; i++) {
+        putchar('\n');
+        options_print_wrapped(verb->epilogue[i], 0);
+    }
+    if (verb->print_catalogue) {
+        putchar('\n');
+        verb->print_catalogue();
+    }
+}
+
+// "": none was given.
+static int unknown_verb(const char *name)
+{
+    char names[256] = "";
+    for (int i = 0; verbs[i]; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s, ", verbs[i]->name);
+    }
+    if (*name)
+        report_error("unknown verb '%s'; there are: %shelp", name, names);
+    else
+        report_error("no verb given; there are: %shelp (see weft --help)", names);
+    return EXIT_CODE_USAGE;
+}
+
+static int run_verb(const struct verb *verb, int argc, char **argv)
+{
+    const char *operand = NULL;
+    struct option_value values[VERB_MAX_OPTIONS] = {0};
+    struct option_parse parse = {
+        .verb = verb->name,
+        .options = verb->options,
+        .option_count = verb->option_count,
+        .values = values,
+        .positional = &operand,
+        .positional_max = 1,
+    };
+    if (!options_parse(&parse, argc, argv))
+        return EXIT_CODE_USAGE;
+    if (parse.help) {
+        print_verb_help(verb);
+        return report_finish(WEFT_OK);
+    }
+    report_start();
+    return verb->run(operand, values);
+}
+
+int main(int argc, char **argv)
+{
+    const char *name = argc > 1 ? argv[1] : "";
+    if (strcmp(name, "--version") == 0) {
+        printf("weft %s\n", weft_version());
+        return report_finish(WEFT_OK);
+    }
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0 ||
+        (strcmp(name, "help") == 0 && argc == 2)) {
+        print_help();
+        return report_finish(WEFT_OK);
+    }
+    bool help = strcmp(name, "help") == 0;
+    const struct verb *verb = find_verb(help ? argv[2] : name);
+    if (!verb)
+        return unknown_verb(help ? argv[2] : name);
+    if (help) {
+        print_verb_help(verb);
+        return report_finish(WEFT_OK);
+    }
+    return run_verb(verb, argc - 2, argv + 2);
+}

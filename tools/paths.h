@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/paths.h - checks of file names before long work.
+#ifndef WEFT_TOOLS_PATHS_H
+#define WEFT_TOOLS_PATHS_H
+
+#include "weft.h"
+
+// Whether both names lead to one file, through links too, or would once it exists.
+bool paths_same_file(const char *a, const char *b);
+
+// Whether an output could be written now: its folder exists and is writable, it is not a folder
+// itself, and with no_clobber it does not exist. Returns WEFT_ERR_WRITE after an error line.
+enum weft_result paths_check_output(const char *path, bool no_clobber);
+
+// The part after the last '/'.
+const char *paths_base_name(const char *path);
+
+#endif

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/report.h - what the command tells its user: messages, progress, exit codes.
+// Messages go to stderr as "weft: error: ...". A failure is one error line: the first one; later
+// ones are its consequences and are shown with -v only. One command runs per process, so the state
+// is the process's own.
+#ifndef WEFT_TOOLS_REPORT_H
+#define WEFT_TOOLS_REPORT_H
+
+#include "weft.h"
+
+enum exit_code {
+    EXIT_CODE_DONE = 0,
+    EXIT_CODE_FAILED = 1,  // memory, a GL error, interrupted
+    EXIT_CODE_USAGE = 2,   // wrong usage
+    EXIT_CODE_INPUT = 3,   // unreadable or refused input
+    EXIT_CODE_OUTPUT = 4,  // output not written
+    EXIT_CODE_CONTEXT = 5, // no usable GL context
+};
+
+// Catches SIGINT and SIGTERM; a second one of the same kind ends the process at once.
+void report_start(void);
+// quiet: only errors. verbose: also what is done, and details. Neither: warnings and errors.
+void report_set_level(bool quiet, bool verbose);
+bool report_is_quiet(void);
+
+void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void report_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// For the library's log members.
+const struct weft_log *report_log(void);
+
+// For the library's progress members: false once a signal has come. With a terminal on stderr it
+// shows `what` and a percentage there.
+const struct weft_progress *report_progress(const char *what);
+bool report_interrupted(void);
+
+// The exit code of a result; makes sure that a failure has its error line, and flushes stdout.
+int report_finish(enum weft_result result);
+
+double report_now_seconds(void); // monotonic
+
+#endif

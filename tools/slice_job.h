@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/slice_job.h - one `weft slice`: what was asked, what was made, what it cost.
+#ifndef WEFT_TOOLS_SLICE_JOB_H
+#define WEFT_TOOLS_SLICE_JOB_H
+
+#include "options.h"
+#include "weft.h"
+
+enum slice_option {
+    SLICE_OUTPUT,
+    SLICE_PREVIEW,
+    SLICE_GRID,
+    SLICE_KERNEL,
+    SLICE_SIZE,
+    SLICE_AXIS,
+    SLICE_AT,
+    SLICE_ORIGIN,
+    SLICE_U,
+    SLICE_V,
+    SLICE_SPACE,
+    SLICE_CONTEXT,
+    SLICE_LAYOUT,
+    SLICE_MEMORY,
+    SLICE_RANGE,
+    SLICE_COLOUR_MAP,
+    SLICE_EXPLAIN,
+    SLICE_VERIFY,
+    SLICE_JSON,
+    SLICE_NO_CLOBBER,
+    SLICE_QUIET,
+    SLICE_VERBOSE,
+    SLICE_OPTION_COUNT
+};
+
+struct slice_job {
+    const char *input;
+    const struct option_value *option; // [SLICE_OPTION_COUNT]
+    struct weft_kernel kernel;
+    enum weft_context_kind context_kind;
+    const struct weft_colour_map *colour_map;
+
+    struct weft_slice_geometry geometry; // as asked, with the size chosen
+    weft_volume *volume;
+    weft_slice_plan *plan;
+    weft_context *context; // NULL when only explained
+    float *pixels;
+
+    struct weft_slice_report report;
+    struct weft_slice_error error; // with --verify
+    float preview_range[2];        // with --preview
+    double start;                  // monotonic seconds
+    double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
+};
+
+enum { SLICE_ATTRIBUTES = 16 };
+
+// What the EXR file says about itself; returns how many.
+size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES]);
+
+// Everything, on stdout.
+enum weft_result slice_print_json(const struct slice_job *job);
+// What was asked for in words: plan (with --explain), preview range, verification.
+void slice_print_text(const struct slice_job *job);
+
+#endif
