@@ -2,7 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
-find_package(Imath CONFIG REQUIRED)
+find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 find_program(WEFT_GLAD glad REQUIRED)
@@ -34,5 +34,5 @@ add_library(weft_dep_openvdb INTERFACE)
 # Its templates' debug information would cost more time than compiling them; lines are enough.
 target_compile_options(weft_dep_openvdb INTERFACE -g1)
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
-target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY} Imath::Imath
-    Threads::Threads)
+target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY}
+    Imath::Imath Threads::Threads)

@@ -27,7 +27,7 @@ static const struct weft_log test_log = {keep_message, &last_error};
 
 static char test_folder[256];
 
-static const char *file_path(const char *name)
+static inline const char *file_path(const char *name)
 {
     static char path[512];
     snprintf(path, sizeof path, "%s/%s", test_folder, name);
@@ -35,7 +35,7 @@ static const char *file_path(const char *name)
 }
 
 // A new folder, and the readers of this build.
-static int make_folder(void **state)
+static inline int make_folder(void **state)
 {
     (void)state;
     const char *base = getenv("TMPDIR");
@@ -44,7 +44,7 @@ static int make_folder(void **state)
     return mkdtemp(test_folder) ? 0 : -1;
 }
 
-static int remove_folder(void **state)
+static inline int remove_folder(void **state)
 {
     (void)state;
     DIR *folder = opendir(test_folder);

@@ -316,6 +316,7 @@ static enum weft_result make_plan(struct slice_job *job)
         .geometry = job->geometry,
         .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
         .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
+        .progress = report_progress("planning"),
         .log = report_log(),
     };
     enum weft_result res = weft_slice_plan_create(job->volume, &params, &job->plan);

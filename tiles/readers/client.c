@@ -156,7 +156,7 @@ static struct weft_limits with_defaults(const struct weft_limits *limits)
 {
     struct weft_limits all = limits ? *limits : (struct weft_limits){0};
     if (!all.memory_bytes)
-        all.memory_bytes = UINT64_C(8) << 30;
+        all.memory_bytes = UINT64_C(4) << 30;
     if (!all.output_bytes)
         all.output_bytes = UINT64_C(4) << 30;
     if (!all.cpu_seconds)

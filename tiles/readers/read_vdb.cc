@@ -471,7 +471,7 @@ void list_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry
     weft_volume_info info = describe(entry);
     std::vector<weft_metadata> metadata;
     try {
-        openvdb::GridBase::Ptr grid = reader->file->readGridMetadata(entry.unique_name);
+        openvdb::GridBase::Ptr grid = reader->file->readGridMetadata(entry.name);
         copy_text(info.grid_class, openvdb::GridBase::gridClassToString(grid->getGridClass()));
         metadata = read_metadata(*grid);
         read_claims(*grid, &info);
@@ -534,9 +534,9 @@ void open_grid(weft_server *server, Reader *reader)
     const weft::GridEntry &entry = choose_grid(*reader, server->request->name);
     weft_volume_info info = describe(entry);
     // The transform first: it is cheap, and decides whether the tree is wanted.
-    openvdb::GridBase::Ptr grid = reader->file->readGridMetadata(entry.unique_name);
+    openvdb::GridBase::Ptr grid = reader->file->readGridMetadata(entry.name);
     read_transform(*grid, info.index_to_world);
-    grid = reader->file->readGrid(entry.unique_name);
+    grid = reader->file->readGrid(entry.name);
     reader->volume = make_volume(grid);
     info.supported = true;
     copy_text(info.grid_class, openvdb::GridBase::gridClassToString(grid->getGridClass()));

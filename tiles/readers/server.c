@@ -89,10 +89,21 @@ static bool limit(int resource, uint64_t soft, uint64_t hard)
     return setrlimit(resource, &new) == 0;
 }
 
-// Sanitizers reserve terabytes of address space for their shadow memory.
+// A file may be mapped whole, beside the memory that it takes to read it. Sanitizers reserve
+// terabytes of address space for their shadow memory.
+static bool limit_memory(uint64_t bytes)
+{
+    struct stat file;
+    if (SANITIZED)
+        return true;
+    if (fstat(WEFT_WIRE_FD + 1, &file) == 0 && file.st_size > 0)
+        bytes += (uint64_t)file.st_size;
+    return limit(RLIMIT_AS, bytes, bytes);
+}
+
 static bool apply_limits(const struct weft_limits *limits)
 {
-    return (SANITIZED || limit(RLIMIT_AS, limits->memory_bytes, limits->memory_bytes)) &&
+    return limit_memory(limits->memory_bytes) &&
            limit(RLIMIT_CPU, limits->cpu_seconds, (uint64_t)limits->cpu_seconds + 1) &&
            limit(RLIMIT_FSIZE, limits->output_bytes, limits->output_bytes) &&
            limit(RLIMIT_CORE, 0, 0) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;

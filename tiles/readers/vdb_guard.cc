@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OpenVDB before 11.0 reads a stored (not compressed) chunk of as many bytes as the file claims into
-// a buffer of the size that the tree needs (fixed there by commit f02e7e1cb). libopenvdb calls these
-// two functions through its procedure linkage table, so definitions in the program take precedence:
-// they check the claim and pass the call on.
+// libopenvdb calls some functions through its procedure linkage table, so definitions in the program
+// take precedence: they check what it does not, and pass the call on.
+// - It does not look at its streams: past the end of a file it builds whole trees from whatever the
+//   memory held before. Here reading past the end throws.
+// - Before 11.0 it reads a stored (not compressed) chunk of as many bytes as the file claims into a
+//   buffer of the size that the tree needs (fixed there by commit f02e7e1cb).
 #include <cstring>
 #include <dlfcn.h>
 #include <string>
@@ -53,11 +55,28 @@ void guarded(Decompress next, std::istream &is, char *data, size_t size)
         OPENVDB_THROW(openvdb::IoError, "the file ends within a chunk");
 }
 
+using Read = std::istream *(*)(std::istream *, char *, std::streamsize);
+constexpr char read_symbol[] = "_ZNSi4readEPcl";
+const Read next_read = reinterpret_cast<Read>(dlsym(RTLD_NEXT, read_symbol));
+
 } // namespace
+
+// std::istream::read as the platform's C++ ABI has it: the object comes first, a reference is a
+// pointer.
+extern "C" __attribute__((visibility("default"))) std::istream *
+weft_guarded_read(std::istream *is, char *data, std::streamsize size) __asm__("_ZNSi4readEPcl");
+
+std::istream *weft_guarded_read(std::istream *is, char *data, std::streamsize size)
+{
+    next_read(is, data, size);
+    if (!*is)
+        OPENVDB_THROW(openvdb::IoError, "the file ends too early");
+    return is;
+}
 
 bool weft::guard_is_complete()
 {
-    return next_unzip && next_blosc;
+    return next_unzip && next_blosc && next_read;
 }
 
 namespace openvdb

@@ -21,7 +21,7 @@ struct Failure {
 
 struct GridEntry {
     std::string unique_name; // as stored, with a suffix where names repeat
-    std::string name;        // as shown: "density", "density[1]"
+    std::string name;        // as shown, and as OpenVDB takes it: "density", "density[1]"
     std::string type;        // "float", "half", "vec3s", ... or the stored type where it is unusual
     bool listed_type;        // one of the types that weft reads
 };
