@@ -10,8 +10,6 @@
 #include "slice_job.h"
 #include "verb.h"
 
-enum { DEFAULT_PIXELS = 1024 }; // along the longer edge
-
 static const char *const axes[] = {"x", "y", "z", NULL};
 static const char *const spaces[] = {"world", "index", NULL}; // in the order of enum weft_space
 static const char *const layouts[] = {"auto", "interleaved", "aligned", "plain", NULL}; // likewise
@@ -254,37 +252,6 @@ static enum weft_result open_volume(struct slice_job *job)
     return res;
 }
 
-// Of an edge given in `space`, in world units.
-static double world_length(const weft_volume *volume, enum weft_space space, const double edge[3])
-{
-    const struct weft_volume_info *info = weft_volume_get_info(volume);
-    double sum = 0;
-    for (int r = 0; r < 3; r++) {
-        double d = edge[r];
-        if (space == WEFT_SPACE_INDEX) {
-            d = 0;
-            for (int c = 0; c < 3; c++)
-                d += info->index_to_world[r][c] * edge[c];
-        }
-        sum += d * d;
-    }
-    return sqrt(sum);
-}
-
-// Square pixels, DEFAULT_PIXELS along the longer edge. Edges without a length are left to the plan.
-static void choose_size(const struct slice_job *job, enum weft_space space,
-                        struct weft_slice_geometry *geometry)
-{
-    double u = world_length(job->volume, space, geometry->u);
-    double v = world_length(job->volume, space, geometry->v);
-    double longer = fmax(u, v);
-    geometry->width = geometry->height = DEFAULT_PIXELS;
-    if (!(longer > 0) || !isfinite(longer))
-        return;
-    geometry->width = (int)fmax(1, round(DEFAULT_PIXELS * (u / longer)));
-    geometry->height = (int)fmax(1, round(DEFAULT_PIXELS * (v / longer)));
-}
-
 static enum weft_result choose_geometry(struct slice_job *job)
 {
     const struct option_value *o = job->option;
@@ -301,9 +268,7 @@ static enum weft_result choose_geometry(struct slice_job *job)
     memcpy(out->origin, o[SLICE_ORIGIN].number, sizeof out->origin);
     memcpy(out->u, o[SLICE_U].number, sizeof out->u);
     memcpy(out->v, o[SLICE_V].number, sizeof out->v);
-    if (!o[SLICE_SIZE].given)
-        choose_size(job, space, out);
-    return WEFT_OK;
+    return weft_slice_size_compute(report_log(), job->volume, space, out);
 }
 
 static enum weft_result make_plan(struct slice_job *job)
