@@ -102,8 +102,8 @@ static double decibel(struct weft_analysis_response h)
 
 // ---- curves -------------------------------------------------------------------------------------
 
-// What --plot draws and --json lists.
-enum { CURVE_STEPS = 1200, SPECTRUM_STEPS = 800 };
+// What --plot draws; --json lists every fourth point.
+enum { CURVE_STEPS = 1200, SPECTRUM_STEPS = 800, LIST_STEP = 4 };
 static const double spectrum_end = 4.0;
 
 static double curve_position(const struct weft_kernel *kernel, int i)
@@ -120,14 +120,14 @@ static double spectrum_position(int i)
 static void set_curves(json_t *root, const struct weft_kernel *kernel)
 {
     json_t *x = json_array(), *h = json_array(), *slope = json_array();
-    for (int i = 0; i <= CURVE_STEPS; i++) {
+    for (int i = 0; i <= CURVE_STEPS; i += LIST_STEP) {
         double at = curve_position(kernel, i);
         json_array_append_new(x, json_number(at));
         json_array_append_new(h, json_number(weft_kernel_weight(kernel, at)));
         json_array_append_new(slope, json_number(weft_kernel_derivative(kernel, at)));
     }
     json_t *frequency = json_array(), *gain = json_array();
-    for (int i = 0; i <= SPECTRUM_STEPS; i++) {
+    for (int i = 0; i <= SPECTRUM_STEPS; i += LIST_STEP) {
         double at = spectrum_position(i);
         json_array_append_new(frequency, json_number(at));
         json_array_append_new(gain, json_number(magnitude(weft_analysis_response(kernel, at))));
@@ -275,7 +275,8 @@ static void print_head(const struct facts *f)
         printf("  parameter        %s = %g in [%g, %g], default %g\n", k->info->params[p].name,
                k->param[p], k->info->params[p].min, k->info->params[p].max,
                k->info->params[p].initial);
-    printf("  support          [%g, %g), %d taps per axis\n", -k->support, k->support, k->width);
+    printf("  support          [%g, %g), %d tap%s per axis\n", -k->support, k->support, k->width,
+           k->width == 1 ? "" : "s");
     printf("  symmetry         %s\n", f->symmetry);
     if (k->info->degree >= 0)
         printf("  form             piecewise polynomials of degree %d\n", k->info->degree);
@@ -305,7 +306,7 @@ static void print_order(const struct facts *f)
     if (f->kernel.info->derivation)
         return;
     if (needs_prefilter(f))
-        printf("  prefilter        needed for order %d, RMS error %.5g T^%d |f^(%d)|\n",
+        printf("  prefilter        needed: raises the order to %d, RMS error %.5g T^%d |f^(%d)|\n",
                o->prefiltered, o->prefiltered_constant, o->prefiltered, o->prefiltered);
     else
         printf("  prefilter        not needed: %s\n",

@@ -124,7 +124,8 @@ static void print_footnotes(const struct table_job *job, FILE *out)
             print_note(job, out, "%s not reproduced; the paper prints:",
                        job->format == TABLE_MARKDOWN ? "(1)" : "*");
         first = false;
-        print_note(job, out, "  %s, %dD, M = %d, %s: %.4f", kernel_name(job, c), c->dims,
+        print_note(job, out, "%s%s, %dD, M = %d, %s: %.4f",
+                   job->format == TABLE_MARKDOWN ? "- " : "  ", kernel_name(job, c), c->dims,
                    c->samples, lookup_label(c->lookup), c->published);
     }
 }
@@ -437,17 +438,18 @@ enum exit_code table_draw(const struct table_job *job, const char *path)
 {
     struct plot plot;
     const int lines = job->kernel_count * job->lookup_count;
-    enum exit_code code = plot_begin(path, job->dim_count > 1 ? 560 * job->dim_count : 760,
-                                     520 + 18 * ((lines + 1) / 2), &plot);
+    enum exit_code code =
+        plot_begin(path, job->dim_count > 1 ? 560 * job->dim_count : 760, 500 + 21 * lines, &plot);
     if (code != EXIT_CODE_DONE)
         return code;
     FILE *s = plot.script;
-    fprintf(s,
-            "set multiplot layout 1,%d\nset logscale xy\nset key below maxcols 2 width -1\n"
-            "set xlabel 'M, samples per unit and axis'\n"
-            "set ylabel '%.0f eps_h (%d bits, %s, convention %s)'\n",
-            job->dim_count, job->cell[0].error.scale, job->bits[0],
-            job->rounding == WEFT_FIXED_ROUND ? "rounded" : "truncated", convention_name(job));
+    fprintf(
+        s,
+        "set multiplot layout 1,%d\nset logscale xy\nset key below maxcols 1 height 1.5 samplen 5\n"
+        "set xlabel 'M, samples per unit and axis'\n"
+        "set ylabel '%.0f eps_h (%d bits, %s, convention %s)'\n",
+        job->dim_count, job->cell[0].error.scale, job->bits[0],
+        job->rounding == WEFT_FIXED_ROUND ? "rounded" : "truncated", convention_name(job));
     set_sample_tics(s, job);
     set_error_tics(s, job);
     for (int d = 0; d < job->dim_count; d++)
