@@ -3,16 +3,19 @@
 #ifndef WEFT_H
 #define WEFT_H
 
+#include "filter/analysis.h"
 #include "filter/base.h"
 #include "filter/error.h"
 #include "filter/fixed.h"
 #include "filter/kernel.h"
+#include "filter/kernel_table.h"
 #include "filter/reference.h"
 #include "filter/signal.h"
 #include "passes/context.h"
 #include "passes/slice.h"
 #include "passes/tile_error.h"
 #include "tiles/image.h"
+#include "tiles/kernel_file.h"
 #include "tiles/kernel_tiles.h"
 #include "tiles/layout.h"
 #include "tiles/limits.h"

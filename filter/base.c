@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filter/base.h"
 
+#include <locale.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "filter/check.h"
@@ -57,6 +61,17 @@ void weft_log_write(const struct weft_log *log, enum weft_log_level level, const
         if ((unsigned char)*c < 0x20 || *c == 0x7f)
             *c = '?';
     log->write(log->priv, level, line);
+}
+
+const char *weft_number_parse(const char *text, double *out)
+{
+    if (!*text || !strchr("+-.0123456789", *text))
+        return NULL;
+    char *end = NULL;
+    const locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    *out = strtod_l(text, &end, c_locale);
+    freelocale(c_locale);
+    return end != text && isfinite(*out) ? end : NULL;
 }
 
 double weft_now_seconds(void)

@@ -39,6 +39,10 @@ static inline bool weft_size_add(size_t a, size_t b, size_t *out)
     return !__builtin_add_overflow(a, b, out);
 }
 
+// Reads one finite decimal number at the start of text, whatever the locale; returns where it ends,
+// NULL where there is none. White space, "inf" and "nan", which strtod would take, are none.
+const char *weft_number_parse(const char *text, double *out);
+
 // Monotonic time in seconds, for reports.
 double weft_now_seconds(void);
 

@@ -149,19 +149,6 @@ static bool ends_list(const char *text)
     return !*text || !strcmp(text, unit_suffix);
 }
 
-// One number, in the C locale; NULL where there is none. White space and "inf", which strtod would
-// take, are none.
-static const char *parse_number(const char *text, double *out)
-{
-    if (!*text || !strchr("+-.0123456789", *text))
-        return NULL;
-    char *end = NULL;
-    const locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    *out = strtod_l(text, &end, c_locale);
-    freelocale(c_locale);
-    return end != text && isfinite(*out) ? end : NULL;
-}
-
 static enum weft_result parse_params(const struct weft_log *log,
                                      const struct weft_kernel_info *info, const char *text,
                                      double param[WEFT_KERNEL_PARAMS])
@@ -173,7 +160,7 @@ static enum weft_result parse_params(const struct weft_log *log,
                        count, text);
             return WEFT_ERR_ARGUMENT;
         }
-        const char *end = parse_number(text, &param[i]);
+        const char *end = weft_number_parse(text, &param[i]);
         if (!end || !(ends_list(end) || *end == ',')) {
             weft_error(log, "kernel %s: %s = '%s' is not a finite number", info->name,
                        info->params[i].name, text);

@@ -39,7 +39,9 @@ struct weft_kernel_info {
     // that derivative of the kernel `primitive`, with jumps but without impulses where that jumps.
     const struct weft_kernel_info *primitive; // NULL for ordinary records
     int derivation;                           // 0: reconstructs f itself; 1: f'; 2: f''
-    int degree;     // of the polynomial pieces between knots; -1: not piecewise polynomial
+    // Degree of the polynomials that the weights are of the fraction (weft_kernel_first_tap), one
+    // per tap; -1: they are not polynomials.
+    int degree;
     int continuity; // continuous derivatives: 0 is continuous, -1 jumps
     // Order of approximation by eq. 1: the error falls as (sample distance)^order; 0: not at all.
     int order;

@@ -220,13 +220,18 @@ void command_write_file(const char *path, const void *data, size_t size)
     assert_int_equal(fclose(file), 0);
 }
 
-int command_setup(void **state)
+int command_setup_folder(void **state)
 {
     (void)state;
     snprintf(mark, sizeof mark, "WEFT_TEST_MARK=%ld.%ld", (long)getpid(), (long)time(NULL));
     // An allocation that is too large fails under AddressSanitizer as it does elsewhere.
     setenv("ASAN_OPTIONS", "allocator_may_return_null=1", 0);
-    if (!mkdtemp(folder) || chdir(folder) != 0)
+    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
+}
+
+int command_setup(void **state)
+{
+    if (command_setup_folder(state) != 0)
         return -1;
     command_succeeds("make", "marschner-lobb", "-o", "ml.vdb", "--size", "32", "--voxel", "0.5");
     command_succeeds("make", "sphere", "-o", "sphere.vdb", "--size", "32");

@@ -16,6 +16,7 @@ struct command_result {
 // cmocka group fixtures: makes a scratch folder, changes into it, and makes ml.vdb (Marschner-Lobb,
 // 32^3, voxel 0.5) and sphere.vdb (32^3); afterwards removes it.
 int command_setup(void **state);
+int command_setup_folder(void **state); // the folder only
 int command_teardown(void **state);
 
 // Runs the program in the build folder with arguments up to NULL. Variables for its environment

@@ -130,6 +130,26 @@ static void test_sizes(void **state)
     assert_false(weft_size_add(SIZE_MAX, 1, &out));
 }
 
+static void test_numbers(void **state)
+{
+    static const struct {
+        const char *text;
+        double value;
+        int length; // 0: none
+    } cases[] = {
+        {"1", 1, 1},     {"-0.5,2", -0.5, 4}, {"+.25e1 ", 2.5, 6}, {"3+unit", 3, 1},
+        {"", 0, 0},      {" 1", 0, 0},        {"nan", 0, 0},       {"-inf", 0, 0},
+        {"1e999", 0, 0}, {"-", 0, 0},         {"e5", 0, 0},        {".", 0, 0},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        double value = 0.0;
+        const char *end = weft_number_parse(cases[i].text, &value);
+        assert_ptr_equal(end, cases[i].length ? cases[i].text + cases[i].length : NULL);
+        assert_true(!end || value == cases[i].value);
+    }
+}
+
 static void test_clock(void **state)
 {
     (void)state;
@@ -145,7 +165,7 @@ int main(void)
         cmocka_unit_test(test_log_levels),  cmocka_unit_test(test_silence),
         cmocka_unit_test(test_log_cut),     cmocka_unit_test(test_log_control_characters),
         cmocka_unit_test(test_require),     cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_clock),
+        cmocka_unit_test(test_numbers),     cmocka_unit_test(test_clock),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -65,7 +65,7 @@ static void help_names_everything(void **state)
     assert_string_equal(command_succeeds("--version"), "weft " WEFT_TEST_VERSION "\n");
     assert_non_null(strstr(command_succeeds("--help"), "exit codes"));
     assert_non_null(strstr(command_succeeds("help"), "weft slice"));
-    static const char *const verbs[] = {"slice", "info", "make"};
+    static const char *const verbs[] = {"slice", "info", "make", "kernel", "table"};
     for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++) {
         char *help = strdup(command_succeeds("help", verbs[i]));
         assert_non_null(help);
@@ -227,6 +227,25 @@ static void slice_writes_readable_files(void **state)
     unlink("s.png");
 }
 
+static void kernels_from_files_slice(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char tent[] = "support 1\n4 2 0\n";
+    command_write_file("tent.txt", tent, sizeof tent - 1);
+    json_t *root = parse(command_succeeds("slice", "ml.vdb", "--kernel", "table:tent.txt+unit",
+                                          "--size", "20x20", "--verify", "--json"));
+    assert_string_equal(text(root, "kernel"), "table:tent.txt+unit");
+    assert_true(number(json_object_get(root, "verify"), "relative_maximum") <= 2e-6);
+    const double maximum = number(root, "maximum");
+    json_decref(root);
+    root = parse(command_succeeds("slice", "ml.vdb", "--kernel", "linear", "--size", "20x20",
+                                  "--json"));
+    assert_true(fabs(number(root, "maximum") - maximum) < 1e-6);
+    json_decref(root);
+    unlink("tent.txt");
+}
+
 static void json_tells_everything(void **state)
 {
     (void)state;
@@ -360,6 +379,7 @@ int main(void)
         cmocka_unit_test(defaults_are_as_documented),
         cmocka_unit_test(oblique_slices_get_square_pixels),
         cmocka_unit_test(slice_writes_readable_files),
+        cmocka_unit_test(kernels_from_files_slice),
         cmocka_unit_test(json_tells_everything),
         cmocka_unit_test(same_bytes_from_any_number_of_threads),
         cmocka_unit_test(a_slice_beside_the_volume_is_background),

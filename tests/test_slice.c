@@ -104,12 +104,27 @@ static float *run_slice(weft_context *context, weft_volume *volume,
     return pixels;
 }
 
-static void assert_accurate(const struct weft_slice_error *error, const char *what)
+static void assert_within(const struct weft_slice_error *error, double tolerance, const char *what)
 {
-    if (!(error->relative_maximum <= TOLERANCE) || error->not_finite_mismatches)
+    if (!(error->relative_maximum <= tolerance) || error->not_finite_mismatches)
         fail_msg("%s: error %.3g at (%d, %d): %.9g instead of %.9g; %d not finite", what,
                  error->relative_maximum, error->at_x, error->at_y, error->at_value,
                  error->at_reference, (int)error->not_finite_mismatches);
+}
+
+static void assert_accurate(const struct weft_slice_error *error, const char *what)
+{
+    assert_within(error, TOLERANCE, what);
+}
+
+// Kernels that reconstruct derivatives have weights far above 1: rounding grows with their sum, in
+// each dimension.
+static double tolerance_for(const struct weft_kernel_info *info)
+{
+    struct weft_kernel kernel;
+    assert_int_equal(weft_kernel_create(NULL, info, NULL, &kernel), WEFT_OK);
+    return info->derivation > 0 ? TOLERANCE * pow(weft_analysis_overshoot(&kernel).gain, 3)
+                                : TOLERANCE;
 }
 
 // ---- tests --------------------------------------------------------------------------------------
@@ -126,10 +141,13 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
                 struct weft_slice_params params = {
                     .kernel = kernel((*k)->name), .space = WEFT_SPACE_INDEX,
                     .geometry = oblique(30, 0, 83, 71), .layout = (enum weft_layout)l};
+                // The reference takes width^3 products a pixel.
+                if (params.kernel.width > 4 || (*k)->derivation > 0)
+                    params.geometry = oblique(30, 0, 23, 19);
                 free(run_slice(contexts[c], volume, &params, &error, NULL));
                 snprintf(what, sizeof what, "%s, %s, layout %s", weft_context_get_info(contexts[c])
                              ->platform, (*k)->name, weft_layout_name((enum weft_layout)l));
-                assert_accurate(&error, what);
+                assert_within(&error, tolerance_for(*k), what);
             }
         }
         if (!contexts[c])
@@ -175,8 +193,10 @@ static void interpolating_kernels_return_voxels_exactly(void **state)
             .geometry = {.origin = {-0.5, -0.5, 7.0}, .u = {N, 0, 0}, .v = {0, N, 0}, .width = N,
                          .height = N}};
         float *pixels = run_slice(contexts[0], volume, &params, NULL, NULL);
+        // Tiles of kernels that are no polynomials come close.
         for (int i = 0; i < N * N; i++)
-            assert_true(pixels[i] == noise(i % N, i / N, 7));
+            assert_true(fabs((double)pixels[i] - (double)noise(i % N, i / N, 7)) <=
+                        ((*k)->degree < 0 ? TOLERANCE : 0.0));
         free(pixels);
     }
     weft_volume_destroy(&volume);
@@ -390,8 +410,10 @@ static void thin_volumes_and_wide_steps_work(void **state)
             struct weft_slice_params params = {.kernel = kernel((*k)->name),
                                                .space = WEFT_SPACE_INDEX,
                                                .geometry = oblique(8, -3, 40, 40)};
+            if (params.kernel.width > 4 || (*k)->derivation > 0)
+                params.geometry = oblique(8, -3, 11, 11);
             free(run_slice(contexts[0], volume, &params, &error, NULL));
-            assert_accurate(&error, (*k)->name);
+            assert_within(&error, tolerance_for(*k), (*k)->name);
         }
         weft_volume_destroy(&volume);
     }

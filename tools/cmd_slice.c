@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernels.h"
 #include "paths.h"
 #include "report.h"
 #include "slice_job.h"
@@ -29,8 +30,9 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_KERNEL] = {.name = "kernel",
                       0,
                       OPTION_TEXT,
-                      "NAME[:p,q]",
-                      "the reconstruction kernel (default catmull-rom); 'help' lists them"},
+                      "NAME[:p,q]|table:FILE",
+                      "the reconstruction kernel (default catmull-rom), NAME+unit for weights "
+                      "that add up to 1, table:FILE for one's own; 'help' lists them"},
     [SLICE_SIZE] = {.name = "size",
                     0,
                     OPTION_PIXELS,
@@ -114,25 +116,6 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
 
 // ---- what there is to choose from ---------------------------------------------------------------
 
-static void print_kernels(void)
-{
-    puts("kernels:");
-    for (int i = 0; weft_kernel_list[i]; i++) {
-        const struct weft_kernel_info *info = weft_kernel_list[i];
-        struct weft_kernel kernel;
-        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
-            continue;
-        char name[128];
-        weft_kernel_format(&kernel, name, sizeof name);
-        printf("  %-14s %s; %d taps, order %d, %s", name, info->description, kernel.width,
-               info->order, info->interpolating ? "interpolating" : "not interpolating");
-        for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
-            printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
-                   info->params[p].max);
-        printf(" (%s)\n", info->citation ? info->citation : "folklore");
-    }
-}
-
 static void print_colour_maps(void)
 {
     puts("colour maps:");
@@ -210,7 +193,7 @@ static enum weft_result check_options(struct slice_job *job)
     }
     enum weft_result res = WEFT_OK;
     if (o[SLICE_KERNEL].given)
-        res = weft_kernel_parse(report_log(), o[SLICE_KERNEL].text, &job->kernel);
+        res = kernels_load(o[SLICE_KERNEL].text, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
     if (res == WEFT_OK && o[SLICE_COLOUR_MAP].given)
@@ -408,7 +391,7 @@ static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
     if (asks_for_list(&values[SLICE_KERNEL]) || asks_for_list(&values[SLICE_COLOUR_MAP])) {
-        asks_for_list(&values[SLICE_KERNEL]) ? print_kernels() : print_colour_maps();
+        asks_for_list(&values[SLICE_KERNEL]) ? kernels_print() : print_colour_maps();
         return report_finish(WEFT_OK);
     }
     if (!operand) {
@@ -425,6 +408,7 @@ static int run(const char *operand, const struct option_value *values)
     weft_context_destroy(&job.context);
     weft_slice_plan_destroy(&job.plan);
     weft_volume_destroy(&job.volume);
+    weft_kernel_file_destroy(&job.kernel_file);
     return report_finish(res);
 }
 

@@ -6,7 +6,8 @@
 #include "report.h"
 #include "verb.h"
 
-static const struct verb *const verbs[] = {&verb_slice, &verb_info, &verb_make, NULL};
+static const struct verb *const verbs[] = {&verb_slice,  &verb_info,  &verb_make,
+                                           &verb_kernel, &verb_table, NULL};
 
 static const struct verb *find_verb(const char *name)
 {

@@ -36,6 +36,7 @@ struct slice_job {
     const char *input;
     const struct option_value *option; // [SLICE_OPTION_COUNT]
     struct weft_kernel kernel;
+    weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
     enum weft_context_kind context_kind;
     const struct weft_colour_map *colour_map;
 

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include "json.h"
+#include "kernels.h"
 #include "paths.h"
 #include "report.h"
 #include "slice_job.h"
@@ -101,7 +102,7 @@ static json_t *tiles_json(const struct weft_slice_plan_info *plan)
 static void set_plan(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
-    char kernel[128];
+    char kernel[KERNELS_TEXT];
     weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
     json_object_set_new(root, "weft", json_text(weft_version()));
     json_object_set_new(root, "volume", json_text(job->input));

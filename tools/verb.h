@@ -20,6 +20,6 @@ struct verb {
     int (*run)(const char *operand, const struct option_value *values);
 };
 
-extern const struct verb verb_slice, verb_info, verb_make;
+extern const struct verb verb_slice, verb_info, verb_make, verb_kernel, verb_table;
 
 #endif

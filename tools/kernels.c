@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "kernels.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "report.h"
+
+enum { SUM_STEPS = 4096 };
+
+// Whether the sum of the weights stays clear of zero, on one side of it.
+static bool can_be_normalised(const struct weft_kernel *kernel, double *at)
+{
+    struct weft_kernel plain = *kernel;
+    plain.normalised = false;
+    double side = 0.0;
+    for (int i = 0; i < SUM_STEPS; i++) {
+        double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, gain = 0.0;
+        *at = (double)i / SUM_STEPS;
+        weft_kernel_weights(&plain, *at, weights);
+        for (int j = 0; j < plain.width; j++) {
+            sum += weights[j];
+            gain += fabs(weights[j]);
+        }
+        if (!(fabs(sum) > 1e-9 * gain) || sum * side < 0.0)
+            return false;
+        side = sum;
+    }
+    return true;
+}
+
+enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_kernel_file **file)
+{
+    double at;
+    enum weft_result res = weft_kernel_load(report_log(), text, out, file);
+    if (res != WEFT_OK || !out->normalised || can_be_normalised(out, &at))
+        return res;
+    report_error("kernel %s: the weights at fraction %g add up to 0, or to less than at others: "
+                 "they cannot be divided by their sum",
+                 text, at);
+    res = *file ? WEFT_ERR_FORMAT : WEFT_ERR_ARGUMENT;
+    weft_kernel_file_destroy(file);
+    return res;
+}
+
+void kernels_print(void)
+{
+    puts("kernels:");
+    for (int i = 0; weft_kernel_list[i]; i++) {
+        const struct weft_kernel_info *info = weft_kernel_list[i];
+        struct weft_kernel kernel;
+        char name[128];
+        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
+            continue;
+        weft_kernel_format(&kernel, name, sizeof name);
+        printf("  %-18s %s; %d taps, order %d%s%s", name, info->description, kernel.width,
+               kernel.order, kernel.interpolating ? ", interpolating" : "",
+               kernel.unit_sum ? ", unit sum" : "");
+        for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
+            printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
+                   info->params[p].max);
+        if (info->citation)
+            printf(" (%s)", info->citation);
+        putchar('\n');
+    }
+    puts("  table:FILE         samples in a text file: `support R`, then h at equal steps from 0 "
+         "to R,\n                     or with `whole` from -R to R; `cubic` instead of linear "
+         "between them\n"
+         "\nNAME+unit divides the weights at every position by their sum. Trailing parameters may "
+         "be\nleft out.");
+}
+
+static json_t *params_json(const struct weft_kernel_info *info)
+{
+    json_t *params = json_array();
+    for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
+        json_array_append_new(params, json_pack("{s:s,s:o,s:o,s:o}", "name", info->params[p].name,
+                                                "default", json_number(info->params[p].initial),
+                                                "min", json_number(info->params[p].min), "max",
+                                                json_number(info->params[p].max)));
+    return params;
+}
+
+json_t *kernels_json(void)
+{
+    json_t *list = json_array();
+    for (int i = 0; weft_kernel_list[i]; i++) {
+        const struct weft_kernel_info *info = weft_kernel_list[i];
+        struct weft_kernel kernel;
+        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
+            continue;
+        json_array_append_new(
+            list, json_pack("{s:s,s:o,s:o,s:o,s:i,s:i,s:i,s:b,s:b,s:i,s:o}", "name", info->name,
+                            "description", json_text(info->description), "parameters",
+                            params_json(info), "support", json_number(kernel.support), "taps",
+                            kernel.width, "order", kernel.order, "order_prefiltered",
+                            kernel.order_prefiltered, "interpolating", kernel.interpolating,
+                            "unit_sum", kernel.unit_sum, "derivative", info->derivation, "citation",
+                            info->citation ? json_text(info->citation) : json_null()));
+    }
+    return list;
+}

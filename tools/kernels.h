@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/kernels.h - kernels as the command's users name them: NAME[:p,q][+unit] or table:FILE.
+#ifndef WEFT_TOOLS_KERNELS_H
+#define WEFT_TOOLS_KERNELS_H
+
+#include "json.h"
+
+enum { KERNELS_TEXT = 4400 }; // for weft_kernel_format: a path may be in it
+
+// weft_kernel_load, and sees to it that a kernel to be normalised can be: its weights must add up
+// to something at every position.
+enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_kernel_file **file);
+
+// The catalogue: a line for each with parameters, taps, orders and flags.
+void kernels_print(void);
+json_t *kernels_json(void);
+
+#endif

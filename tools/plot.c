@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "plot.h"
+
+#include <errno.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "output.h"
+#include "paths.h"
+
+extern char **environ;
+
+static bool ends_with(const char *text, const char *end)
+{
+    size_t size = strlen(text), end_size = strlen(end);
+    return size > end_size && strcmp(text + size - end_size, end) == 0;
+}
+
+// Returns the wait status, or -1 with errno where gnuplot cannot be started. -d: no start-up files.
+static int run_gnuplot(const char *argument, FILE *in, FILE *out, FILE *err)
+{
+    char *argv[] = {(char *)"gnuplot", (char *)"-d", (char *)argument, NULL};
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, fileno(in), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, fileno(out), STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, fileno(err), STDERR_FILENO);
+    pid_t pid;
+    int error = posix_spawnp(&pid, "gnuplot", &actions, NULL, argv, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error) {
+        errno = error;
+        return -1;
+    }
+    int status;
+    while (waitpid(pid, &status, 0) < 0)
+        if (errno != EINTR)
+            return -1;
+    return status;
+}
+
+static bool gnuplot_runs(void)
+{
+    FILE *in = tmpfile(), *out = tmpfile();
+    bool runs = in && out && run_gnuplot("--version", in, out, out) == 0;
+    if (in)
+        fclose(in);
+    if (out)
+        fclose(out);
+    return runs;
+}
+
+enum exit_code plot_check(const char *path, const char *otherwise)
+{
+    if (!ends_with(path, ".svg") && !ends_with(path, ".png")) {
+        report_error("--plot %s: the name must end in .svg or .png", path);
+        return EXIT_CODE_USAGE;
+    }
+    if (paths_check_output(path, false) != WEFT_OK)
+        return EXIT_CODE_OUTPUT;
+    if (gnuplot_runs())
+        return EXIT_CODE_DONE;
+    report_error("--plot needs the program gnuplot (Debian package gnuplot-nox), which does not "
+                 "run here; without it, %s gives the data",
+                 otherwise);
+    return EXIT_CODE_FAILED;
+}
+
+enum exit_code plot_begin(const char *path, int width, int height, struct plot *out)
+{
+    *out = (struct plot){.path = path, .script = tmpfile()};
+    if (!out->script) {
+        report_error("--plot %s: no temporary file: %s", path, strerror(errno));
+        return EXIT_CODE_FAILED;
+    }
+    const char *terminal = ends_with(path, ".svg") ? "svg background 'white'" : "pngcairo";
+    fprintf(out->script,
+            "set terminal %s noenhanced size %d,%d font 'sans,12'\n"
+            "set grid lc '#d8d8d8' lt 1 lw 0.5\nset border lc '#505050'\n"
+            "set linetype 1 lc '#0060ad' lw 2\nset linetype 2 lc '#d95f02' lw 2\n"
+            "set linetype 3 lc '#1b9e77' lw 2\nset linetype 4 lc '#7570b3' lw 2\n"
+            "set linetype 5 lc '#e7298a' lw 2\nset linetype 6 lc '#a6761d' lw 2\n"
+            "set linetype 7 lc '#666666' lw 2\nset linetype 8 lc '#66a61e' lw 2\n",
+            terminal, width, height);
+    return EXIT_CODE_DONE;
+}
+
+void plot_quote(FILE *script, const char *text)
+{
+    putc('\'', script);
+    for (; *text; text++) {
+        if (*text == '\'')
+            putc('\'', script);
+        putc((unsigned char)*text < 0x20 ? '?' : *text, script);
+    }
+    putc('\'', script);
+}
+
+// The first line that says something: gnuplot shows the command and a caret before it.
+static void report_gnuplot(const char *path, FILE *err)
+{
+    char line[256] = "", best[256] = "it wrote no image";
+    rewind(err);
+    while (fgets(line, sizeof line, err)) {
+        const char *colon = strstr(line, "line ");
+        if (!colon)
+            continue;
+        snprintf(best, sizeof best, "%s", line);
+        best[strcspn(best, "\n")] = 0;
+        break;
+    }
+    report_error("--plot %s: gnuplot failed: %s", path, best);
+}
+
+static enum exit_code save(const char *path, FILE *out)
+{
+    long size = fseek(out, 0, SEEK_END) == 0 ? ftell(out) : -1;
+    char *data = size > 0 ? malloc((size_t)size) : NULL;
+    rewind(out);
+    enum exit_code code = EXIT_CODE_FAILED;
+    if (!data || fread(data, 1, (size_t)size, out) != (size_t)size)
+        report_error("--plot %s: the image of %ld bytes cannot be read back", path, size);
+    else
+        code = output_save(path, data, (size_t)size) == WEFT_OK ? EXIT_CODE_DONE : EXIT_CODE_OUTPUT;
+    free(data);
+    return code;
+}
+
+enum exit_code plot_finish(struct plot *plot)
+{
+    enum exit_code code = EXIT_CODE_FAILED;
+    FILE *out = tmpfile(), *err = tmpfile();
+    if (!out || !err || fflush(plot->script) != 0 || ferror(plot->script)) {
+        report_error("--plot %s: no temporary file: %s", plot->path, strerror(errno));
+        goto fail;
+    }
+    rewind(plot->script);
+    int status = run_gnuplot("-", plot->script, out, err);
+    if (report_interrupted())
+        code = (enum exit_code)report_finish(WEFT_ERR_CANCELLED);
+    else if (status != 0 || (fseek(out, 0, SEEK_END) == 0 && ftell(out) <= 0))
+        report_gnuplot(plot->path, err);
+    else
+        code = save(plot->path, out);
+fail:
+    if (out)
+        fclose(out);
+    if (err)
+        fclose(err);
+    fclose(plot->script);
+    *plot = (struct plot){0};
+    return code;
+}
