@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/analysis.h"
+
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
     MAX_TILE = 4096,          // pixels along a side
@@ -192,7 +194,7 @@ static bool classify_cells(const struct planner *planner, enum weft_layout layou
         int32_t min[3], max[3];
         weft_slice_cell_box(plan, tile->map.keys[i], cell, min, max);
         // A constant convolved is that constant only where the weights sum to one.
-        cell->constant = plan->info.kernel.info->unit_sum &&
+        cell->constant = plan->info.kernel.unit_sum &&
                          weft_brick_store_box_constant(planner->store, min, max, &cell->value);
         if (cell->constant) {
             tile->constant_count++;
@@ -403,7 +405,7 @@ static double largest_slope(const struct weft_kernel *kernel)
 static double error_bound(const struct weft_slice_plan *plan)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double gain = weft_kernel_gain(kernel);
+    double gain = weft_analysis_overshoot(kernel).gain;
     double weights = weight_error(plan, largest_slope(kernel));
     double one_more = gain + weights;
     double sums = 3.0 * (kernel->width + 1) * 0x1p-24; // products and additions of three levels

@@ -69,7 +69,7 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, doubl
         struct weft_reference_value other =
             weft_reference_compute(kernel, 3, moved, fetch, &v->cursor);
         best.magnitude = fmax(best.magnitude, other.magnitude);
-        if (kernel->info->continuity < 0 &&
+        if (kernel->continuity < 0 &&
             difference(value, other.value) < difference(value, best.value))
             best.value = other.value;
     }

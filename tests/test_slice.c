@@ -576,8 +576,10 @@ static void real_volumes_meet_the_reference(void **state)
                 struct weft_slice_params params = {.kernel = kernel((*k)->name),
                                                    .space = WEFT_SPACE_INDEX,
                                                    .geometry = planes[p]};
+                if (params.kernel.width > 4 || (*k)->derivation > 0)
+                    params.geometry.width = params.geometry.height = 24;
                 free(run_slice(contexts[0], volume, &params, &error, NULL));
-                assert_accurate(&error, (*k)->name);
+                assert_within(&error, tolerance_for(*k), (*k)->name);
             }
         }
         weft_volume_destroy(&volume);

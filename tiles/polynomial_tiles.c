@@ -77,6 +77,14 @@ static double fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles
     return error;
 }
 
+// Of the exact polynomials, where the weights are such; dividing by their sum makes them others.
+static int polynomial_degree(const struct weft_kernel *kernel)
+{
+    int degree = kernel->info->degree;
+    bool exact = !kernel->normalised && degree >= 0 && degree <= WEFT_POLYNOMIAL_MAX_DEGREE;
+    return exact ? degree : FALLBACK_DEGREE;
+}
+
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,
                                               struct weft_polynomial_tiles *out)
@@ -84,9 +92,7 @@ enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
     *out = (struct weft_polynomial_tiles){
         .width = kernel->width,
         .groups = (kernel->width + 3) / 4,
-        .degree = kernel->info->degree >= 0 && kernel->info->degree <= WEFT_POLYNOMIAL_MAX_DEGREE
-                      ? kernel->info->degree
-                      : FALLBACK_DEGREE,
+        .degree = polynomial_degree(kernel),
     };
     for (int segments = 1; segments <= WEFT_POLYNOMIAL_MAX_SEGMENTS; segments *= 2) {
         size_t count = (size_t)segments * (size_t)(out->degree + 1) * 4 * (size_t)out->groups;
@@ -112,18 +118,4 @@ void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles)
 {
     free(tiles->coefficients);
     *tiles = (struct weft_polynomial_tiles){0};
-}
-
-double weft_kernel_gain(const struct weft_kernel *kernel)
-{
-    enum { POSITIONS = 1024 };
-    double gain = 0.0, weights[WEFT_KERNEL_MAX_WIDTH];
-    for (int i = 0; i <= POSITIONS; i++) {
-        double sum = 0.0;
-        weft_kernel_weights(kernel, (double)i / POSITIONS, weights);
-        for (int tap = 0; tap < kernel->width; tap++)
-            sum += fabs(weights[tap]);
-        gain = fmax(gain, sum);
-    }
-    return gain;
 }

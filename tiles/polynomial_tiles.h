@@ -29,8 +29,4 @@ enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               struct weft_polynomial_tiles *out);
 void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles); // {0} is fine
 
-// The largest sum over taps of |weight| at any position: what an error in the samples grows by in
-// one dimension (1 for non-negative kernels that sum to one, 1.25 for Catmull-Rom).
-double weft_kernel_gain(const struct weft_kernel *kernel);
-
 #endif
