@@ -541,7 +541,7 @@ static const char *const epilogue[] = {
     "wscg2003 multiplies by 2^bits, has a Kaiser window where the paper says Blackman, and marks "
     "what it does not reproduce.",
     "Kernels are named as in weft slice --kernel; weft kernel --list lists them.",
-    "weft table --kernels 'mitchell;kaiser-sinc:2,5.36' --dims 2 --resolutions 64,128 --statistics",
+    "weft table --kernels 'mitchell;kaiser-sinc:2,5.36' --dims 2 --resolutions 64,128 -s",
     "weft table --kernels catmull-rom --dims 3 --target-error 0.02",
     NULL,
 };

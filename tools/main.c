@@ -27,7 +27,7 @@ static void print_help(void)
          "  weft --version\n\n"
          "exit codes:\n"
          "  0  done\n"
-         "  1  failed: out of memory, a GL error, interrupted\n"
+         "  1  failed: out of memory, a GL error, no gnuplot for a plot, interrupted\n"
          "  2  wrong usage: options, names, geometry\n"
          "  3  unreadable or refused input: missing, damaged, unsupported, over a limit\n"
          "  4  output not written\n"

@@ -10,7 +10,7 @@
 
 enum exit_code {
     EXIT_CODE_DONE = 0,
-    EXIT_CODE_FAILED = 1,  // memory, a GL error, interrupted
+    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot, interrupted
     EXIT_CODE_USAGE = 2,   // wrong usage
     EXIT_CODE_INPUT = 3,   // unreadable or refused input
     EXIT_CODE_OUTPUT = 4,  // output not written
