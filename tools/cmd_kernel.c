@@ -216,6 +216,8 @@ static json_t *response_json(const struct facts *f)
 
 static json_t *metrics_json(const struct facts *f)
 {
+    if (f->kernel.info->derivation) // they say nothing there
+        return json_null();
     json_t *list = json_array();
     for (int d = 0; d < DIMS; d++)
         json_array_append_new(list, json_pack("{s:i,s:o,s:o}", "dims", d + 1, "smoothing",
@@ -352,14 +354,21 @@ static void print_spectrum(const struct facts *f)
     for (int i = 0; i < FREQUENCIES; i++)
         printf("  %8g  %13.9f  %13.2f\n", frequencies[i], tidy(magnitude(f->response[i])),
                decibel(f->response[i]));
-    puts("\n  Marschner and Lobb 1994");
-    printf("  %8s  %13s  %13s\n", "dims", "smoothing", "post-aliasing");
-    for (int d = 0; d < DIMS; d++)
-        printf("  %8d  %13.6f  %13.6f\n", d + 1, f->metrics[d].smoothing,
-               f->metrics[d].postaliasing);
-    printf(
-        "\n  unit step: overshoots by %.5g, undershoots by %.5g; largest sum of |weights| %.6g\n",
-        tidy(f->overshoot.above), tidy(f->overshoot.below), f->overshoot.gain);
+}
+
+// Of a derivative of the signal neither says anything.
+static void print_quality(const struct facts *f)
+{
+    if (f->kernel.info->derivation == 0) {
+        puts("\n  Marschner and Lobb 1994");
+        printf("  %8s  %13s  %13s\n", "dims", "smoothing", "post-aliasing");
+        for (int d = 0; d < DIMS; d++)
+            printf("  %8d  %13.6f  %13.6f\n", d + 1, f->metrics[d].smoothing,
+                   f->metrics[d].postaliasing);
+        printf("\n  a unit step overshoots by %.5g, undershoots by %.5g", tidy(f->overshoot.above),
+               tidy(f->overshoot.below));
+    }
+    printf("\n  largest sum of |weights| %.6g\n", f->overshoot.gain);
 }
 
 static void print_text(const struct facts *f)
@@ -369,6 +378,7 @@ static void print_text(const struct facts *f)
     print_values(f);
     print_moments(f);
     print_spectrum(f);
+    print_quality(f);
 }
 
 // ---- the verb -----------------------------------------------------------------------------------

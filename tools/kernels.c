@@ -54,9 +54,9 @@ void kernels_print(void)
         if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
             continue;
         weft_kernel_format(&kernel, name, sizeof name);
-        printf("  %-18s %s; %d taps, order %d%s%s", name, info->description, kernel.width,
-               kernel.order, kernel.interpolating ? ", interpolating" : "",
-               kernel.unit_sum ? ", unit sum" : "");
+        printf("  %-18s %s; %d tap%s, order %d%s%s", name, info->description, kernel.width,
+               kernel.width == 1 ? "" : "s", kernel.order,
+               kernel.interpolating ? ", interpolating" : "", kernel.unit_sum ? ", unit sum" : "");
         for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
             printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
                    info->params[p].max);

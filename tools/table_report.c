@@ -78,8 +78,11 @@ static void print_title(const struct table_job *job, FILE *out)
     char grids[64] = "", scale[64] = "";
     for (int d = 0; d < job->dim_count; d++) {
         size_t used = strlen(grids);
-        snprintf(grids + used, sizeof grids - used, "%s%d^%d", d ? " and " : "",
-                 table_locations(job, job->dims[d]), job->dims[d]);
+        snprintf(grids + used, sizeof grids - used, "%s%d", d ? " and " : "",
+                 table_locations(job, job->dims[d]));
+        used = strlen(grids);
+        if (job->dims[d] > 1)
+            snprintf(grids + used, sizeof grids - used, "^%d", job->dims[d]);
     }
     if (job->option[TABLE_SCALE].given)
         snprintf(scale, sizeof scale, ", scale %.32s", job->option[TABLE_SCALE].text);
@@ -381,12 +384,15 @@ static void write_line(FILE *script, const struct table_job *job, int kernel, in
 
 static void draw_dims(FILE *s, const struct table_job *job, int dims)
 {
-    fprintf(s, "set title '%dD, %d^%d locations'\nplot ", dims, table_locations(job, dims), dims);
+    fprintf(s, "set title '%dD, %d%s locations'\nplot ", dims, table_locations(job, dims),
+            dims == 1   ? ""
+            : dims == 2 ? "^2"
+                        : "^3");
     for (int k = 0; k < job->kernel_count; k++) {
         for (int l = 0; l < job->lookup_count; l++) {
             char title[200];
             snprintf(title, sizeof title, "%.150s, %s", job->kernel[k].text,
-                     table_lookup_name(job, job->lookup[l]));
+                     lookup_label(job->lookup[l]));
             fprintf(s, "%s'-' with linespoints lc %d dt %d pt %d ps 0.9 title ", k + l ? ", " : "",
                     k % 8 + 1, job->lookup[l] == WEFT_ERROR_LINEAR ? 2 : 1,
                     job->lookup[l] == WEFT_ERROR_LINEAR ? 6 : 7);
