@@ -99,7 +99,8 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                             OPTION_NUMBER,
                             "E",
                             "instead: the smallest resolution for each number of bits at which "
-                            "eps_h is at most E, where 1 is the range of samples and weights "
+                            "eps_h is at most E, found by doubling and bisection (eps_h wavers a "
+                            "little with M), where 1 is the range of samples and weights "
                             "(4 / 255 = 0.0157 is what the paper found good enough)"},
     [TABLE_OUTPUT] = {.name = "output",
                       'o',
