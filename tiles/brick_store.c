@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tiles/cell_map.h"
+
 // Node sizes as powers of two: bricks and 8-voxel tiles, then tiles of 128 and 4096.
 static const int level_shift[] = {3, 7, 12};
 enum { LEVELS = 3 };
@@ -29,16 +31,6 @@ struct weft_brick_store {
 
 static const float vacant[1];
 
-static size_t hash_key(const int32_t key[3])
-{
-    uint64_t h = (uint64_t)(uint32_t)key[0] * UINT64_C(0x9e3779b97f4a7c15);
-    h ^= (uint64_t)(uint32_t)key[1] * UINT64_C(0xc2b2ae3d27d4eb4f);
-    h ^= (uint64_t)(uint32_t)key[2] * UINT64_C(0x165667b19e3779f9);
-    h ^= h >> 32;
-    h *= UINT64_C(0xd6e8feb86659fd93);
-    return (size_t)(h ^ (h >> 29));
-}
-
 static bool same_key(const int32_t a[3], const int32_t b[3])
 {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
@@ -48,7 +40,7 @@ static bool same_key(const int32_t a[3], const int32_t b[3])
 static struct slot *find_slot(const struct table *table, const int32_t key[3])
 {
     size_t mask = table->size - 1;
-    for (size_t i = hash_key(key) & mask;; i = (i + 1) & mask) {
+    for (size_t i = weft_cell_hash(key) & mask;; i = (i + 1) & mask) {
         struct slot *slot = &table->slots[i];
         if (slot->values == vacant || same_key(slot->key, key))
             return slot;

@@ -4,20 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static size_t hash(struct weft_cell_key key)
-{
-    uint64_t h = (uint32_t)key.at[0] * UINT64_C(0x9e3779b97f4a7c15);
-    h ^= (uint32_t)key.at[1] * UINT64_C(0xc2b2ae3d27d4eb4f);
-    h ^= (uint32_t)key.at[2] * UINT64_C(0x165667b19e3779f9);
-    h = (h ^ (h >> 32)) * UINT64_C(0xd6e8feb86659fd93);
-    return (size_t)(h ^ (h >> 29));
-}
-
 // The slot that holds the key, or the vacant one where it belongs; the table is not empty.
 static uint32_t *find_slot(const struct weft_cell_map *map, struct weft_cell_key key)
 {
     size_t mask = map->slot_count - 1;
-    for (size_t i = hash(key) & mask;; i = (i + 1) & mask) {
+    for (size_t i = weft_cell_hash(key.at) & mask;; i = (i + 1) & mask) {
         uint32_t *slot = &map->slots[i];
         if (*slot == 0 || memcmp(&map->keys[*slot - 1], &key, sizeof key) == 0)
             return slot;
