@@ -2,6 +2,7 @@
 // The slice engine beside plain C: a 1024 x 1024 oblique Catmull-Rom slice of a dense 256^3 volume,
 // data resident. Without --bench it runs a small case once and checks that all ways agree.
 // Usage: bench_slice [--bench] [--context osmesa|egl] [--runs N]
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -137,17 +138,18 @@ static bool make_job(int size, int side, struct job *job)
     return true;
 }
 
-struct case_result {
-    double seconds[MAX_RUNS], whole_seconds[MAX_RUNS];
+// One layout's plan, and what its runs took. Runs of all ways take turns, so that what slows the
+// machine down for a while slows all of them, and ratios are taken turn by turn.
+struct way {
+    weft_slice_plan *plan;
+    double seconds[MAX_RUNS], whole_seconds[MAX_RUNS], ratio[MAX_RUNS];
     struct weft_slice_report report;
     struct weft_slice_error error;
 };
 
-static enum weft_result run_layout(const struct job *job, weft_context *context,
-                                   weft_volume *volume, enum weft_layout layout, int runs,
-                                   float *pixels, struct case_result *out)
+static enum weft_result make_plan(const struct job *job, weft_volume *volume,
+                                  enum weft_layout layout, weft_slice_plan **plan)
 {
-    weft_slice_plan *plan = NULL;
     struct weft_slice_params params = {
         .space = WEFT_SPACE_INDEX,
         .layout = layout,
@@ -157,20 +159,20 @@ static enum weft_result run_layout(const struct job *job, weft_context *context,
     memcpy(params.geometry.origin, job->origin, sizeof job->origin);
     memcpy(params.geometry.u, job->u, sizeof job->u);
     memcpy(params.geometry.v, job->v, sizeof job->v);
-    enum weft_result res = weft_slice_plan_create(volume, &params, &plan);
-    for (int i = -1; res == WEFT_OK && i < runs; i++) { // the first one warms up
-        double start = weft_now_seconds();
-        res = weft_slice_run(context, plan, volume, pixels, NULL, &out->report);
-        if (i >= 0) {
-            out->seconds[i] = out->report.pass_seconds;
-            out->whole_seconds[i] = weft_now_seconds() - start;
-        }
+    return weft_slice_plan_create(volume, &params, plan);
+}
+
+static enum weft_result run_way(struct way *way, weft_context *context, weft_volume *volume,
+                                float *pixels, int turn, double baseline)
+{
+    double start = weft_now_seconds();
+    enum weft_result res =
+        weft_slice_run(context, way->plan, volume, pixels, NULL, &way->report);
+    if (res == WEFT_OK && turn >= 0) {
+        way->seconds[turn] = way->report.pass_seconds;
+        way->whole_seconds[turn] = weft_now_seconds() - start;
+        way->ratio[turn] = baseline / way->report.pass_seconds;
     }
-    if (res == WEFT_OK)
-        res = weft_slice_verify(plan, volume, pixels,
-                                &(struct weft_slice_verify_params){.max_seconds = 2.0},
-                                &out->error);
-    weft_slice_plan_destroy(&plan);
     return res;
 }
 
@@ -184,59 +186,86 @@ static double largest_difference(const float *a, const float *b, size_t count)
     return largest;
 }
 
+enum { FIRST = WEFT_LAYOUT_INTERLEAVED, LAST = WEFT_LAYOUT_PLAIN };
+
+// All turns of all ways; the one before the first warms up. `failures` counts wrong results.
+static enum weft_result take_turns(const struct job *job, weft_context *context,
+                                   weft_volume *volume, struct way *ways, double *baseline,
+                                   int runs, int *failures)
+{
+    size_t count = (size_t)job->side * (size_t)job->side;
+    float *pixels = malloc(count * sizeof *pixels), *expected = malloc(count * sizeof *expected);
+    enum weft_result res = pixels && expected ? WEFT_OK : WEFT_ERR_MEMORY;
+    for (int l = FIRST; res == WEFT_OK && l <= LAST; l++)
+        res = make_plan(job, volume, (enum weft_layout)l, &ways[l].plan);
+    for (int turn = -1; res == WEFT_OK && turn < runs; turn++) {
+        double seconds = run_baseline(job, expected);
+        if (turn >= 0)
+            baseline[turn] = seconds;
+        for (int l = FIRST; res == WEFT_OK && l <= LAST; l++) {
+            res = run_way(&ways[l], context, volume, pixels, turn, seconds);
+            // Both round in single precision.
+            if (turn < 0 && res == WEFT_OK) {
+                *failures += !(largest_difference(pixels, expected, count) <= 1e-5);
+                res = weft_slice_verify(ways[l].plan, volume, pixels,
+                                        &(struct weft_slice_verify_params){.max_seconds = 2.0},
+                                        &ways[l].error);
+                *failures += !(ways[l].error.relative_maximum <= 2e-6);
+            }
+        }
+    }
+    free(pixels);
+    free(expected);
+    return res;
+}
+
+static void print_ways(const struct job *job, const weft_context *context, struct way *ways,
+                       double *baseline, int runs)
+{
+    const struct weft_context_info *info = weft_context_get_info(context);
+    double megapixels = 1e-6 * job->side * job->side, megabytes = 4e-6 * pow(job->size, 3);
+    double seconds = median(baseline, runs);
+    printf("%s, %s, %s; %d^3 voxels, %d x %d pixels, medians of %d turns\n", info->platform,
+           info->renderer, info->version, job->size, job->side, job->side, runs);
+    printf("%-24s %10s %8s %10s %10s %10s\n", "way", "Mpixel/s", "ratio", "whole ms", "MB",
+           "max error");
+    printf("%-24s %10.1f %8.2f %10.1f %10.1f\n", "plain C, 2 threads", megapixels / seconds, 1.0,
+           1e3 * seconds, megabytes);
+    for (int l = FIRST; l <= LAST; l++)
+        printf("%-24s %10.1f %8.2f %10.1f %10.1f %10.2e\n", weft_layout_name((enum weft_layout)l),
+               megapixels / median(ways[l].seconds, runs), median(ways[l].ratio, runs),
+               1e3 * median(ways[l].whole_seconds, runs), 1e-6 * (double)ways[l].report.peak_bytes,
+               ways[l].error.relative_maximum);
+}
+
 static int run(enum weft_context_kind kind, int size, int side, int runs)
 {
+    static struct way ways[LAST + 1];
+    static double baseline[MAX_RUNS];
     struct job job;
     weft_context *context = NULL;
     weft_volume *volume = NULL;
-    static struct case_result result;
-    double baseline[MAX_RUNS];
-    size_t count = (size_t)side * (size_t)side;
-    float *pixels = malloc(count * sizeof *pixels), *expected = malloc(count * sizeof *expected);
-    int failures = 1;
-    if (!make_job(size, side, &job) || !pixels || !expected)
-        goto done;
-    struct weft_context_params context_params = {.kind = kind, .log = &log_to_stderr};
-    if (weft_context_create(&context_params, &context) != WEFT_OK)
-        goto done;
-    struct weft_volume_params volume_params = {.size = {size, size, size}, .background = 0.0f,
-                                               .data = job.data, .log = &log_to_stderr};
-    if (weft_volume_create(&volume_params, &volume) != WEFT_OK)
-        goto done;
-    const struct weft_context_info *info = weft_context_get_info(context);
-    printf("%s, %s, %s; %d^3 voxels, %d x %d pixels, median of %d runs\n", info->platform,
-           info->renderer, info->version, size, side, side, runs);
-    printf("%-24s %10s %8s %10s %10s %10s\n", "way", "Mpixel/s", "ratio", "whole ms", "MB",
-           "max error");
-    failures = 0;
-    run_baseline(&job, expected);
-    for (int i = 0; i < runs; i++)
-        baseline[i] = run_baseline(&job, expected);
-    double base = median(baseline, runs);
-    printf("%-24s %10.1f %8.2f %10.1f %10.1f %10s\n", "plain C, 2 threads",
-           1e-6 * (double)count / base, 1.0, 1e3 * base,
-           4e-6 * (double)size * size * size, "");
-    for (enum weft_layout l = WEFT_LAYOUT_INTERLEAVED; l <= WEFT_LAYOUT_PLAIN; l++) {
-        if (run_layout(&job, context, volume, l, runs, pixels, &result) != WEFT_OK) {
-            failures++;
-            continue;
-        }
-        double seconds = median(result.seconds, runs);
-        printf("%-24s %10.1f %8.2f %10.1f %10.1f %10.2e\n", weft_layout_name(l),
-               1e-6 * (double)count / seconds, base / seconds,
-               1e3 * median(result.whole_seconds, runs), 1e-6 * (double)result.report.peak_bytes,
-               result.error.relative_maximum);
-        // Both round in single precision, within 2e-6 of the truth.
-        failures += !(result.error.relative_maximum <= 2e-6) ||
-                    !(largest_difference(pixels, expected, count) <= 1e-5);
-    }
-done:
+    int failures = 0;
+    enum weft_result res = make_job(size, side, &job) ? WEFT_OK : WEFT_ERR_MEMORY;
+    if (res == WEFT_OK)
+        res = weft_context_create(
+            &(struct weft_context_params){.kind = kind, .log = &log_to_stderr}, &context);
+    if (res == WEFT_OK)
+        res = weft_volume_create(&(struct weft_volume_params){.size = {size, size, size},
+                                                              .background = 0.0f,
+                                                              .data = job.data,
+                                                              .log = &log_to_stderr},
+                                 &volume);
+    if (res == WEFT_OK)
+        res = take_turns(&job, context, volume, ways, baseline, runs, &failures);
+    if (res == WEFT_OK)
+        print_ways(&job, context, ways, baseline, runs);
+    for (int l = FIRST; l <= LAST; l++)
+        weft_slice_plan_destroy(&ways[l].plan);
     weft_volume_destroy(&volume);
     weft_context_destroy(&context);
     free(job.data);
-    free(pixels);
-    free(expected);
-    return failures;
+    return failures + (res != WEFT_OK);
 }
 
 int main(int argc, char **argv)
@@ -247,7 +276,7 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--bench") == 0) {
             bench = true;
-            runs = 15;
+            runs = 31;
         } else if (strcmp(argv[i], "--runs") == 0 && i + 1 < argc) {
             runs = atoi(argv[++i]);
             runs = runs < 1 ? 1 : runs > MAX_RUNS ? MAX_RUNS : runs;
