@@ -438,7 +438,7 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
     size_t size;
     FILE *out = open_memstream(&plan->text, &size);
     if (!out)
-        return WEFT_ERR_MEMORY;
+        goto fail;
     const struct weft_slice_geometry *g = &plan->grid.index;
     weft_kernel_format(&plan->info.kernel, kernel, sizeof kernel);
     fprintf(out, "slice %dx%d of grid %s (%s, %" PRIu64 " bricks), kernel %s, %d taps\n", g->width,
@@ -454,9 +454,12 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
     for (int i = 0; i < plan->info.tile_count; i++)
         print_tile(out, plan, i);
     if (fclose(out) != 0)
-        return WEFT_ERR_MEMORY;
+        goto fail;
     plan->info.text = plan->text;
     return WEFT_OK;
+fail:
+    weft_error(plan->log, "not enough memory for the text of the plan");
+    return WEFT_ERR_MEMORY;
 }
 
 // ---- plans --------------------------------------------------------------------------------------

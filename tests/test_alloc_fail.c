@@ -13,9 +13,11 @@
 #include "alloc_fail.h"
 #include "files.h"
 #include "filter/check.h"
+#include "passes/slice.h"
 #include "tiles/image.h"
 #include "tiles/kernel_tiles.h"
 #include "tiles/output_file.h"
+#include "tiles/volume.h"
 
 enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000 };
 
@@ -80,6 +82,65 @@ static enum weft_result make_tiles(void)
     return res;
 }
 
+static weft_context *context; // NULL: none is to be had
+
+static enum weft_result create_volume(weft_volume **volume)
+{
+    return weft_volume_create(weft_volume_params(.size = {SIDE, SIDE, 1}, .data = plane,
+                                                 .background = 0.0f, .log = &test_log),
+                              volume);
+}
+
+// From voxels in memory to pixels, in several tiles.
+static enum weft_result slice_volume(void)
+{
+    enum { PIXELS = 300 };
+    static float pixels[PIXELS * PIXELS];
+    weft_volume *volume = NULL;
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_params params = {.max_target_size = 200, .log = &test_log};
+    enum weft_result res = create_volume(&volume);
+    if (res == WEFT_OK)
+        res = weft_slice_axis_geometry(&test_log, volume, WEFT_SPACE_WORLD, 2, NAN, PIXELS, PIXELS,
+                                       &params.geometry);
+    if (res == WEFT_OK)
+        res = weft_slice_plan_create(volume, &params, &plan);
+    if (res == WEFT_OK && context)
+        res = weft_slice_run(context, plan, volume, pixels, NULL, NULL);
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+static enum weft_result save_volume(void)
+{
+    weft_volume *volume = NULL;
+    struct weft_volume_save_params params = {.path = test_path("out"), .log = &test_log};
+    enum weft_result res = create_volume(&volume);
+    if (res == WEFT_OK)
+        res = weft_volume_save(volume, &params);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+static enum weft_result load_volume(void)
+{
+    weft_volume *volume = NULL;
+    struct weft_brick_list list = {0};
+    static float values[64 * WEFT_BRICK_VOXELS];
+    struct weft_volume_open_params params = {.path = test_path("in.vdb"), .log = &test_log};
+    struct weft_region everywhere = {.min = {0, 0, 0}, .max = {SIDE, SIDE, SIDE}};
+    enum weft_result res = weft_volume_open(&params, &volume);
+    if (res == WEFT_OK)
+        res = weft_volume_find(volume, &everywhere, &list);
+    if (res == WEFT_OK)
+        res = weft_volume_read(volume, list.brick_count < 64 ? list.brick_count : 64,
+                               (const int32_t(*)[3])list.brick_origin, values);
+    weft_brick_list_clear(&list);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -133,6 +194,25 @@ static void test_tiles(void **state)
     run("weft_kernel_tiles", make_tiles);
 }
 
+static void test_volumes(void **state)
+{
+    (void)state;
+    run("weft_volume_save", save_volume);
+    assert_int_equal(save_volume(), WEFT_OK);
+    assert_int_equal(rename(test_path("out"), test_path("in.vdb")), 0);
+    run("weft_volume_open", load_volume);
+}
+
+static void test_slices(void **state)
+{
+    (void)state;
+    struct weft_context_params params = {.kind = WEFT_CONTEXT_AUTO, .log = &test_log};
+    if (weft_context_create(&params, &context) != WEFT_OK)
+        print_message("[  SKIPPED ] no GL context: slices are planned, not run\n");
+    run("weft_slice", slice_volume);
+    weft_context_destroy(&context);
+}
+
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
 
 int main(void)
@@ -144,6 +224,8 @@ int main(void)
         IN_FOLDER(test_outputs),
         IN_FOLDER(test_load),
         IN_FOLDER(test_tiles),
+        IN_FOLDER(test_volumes),
+        IN_FOLDER(test_slices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

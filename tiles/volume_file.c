@@ -148,8 +148,10 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
         strcpy(request.name, params->grid);
     res = WEFT_ERR_MEMORY;
     volume = calloc(1, sizeof *volume);
-    if (!volume)
+    if (!volume) {
+        weft_error(log, "%s: not enough memory", params->path);
         goto fail;
+    }
     volume->log = log;
     volume->output_bytes = params->limits.output_bytes;
     res = start(params, &volume->reader);
