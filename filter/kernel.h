@@ -89,8 +89,7 @@ WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
 // weights practically never add up to one, not even on average, so `unit_sum` and the orders are
 // lost, as far as 2D and 3D go: call weft_kernel_normalise after this, not before, to divide by the
 // sum of all width^dims weights, which brings constants back but no more. `interpolating` stays
-// where r <= sqrt(2). Nearest neighbour and others with r < sqrt(3) / 2 leave positions without any
-// weight; these must not be normalised.
+// where r <= sqrt(2). Not all can be normalised: weft_kernel_radial_sums.
 // Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative.
 WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
                                                   struct weft_kernel *kernel);

@@ -25,11 +25,17 @@ static double radial_weight(const struct weft_kernel *kernel, double x, double y
     return distance < kernel->support ? kernel->info->weight(kernel, distance) : 0.0;
 }
 
-static void divide_by_sum(double *weights, int count)
+static double sum(const double *weights, int count)
 {
     double total = 0.0;
     for (int i = 0; i < count; i++)
         total += weights[i];
+    return total;
+}
+
+static void divide_by_sum(double *weights, int count)
+{
+    const double total = sum(weights, count);
     for (int i = 0; i < count; i++)
         weights[i] /= total;
 }
@@ -76,4 +82,25 @@ int weft_kernel_weights_nd(const struct weft_kernel *kernel, int dims, const dou
                        : weft_kernel_weights(kernel, position[a], values[a]);
     return weft_kernel_combine(kernel, dims,
                                (const double *const[3]){values[0], values[1], values[2]}, weights);
+}
+
+// Sums are even about the samples and the middles between them, where their extremes are likely.
+struct weft_kernel_sums weft_kernel_radial_sums(const struct weft_kernel *kernel, int dims)
+{
+    enum { STEPS = 9 };
+    struct weft_kernel plain = *kernel;
+    plain.radial = true;
+    plain.normalised = false;
+    struct weft_kernel_sums sums = {INFINITY, -INFINITY};
+    for (int i = 0; i < STEPS * STEPS * (dims > 2 ? STEPS : 1); i++) {
+        const double position[3] = {(i % STEPS) / 16.0, (i / STEPS % STEPS) / 16.0,
+                                    (i / STEPS / STEPS) / 16.0};
+        double weights[WEFT_KERNEL_MAX_WEIGHTS];
+        int64_t first[3];
+        const int count = weft_kernel_weights_nd(&plain, dims, position, weights, first);
+        const double total = sum(weights, count);
+        sums.least = fmin(sums.least, total);
+        sums.largest = fmax(sums.largest, total);
+    }
+    return sums;
 }

@@ -30,5 +30,15 @@ WEFT_API int weft_kernel_weights_nd(const struct weft_kernel *kernel, int dims,
 WEFT_API int weft_kernel_combine(const struct weft_kernel *kernel, int dims,
                                  const double *const axis[3], double *weights);
 
+// Least and largest sum of a radial kernel's weights over all positions in 2D or 3D, not
+// normalised, from 9^dims positions of an eighth of a cell. Where they are on both sides of 0, as
+// in 3D for many kernels with negative lobes (Catmull-Rom: -0.06 at the samples), or touch it, the
+// kernel cannot be normalised.
+struct weft_kernel_sums {
+    double least, largest;
+};
+WEFT_API struct weft_kernel_sums weft_kernel_radial_sums(const struct weft_kernel *kernel,
+                                                         int dims);
+
 WEFT_END_DECLS
 #endif

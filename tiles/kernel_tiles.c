@@ -51,6 +51,21 @@ static bool check_params(const struct weft_kernel_tiles_params *p)
     return check_bits(p);
 }
 
+// The sum is in every weight: a set of a kernel whose sum vanishes is of no use.
+static bool check_sums(const struct weft_kernel_tiles_params *p)
+{
+    if (!p->kernel.normalised || !weft_kernel_is_radial(&p->kernel, p->dims))
+        return true;
+    const struct weft_kernel_sums sums = weft_kernel_radial_sums(&p->kernel, p->dims);
+    if (sums.least * sums.largest > 0.0)
+        return true;
+    weft_error(p->log,
+               "tiles: radial weights of kernel %s add up to %g to %g in %dD: they cannot be "
+               "divided by their sum",
+               p->kernel.info->name, sums.least, sums.largest, p->dims);
+    return false;
+}
+
 static void init_info(weft_kernel_tiles *set)
 {
     const struct weft_kernel_tiles_params *p = &set->params;
@@ -97,7 +112,8 @@ struct ranges {
 
 static void widen(struct range *r, double weight)
 {
-    r->side[weight < 0.0] = fmax(r->side[weight < 0.0], fabs(weight));
+    r->side[weight < 0.0] =
+        fmax(r->side[weight < 0.0], isfinite(weight) ? fabs(weight) : (double)INFINITY);
 }
 
 // Of all products: the largest of either sign is one of the largest of the factors.
@@ -175,6 +191,11 @@ static bool check_range(const weft_kernel_tiles *set, struct range whole)
     const double limit = p->format == WEFT_TILE_FLOAT  ? (double)INFINITY
                          : p->format == WEFT_TILE_HALF ? HALF_MAX
                                                        : 1.0;
+    if (!isfinite(largest)) {
+        weft_error(p->log, "tiles: kernel %s has weights that are not finite, or add up to 0",
+                   p->kernel.info->name);
+        return false;
+    }
     if (p->scaling == WEFT_TILE_UNSCALED && largest > limit * (1.0 + 1e-12)) {
         weft_error(p->log, "tiles: kernel %s has weights up to %g, over %g: scale them",
                    p->kernel.info->name, largest, limit);
@@ -374,6 +395,8 @@ enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params 
     bool even, odd;
     weft_require(p.log, p.kernel.info && p.kernel.width > 0);
     if (!check_params(&p) || (p.normalise && weft_kernel_normalise(p.log, &p.kernel) != WEFT_OK))
+        goto fail;
+    if (!check_sums(&p))
         goto fail;
     p.memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY;
     res = WEFT_ERR_MEMORY;
