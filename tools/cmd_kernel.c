@@ -306,7 +306,7 @@ static void print_head(const struct facts *f)
         puts("  unit sum         no: the weights of a derivative add up to 0");
     else
         printf("  unit sum         %s\n", k->normalised ? "yes: divided by their sum (+unit)"
-                                          : k->radial    ? "no: +radial+unit divides by the sum"
+                                          : k->radial   ? "no: +radial+unit divides by the sum"
                                           : f->unit_sum ? "yes"
                                                         : "no: NAME+unit divides by the sum");
 }
