@@ -8,6 +8,7 @@
 #include "filter/error.h"
 #include "filter/fixed.h"
 #include "filter/kernel.h"
+#include "filter/kernel_nd.h"
 #include "filter/kernel_table.h"
 #include "filter/reference.h"
 #include "filter/signal.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/kernel_nd.h"
 
 enum { NODES = 16, PIECES_PER_UNIT = 8, STEPS_PER_UNIT = 1024 };
 
@@ -237,6 +238,8 @@ static double square_at(const void *priv, double x)
 // The tensor product's energies are powers of those in one dimension; all of it by Parseval.
 struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel, int dims)
 {
+    if (weft_kernel_is_radial(kernel, dims))
+        return (struct weft_analysis_metrics){NAN, NAN};
     const struct rule rule = gauss_legendre();
     const double inside =
         2.0 * integrate_smooth(&rule, power_at, kernel, 0.0, 0.5, (kernel->width + 7) / 8 * 2);

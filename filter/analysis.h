@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/analysis.h - what a kernel does to a signal, from its definition alone.
 // Numbers are good to about 1e-12 for kernels that are smooth between half integers, shifted ends
-// +-r + k and nowhere else (all of the catalogue). Allocates nothing, thread-safe.
+// +-r + k and nowhere else (all of the catalogue). Radial kernels are analysed as what they are in
+// 1D. Allocates nothing, thread-safe.
 #ifndef WEFT_FILTER_ANALYSIS_H
 #define WEFT_FILTER_ANALYSIS_H
 
@@ -41,7 +42,7 @@ WEFT_API struct weft_analysis_response weft_analysis_response(const struct weft_
                                                               double frequency);
 
 // The metrics of Marschner and Lobb (Visualization 1994) for the tensor product in 1, 2 or 3
-// dimensions: R is the Nyquist cube |f_i| < 1/2, of volume 1.
+// dimensions: R is the Nyquist cube |f_i| < 1/2, of volume 1. NAN for radial kernels in 2D and 3D.
 struct weft_analysis_metrics {
     double smoothing;    // 1 less the energy |H|^2 inside R
     double postaliasing; // the energy |H|^2 outside R

@@ -10,6 +10,7 @@
 
 #include "filter/analysis.h"
 #include "filter/check.h"
+#include "filter/kernel_nd.h"
 
 // The tensor product makes everything about a location a product of what is in one column per axis,
 // so no tile is ever stored: texels are products too, quantised where they are used. The loops run
@@ -464,6 +465,13 @@ static enum weft_result prepare(const struct weft_error_kernel_params *params, s
     weft_require(log, p->lookup == WEFT_ERROR_NEAREST || p->lookup == WEFT_ERROR_LINEAR);
     weft_require(log, p->convention == WEFT_ERROR_EQ4 || p->convention == WEFT_ERROR_WSCG2003);
     job->taps = p->kernel.width;
+    if (weft_kernel_is_radial(&p->kernel, p->dims)) {
+        weft_error(log,
+                   "kernel error: %s is radial, in %dD its weights are no products of each axis' "
+                   "(weft_kernel_tiles_exact has them)",
+                   p->kernel.info->name, p->dims);
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (p->convention == WEFT_ERROR_WSCG2003) {
         if (p->kernel.support != floor(p->kernel.support)) {
             weft_error(log, "convention wscg2003 needs a whole half-width, that of %s is %g",
@@ -521,6 +529,8 @@ fail:
 
 double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound)
 {
+    if (weft_kernel_is_radial(kernel, dims))
+        return NAN;
     return dims * weft_analysis_order(kernel).largest * derivative_bound;
 }
 

@@ -58,12 +58,13 @@ struct weft_error_kernel {
 };
 
 // The result does not depend on the number of threads. Returns WEFT_ERR_ARGUMENT,
-// WEFT_ERR_UNSUPPORTED (convention and kernel), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+// WEFT_ERR_UNSUPPORTED (convention and kernel; radial kernels in 2D and 3D, whose exact weights
+// weft_kernel_tiles_exact has), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kernel_params *params,
                                                     struct weft_error_kernel *out);
 
 // The leading term of E1 for a signal whose derivative of the kernel's order stays below a bound
-// along each axis, at sample distance 1 (weft_analysis_order).
+// along each axis, at sample distance 1 (weft_analysis_order). NAN for radial kernels in 2D and 3D.
 WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
 
 // E2 <= eps_h max |f|, with eps_h the sum over all taps (eq. 4). Eq. 15 has the error of a single

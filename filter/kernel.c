@@ -48,7 +48,33 @@ const struct weft_kernel_info *const weft_kernel_list[] = {
     NULL,
 };
 
-static const char unit_suffix[] = "+unit";
+static const struct {
+    const char *text;
+    struct weft_kernel_flags flags;
+} suffixes[] = {
+    {"", {0}},
+    {"+unit", {.unit = true}},
+    {"+radial", {.radial = true}},
+    {"+radial+unit", {.radial = true, .unit = true}},
+    {"+unit+radial", {.radial = true, .unit = true}},
+};
+
+bool weft_kernel_read_flags(const char *text, struct weft_kernel_flags *flags)
+{
+    for (size_t i = 0; i < WEFT_COUNT(suffixes); i++) {
+        *flags = suffixes[i].flags;
+        if (!strcmp(text, suffixes[i].text))
+            return true;
+    }
+    return false;
+}
+
+enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft_kernel_flags flags,
+                                         struct weft_kernel *kernel)
+{
+    enum weft_result res = flags.radial ? weft_kernel_make_radial(log, kernel) : WEFT_OK;
+    return !res && flags.unit ? weft_kernel_normalise(log, kernel) : res;
+}
 
 static const struct weft_kernel_info *find(const char *name, size_t length)
 {
@@ -129,6 +155,25 @@ fail:
     return res;
 }
 
+enum weft_result weft_kernel_make_radial(const struct weft_log *log, struct weft_kernel *kernel)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, kernel && kernel->info);
+    if (kernel->info->derivation > 0) {
+        weft_error(log, "kernel %s: a derivative along one axis cannot be radial",
+                   kernel->info->name);
+        goto fail;
+    }
+    kernel->radial = true;
+    kernel->unit_sum = kernel->normalised;
+    kernel->order = kernel->order_prefiltered = kernel->normalised ? 1 : 0;
+    // At a sample, the nearest tap that h(k) = 0 says nothing about is sqrt(2) away.
+    kernel->interpolating = kernel->interpolating && kernel->support <= M_SQRT2;
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
 static void log_unknown(const struct weft_log *log, const char *name, size_t length)
 {
     char names[900] = "";
@@ -144,14 +189,10 @@ static void log_unknown(const struct weft_log *log, const char *name, size_t len
                (int)(length < 32 ? length : 32), name, names);
 }
 
-static bool ends_list(const char *text)
-{
-    return !*text || !strcmp(text, unit_suffix);
-}
-
 static enum weft_result parse_params(const struct weft_log *log,
                                      const struct weft_kernel_info *info, const char *text,
-                                     double param[WEFT_KERNEL_PARAMS])
+                                     double param[WEFT_KERNEL_PARAMS],
+                                     struct weft_kernel_flags *flags)
 {
     const size_t count = param_count(info);
     for (size_t i = 0;; i++) {
@@ -161,12 +202,13 @@ static enum weft_result parse_params(const struct weft_log *log,
             return WEFT_ERR_ARGUMENT;
         }
         const char *end = weft_number_parse(text, &param[i]);
-        if (!end || !(ends_list(end) || *end == ',')) {
+        const bool last = end && weft_kernel_read_flags(end, flags);
+        if (!end || !(last || *end == ',')) {
             weft_error(log, "kernel %s: %s = '%s' is not a finite number", info->name,
                        info->params[i].name, text);
             return WEFT_ERR_ARGUMENT;
         }
-        if (ends_list(end))
+        if (last)
             return WEFT_OK;
         text = end + 1;
     }
@@ -184,18 +226,19 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
     }
     const size_t length = strcspn(text, ":+");
     const struct weft_kernel_info *info = find(text, length);
-    if (!info || (text[length] == '+' && !ends_list(text + length))) {
+    struct weft_kernel_flags flags = {0};
+    if (!info || (text[length] == '+' && !weft_kernel_read_flags(text + length, &flags))) {
         log_unknown(log, text, length);
         goto fail;
     }
     double param[WEFT_KERNEL_PARAMS];
     for (size_t i = 0; i < WEFT_KERNEL_PARAMS; i++)
         param[i] = NAN;
-    res = text[length] == ':' ? parse_params(log, info, text + length + 1, param) : WEFT_OK;
+    res = text[length] == ':' ? parse_params(log, info, text + length + 1, param, &flags) : WEFT_OK;
     if (!res)
         res = weft_kernel_create(log, info, param, out);
-    if (!res && strstr(text, unit_suffix))
-        res = weft_kernel_normalise(log, out);
+    if (!res)
+        res = weft_kernel_apply_flags(log, flags, out);
 fail:
     if (res && out)
         *out = (struct weft_kernel){0};
@@ -226,8 +269,8 @@ int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size
     }
     uselocale(before);
     freelocale(c_locale);
-    return snprintf(text, size, "%s%s%s", kernel->info->name, list,
-                    kernel->normalised ? unit_suffix : "");
+    return snprintf(text, size, "%s%s%s%s", kernel->info->name, list,
+                    kernel->radial ? "+radial" : "", kernel->normalised ? "+unit" : "");
 }
 
 // Splits x into an integer and the distance past it in [0, 1): x - floor(x) rounds to 1 where x is
@@ -263,8 +306,7 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
     return 0.5 * kernel->width - 1.0;
 }
 
-// fraction + shift, never rounded up onto the next knot, where the kernel may jump.
-static double argument(double fraction, double shift)
+double weft_kernel_argument(double fraction, double shift)
 {
     const double x = fraction + shift, knot = shift + 1.0;
     return x < knot ? x : nextafter(knot, -INFINITY);
@@ -276,7 +318,7 @@ static int64_t plain_weights(const struct weft_kernel *kernel, double x, double 
     const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
     const double offset = weft_kernel_offset(kernel);
     for (int j = 0; j < kernel->width; j++)
-        weights[j] = kernel->info->weight(kernel, argument(fraction, offset - j));
+        weights[j] = kernel->info->weight(kernel, weft_kernel_argument(fraction, offset - j));
     return first;
 }
 

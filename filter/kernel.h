@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/kernel.h - the kernel catalogue.
 // A kernel h is a 1D reconstruction filter with support [-r, r), used as a tensor product in 2D and
-// 3D. The reconstruction of samples f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller,
-// WSCG 2003, eq. 1). Everything here is in double, allocates nothing and is thread-safe.
+// 3D, or there radially: filter/kernel_nd.h has the weights of both. The reconstruction of samples
+// f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 1). Everything here
+// is in double, allocates nothing and is thread-safe.
 #ifndef WEFT_FILTER_KERNEL_H
 #define WEFT_FILTER_KERNEL_H
 
@@ -62,6 +63,7 @@ struct weft_kernel {
     int continuity, order, order_prefiltered;
     bool interpolating, unit_sum;
     bool normalised; // divided by sum_k h(x - k), see weft_kernel_normalise
+    bool radial;     // h(|d|) in 2D and 3D, see weft_kernel_make_radial
 };
 
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
@@ -82,9 +84,20 @@ WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
 WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
                                                 struct weft_kernel *kernel);
 
-// Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+unit" behind it
-// for weft_kernel_normalise ("lanczos:3+unit"); up to 255 bytes, whatever the locale. Trailing
-// parameters may be left out. An unknown name is logged with the list of names.
+// Makes the weight at offset d in 2D and 3D h(|d|), 0 from |d| = r on, in place of the product of
+// three h; of kernels that are not even, the half h(x >= 0) counts. Nothing changes in 1D. Radial
+// weights practically never add up to one, not even on average, so `unit_sum` and the orders are
+// lost, as far as 2D and 3D go: call weft_kernel_normalise after this, not before, to divide by the
+// sum of all width^dims weights, which brings constants back but no more. `interpolating` stays
+// where r <= sqrt(2). Not all can be normalised: weft_kernel_radial_sums.
+// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative.
+WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
+                                                  struct weft_kernel *kernel);
+
+// Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+radial" behind it
+// for weft_kernel_make_radial, "+unit" for weft_kernel_normalise ("lanczos:3+unit") or both, in
+// either order; up to 255 bytes, whatever the locale. Trailing parameters may be left out. An
+// unknown name is logged with the list of names.
 // Returns WEFT_ERR_ARGUMENT.
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);
@@ -93,6 +106,7 @@ WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const ch
 // size > 0); returns what snprintf returns.
 WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
 
+// These and all below are of one axis, radial kernels too.
 WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
 WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double x); // NAN if none
 

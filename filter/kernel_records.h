@@ -43,6 +43,17 @@ WEFT_BEGIN_DECLS
         .continuity = WEFT_KERNEL_LOWER(its_continuity, 2), .order = its_order, __VA_ARGS__        \
     }
 
+// kernel.c: what stands behind a kernel's name, "+radial" and "+unit", alone or in either order;
+// false for any other text. They are applied in the order that weft_kernel_make_radial asks for.
+struct weft_kernel_flags {
+    bool radial, unit;
+};
+bool weft_kernel_read_flags(const char *text, struct weft_kernel_flags *flags);
+enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft_kernel_flags flags,
+                                         struct weft_kernel *kernel);
+// fraction + shift, never rounded up onto the next knot, where the kernel may jump.
+double weft_kernel_argument(double fraction, double shift);
+
 // kernel_bspline.c
 extern const struct weft_kernel_info weft_kernel_nearest[1], weft_kernel_linear[2];
 extern const struct weft_kernel_info weft_kernel_bspline[3];

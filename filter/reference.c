@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "filter/kernel_nd.h"
+
 // Neumaier (1974): the sum and what its roundings lost.
 struct sum {
     double total, lost;
@@ -24,22 +26,20 @@ struct weft_reference_value weft_reference_compute(const struct weft_kernel *ker
 {
     if (dims < 1 || dims > 3)
         return (struct weft_reference_value){.value = NAN};
-    // An unused dimension is one tap of weight 1 at index 0.
-    double weights[3][WEFT_KERNEL_MAX_WIDTH] = {{1.0}, {1.0}, {1.0}};
-    int64_t first[3] = {0, 0, 0};
-    int count[3] = {1, 1, 1};
-    for (int d = 0; d < dims; d++) {
-        first[d] = weft_kernel_weights(kernel, position[d], weights[d]);
-        count[d] = kernel->width;
-    }
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3];
+    weft_kernel_weights_nd(kernel, dims, position, weights, first);
+    // An unused dimension is one tap at index 0.
+    const int width = kernel->width, rows = dims > 1 ? width : 1, planes = dims > 2 ? width : 1;
     struct sum sum = {0};
     double magnitude = 0.0;
-    for (int k = 0; k < count[2]; k++) {
-        for (int j = 0; j < count[1]; j++) {
-            for (int i = 0; i < count[0]; i++) {
+    const double *weight = weights;
+    for (int k = 0; k < planes; k++) {
+        for (int j = 0; j < rows; j++) {
+            for (int i = 0; i < width; i++) {
                 const double f =
                     fetch(priv, (int64_t[3]){first[0] + i, first[1] + j, first[2] + k});
-                add(&sum, weights[0][i] * weights[1][j] * weights[2][k] * f);
+                add(&sum, *weight++ * f);
                 magnitude = fmax(magnitude, fabs(f));
             }
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/reference.h - direct convolution in double: the truth that everything is measured against.
-// Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one product of weights per
-// tap, compensated (Neumaier) sums, no tables, no separable shortcuts.
+// Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one weight per tap
+// (filter/kernel_nd.h), compensated (Neumaier) sums, no tables, no separable shortcuts.
 #ifndef WEFT_FILTER_REFERENCE_H
 #define WEFT_FILTER_REFERENCE_H
 
@@ -17,7 +17,8 @@ struct weft_reference_value {
     double magnitude; // largest |f_i| among the width^dims taps, whatever their weight
 };
 
-// Reconstructs at a position in index coordinates with the tensor-product kernel.
+// Reconstructs at a position in index coordinates with the tensor-product kernel, or the radial
+// one.
 // dims is 1, 2 or 3 (else the value is NAN); position has dims entries. Thread-safe if fetch is.
 WEFT_API struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel,
                                                             int dims, const double *position,

@@ -538,6 +538,12 @@ enum weft_result weft_slice_plan_create(weft_volume *volume,
         if (res != WEFT_OK)
             goto fail;
     }
+    if (p.kernel.radial) {
+        weft_error(p.log, "kernel %s is radial: a slice multiplies the weights of three axes",
+                   p.kernel.info->name);
+        res = WEFT_ERR_UNSUPPORTED;
+        goto fail;
+    }
     plan->info.kernel = p.kernel;
     res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
     if (res == WEFT_OK)

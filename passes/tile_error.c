@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/kernel_nd.h"
 #include "passes/program.h"
 #include "tiles/texture.h"
 
@@ -41,6 +42,12 @@ static enum weft_result check(struct survey *s)
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(s->p.log, s->p.tiles);
     s->info = weft_kernel_tiles_get_info(s->p.tiles);
+    if (weft_kernel_is_radial(&s->info->kernel, s->info->dims)) {
+        weft_error(s->p.log, "tile error: %s is radial, in %dD its weights are no products",
+                   s->info->kernel.info->name, s->info->dims);
+        res = WEFT_ERR_UNSUPPORTED;
+        goto fail;
+    }
     if (!s->p.locations)
         s->p.locations = s->info->dims > 2 ? 32 : 256;
     weft_require(s->p.log, s->p.locations > 0 && s->p.locations <= MAX_LOCATIONS);

@@ -41,8 +41,8 @@ struct weft_tile_error {
     int borders;
 };
 
-// Draws every tile of the set once. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or
-// WEFT_ERR_GL.
+// Draws every tile of the set once. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (2D and 3D
+// tiles of radial kernels), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_tile_error_measure(weft_context *context,
                                                   const struct weft_tile_error_params *params,
                                                   struct weft_tile_error *out);

@@ -158,6 +158,22 @@ static void text_tells_parameters(void **state)
         command_succeeds("kernel", weft_kernel_list[i]->name, "-q");
 }
 
+static void radial_kernels(void **state)
+{
+    (void)state;
+    const char *out = command_succeeds("kernel", "catmull-rom+radial");
+    assert_non_null(strstr(out, "radial           yes"));
+    assert_non_null(strstr(out, "unit sum         no: +radial+unit"));
+    assert_non_null(strstr(out, "sums in 3D       -0.12807 to 0.0569446: +unit cannot"));
+    json_t *root = parse(command_succeeds("kernel", "linear+unit+radial", "--json"));
+    assert_string_equal(text(root, "kernel"), "linear+radial+unit");
+    assert_true(flag(root, "radial") && flag(root, "unit_sum"));
+    json_decref(root);
+    command_fails(3, "bspline is radial", "table", "--kernels", "bspline+radial", "--dims", "2");
+    command_fails(3, "is radial", "table", "--kernels", "catmull-rom+radial", "--scale", "full",
+                  "--dims", "3");
+}
+
 static void kernels_from_files(void **state)
 {
     (void)state;
@@ -502,6 +518,7 @@ static void bad_kernels(void **state)
         {"kaiser-sinc:2,-1", "not in ["},
         {"linear+units", "no kernel"},
         {"d-bspline+unit", "add up to 0"},
+        {"d-bspline+radial", "cannot be radial"},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
         command_fails(2, cases[i].message, "kernel", cases[i].name);
@@ -657,6 +674,7 @@ int main(void)
         cmocka_unit_test(list_has_every_kernel),
         cmocka_unit_test(json_tells_known_values),
         cmocka_unit_test(text_tells_parameters),
+        cmocka_unit_test(radial_kernels),
         cmocka_unit_test(kernels_from_files),
         cmocka_unit_test(default_is_eq4),
         cmocka_unit_test(wscg2003_gives_53_of_60),

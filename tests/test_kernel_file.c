@@ -95,6 +95,12 @@ static void test_normalised_file(void **state)
     weft_kernel_format(&kernel, formatted, sizeof formatted);
     assert_string_equal(formatted, unit);
     weft_kernel_file_destroy(&file);
+    snprintf(unit, sizeof unit, "%s+radial+unit", text);
+    assert_int_equal(weft_kernel_load(&remember_log, unit, &kernel, &file), WEFT_OK);
+    assert_true(kernel.radial && kernel.normalised);
+    weft_kernel_format(&kernel, formatted, sizeof formatted);
+    assert_string_equal(formatted, unit);
+    weft_kernel_file_destroy(&file);
 }
 
 static void test_catalogue(void **state)

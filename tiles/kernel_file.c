@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "filter/check.h"
+#include "filter/kernel_records.h"
 #include "filter/kernel_table.h"
 
 struct weft_kernel_file {
@@ -19,7 +20,7 @@ struct weft_kernel_file {
     char *name; // "table:FILE"
 };
 
-static const char prefix[] = "table:", unit_suffix[] = "+unit";
+static const char prefix[] = "table:";
 
 // The whole of a regular file, with a NUL behind it.
 static enum weft_result read_file(const struct weft_log *log, const char *path, char **out)
@@ -196,12 +197,13 @@ fail:
     return res;
 }
 
-// "table:FILE" of text without "+unit".
-static char *file_name(const char *text, bool *unit)
+// "table:FILE" of text without the flags behind it.
+static char *file_name(const char *text, struct weft_kernel_flags *flags)
 {
-    const size_t length = strlen(text), suffix = strlen(unit_suffix);
-    *unit = length >= suffix && !strcmp(text + length - suffix, unit_suffix);
-    return strndup(text, *unit ? length - suffix : length);
+    size_t length = 0;
+    while (!weft_kernel_read_flags(text + length, flags))
+        length++;
+    return strndup(text, length);
 }
 
 enum weft_result weft_kernel_load(const struct weft_log *log, const char *text,
@@ -209,7 +211,7 @@ enum weft_result weft_kernel_load(const struct weft_log *log, const char *text,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_kernel_file *f = NULL;
-    bool unit = false;
+    struct weft_kernel_flags flags = {0};
     weft_require(log, text && out && file);
     *file = NULL;
     *out = (struct weft_kernel){0};
@@ -217,15 +219,15 @@ enum weft_result weft_kernel_load(const struct weft_log *log, const char *text,
         return weft_kernel_parse(log, text, out);
     res = WEFT_ERR_MEMORY;
     f = calloc(1, sizeof *f);
-    if (!f || !(f->name = file_name(text, &unit))) {
+    if (!f || !(f->name = file_name(text, &flags))) {
         weft_error(log, "kernel file: no memory");
         goto fail;
     }
     res = load(log, f->name + strlen(prefix), f);
     if (!res)
         res = weft_kernel_create(log, &f->table.info, NULL, out);
-    if (!res && unit)
-        res = weft_kernel_normalise(log, out);
+    if (!res)
+        res = weft_kernel_apply_flags(log, flags, out);
     if (res)
         goto fail;
     *file = f;

@@ -16,10 +16,10 @@ enum { WEFT_KERNEL_FILE_MAX_BYTES = 32 << 20 };
 
 typedef struct weft_kernel_file weft_kernel_file; // immutable: any number of threads
 
-// Reads "table:FILE" or "table:FILE+unit" (weft_kernel_normalise), and everything that
-// weft_kernel_parse reads. Kernels from files refer to *file, which must outlive them; *file is
-// NULL for others, and on failure. Returns WEFT_ERR_ARGUMENT, _OPEN (also for what is not a regular
-// file), _FORMAT (with the line), _LIMIT or _MEMORY.
+// Reads "table:FILE", with "+radial" and "+unit" behind it as weft_kernel_parse has them, and
+// everything that weft_kernel_parse reads. Kernels from files refer to *file, which must outlive
+// them; *file is NULL for others, and on failure. Returns WEFT_ERR_ARGUMENT, _OPEN (also for what
+// is not a regular file), _FORMAT (with the line), _LIMIT or _MEMORY.
 WEFT_API enum weft_result weft_kernel_load(const struct weft_log *log, const char *text,
                                            struct weft_kernel *out, weft_kernel_file **file);
 WEFT_API void

@@ -51,6 +51,21 @@ static bool check_params(const struct weft_kernel_tiles_params *p)
     return check_bits(p);
 }
 
+// The sum is in every weight: a set of a kernel whose sum vanishes is of no use.
+static bool check_sums(const struct weft_kernel_tiles_params *p)
+{
+    if (!p->kernel.normalised || !weft_kernel_is_radial(&p->kernel, p->dims))
+        return true;
+    const struct weft_kernel_sums sums = weft_kernel_radial_sums(&p->kernel, p->dims);
+    if (sums.least * sums.largest > 0.0)
+        return true;
+    weft_error(p->log,
+               "tiles: radial weights of kernel %s add up to %g to %g in %dD: they cannot be "
+               "divided by their sum",
+               p->kernel.info->name, sums.least, sums.largest, p->dims);
+    return false;
+}
+
 static void init_info(weft_kernel_tiles *set)
 {
     const struct weft_kernel_tiles_params *p = &set->params;
@@ -85,14 +100,20 @@ struct range {
     double side[2];
 };
 
-static struct range tap_range(const weft_kernel_tiles *set, int tap)
+// Taps of one half of an axis.
+enum { HALF_WIDTH = WEFT_KERNEL_MAX_WIDTH / 2 };
+
+struct ranges {
+    struct range axis[WEFT_KERNEL_MAX_WIDTH];                  // separable: of each tap of an axis
+    struct range radial[HALF_WIDTH * HALF_WIDTH * HALF_WIDTH]; // of the taps of one octant
+    struct range whole;                                        // of all taps
+    bool is_radial;
+};
+
+static void widen(struct range *r, double weight)
 {
-    struct range r = {{0.0, 0.0}};
-    for (int k = 0; k < set->info.samples; k++) {
-        const double w = set->weights[(size_t)k * (size_t)set->info.width + (size_t)tap];
-        r.side[w < 0.0] = fmax(r.side[w < 0.0], fabs(w));
-    }
-    return r;
+    r->side[weight < 0.0] =
+        fmax(r->side[weight < 0.0], isfinite(weight) ? fabs(weight) : (double)INFINITY);
 }
 
 // Of all products: the largest of either sign is one of the largest of the factors.
@@ -102,12 +123,57 @@ static struct range product(struct range a, struct range b)
                            fmax(a.side[0] * b.side[1], a.side[1] * b.side[0])}};
 }
 
-static struct range tile_range(const weft_kernel_tiles *set, const struct range *axis,
+static void find_product_ranges(const weft_kernel_tiles *set, struct ranges *out)
+{
+    struct range any = {{0.0, 0.0}};
+    for (int t = 0; t < set->info.width; t++) {
+        for (int k = 0; k < set->info.samples; k++) {
+            const double w = set->axis[(size_t)k * (size_t)set->info.width + (size_t)t];
+            widen(&out->axis[t], w);
+            widen(&any, w);
+        }
+    }
+    out->whole = any;
+    for (int a = 1; a < set->info.dims; a++)
+        out->whole = product(out->whole, any);
+}
+
+// A radial kernel's tap and its reflections have the same range.
+static struct range *radial_range(const weft_kernel_tiles *set, struct ranges *ranges,
+                                  const int tap[3])
+{
+    int index = 0;
+    for (int a = set->info.dims - 1; a >= 0; a--) {
+        const int mirrored = set->info.width - 1 - tap[a];
+        index = index * HALF_WIDTH + (tap[a] < mirrored ? tap[a] : mirrored);
+    }
+    return &ranges->radial[index];
+}
+
+// No product tells: all weights at all positions, less those that are reflections.
+static void find_radial_ranges(const weft_kernel_tiles *set, struct ranges *out)
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int at[3] = {0};
+    out->is_radial = true;
+    do {
+        weft_tiles_weights(set, at, weights);
+        int tap[3] = {0}, i = 0;
+        do {
+            widen(radial_range(set, out, tap), weights[i]);
+            widen(&out->whole, weights[i++]);
+        } while (weft_tiles_next(set->info.dims, set->info.width, tap));
+    } while (weft_tiles_next(set->info.dims, (set->info.samples + 1) / 2, at));
+}
+
+static struct range tile_range(const weft_kernel_tiles *set, struct ranges *ranges,
                                const int tap[3])
 {
-    struct range r = axis[tap[0]];
+    if (ranges->is_radial)
+        return *radial_range(set, ranges, tap);
+    struct range r = ranges->axis[tap[0]];
     for (int a = 1; a < set->info.dims; a++)
-        r = product(r, axis[tap[a]]);
+        r = product(r, ranges->axis[tap[a]]);
     return r;
 }
 
@@ -125,6 +191,11 @@ static bool check_range(const weft_kernel_tiles *set, struct range whole)
     const double limit = p->format == WEFT_TILE_FLOAT  ? (double)INFINITY
                          : p->format == WEFT_TILE_HALF ? HALF_MAX
                                                        : 1.0;
+    if (!isfinite(largest)) {
+        weft_error(p->log, "tiles: kernel %s has weights that are not finite, or add up to 0",
+                   p->kernel.info->name);
+        return false;
+    }
     if (p->scaling == WEFT_TILE_UNSCALED && largest > limit * (1.0 + 1e-12)) {
         weft_error(p->log, "tiles: kernel %s has weights up to %g, over %g: scale them",
                    p->kernel.info->name, largest, limit);
@@ -148,12 +219,12 @@ static int power(int base, int exponent)
 }
 
 // Numbers the parts that each of `count`^dims taps has; returns how many there are.
-static int number_parts(const weft_kernel_tiles *set, const struct range *axis, int count,
+static int number_parts(const weft_kernel_tiles *set, struct ranges *ranges, int count,
                         double set_scale, int *number, double *scale)
 {
     int tap[3] = {0}, parts = 0;
     do {
-        const struct range r = tile_range(set, axis, tap);
+        const struct range r = tile_range(set, ranges, tap);
         for (int side = 0; side < 2; side++) {
             const bool there = set->separate ? r.side[side] > 0.0 : side == 0;
             const double largest = set->separate ? r.side[side] : fmax(r.side[0], r.side[1]);
@@ -211,23 +282,20 @@ static enum weft_result lay_out(weft_kernel_tiles *set)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct weft_kernel_tiles_info *info = &set->info;
-    struct range axis[WEFT_KERNEL_MAX_WIDTH], any = {{0.0, 0.0}};
-    for (int t = 0; t < info->width; t++) {
-        axis[t] = tap_range(set, t);
-        for (int side = 0; side < 2; side++)
-            any.side[side] = fmax(any.side[side], axis[t].side[side]);
-    }
-    struct range whole = any;
-    for (int a = 1; a < info->dims; a++)
-        whole = product(whole, any);
+    struct ranges ranges = {0};
+    if (weft_kernel_is_radial(&info->kernel, info->dims))
+        find_radial_ranges(set, &ranges);
+    else
+        find_product_ranges(set, &ranges);
+    const struct range whole = ranges.whole;
     const double set_scale = set->params.scaling == WEFT_TILE_SCALE_SET
                                  ? full_range_scale(set, fmax(whole.side[0], whole.side[1]))
                                  : 1.0;
     double *scale = NULL;
     if (!check_range(set, whole))
         goto fail;
-    info->tile_count = number_parts(set, axis, info->width, set_scale, NULL, NULL);
-    const int stored = number_parts(set, axis, set->kept, set_scale, NULL, NULL);
+    info->tile_count = number_parts(set, &ranges, info->width, set_scale, NULL, NULL);
+    const int stored = number_parts(set, &ranges, set->kept, set_scale, NULL, NULL);
     res = WEFT_ERR_LIMIT;
     if (!check_memory(set, (size_t)stored, &info->memory_bytes))
         goto fail;
@@ -239,7 +307,7 @@ static enum weft_result lay_out(weft_kernel_tiles *set)
         weft_error(set->params.log, "tiles: not enough memory for a list of %d tiles", stored);
         goto fail;
     }
-    number_parts(set, axis, set->kept, set_scale, set->stored_of, scale);
+    number_parts(set, &ranges, set->kept, set_scale, set->stored_of, scale);
     res = allocate(set, scale, stored);
 fail:
     free(scale);
@@ -328,15 +396,17 @@ enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params 
     weft_require(p.log, p.kernel.info && p.kernel.width > 0);
     if (!check_params(&p) || (p.normalise && weft_kernel_normalise(p.log, &p.kernel) != WEFT_OK))
         goto fail;
+    if (!check_sums(&p))
+        goto fail;
     p.memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY;
     res = WEFT_ERR_MEMORY;
     set = calloc(1, sizeof *set);
     if (set) {
         set->params = p;
         init_info(set);
-        set->weights = malloc((size_t)p.samples * (size_t)set->info.width * sizeof *set->weights);
+        set->axis = malloc((size_t)p.samples * (size_t)set->info.width * sizeof *set->axis);
     }
-    if (!set || !set->weights) {
+    if (!set || !set->axis) {
         weft_error(p.log, "tiles: not enough memory for %d x %d weights", p.samples,
                    p.kernel.width);
         goto fail;
@@ -366,7 +436,7 @@ void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles)
     free(set->stored);
     free(set->stored_of);
     free(set->tiles);
-    free(set->weights);
+    free(set->axis);
     free(set);
     *tiles = NULL;
 }
@@ -421,8 +491,14 @@ int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile, const in
 double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
                                const int position[3])
 {
-    double w = 1.0;
-    for (int a = 0; a < tiles->info.dims; a++)
-        w *= tiles->weights[(size_t)position[a] * (size_t)tiles->info.width + (size_t)tap[a]];
-    return w;
+    const size_t width = (size_t)tiles->info.width;
+    if (!weft_kernel_is_radial(&tiles->info.kernel, tiles->info.dims)) {
+        double w = 1.0;
+        for (int a = 0; a < tiles->info.dims; a++)
+            w *= tiles->axis[(size_t)position[a] * width + (size_t)tap[a]];
+        return w;
+    }
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    weft_tiles_weights(tiles, position, weights);
+    return weights[weft_tiles_tap_index(tiles, tap, tiles->info.width)];
 }

@@ -2,7 +2,8 @@
 // tiles/kernel_tiles.h - kernels sampled, quantised, split and interleaved.
 // A tile is one unit-wide piece of a kernel, sampled at M positions per axis: the weight of one tap
 // for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
-// multiplication (Hadwiger, Hauser, Moeller, WSCG 2003). A set holds the tiles of all width^dims
+// multiplication (Hadwiger, Hauser, Moeller, WSCG 2003), or for radial kernels
+// (weft_kernel_make_radial) the weight of the distance. A set holds the tiles of all width^dims
 // taps; adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along
 // an axis.
 #ifndef WEFT_TILES_KERNEL_TILES_H
@@ -63,7 +64,8 @@ struct weft_kernel_tiles_params {
     bool exact_scale; // the factor that uses all of the range; default: a power of two below it
     // Even and odd kernels: store only the taps of one half per axis, fetch the others mirrored
     // (default true). Other kernels, and sum-preserving sets with an odd M, whose middle sample
-    // would need an even sum, are stored whole: see struct weft_kernel_tiles_info.
+    // would need an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
+    // weft_kernel_tiles_info.
     bool mirror;
     bool normalise;        // weights at every position add up to 1 (weft_kernel_normalise)
     uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)

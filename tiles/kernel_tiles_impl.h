@@ -4,6 +4,7 @@
 #define WEFT_TILES_KERNEL_TILES_IMPL_H
 
 #include "filter/check.h"
+#include "filter/kernel_nd.h"
 #include "tiles/kernel_tiles.h"
 
 // The tile as it lies in memory: what mirrored tiles share.
@@ -19,7 +20,9 @@ struct weft_kernel_tiles {
     struct weft_kernel_tiles_params params;
     bool separate, odd; // signs in tiles of their own; a kernel with h(-x) = -h(x)
     int kept;           // taps stored along an axis
-    double *weights;    // exact 1D weights, [sample][tap]
+    // Of one axis, [sample][tap], for weft_kernel_combine: exact weights; for radial kernels in 2D
+    // and 3D offsets.
+    double *axis;
     struct weft_stored_tile *stored;
     // Stored number of every kept tap's parts (positive or whole, negative); -1: there is none.
     int *stored_of;
@@ -93,9 +96,12 @@ static inline void weft_tiles_store(const weft_kernel_tiles *set, void *data, si
 void weft_tiles_measure(const weft_kernel_tiles *set, struct weft_stored_tile *stored);
 void weft_tiles_refresh(const weft_kernel_tiles *set, struct weft_kernel_tile *tile);
 
-// Fills set->weights: the exact weights of one axis, even and odd kernels made exactly so. Also
-// finds out which of those the kernel is, within rounding.
+// Fills set->axis, even and odd kernels made exactly so. Also finds out which of those the kernel
+// is, within rounding; radial weights are even.
 void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd);
+
+// The exact weights of all taps at a sample position; returns how many.
+int weft_tiles_weights(const weft_kernel_tiles *set, const int position[3], double *weights);
 
 // Quantises all sample positions into the stored tiles. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_tiles_quantise(weft_kernel_tiles *set);

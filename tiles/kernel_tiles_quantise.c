@@ -15,27 +15,54 @@ static double exact_weight(const weft_kernel_tiles *set, int k, int tap)
     return weft_kernel_weight(kernel, x < knot ? x : nextafter(knot, -INFINITY));
 }
 
-static double *weight_at(const weft_kernel_tiles *set, int k, int tap)
+// The offset of a radial kernel's tap, from inside at both ends: its ball ends at the far one, and
+// what jumps there would not be symmetric.
+static double exact_offset(const weft_kernel_tiles *set, int k, int tap)
 {
-    return &set->weights[(size_t)k * (size_t)set->info.width + (size_t)tap];
+    const double shift = weft_kernel_offset(&set->info.kernel) - tap;
+    const double x = weft_kernel_tiles_position(set, k) + shift;
+    return fmax(nextafter(shift, INFINITY), fmin(nextafter(shift + 1.0, -INFINITY), x));
+}
+
+static double *axis_at(const weft_kernel_tiles *set, int k, int tap)
+{
+    return &set->axis[(size_t)k * (size_t)set->info.width + (size_t)tap];
 }
 
 static double *mirror_of(const weft_kernel_tiles *set, int k, int tap)
 {
-    return weight_at(set, set->info.samples - 1 - k, set->info.width - 1 - tap);
+    return axis_at(set, set->info.samples - 1 - k, set->info.width - 1 - tap);
+}
+
+// Exactly odd, so that reflected taps are at the same distance.
+static void sample_offsets(weft_kernel_tiles *set)
+{
+    for (int k = 0; k < set->info.samples; k++) {
+        for (int t = 0; t < set->info.width; t++) {
+            const double x = exact_offset(set, k, t);
+            *axis_at(set, k, t) = x;
+            *mirror_of(set, k, t) = -x;
+        }
+    }
 }
 
 void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd)
 {
     const int m = set->info.samples, width = set->info.width;
+    *even = weft_kernel_is_radial(&set->info.kernel, set->info.dims);
+    *odd = false;
+    if (*even) {
+        sample_offsets(set);
+        return;
+    }
     double largest = 0.0, even_error = 0.0, odd_error = 0.0;
     for (int k = 0; k < m; k++)
         for (int t = 0; t < width; t++)
-            largest = fmax(largest, fabs(*weight_at(set, k, t) = exact_weight(set, k, t)));
+            largest = fmax(largest, fabs(*axis_at(set, k, t) = exact_weight(set, k, t)));
     for (int k = 0; k < m; k++) {
         for (int t = 0; t < width; t++) {
-            even_error = fmax(even_error, fabs(*weight_at(set, k, t) - *mirror_of(set, k, t)));
-            odd_error = fmax(odd_error, fabs(*weight_at(set, k, t) + *mirror_of(set, k, t)));
+            even_error = fmax(even_error, fabs(*axis_at(set, k, t) - *mirror_of(set, k, t)));
+            odd_error = fmax(odd_error, fabs(*axis_at(set, k, t) + *mirror_of(set, k, t)));
         }
     }
     // Derivatives lose digits near the knots, none that a tile could show.
@@ -45,7 +72,7 @@ void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd)
         return;
     for (int k = 0; k < m; k++) {
         for (int t = 0; t < width; t++) {
-            double *a = weight_at(set, k, t), *b = mirror_of(set, k, t);
+            double *a = axis_at(set, k, t), *b = mirror_of(set, k, t);
             if (*odd && a == b)
                 *a = 0.0;
             else if (a < b)
@@ -172,18 +199,12 @@ static void quantise_together(struct position_values *p, double unit)
     }
 }
 
-static void multiply_out(const weft_kernel_tiles *set, const int at[3], double *value)
+int weft_tiles_weights(const weft_kernel_tiles *set, const int position[3], double *weights)
 {
-    const int width = set->info.width, dims = set->info.dims;
-    const double *x = weight_at(set, at[0], 0);
-    const double *y = dims > 1 ? weight_at(set, at[1], 0) : NULL;
-    const double *z = dims > 2 ? weight_at(set, at[2], 0) : NULL;
-    for (int k = 0; k < (z ? width : 1); k++)
-        for (int j = 0; j < (y ? width : 1); j++) {
-            const double yz = (z ? z[k] : 1.0) * (y ? y[j] : 1.0);
-            for (int i = 0; i < width; i++)
-                *value++ = x[i] * yz;
-        }
+    const double *axis[3] = {NULL};
+    for (int a = 0; a < set->info.dims; a++)
+        axis[a] = axis_at(set, position[a], 0);
+    return weft_kernel_combine(&set->info.kernel, set->info.dims, axis, weights);
 }
 
 // ---- into the stored tiles ----------------------------------------------------------------------
@@ -288,7 +309,7 @@ enum weft_result weft_tiles_quantise(weft_kernel_tiles *set)
     const bool together = set->info.rounding == WEFT_TILE_SUM_PRESERVING && set->info.stored_count;
     int at[3] = {0};
     do {
-        multiply_out(set, at, p.value);
+        weft_tiles_weights(set, at, p.value);
         if (together)
             quantise_together(&p, set->stored[0].scale * set->info.one);
         else

@@ -70,7 +70,8 @@ static void gather(struct facts *f)
     f->symmetry = find_symmetry(kernel);
     f->order = weft_analysis_order(kernel);
     // A table's record cannot know.
-    f->unit_sum = kernel->unit_sum || (kernel->info->derivation == 0 && f->order.order > 0);
+    f->unit_sum = kernel->unit_sum ||
+                  (kernel->info->derivation == 0 && !kernel->radial && f->order.order > 0);
     for (int n = 0; n < MOMENTS; n++)
         f->moment[n] = weft_analysis_moment(kernel, n);
     for (int n = 0; n < TAYLOR_ORDERS; n++)
@@ -85,7 +86,7 @@ static void gather(struct facts *f)
 
 static bool needs_prefilter(const struct facts *f)
 {
-    return f->kernel.info->derivation == 0 && !f->kernel.interpolating &&
+    return f->kernel.info->derivation == 0 && !f->kernel.radial && !f->kernel.interpolating &&
            f->order.prefiltered > f->order.order;
 }
 
@@ -234,13 +235,13 @@ static enum weft_result print_json(const struct facts *f)
     for (int p = 0; p < WEFT_KERNEL_PARAMS && k->info->params[p].name; p++)
         json_object_set_new(params, k->info->params[p].name, json_number(k->param[p]));
     json_t *root = json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:i,s:s,s:b,s:b,s:b,s:i}", "weft", weft_version(),
+        "{s:s,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:i,s:s,s:b,s:b,s:b,s:b,s:i}", "weft", weft_version(),
         "kernel", json_text(f->name), "description", json_text(k->info->description), "citation",
         k->info->citation ? json_text(k->info->citation) : json_null(), "parameters", params,
         "support", json_number(k->support), "taps", k->width, "degree", k->info->degree,
-        "continuity", k->continuity, "symmetry", f->symmetry, "interpolating", k->interpolating,
-        "unit_sum", f->unit_sum, "needs_prefilter", needs_prefilter(f), "derivative",
-        k->info->derivation);
+        "continuity", k->continuity, "symmetry", f->symmetry, "radial", k->radial, "interpolating",
+        k->interpolating, "unit_sum", f->unit_sum, "needs_prefilter", needs_prefilter(f),
+        "derivative", k->info->derivation);
     json_object_set_new(root, "order",
                         json_pack("{s:i,s:o,s:o,s:i,s:o}", "order", o->order, "constant",
                                   json_number(o->constant), "largest", json_number(o->largest),
@@ -266,6 +267,18 @@ static double tidy(double x)
     return fabs(x) < 1e-13 ? 0.0 : x;
 }
 
+static void print_radial(const struct weft_kernel *k)
+{
+    puts("  radial           yes: the weight is h of the distance in 2D and 3D, not a product;\n"
+         "                   orders, moments and all below them are those in 1D");
+    for (int dims = 2; dims <= 3; dims++) {
+        struct weft_kernel_sums sums = weft_kernel_radial_sums(k, dims);
+        printf("  sums in %dD       %.6g to %.6g%s\n", dims, tidy(sums.least) + 0.0,
+               tidy(sums.largest) + 0.0,
+               sums.least * sums.largest > 0.0 ? "" : ": +unit cannot divide by them");
+    }
+}
+
 static void print_head(const struct facts *f)
 {
     const struct weft_kernel *k = &f->kernel;
@@ -273,6 +286,8 @@ static void print_head(const struct facts *f)
     if (k->info->citation)
         printf(" (%s)", k->info->citation);
     puts("");
+    if (k->radial)
+        print_radial(k);
     for (int p = 0; p < WEFT_KERNEL_PARAMS && k->info->params[p].name; p++)
         printf("  parameter        %s = %g in [%g, %g], default %g\n", k->info->params[p].name,
                k->param[p], k->info->params[p].min, k->info->params[p].max,
@@ -293,6 +308,7 @@ static void print_head(const struct facts *f)
         puts("  unit sum         no: the weights of a derivative add up to 0");
     else
         printf("  unit sum         %s\n", k->normalised ? "yes: divided by their sum (+unit)"
+                                          : k->radial   ? "no: +radial+unit divides by the sum"
                                           : f->unit_sum ? "yes"
                                                         : "no: NAME+unit divides by the sum");
 }
@@ -362,7 +378,7 @@ static void print_quality(const struct facts *f)
     if (f->kernel.info->derivation == 0) {
         puts("\n  Marschner and Lobb 1994");
         printf("  %8s  %13s  %13s\n", "dims", "smoothing", "post-aliasing");
-        for (int d = 0; d < DIMS; d++)
+        for (int d = 0; d < (f->kernel.radial ? 1 : DIMS); d++)
             printf("  %8d  %13.6f  %13.6f\n", d + 1, f->metrics[d].smoothing,
                    f->metrics[d].postaliasing);
         printf("\n  a unit step overshoots by %.5g, undershoots by %.5g", tidy(f->overshoot.above),
@@ -434,8 +450,8 @@ static int run(const char *operand, const struct option_value *values)
 }
 
 static const char *const epilogue[] = {
-    "NAME is as in weft slice --kernel: NAME, NAME:p, NAME:p,q, any of them with +unit behind it, "
-    "or table:FILE.",
+    "NAME is as in weft slice --kernel: NAME, NAME:p, NAME:p,q, any of them with +unit, +radial or "
+    "+radial+unit behind it, or table:FILE.",
     "An order N with constant c means an error of c T^N |f^(N)| at sample distance T. The analysis "
     "takes kernels to be smooth between half integers: of table:FILE, which need not be, expect "
     "fewer digits.",

@@ -277,7 +277,9 @@ static enum weft_result set_scale(const struct table_job *job, struct table_kern
         .degree = -1,
         .continuity = kernel->kernel.continuity,
     };
-    return weft_kernel_create(report_log(), &scaled->info, NULL, &scaled->kernel);
+    res = weft_kernel_create(report_log(), &scaled->info, NULL, &scaled->kernel);
+    scaled->kernel.radial = kernel->kernel.radial;
+    return res;
 }
 
 static enum weft_result set_scales(struct table_job *job)

@@ -67,8 +67,8 @@ void kernels_print(void)
     puts("  table:FILE         samples in a text file: `support R`, then h at equal steps from 0 "
          "to R,\n                     or with `whole` from -R to R; `cubic` instead of linear "
          "between them\n"
-         "\nNAME+unit divides the weights at every position by their sum. Trailing parameters may "
-         "be\nleft out.");
+         "\nNAME+unit divides the weights at every position by their sum; NAME+radial is h of the "
+         "distance\nin 2D and 3D, for tiles, not for slices. Trailing parameters may be left out.");
 }
 
 static json_t *params_json(const struct weft_kernel_info *info)
