@@ -8,21 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/analysis.h"
 #include "filter/check.h"
-
-static struct weft_kernel parsed(const char *text)
-{
-    struct weft_kernel kernel;
-    assert_int_equal(weft_kernel_parse(NULL, text, &kernel), WEFT_OK);
-    return kernel;
-}
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
-}
 
 // Moeller et al. (1997): a_n(t), from the closed forms.
 static void test_taylor(void **state)
@@ -43,7 +31,7 @@ static void test_taylor(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         assert_near(weft_analysis_taylor(&kernel, cases[i].n, cases[i].t), cases[i].value, 1e-15,
                     cases[i].kernel);
         assert_near(weft_analysis_taylor(&kernel, cases[i].n, cases[i].t - 5.0), cases[i].value,
@@ -70,7 +58,7 @@ static void test_moments(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         assert_near(weft_analysis_moment(&kernel, cases[i].n), cases[i].value, 1e-13,
                     cases[i].kernel);
     }
@@ -110,13 +98,13 @@ static void test_constants(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         const struct weft_analysis_order order = weft_analysis_order(&kernel);
         assert_near(order.constant, cases[i].constant, 1e-13, cases[i].kernel);
         assert_near(order.prefiltered_constant, cases[i].prefiltered, cases[i].tolerance,
                     cases[i].kernel);
     }
-    const struct weft_kernel bspline = parsed("bspline"), omoms = parsed("omoms");
+    const struct weft_kernel bspline = kernel_named("bspline"), omoms = kernel_named("omoms");
     assert_near(weft_analysis_order(&bspline).prefiltered_constant /
                     weft_analysis_order(&omoms).prefiltered_constant,
                 4.58, 0.005, "ratio");
@@ -135,14 +123,14 @@ static void test_response(void **state)
                                         "bspline4", "bspline5", "bspline6", "bspline7"};
     (void)state;
     for (int n = 0; n < 8; n++) {
-        const struct weft_kernel kernel = parsed(names[n]);
+        const struct weft_kernel kernel = kernel_named(names[n]);
         for (size_t i = 0; i < WEFT_COUNT(frequencies); i++) {
             const struct weft_analysis_response h = weft_analysis_response(&kernel, frequencies[i]);
             assert_near(h.re, pow(sinc(frequencies[i]), n + 1), 1e-14, names[n]);
             assert_near(h.im, 0.0, 1e-14, names[n]);
         }
     }
-    const struct weft_kernel slope = parsed("d-bspline");
+    const struct weft_kernel slope = kernel_named("d-bspline");
     const struct weft_analysis_response h = weft_analysis_response(&slope, 0.3);
     assert_near(h.re, 0.0, 1e-14, "d-bspline");
     assert_near(h.im, 0.6 * M_PI * pow(sinc(0.3), 4), 1e-14, "d-bspline");
@@ -163,7 +151,7 @@ static void test_metrics(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         const struct weft_analysis_metrics one = weft_analysis_metrics(&kernel, 1);
         const struct weft_analysis_metrics three = weft_analysis_metrics(&kernel, 3);
         assert_near(one.smoothing, cases[i].s1, 0.51e-6, cases[i].kernel);
@@ -176,7 +164,7 @@ static void test_metrics(void **state)
 // The better the window, the closer to the ideal: wide sincs leave little to smooth or to alias.
 static void test_wide_sinc(void **state)
 {
-    const struct weft_kernel kernel = parsed("kaiser-sinc:8,4");
+    const struct weft_kernel kernel = kernel_named("kaiser-sinc:8,4");
     (void)state;
     const struct weft_analysis_metrics m = weft_analysis_metrics(&kernel, 1);
     assert_true(m.smoothing > 0.0 && m.smoothing < 0.06);
@@ -198,7 +186,7 @@ static void test_overshoot(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         const struct weft_analysis_overshoot o = weft_analysis_overshoot(&kernel);
         assert_near(o.above, cases[i].overshoot, 1e-13, cases[i].kernel);
         assert_near(o.below, cases[i].overshoot, 1e-13, cases[i].kernel);

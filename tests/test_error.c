@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/analysis.h"
 #include "filter/check.h"
 #include "filter/error.h"
@@ -140,24 +141,11 @@ static const struct cell printed_cells[] = {
     {"kaiser-sinc:2,5.36", 3, 128, 8.1723, 10.6158},
 };
 
-static struct weft_kernel parsed(const char *text)
-{
-    struct weft_kernel kernel;
-    assert_int_equal(weft_kernel_parse(NULL, text, &kernel), WEFT_OK);
-    return kernel;
-}
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
-}
-
 static double scaled_maximum(const struct cell *cell, enum weft_error_convention convention,
                              enum weft_error_lookup lookup)
 {
     const struct weft_error_kernel_params params = {
-        .kernel = parsed(cell->kernel),
+        .kernel = kernel_named(cell->kernel),
         .dims = cell->dims,
         .samples = cell->samples,
         .lookup = lookup,
@@ -345,7 +333,7 @@ static void test_statistics(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         for (int mode = 0; mode < 4; mode++) {
             const struct weft_error_kernel_params params = {
-                .kernel = parsed(cases[i].kernel),
+                .kernel = kernel_named(cases[i].kernel),
                 .dims = cases[i].dims,
                 .samples = cases[i].samples,
                 .bits = cases[i].bits,
@@ -363,7 +351,7 @@ static void test_threads(void **state)
 {
     struct weft_error_kernel one, many;
     struct weft_error_kernel_params params = {
-        .kernel = parsed("lanczos:2"), .dims = 3, .samples = 20, .locations = 40, .threads = 1};
+        .kernel = kernel_named("lanczos:2"), .dims = 3, .samples = 20, .locations = 40, .threads = 1};
     (void)state;
     assert_int_equal(weft_error_kernel_compute(&params, &one), WEFT_OK);
     params.threads = 7;
@@ -384,7 +372,7 @@ static void test_cancel(void **state)
     double last = 0.0;
     struct weft_error_kernel error;
     const struct weft_error_kernel_params params = {
-        .kernel = parsed("linear"),
+        .kernel = kernel_named("linear"),
         .locations = 300,
         .threads = 1,
         .progress = {.report = stop_at_half, .priv = &last}};
@@ -395,7 +383,7 @@ static void test_cancel(void **state)
 
 static void test_bad_arguments(void **state)
 {
-    const struct weft_error_kernel_params good = {.kernel = parsed("linear"), .locations = 4};
+    const struct weft_error_kernel_params good = {.kernel = kernel_named("linear"), .locations = 4};
     struct weft_error_kernel_params bad[10];
     struct weft_error_kernel error;
     (void)state;
@@ -415,7 +403,7 @@ static void test_bad_arguments(void **state)
     for (size_t i = 0; i < WEFT_COUNT(bad); i++)
         assert_int_equal(weft_error_kernel_compute(&bad[i], &error), WEFT_ERR_ARGUMENT);
     bad[0] = good;
-    bad[0].kernel = parsed("bspline2");
+    bad[0].kernel = kernel_named("bspline2");
     bad[0].convention = WEFT_ERROR_WSCG2003;
     assert_int_equal(weft_error_kernel_compute(&bad[0], &error), WEFT_ERR_UNSUPPORTED);
 }
@@ -423,7 +411,7 @@ static void test_bad_arguments(void **state)
 // E1 of linear interpolation: |f''| / 8 per axis. E3 of 64 passes at 8 bits: 64 * 127 / 255^2.
 static void test_terms(void **state)
 {
-    const struct weft_kernel linear = parsed("linear");
+    const struct weft_kernel linear = kernel_named("linear");
     const struct weft_error_kernel error = {.maximum = 0.02};
     (void)state;
     assert_near(weft_error_e1(&linear, 1, 2.0), 0.25, 1e-12, "E1");

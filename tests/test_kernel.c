@@ -10,34 +10,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "filter/kernel.h"
 
 enum { POSITIONS = 97 };
 
-static char last_message[1100];
-
-static void remember(void *priv, enum weft_log_level level, const char *message)
-{
-    (void)priv;
-    (void)level;
-    snprintf(last_message, sizeof last_message, "%s", message);
-}
-
-static const struct weft_log remember_log = {.write = remember};
-
-static struct weft_kernel parsed(const char *text)
-{
-    struct weft_kernel kernel;
-    assert_int_equal(weft_kernel_parse(NULL, text, &kernel), WEFT_OK);
-    return kernel;
-}
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
-}
+static struct message last;
+static const struct weft_log remember_log = {keep_message, &last};
 
 // The whole catalogue with initial parameters, and parameters that exercise the families.
 static const char *const extra_kernels[] = {
@@ -89,7 +69,7 @@ static void for_each(void (*check)(const struct weft_kernel *kernel, const char 
         check(&kernel, name);
     }
     for (size_t i = 0; extra_kernels[i]; i++) {
-        kernel = parsed(extra_kernels[i]);
+        kernel = kernel_named(extra_kernels[i]);
         check(&kernel, extra_kernels[i]);
     }
 }
@@ -405,7 +385,7 @@ static void test_fractions(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         assert_near(weft_kernel_weight(&kernel, cases[i].x), cases[i].weight,
                     4e-16 * (1.0 + fabs(cases[i].weight)), cases[i].kernel);
         if (!isnan(cases[i].derivative))
@@ -418,7 +398,7 @@ static void test_fractions(void **state)
 static void test_bspline_tail(void **state)
 {
     (void)state;
-    const struct weft_kernel kernel = parsed("bspline5");
+    const struct weft_kernel kernel = kernel_named("bspline5");
     const double distance = 0x1p-20, expected = pow(distance, 5) / 120.0;
     assert_near(weft_kernel_weight(&kernel, 3.0 - distance) / expected, 1.0, 1e-14, "right end");
     assert_near(weft_kernel_weight(&kernel, distance - 3.0) / expected, 1.0, 1e-14, "left end");
@@ -437,7 +417,7 @@ static void test_same_kernels(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(pairs); i++) {
-        const struct weft_kernel a = parsed(pairs[i][0]), b = parsed(pairs[i][1]);
+        const struct weft_kernel a = kernel_named(pairs[i][0]), b = kernel_named(pairs[i][1]);
         for (double x = -3.0; x < 3.0; x += 0.03125)
             assert_near(weft_kernel_weight(&a, x), weft_kernel_weight(&b, x), 3e-16, pairs[i][0]);
     }
@@ -461,7 +441,7 @@ static void test_taylor_coefficients(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         assert_near(taylor_coefficient(&kernel, cases[i].n, cases[i].t), cases[i].value, 1e-15,
                     cases[i].kernel);
     }
@@ -492,7 +472,7 @@ static void test_family_flags(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         assert_int_equal(kernel.order, cases[i].order);
         assert_int_equal(kernel.interpolating, cases[i].interpolating);
     }
@@ -533,7 +513,7 @@ static void test_first_tap(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         double fraction = NAN;
         assert_int_equal(weft_kernel_first_tap(&kernel, cases[i].x, &fraction), cases[i].tap);
         assert_near(fraction, cases[i].fraction, 0.0, cases[i].kernel);
@@ -562,7 +542,7 @@ static void test_weights(void **state)
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i].kernel);
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
         double weights[WEFT_KERNEL_MAX_WIDTH];
         assert_int_equal(weft_kernel_weights(&kernel, cases[i].x, weights), cases[i].tap);
         for (int j = 0; j < kernel.width; j++)
@@ -603,13 +583,13 @@ static void test_format(void **state)
     // Where a locale with decimal commas is installed, it changes nothing.
     setlocale(LC_NUMERIC, "de_DE.UTF-8");
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel kernel = parsed(cases[i][0]);
+        const struct weft_kernel kernel = kernel_named(cases[i][0]);
         char text[128];
         weft_kernel_format(&kernel, text, sizeof text);
         assert_string_equal(text, cases[i][1]);
     }
     setlocale(LC_NUMERIC, "C");
-    const struct weft_kernel thirds = parsed("cubic:-0.33333333333333331,1e-300");
+    const struct weft_kernel thirds = kernel_named("cubic:-0.33333333333333331,1e-300");
     check_round_trip(&thirds, "thirds");
 }
 
@@ -660,8 +640,8 @@ static void test_bad_text(void **state)
         assert_int_equal(weft_kernel_parse(&remember_log, cases[i].text, &kernel),
                          WEFT_ERR_ARGUMENT);
         assert_null(kernel.info);
-        if (!strstr(last_message, cases[i].message))
-            fail_msg("'%s' logs '%s', not '%s'", cases[i].text, last_message, cases[i].message);
+        if (!strstr(last.text, cases[i].message))
+            fail_msg("'%s' logs '%s', not '%s'", cases[i].text, last.text, cases[i].message);
     }
 }
 
@@ -672,8 +652,8 @@ static void test_unknown_lists_all(void **state)
     assert_int_equal(weft_kernel_parse(&remember_log, "box2", &kernel), WEFT_ERR_ARGUMENT);
     for (size_t i = 0; weft_kernel_list[i]; i++)
         if (!weft_kernel_list[i]->primitive)
-            assert_non_null(strstr(last_message, weft_kernel_list[i]->name));
-    assert_non_null(strstr(last_message, "d-NAME, dd-NAME"));
+            assert_non_null(strstr(last.text, weft_kernel_list[i]->name));
+    assert_non_null(strstr(last.text, "d-NAME, dd-NAME"));
 }
 
 static void test_long_text(void **state)
@@ -688,7 +668,7 @@ static void test_long_text(void **state)
     text[255] = '0';
     text[256] = '\0';
     assert_int_equal(weft_kernel_parse(&remember_log, text, &kernel), WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(last_message, "longer than 255 bytes"));
+    assert_non_null(strstr(last.text, "longer than 255 bytes"));
 }
 
 static void test_bad_arguments(void **state)
@@ -705,7 +685,7 @@ static void test_bad_arguments(void **state)
     assert_int_equal(weft_kernel_create(&remember_log, NULL, NULL, &kernel), WEFT_ERR_ARGUMENT);
     assert_int_equal(weft_kernel_create(NULL, &no_weight, NULL, &kernel), WEFT_ERR_ARGUMENT);
     assert_int_equal(weft_kernel_create(&remember_log, &wide, NULL, &kernel), WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(last_message, "half-width 8.5 is not in (0, 8]"));
+    assert_non_null(strstr(last.text, "half-width 8.5 is not in (0, 8]"));
     const struct weft_kernel_info *cubic = weft_kernel_find("cubic");
     assert_int_equal(weft_kernel_create(&remember_log, cubic, (double[]){NAN, INFINITY}, &kernel),
                      WEFT_ERR_ARGUMENT);

@@ -12,20 +12,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "tiles/kernel_file.h"
 
 static char folder[] = "/tmp/weft-kernel-file-XXXXXX", path[64], text[96];
-static char last_message[1100];
-
-static void remember(void *priv, enum weft_log_level level, const char *message)
-{
-    (void)priv;
-    (void)level;
-    snprintf(last_message, sizeof last_message, "%s", message);
-}
-
-static const struct weft_log remember_log = {.write = remember};
+static struct message last;
+static const struct weft_log remember_log = {keep_message, &last};
 
 static int make_folder(void **state)
 {
@@ -153,8 +146,8 @@ static void test_bad_files(void **state)
         assert_int_equal(weft_kernel_load(&remember_log, text, &kernel, &file), WEFT_ERR_FORMAT);
         assert_null(file);
         assert_null(kernel.info);
-        if (!strstr(last_message, cases[i].message))
-            fail_msg("case %zu logs '%s', not '%s'", i, last_message, cases[i].message);
+        if (!strstr(last.text, cases[i].message))
+            fail_msg("case %zu logs '%s', not '%s'", i, last.text, cases[i].message);
     }
 }
 
@@ -166,10 +159,10 @@ static void test_no_file(void **state)
     (void)state;
     unlink(path);
     assert_int_equal(weft_kernel_load(&remember_log, text, &kernel, &file), WEFT_ERR_OPEN);
-    assert_non_null(strstr(last_message, "No such file"));
+    assert_non_null(strstr(last.text, "No such file"));
     snprintf(bad, sizeof bad, "table:%s", folder);
     assert_int_equal(weft_kernel_load(&remember_log, bad, &kernel, &file), WEFT_ERR_OPEN);
-    assert_non_null(strstr(last_message, "not a regular file"));
+    assert_non_null(strstr(last.text, "not a regular file"));
     assert_int_equal(weft_kernel_load(&remember_log, "table:", &kernel, &file), WEFT_ERR_OPEN);
     assert_int_equal(mkfifo(path, 0600), 0);
     assert_int_equal(weft_kernel_load(&remember_log, text, &kernel, &file), WEFT_ERR_OPEN);
@@ -192,11 +185,11 @@ static void test_limits(void **state)
     weft_kernel_file_destroy(&file);
     write_file(content, 2 * count + 10);
     assert_int_equal(weft_kernel_load(&remember_log, text, &kernel, &file), WEFT_ERR_LIMIT);
-    assert_non_null(strstr(last_message, "more than 1048576 samples"));
+    assert_non_null(strstr(last.text, "more than 1048576 samples"));
     free(content);
     assert_int_equal(truncate(path, WEFT_KERNEL_FILE_MAX_BYTES + 1L), 0);
     assert_int_equal(weft_kernel_load(&remember_log, text, &kernel, &file), WEFT_ERR_LIMIT);
-    assert_non_null(strstr(last_message, "33554433 bytes, the limit is 33554432"));
+    assert_non_null(strstr(last.text, "33554433 bytes, the limit is 33554432"));
 }
 
 int main(void)

@@ -8,14 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "filter/kernel_table.h"
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
-}
 
 static const double tent[] = {1.0, 0.5, 0.0}, whole_tent[] = {0.0, 0.5, 1.0, 0.5, 0.0};
 

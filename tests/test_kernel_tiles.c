@@ -10,38 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "weft.h"
-
-struct message {
-    char text[1024];
-    int count;
-};
-
-static void keep_message(void *priv, enum weft_log_level level, const char *text)
-{
-    struct message *message = priv;
-    if (level != WEFT_LOG_ERROR)
-        return;
-    snprintf(message->text, sizeof message->text, "%s", text);
-    message->count++;
-}
-
-static void print_log(void *priv, enum weft_log_level level, const char *text)
-{
-    (void)priv;
-    if (level == WEFT_LOG_ERROR)
-        print_error("%s\n", text);
-}
-
-static const struct weft_log log_to_stderr = {print_log, NULL};
-
-static struct weft_kernel kernel(const char *name)
-{
-    struct weft_kernel k;
-    assert_int_equal(weft_kernel_parse(&log_to_stderr, name, &k), WEFT_OK);
-    return k;
-}
 
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
 {
@@ -97,7 +68,7 @@ static void over_the_catalogue(check_set *check, struct weft_kernel_tiles_params
                 if (integer && formats[f].format >= WEFT_TILE_HALF)
                     continue;
                 struct weft_kernel_tiles_params p = base;
-                p.kernel = kernel((*k)->name);
+                p.kernel = kernel_named((*k)->name);
                 p.dims = dims;
                 p.samples = samples_of(dims, p.kernel.width, i);
                 p.format = formats[f].format;
@@ -280,7 +251,7 @@ static void normalised_weights_add_up_to_full_range(void **state)
             continue;
         // Snorm, unscaled: 127 is 1.0.
         struct weft_kernel_tiles_params p =
-            *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .samples = 15,
+            *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .samples = 15,
                                       .format = WEFT_TILE_UNORM,
                                       .rounding = WEFT_TILE_SUM_PRESERVING, .normalise = true);
         weft_kernel_tiles *set = NULL;
@@ -333,7 +304,7 @@ static void mirrored_fetch_equals_unmirrored(void **state)
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         for (int i = 0; i < 12; i++) {
             struct weft_kernel_tiles_params p =
-                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i % 3,
+                *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .dims = 1 + i % 3,
                                           .format = i % 4, .bits = i / 3 % 2 ? 16 : 8,
                                           .scaling = scalings[i % 2]);
             if (p.kernel.width > 8 && p.dims == 3)
@@ -405,7 +376,7 @@ static void the_memory_saved_is_as_counted(void **state)
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         weft_kernel_tiles *set =
-            make(weft_kernel_tiles_params(.kernel = kernel(cases[i].name), .dims = cases[i].dims,
+            make(weft_kernel_tiles_params(.kernel = kernel_named(cases[i].name), .dims = cases[i].dims,
                                           .samples = 8));
         const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
         const size_t bytes = 2 * (size_t)pow(8, cases[i].dims);
@@ -434,7 +405,7 @@ static void other_kernels_and_odd_sums_are_stored_whole(void **state)
     assert_bounded(set, "lopsided");
     weft_kernel_tiles_destroy(&set);
     for (int m = 8; m <= 9; m++) {
-        set = make(weft_kernel_tiles_params(.kernel = kernel("linear"), .samples = m,
+        set = make(weft_kernel_tiles_params(.kernel = kernel_named("linear"), .samples = m,
                                             .rounding = WEFT_TILE_SUM_PRESERVING));
         assert_int_equal(weft_kernel_tiles_get_info(set)->mirrored, m == 8);
         weft_kernel_tiles_destroy(&set);
@@ -450,7 +421,7 @@ static void scaled_tiles_use_the_full_range(void **state)
         for (int i = 0; i < 16; i++) {
             const bool each = i & 1, exact = i & 2;
             struct weft_kernel_tiles_params p =
-                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i / 8,
+                *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .dims = 1 + i / 8,
                                           .samples = 12 + i / 8,
                                           .format = i & 4 ? WEFT_TILE_SNORM : WEFT_TILE_UNORM,
                                           .exact_scale = exact,
@@ -482,7 +453,7 @@ static void separate_parts_have_one_sign_each(void **state)
     const char *const names[] = {"catmull-rom", "lanczos:3", "d-bspline", "dd-bspline"};
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
         struct weft_kernel_tiles_params p =
-            *weft_kernel_tiles_params(.kernel = kernel(names[i]), .samples = 10,
+            *weft_kernel_tiles_params(.kernel = kernel_named(names[i]), .samples = 10,
                                       .format = WEFT_TILE_SNORM, .scaling = WEFT_TILE_SCALE_SET);
         weft_kernel_tiles *whole = make(&p);
         p.signs = WEFT_TILE_SEPARATE;
@@ -519,7 +490,7 @@ static void split_parts_add_up_exactly(void **state)
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         for (int f = 0; f < 4; f++) {
             struct weft_kernel_tiles_params p =
-                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + f % 2,
+                *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .dims = 1 + f % 2,
                                           .samples = 9, .format = f,
                                           .scaling =
                                               f / 2 ? WEFT_TILE_SCALE_EACH : WEFT_TILE_SCALE_SET);
@@ -608,7 +579,7 @@ static void groups_follow_any_four_offsets(void **state)
 {
     (void)state;
     weft_kernel_tiles *set =
-        make(weft_kernel_tiles_params(.kernel = kernel("catmull-rom"), .samples = 16));
+        make(weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom"), .samples = 16));
     // Along x, along y, a square, and one that sticks out.
     const int taps[][4][3] = {{{0, 1}, {1, 1}, {2, 1}, {3, 1}},
                               {{2, 0}, {2, 1}, {2, 2}, {2, 3}},
@@ -642,8 +613,8 @@ static void groups_follow_any_four_offsets(void **state)
 static void bad_arguments_are_named(void **state)
 {
     (void)state;
-    const struct weft_kernel cubic = kernel("catmull-rom"), hann = kernel("hann-sinc:3");
-    const struct weft_kernel slope = kernel("dd-bspline");
+    const struct weft_kernel cubic = kernel_named("catmull-rom"), hann = kernel_named("hann-sinc:3");
+    const struct weft_kernel slope = kernel_named("dd-bspline");
     const struct {
         struct weft_kernel_tiles_params *params;
         enum weft_result expected;
@@ -695,7 +666,7 @@ static void splits_and_groups_know_their_limits(void **state)
     struct weft_log log = {keep_message, &message};
     // Room for the four stored tiles and one more.
     weft_kernel_tiles *set =
-        make(weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 8,
+        make(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8,
                                       .memory_bytes = 5 * 128, .log = &log));
     struct weft_tile_group group;
     assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_ERR_LIMIT);
@@ -711,7 +682,7 @@ static void splits_and_groups_know_their_limits(void **state)
     weft_tile_group_destroy(&group);
     assert_null(weft_kernel_tiles_get(set, 16));
     weft_kernel_tiles_destroy(&set);
-    set = make(weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 8, .log = &log));
+    set = make(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8, .log = &log));
     assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_OK);
     const int taps[4][3] = {{1, 0}, {0, 0}, {2, 0}, {3, 0}};
     assert_int_equal(weft_tile_group_create_taps(set, taps, WEFT_TILE_POSITIVE, &group),
@@ -728,7 +699,7 @@ static void a_tile_by_hand(void **state)
     const int nearest[4] = {32, 96, 159, 223}, truncated[4] = {31, 95, 159, 223};
     for (int r = 0; r < 2; r++) {
         weft_kernel_tiles *set =
-            make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1, .samples = 4,
+            make(weft_kernel_tiles_params(.kernel = kernel_named("linear"), .dims = 1, .samples = 4,
                                           .rounding = r ? WEFT_TILE_TRUNCATED : WEFT_TILE_NEAREST));
         const int at = weft_kernel_tiles_find(set, (const int[3]){1, 0, 0}, WEFT_TILE_POSITIVE);
         assert_true(at >= 0);
@@ -738,7 +709,7 @@ static void a_tile_by_hand(void **state)
         weft_kernel_tiles_destroy(&set);
     }
     weft_kernel_tiles *set =
-        make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1, .samples = 5,
+        make(weft_kernel_tiles_params(.kernel = kernel_named("linear"), .dims = 1, .samples = 5,
                                       .placement = WEFT_TILE_ENDS, .format = WEFT_TILE_FLOAT));
     for (int k = 0; k < 5; k++) {
         assert_true(weft_kernel_tiles_position(set, k) == k / 4.0);

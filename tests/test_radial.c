@@ -10,23 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "weft.h"
 
-static struct message {
-    char text[1024];
-    int count;
-} last;
-
-static void keep_message(void *priv, enum weft_log_level level, const char *text)
-{
-    struct message *message = priv;
-    if (level != WEFT_LOG_ERROR)
-        return;
-    snprintf(message->text, sizeof message->text, "%s", text);
-    message->count++;
-}
-
+static struct message last;
 static const struct weft_log keep_log = {keep_message, &last};
 
 static void assert_said(const char *text)
@@ -34,20 +22,6 @@ static void assert_said(const char *text)
     if (last.count != 1 || !strstr(last.text, text) || strchr(last.text, '\n'))
         fail_msg("%d messages, last '%s', not '%s'", last.count, last.text, text);
     last.count = 0;
-}
-
-static struct weft_kernel kernel(const char *text)
-{
-    struct weft_kernel k;
-    if (weft_kernel_parse(&keep_log, text, &k) != WEFT_OK)
-        fail_msg("%s", last.text);
-    return k;
-}
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
 }
 
 // Every ordinary record, with or without "+unit" behind "+radial"; false for derivatives.
@@ -90,7 +64,7 @@ static double total(const double *weights, int count)
 static void weights_by_hand(void **state)
 {
     (void)state;
-    const struct weft_kernel tent = kernel("linear+radial"), unit = kernel("linear+radial+unit");
+    const struct weft_kernel tent = kernel_named("linear+radial"), unit = kernel_named("linear+radial+unit");
     double w[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
     assert_int_equal(weft_kernel_weights_nd(&tent, 2, (double[]){0.5, -0.5}, w, first), 4);
@@ -116,7 +90,7 @@ static void weights_by_hand(void **state)
     for (int i = 0; i < 4; i++)
         assert_near(w[i], at[i] / total(at, 4), 1e-15, "2D, (0.4, 0.3), unit");
     // Catmull-Rom reaches the diagonal neighbours of a sample: h(sqrt(2)).
-    const struct weft_kernel cubic = kernel("catmull-rom+radial");
+    const struct weft_kernel cubic = kernel_named("catmull-rom+radial");
     weft_kernel_weights_nd(&cubic, 2, (double[]){0.0, 0.0}, w, first);
     assert_int_equal(first[0], -1);
     assert_near(w[5], 1.0, 0.0, "centre");
@@ -163,7 +137,7 @@ static void weights_are_of_the_distance(void **state)
 static void equal_distances_weigh_the_same(void **state)
 {
     (void)state;
-    const struct weft_kernel k = kernel("blackman-sinc:3+radial");
+    const struct weft_kernel k = kernel_named("blackman-sinc:3+radial");
     const double r = 1.7, offsets[][2] = {{1.0, 0.0}, {0.6, 0.8}, {-0.8, 0.6}, {0.28, -0.96}};
     for (size_t i = 0; i < WEFT_COUNT(offsets); i++) {
         const double p[2] = {r * offsets[i][0], r * offsets[i][1]};
@@ -177,7 +151,7 @@ static void equal_distances_weigh_the_same(void **state)
 static void separable_weights_are_products(void **state)
 {
     (void)state;
-    const struct weft_kernel k = kernel("lanczos:3+unit");
+    const struct weft_kernel k = kernel_named("lanczos:3+unit");
     double axis[3][WEFT_KERNEL_MAX_WIDTH], w[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
     for (size_t c = 0; c < WEFT_COUNT(positions); c++) {
@@ -215,13 +189,13 @@ static void one_dimension_is_unchanged(void **state)
 static void records_are_honest(void **state)
 {
     (void)state;
-    struct weft_kernel k = kernel("catmull-rom+radial");
+    struct weft_kernel k = kernel_named("catmull-rom+radial");
     assert_true(k.radial && !k.unit_sum && !k.normalised && !k.interpolating);
     assert_true(k.order == 0 && k.order_prefiltered == 0);
-    k = kernel("catmull-rom+radial+unit");
+    k = kernel_named("catmull-rom+radial+unit");
     assert_true(k.radial && k.unit_sum && k.normalised && k.order == 1);
-    assert_true(kernel("linear+radial").interpolating); // no diagonal neighbour is in reach
-    assert_false(kernel("bspline+radial").interpolating);
+    assert_true(kernel_named("linear+radial").interpolating); // no diagonal neighbour is in reach
+    assert_false(kernel_named("bspline+radial").interpolating);
     assert_true(weft_kernel_is_radial(&k, 2) && !weft_kernel_is_radial(&k, 1));
     // For analysis there is only what the kernel is in 1D.
     assert_true(isnan(weft_analysis_metrics(&k, 2).smoothing));
@@ -232,15 +206,15 @@ static void records_are_honest(void **state)
 static void sums_by_hand(void **state)
 {
     (void)state;
-    const struct weft_kernel k = kernel("catmull-rom+radial+unit"), tent = kernel("linear+radial");
-    const struct weft_kernel plain = kernel("catmull-rom");
+    const struct weft_kernel k = kernel_named("catmull-rom+radial+unit"), tent = kernel_named("linear+radial");
+    const struct weft_kernel plain = kernel_named("catmull-rom");
     const double h2 = weft_kernel_weight(&plain, M_SQRT2);
     const double h3 = weft_kernel_weight(&plain, sqrt(3.0));
     double w[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
     const double by_hand[2] = {1.0 + 4.0 * h2, 1.0 + 12.0 * h2 + 8.0 * h3};
     for (int dims = 2; dims <= 3; dims++) {
-        const struct weft_kernel round = kernel("catmull-rom+radial");
+        const struct weft_kernel round = kernel_named("catmull-rom+radial");
         const int count = weft_kernel_weights_nd(&round, dims, (double[3]){0.0}, w, first);
         assert_near(total(w, count), by_hand[dims - 2], 1e-14, "at a sample");
         const struct weft_kernel_sums sums = weft_kernel_radial_sums(&k, dims);
@@ -263,11 +237,11 @@ static void texts_go_round(void **state)
         {"cubic:1,0+radial", "cubic:1,0+radial"},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        const struct weft_kernel k = kernel(cases[i][0]);
+        const struct weft_kernel k = kernel_named(cases[i][0]);
         char text[128];
         weft_kernel_format(&k, text, sizeof text);
         assert_string_equal(text, cases[i][1]);
-        const struct weft_kernel back = kernel(text);
+        const struct weft_kernel back = kernel_named(text);
         assert_true(back.radial && back.normalised == k.normalised && back.order == k.order);
     }
 }
@@ -326,7 +300,7 @@ static void constants_need_unit_sums(void **state)
         }
     }
     // Without: what the weights by hand add up to.
-    const struct weft_kernel tent = kernel("linear+radial");
+    const struct weft_kernel tent = kernel_named("linear+radial");
     assert_near(weft_reference_compute(&tent, 3, (double[]){0.5, 0.5, 0.5}, constant, &value).value,
                 value * 8.0 * (1.0 - sqrt(0.75)), 1e-14, "tent");
     assert_near(weft_reference_compute(&tent, 1, (double[]){0.3}, constant, &value).value, value,
@@ -337,7 +311,7 @@ static void impulses_show_the_distance(void **state)
 {
     (void)state;
     int64_t origin[3] = {0, 0, 0};
-    const struct weft_kernel k = kernel("bspline+radial");
+    const struct weft_kernel k = kernel_named("bspline+radial");
     const double p[3] = {0.3, -0.9, 1.1};
     assert_near(weft_reference_compute(&k, 3, p, impulse, origin).value,
                 weft_kernel_weight(&k, sqrt(0.09 + 0.81 + 1.21)), 1e-15, "3D");
@@ -417,7 +391,7 @@ static void tiles_hold_the_weights(void **state)
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
         for (int c = 0; c < 8; c++) {
             struct weft_kernel_tiles_params p =
-                *weft_kernel_tiles_params(.kernel = kernel(names[i]), .dims = 2 + c % 2,
+                *weft_kernel_tiles_params(.kernel = kernel_named(names[i]), .dims = 2 + c % 2,
                                           .samples = 6 + c / 2 % 2, .scaling = WEFT_TILE_SCALE_SET,
                                           .mirror = c / 4);
             // Half a step of 255, and the sums of so many; floats keep 24 bits.
@@ -450,7 +424,7 @@ static void sums_are_preserved(void **state)
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
         for (int dims = 2; dims <= 3; dims++) {
             for (int samples = 7; samples <= 8; samples++) {
-                const struct weft_kernel k = kernel(names[i]);
+                const struct weft_kernel k = kernel_named(names[i]);
                 weft_kernel_tiles *set =
                     make(weft_kernel_tiles_params(.kernel = k, .dims = dims, .samples = samples,
                                                   .scaling = WEFT_TILE_SCALE_SET,
@@ -471,7 +445,7 @@ static void tiles_are_symmetric(void **state)
     static const char *const names[] = {"rect-sinc:2", "gaussian", "welch-sinc:2.5", "nearest"};
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
         for (int dims = 2; dims <= 3; dims++) {
-            struct weft_kernel k = kernel(names[i]);
+            struct weft_kernel k = kernel_named(names[i]);
             assert_int_equal(weft_kernel_make_radial(NULL, &k), WEFT_OK);
             weft_kernel_tiles *set = make(
                 weft_kernel_tiles_params(.kernel = k, .dims = dims, .samples = 6, .mirror = false,
@@ -500,7 +474,7 @@ static void tiles_are_symmetric(void **state)
 static void what_needs_products_refuses(void **state)
 {
     (void)state;
-    const struct weft_kernel k = kernel("bspline+radial");
+    const struct weft_kernel k = kernel_named("bspline+radial");
     struct weft_error_kernel error, plain;
     last.count = 0;
     struct weft_error_kernel_params p = {.kernel = k, .dims = 2, .locations = 16, .log = &keep_log};
@@ -510,7 +484,7 @@ static void what_needs_products_refuses(void **state)
     }
     p.dims = 1;
     assert_int_equal(weft_error_kernel_compute(&p, &error), WEFT_OK);
-    p.kernel = kernel("bspline");
+    p.kernel = kernel_named("bspline");
     assert_int_equal(weft_error_kernel_compute(&p, &plain), WEFT_OK);
     assert_memory_equal(&error, &plain, sizeof error);
 
@@ -523,12 +497,12 @@ static void what_needs_products_refuses(void **state)
 
     // No tap is within 1/2 of the middle between four.
     const struct weft_kernel_tiles_params empty =
-        *weft_kernel_tiles_params(.kernel = kernel("nearest+radial+unit"), .samples = 4,
+        *weft_kernel_tiles_params(.kernel = kernel_named("nearest+radial+unit"), .samples = 4,
                                   .log = &keep_log);
     assert_int_equal(weft_kernel_tiles_create(&empty, &set), WEFT_ERR_ARGUMENT);
     assert_said("kernel nearest add up to 0 to 1 in 2D");
     struct weft_kernel_tiles_params lobes =
-        *weft_kernel_tiles_params(.kernel = kernel("catmull-rom+radial+unit"), .samples = 4,
+        *weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom+radial+unit"), .samples = 4,
                                   .dims = 3, .log = &keep_log);
     assert_int_equal(weft_kernel_tiles_create(&lobes, &set), WEFT_ERR_ARGUMENT);
     assert_said("cannot be divided by their sum");

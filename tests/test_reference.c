@@ -7,6 +7,7 @@
 
 #include <math.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "filter/reference.h"
 
@@ -14,19 +15,6 @@ static const double positions[][3] = {
     {0.0, 0.0, 0.0},     {0.5, 0.25, 0.75},         {-0.3, 0.9999, 12.0},
     {-7.125, 3.5, -0.5}, {1000.1, -2000.2, 3000.3},
 };
-
-static struct weft_kernel parsed(const char *text)
-{
-    struct weft_kernel kernel;
-    assert_int_equal(weft_kernel_parse(NULL, text, &kernel), WEFT_OK);
-    return kernel;
-}
-
-static void assert_near(double actual, double expected, double tolerance, const char *what)
-{
-    if (!(fabs(actual - expected) <= tolerance))
-        fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
-}
 
 static double constant(void *priv, const int64_t index[3])
 {
@@ -94,7 +82,7 @@ static void test_polynomials(void **state)
 
 static void test_trilinear(void **state)
 {
-    const struct weft_kernel kernel = parsed("linear");
+    const struct weft_kernel kernel = kernel_named("linear");
     (void)state;
     const struct weft_reference_value v =
         weft_reference_compute(&kernel, 3, (double[]){1.5, -2.25, 3.75}, plane_sum, NULL);
@@ -116,7 +104,7 @@ static double impulse(void *priv, const int64_t index[3])
 // The reconstruction of an impulse is the kernel, as a product over the dimensions.
 static void test_impulse(void **state)
 {
-    const struct weft_kernel kernel = parsed("mitchell");
+    const struct weft_kernel kernel = kernel_named("mitchell");
     (void)state;
     for (int dims = 1; dims <= 3; dims++) {
         for (double t = -2.5; t < 2.5; t += 0.15625) {
@@ -142,7 +130,7 @@ static double cancelling(void *priv, const int64_t index[3])
 // -1/16 * -2^60 + 9/16 * 1 - 9/16 * 3 - 1/16 * 2^60: a plain sum loses the middle.
 static void test_compensated(void **state)
 {
-    const struct weft_kernel kernel = parsed("catmull-rom");
+    const struct weft_kernel kernel = kernel_named("catmull-rom");
     (void)state;
     const struct weft_reference_value v =
         weft_reference_compute(&kernel, 1, (double[]){0.5}, cancelling, NULL);
@@ -152,7 +140,7 @@ static void test_compensated(void **state)
 
 static void test_special_values(void **state)
 {
-    const struct weft_kernel kernel = parsed("bspline");
+    const struct weft_kernel kernel = kernel_named("bspline");
     double value = INFINITY;
     (void)state;
     const double x[3] = {0.25, 0.25, 0.25};

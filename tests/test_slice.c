@@ -12,31 +12,16 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common.h"
+#include "contexts.h"
 #include "filter/check.h"
 #include "passes/slice_grid.h"
 #include "weft.h"
 
-// What issue and README promise: |pixel - reference| <= 2e-6 x the largest |voxel| in reach.
+// What the engine promises: |pixel - reference| <= 2e-6 x the largest |voxel| in reach.
 static const double TOLERANCE = 2e-6;
 
-static weft_context *contexts[2];
-static const enum weft_context_kind kinds[2] = {WEFT_CONTEXT_OSMESA, WEFT_CONTEXT_EGL};
-
 // ---- volumes and slices -------------------------------------------------------------------------
-
-struct message {
-    char text[1024];
-    int count;
-};
-
-static void keep_message(void *priv, enum weft_log_level level, const char *text)
-{
-    struct message *message = priv;
-    if (level > WEFT_LOG_WARNING)
-        return;
-    snprintf(message->text, sizeof message->text, "%s", text);
-    message->count++;
-}
 
 // A repeatable value in [-1, 1] for every voxel: the hardest signal for interpolation.
 static float noise(int x, int y, int z)
@@ -65,13 +50,6 @@ static weft_volume *make_volume(int nx, int ny, int nz, int32_t offset, float ba
     assert_int_equal(weft_volume_create(&params, &volume), WEFT_OK);
     free(data);
     return volume;
-}
-
-static struct weft_kernel kernel(const char *name)
-{
-    struct weft_kernel k;
-    assert_int_equal(weft_kernel_parse(NULL, name, &k), WEFT_OK);
-    return k;
 }
 
 // A plane tilted against every axis, through the middle of an n-cube and past its faces.
@@ -139,7 +117,7 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
                 char what[128];
                 struct weft_slice_error error;
                 struct weft_slice_params params = {
-                    .kernel = kernel((*k)->name), .space = WEFT_SPACE_INDEX,
+                    .kernel = kernel_named((*k)->name), .space = WEFT_SPACE_INDEX,
                     .geometry = oblique(30, 0, 83, 71), .layout = (enum weft_layout)l};
                 // The reference takes width^3 products a pixel.
                 if (params.kernel.width > 4 || (*k)->derivation > 0)
@@ -189,7 +167,7 @@ static void interpolating_kernels_return_voxels_exactly(void **state)
             continue;
         // One pixel per voxel, centred on it.
         struct weft_slice_params params = {
-            .kernel = kernel((*k)->name), .space = WEFT_SPACE_INDEX,
+            .kernel = kernel_named((*k)->name), .space = WEFT_SPACE_INDEX,
             .geometry = {.origin = {-0.5, -0.5, 7.0}, .u = {N, 0, 0}, .v = {0, N, 0}, .width = N,
                          .height = N}};
         float *pixels = run_slice(contexts[0], volume, &params, NULL, NULL);
@@ -316,7 +294,7 @@ static void memory_chooses_the_layout(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         weft_slice_plan *plan = NULL;
         params.memory_bytes = cases[i].memory_bytes;
-        params.kernel = kernel(cases[i].kernel);
+        params.kernel = kernel_named(cases[i].kernel);
         assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
         assert_int_equal(weft_slice_plan_get_info(plan)->layout, cases[i].expected);
         weft_slice_plan_destroy(&plan);
@@ -407,7 +385,7 @@ static void thin_volumes_and_wide_steps_work(void **state)
         weft_volume *volume = make_volume(sizes[s][0], sizes[s][1], sizes[s][2], 0, 0.0f, NULL);
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             struct weft_slice_error error;
-            struct weft_slice_params params = {.kernel = kernel((*k)->name),
+            struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                .space = WEFT_SPACE_INDEX,
                                                .geometry = oblique(8, -3, 40, 40)};
             if (params.kernel.width > 4 || (*k)->derivation > 0)
@@ -521,7 +499,7 @@ static void grid_positions_follow_the_double_ones(void **state)
     struct weft_volume_info info = {.name = "test"};
     const double lengths[] = {0.01, 30, 4000, 1e6, 1e9};
     for (size_t i = 0; i < WEFT_COUNT(lengths); i++) {
-        struct weft_slice_params params = {.kernel = kernel("catmull-rom"),
+        struct weft_slice_params params = {.kernel = kernel_named("catmull-rom"),
                                            .space = WEFT_SPACE_INDEX,
                                            .geometry = oblique(lengths[i], -lengths[i] / 2, 600,
                                                                500)};
@@ -573,7 +551,7 @@ static void real_volumes_meet_the_reference(void **state)
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int p = 0; p < 2; p++) {
                 struct weft_slice_error error;
-                struct weft_slice_params params = {.kernel = kernel((*k)->name),
+                struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                    .space = WEFT_SPACE_INDEX,
                                                    .geometry = planes[p]};
                 if (params.kernel.width > 4 || (*k)->derivation > 0)
@@ -586,26 +564,6 @@ static void real_volumes_meet_the_reference(void **state)
     }
     if (missing == WEFT_COUNT(names))
         skip();
-}
-
-static int create_contexts(void **state)
-{
-    (void)state;
-    for (int c = 0; c < 2; c++)
-        weft_context_create(&(struct weft_context_params){.kind = kinds[c]}, &contexts[c]);
-    if (!contexts[0]) {
-        contexts[0] = contexts[1];
-        contexts[1] = NULL;
-    }
-    return contexts[0] ? 0 : -1;
-}
-
-static int destroy_contexts(void **state)
-{
-    (void)state;
-    for (int c = 0; c < 2; c++)
-        weft_context_destroy(&contexts[c]);
-    return 0;
 }
 
 int main(void)

@@ -9,33 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common.h"
+#include "contexts.h"
 #include "passes/context_backend.h"
 #include "tiles/texture.h"
 #include "weft.h"
-
-static weft_context *contexts[2];
-static const enum weft_context_kind kinds[2] = {WEFT_CONTEXT_OSMESA, WEFT_CONTEXT_EGL};
-
-struct message {
-    char text[1024];
-    int count;
-};
-
-static void keep_message(void *priv, enum weft_log_level level, const char *text)
-{
-    struct message *message = priv;
-    if (level != WEFT_LOG_ERROR)
-        return;
-    snprintf(message->text, sizeof message->text, "%s", text);
-    message->count++;
-}
-
-static struct weft_kernel kernel(const char *name)
-{
-    struct weft_kernel k;
-    assert_int_equal(weft_kernel_parse(NULL, name, &k), WEFT_OK);
-    return k;
-}
 
 static const struct {
     enum weft_tile_format format;
@@ -104,7 +82,7 @@ static void read_back_equals_the_cpus_values(void **state)
             weft_kernel_tiles *set = NULL;
             assert_int_equal(
                 weft_kernel_tiles_create(
-                    weft_kernel_tiles_params(.kernel = kernel(names[n]), .dims = dims,
+                    weft_kernel_tiles_params(.kernel = kernel_named(names[n]), .dims = dims,
                                              .samples = dims == 3 ? 7 : 33,
                                              .format = formats[f].format, .bits = formats[f].bits,
                                              .scaling = WEFT_TILE_SCALE_EACH),
@@ -128,7 +106,7 @@ static void sampling_is_as_asked(void **state)
         weft_kernel_tiles *set = NULL;
         assert_int_equal(
             weft_kernel_tiles_create(
-                weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = dims, .samples = 4),
+                weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .dims = dims, .samples = 4),
                 &set),
             WEFT_OK);
         for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
@@ -162,7 +140,7 @@ static void limits_are_named(void **state)
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
     assert_int_equal(
         weft_kernel_tiles_create(
-            weft_kernel_tiles_params(.kernel = kernel("bspline"), .samples = 100), &set),
+            weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 100), &set),
         WEFT_OK);
     // The texels and a staging copy.
     assert_int_equal(
@@ -203,7 +181,7 @@ static void a_refusing_proxy_is_believed(void **state)
     gl.GetTexLevelParameteriv = refuse_proxy;
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
     assert_int_equal(
-        weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel("bspline"), .dims = 3,
+        weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .dims = 3,
                                                           .samples = 8, .bits = 16),
                                  &set),
         WEFT_OK);
@@ -213,26 +191,6 @@ static void a_refusing_proxy_is_believed(void **state)
     assert_int_equal(texture.texture, 0);
     weft_kernel_tiles_destroy(&set);
     weft_context_leave(contexts[0]);
-}
-
-static int create_contexts(void **state)
-{
-    (void)state;
-    for (int c = 0; c < 2; c++)
-        weft_context_create(&(struct weft_context_params){.kind = kinds[c]}, &contexts[c]);
-    if (!contexts[0]) {
-        contexts[0] = contexts[1];
-        contexts[1] = NULL;
-    }
-    return contexts[0] ? 0 : -1;
-}
-
-static int destroy_contexts(void **state)
-{
-    (void)state;
-    for (int c = 0; c < 2; c++)
-        weft_context_destroy(&contexts[c]);
-    return 0;
 }
 
 int main(void)

@@ -10,26 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common.h"
 #include "filter/check.h"
 #include "weft.h"
 
 static weft_context *context;
-
-static void print_log(void *priv, enum weft_log_level level, const char *text)
-{
-    (void)priv;
-    if (level == WEFT_LOG_ERROR)
-        print_error("%s\n", text);
-}
-
-static const struct weft_log log_to_stderr = {print_log, NULL};
-
-static struct weft_kernel kernel(const char *name)
-{
-    struct weft_kernel k;
-    assert_int_equal(weft_kernel_parse(&log_to_stderr, name, &k), WEFT_OK);
-    return k;
-}
 
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
 {
@@ -87,7 +72,7 @@ static void the_target_follows_its_model(void **state)
         for (int n = 0; n < 4; n++, i++) {
             const size_t f = n ? 1 + (size_t)(i % 7) : 0;
             struct weft_kernel_tiles_params p =
-                *weft_kernel_tiles_params(.kernel = kernel((*k)->name), .dims = 1 + i % 3,
+                *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .dims = 1 + i % 3,
                                           .samples = 5 + i % 12, .format = formats[f].format,
                                           .bits = formats[f].bits,
                                           .placement =
@@ -133,7 +118,7 @@ static void the_ideal_model_is_eq_4(void **state)
         for (int dims = 1; dims <= 3; dims++) {
             for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
                 const int m = dims == 3 ? 16 : 64, locations = dims == 3 ? 16 : 128;
-                weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel(names[n]),
+                weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel_named(names[n]),
                                                                        .dims = dims, .samples = m));
                 const struct weft_tile_error_params params = {
                     .tiles = set, .lookup = (enum weft_error_lookup)l, .locations = locations};
@@ -143,7 +128,7 @@ static void the_ideal_model_is_eq_4(void **state)
                 assert_true(isnan(e.measured.maximum));
                 assert_int_equal(
                     weft_error_kernel_compute(
-                        &(struct weft_error_kernel_params){.kernel = kernel(names[n]),
+                        &(struct weft_error_kernel_params){.kernel = kernel_named(names[n]),
                                                            .dims = dims,
                                                            .samples = m,
                                                            .lookup = (enum weft_error_lookup)l,
@@ -170,7 +155,7 @@ static void eight_bit_lookup_costs_what_it_may(void **state)
             const int m = dims == 3 ? 16 : 64;
             struct weft_tile_error e;
             weft_kernel_tiles *set = make(
-                weft_kernel_tiles_params(.kernel = kernel(names[n]), .dims = dims, .samples = m));
+                weft_kernel_tiles_params(.kernel = kernel_named(names[n]), .dims = dims, .samples = m));
             measure(set, WEFT_ERROR_LINEAR, dims == 3 ? 32 : 128, &e);
             // No slope of these reaches 1.5 per unit: neighbours differ by 1.5 / M and a rounding.
             const double step = 255.0 * 1.5 / m + 1.0;
@@ -192,7 +177,7 @@ static void sum_preserving_tiles_have_no_ripple(void **state)
     struct weft_tile_error e;
     for (int rounding = WEFT_TILE_NEAREST; rounding <= WEFT_TILE_SUM_PRESERVING; rounding++) {
         weft_kernel_tiles *set =
-            make(weft_kernel_tiles_params(.kernel = kernel("catmull-rom"),
+            make(weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom"),
                                           .rounding = (enum weft_tile_rounding)rounding));
         measure(set, WEFT_ERROR_NEAREST, 128, &e);
         // Floats as they come from texels, summed in double.
@@ -217,7 +202,7 @@ static void borders_are_counted(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         struct weft_tile_error e;
         weft_kernel_tiles *set = make(
-            weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 1,
+            weft_kernel_tiles_params(.kernel = kernel_named("linear"), .dims = 1,
                                      .samples = cases[i].samples, .placement = cases[i].placement));
         int expected = 0;
         for (int n = 0; n < cases[i].locations; n++) {
@@ -238,7 +223,7 @@ static void bad_requests_are_refused(void **state)
     (void)state;
     struct weft_tile_error e;
     weft_kernel_tiles *set =
-        make(weft_kernel_tiles_params(.kernel = kernel("linear"), .dims = 3, .samples = 4));
+        make(weft_kernel_tiles_params(.kernel = kernel_named("linear"), .dims = 3, .samples = 4));
     const struct {
         struct weft_tile_error_params params;
         enum weft_result expected;
