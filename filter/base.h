@@ -49,7 +49,8 @@ struct weft_log {
 };
 
 // Called now and then during long work with the fraction done, 0 to 1, never decreasing.
-// Returning false stops the work, which then returns WEFT_ERR_CANCELLED and leaves no partial output.
+// Returning false stops the work, which then returns WEFT_ERR_CANCELLED and leaves no partial
+// output.
 struct weft_progress {
     bool (*report)(void *priv, double fraction);
     void *priv;

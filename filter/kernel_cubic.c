@@ -72,7 +72,7 @@ static void refine(struct weft_kernel *kernel)
 }
 
 #define MITCHELL .citation = "Mitchell and Netravali, SIGGRAPH 1988", .radius = 2.0
-#define B_AND_C  MITCHELL, .refine = refine, .params = {{"B", 0, -10, 10}, {"C", 0.5, -10, 10}}
+#define B_AND_C MITCHELL, .refine = refine, .params = {{"B", 0, -10, 10}, {"C", 0.5, -10, 10}}
 #define ONLY_C                                                                                     \
     MITCHELL, .refine = refine, .params = {{"C", 0.75, -10, 10}}, .data = &(const struct member)   \
     {                                                                                              \

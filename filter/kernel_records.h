@@ -17,7 +17,7 @@ WEFT_BEGIN_DECLS
         return family(kernel, x, n);                                                               \
     }
 
-#define WEFT_KERNEL_UNWRAP(...)     __VA_ARGS__
+#define WEFT_KERNEL_UNWRAP(...) __VA_ARGS__
 #define WEFT_KERNEL_LOWER(value, n) ((value) - (n) < -1 ? -1 : (value) - (n))
 
 // The record itself: `own` is a parenthesised list of members, the rest is shared with derivatives.

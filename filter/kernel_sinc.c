@@ -187,7 +187,7 @@ static void refine(struct weft_kernel *kernel)
     {                                                                                              \
         "radius", initial, 0.5, 8.0                                                                \
     }
-#define ONLY_RADIUS(initial)     .params = {RADIUS(initial)}
+#define ONLY_RADIUS(initial) .params = {RADIUS(initial)}
 #define RADIUS_AND(initial, ...) .params = {RADIUS(initial), {__VA_ARGS__}}
 
 const struct weft_kernel_info weft_kernel_hann[3] = WINDOWED(

@@ -23,9 +23,9 @@ struct weft_context_params {
 struct weft_context_info {
     const char *platform; // "OSMesa", "EGL surfaceless", "EGL device"
     const char *vendor, *renderer, *version;
-    bool hardware;              // not a software rasterizer
-    int max_target_size;        // pixels along a side of a render target
-    int64_t max_buffer_texels;  // in one texture buffer
+    bool hardware;             // not a software rasterizer
+    int max_target_size;       // pixels along a side of a render target
+    int64_t max_buffer_texels; // in one texture buffer
 };
 
 // Thread-safety: one thread at a time; calls make the context current in the calling thread and

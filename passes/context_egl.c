@@ -24,11 +24,15 @@ static bool has_extension(const char *list, const char *name)
 // A surfaceless core context on an initialised display.
 static bool create_on(EGLDisplay display, struct egl *egl, char *why, size_t why_size)
 {
-    static const EGLint attributes[] = {
-        EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
-        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
-    static const EGLint config_attributes[] = {EGL_SURFACE_TYPE, EGL_DONT_CARE,
-                                               EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+    static const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                        3,
+                                        EGL_CONTEXT_MINOR_VERSION,
+                                        3,
+                                        EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                        EGL_NONE};
+    static const EGLint config_attributes[] = {EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_RENDERABLE_TYPE,
+                                               EGL_OPENGL_BIT, EGL_NONE};
     const char *extensions = eglQueryString(display, EGL_EXTENSIONS);
     if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) {
         snprintf(why, why_size, "EGL_KHR_surfaceless_context is missing");

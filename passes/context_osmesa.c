@@ -16,9 +16,15 @@ struct osmesa {
 
 static bool osmesa_create(void **native, char *why, size_t why_size)
 {
-    static const int attributes[] = {
-        OSMESA_FORMAT, OSMESA_RGBA, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-        OSMESA_CONTEXT_MAJOR_VERSION, 3, OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+    static const int attributes[] = {OSMESA_FORMAT,
+                                     OSMESA_RGBA,
+                                     OSMESA_PROFILE,
+                                     OSMESA_CORE_PROFILE,
+                                     OSMESA_CONTEXT_MAJOR_VERSION,
+                                     3,
+                                     OSMESA_CONTEXT_MINOR_VERSION,
+                                     3,
+                                     0};
     struct osmesa *osmesa = calloc(1, sizeof *osmesa);
     if (!osmesa) {
         snprintf(why, why_size, "out of memory");

@@ -28,16 +28,16 @@ struct weft_slice_geometry {
 };
 
 struct weft_slice_params {
-    struct weft_kernel kernel; // default (info NULL): catmull-rom
-    enum weft_space space;     // of the geometry
+    struct weft_kernel kernel;           // default (info NULL): catmull-rom
+    enum weft_space space;               // of the geometry
     struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
     enum weft_layout layout;
-    uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
-                           // caller's pixels are not counted
+    uint64_t memory_bytes;     // voxels, layouts and GL memory while running (default 1 GiB); the
+                               // caller's pixels are not counted
     int max_target_size;       // of the GL to run on, pixels along a side (default 4096)
     int64_t max_buffer_texels; // likewise; see struct weft_context_info (default 2^26)
     const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
-    const struct weft_log *log; // borrowed for the plan's life
+    const struct weft_log *log;           // borrowed for the plan's life
 };
 
 // Chooses what is 0 of width and height: 1024 along the longer edge (in world space) if both are,
@@ -53,10 +53,9 @@ WEFT_API enum weft_result weft_slice_size_compute(const struct weft_log *log,
 // In world space the axes are the world's, and the box is the world box of the active voxels.
 // Returns WEFT_ERR_ARGUMENT (axis, size, coordinate not finite).
 WEFT_API enum weft_result weft_slice_axis_geometry(const struct weft_log *log,
-                                                   const weft_volume *volume,
-                                                   enum weft_space space, int axis,
-                                                   double coordinate, int width, int height,
-                                                   struct weft_slice_geometry *out);
+                                                   const weft_volume *volume, enum weft_space space,
+                                                   int axis, double coordinate, int width,
+                                                   int height, struct weft_slice_geometry *out);
 
 // One rectangle of the output, with the data it needs resident at once.
 struct weft_slice_tile {
@@ -71,7 +70,7 @@ typedef struct weft_slice_plan weft_slice_plan;
 
 struct weft_slice_plan_info {
     struct weft_kernel kernel;
-    struct weft_slice_geometry geometry;       // as asked for
+    struct weft_slice_geometry geometry; // as asked for
     enum weft_space space;
     struct weft_slice_geometry index_geometry; // the same in index space
     enum weft_layout layout;
@@ -85,9 +84,9 @@ struct weft_slice_plan_info {
     const char *text;      // the plan as --explain prints it, one line per tile and pass
 };
 
-// Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no voxel.
-// Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel), WEFT_ERR_LIMIT
-// (memory, index range), WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY,
+// Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
+// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel),
+// WEFT_ERR_LIMIT (memory, index range), WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY,
 // WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
@@ -98,8 +97,8 @@ WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_
 struct weft_slice_report {
     double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
     uint64_t uploaded_bytes;
-    uint64_t peak_bytes;   // of voxels, layouts and GL memory
-    int passes;            // draws
+    uint64_t peak_bytes;    // of voxels, layouts and GL memory
+    int passes;             // draws
     float minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;    // pixels that are NaN or infinite
     bool plain_fallback;    // aligned layout replaced: it would spread NaN past the kernel's reach
@@ -120,10 +119,10 @@ struct weft_slice_verify_params {
 
 struct weft_slice_error {
     uint64_t pixels_checked, pixels_total; // fewer checked: a random sample, seeded, repeatable
-    double maximum, rms;        // |pixel - reference|
-    double relative_maximum;    // largest |pixel - reference| / largest |voxel| in that pixel's reach
-    double magnitude;           // largest |voxel| in reach of any checked pixel
-    int at_x, at_y;             // of the maximum
+    double maximum, rms;                   // |pixel - reference|
+    double relative_maximum; // largest |pixel - reference| / largest |voxel| in that pixel's reach
+    double magnitude;        // largest |voxel| in reach of any checked pixel
+    int at_x, at_y;          // of the maximum
     double at_value, at_reference;
     uint64_t not_finite_mismatches; // finite here and not there, or the other way round
 };

@@ -19,8 +19,8 @@ static void active_box(const struct weft_volume_info *info, enum weft_space spac
             const double *m = info->index_to_world[r];
             double at = m[3];
             for (int c = 0; c < 3; c++)
-                at += m[c] * (corner >> c & 1 ? info->active_max[c] + 0.5
-                                              : info->active_min[c] - 0.5);
+                at += m[c] *
+                      (corner >> c & 1 ? info->active_max[c] + 0.5 : info->active_min[c] - 0.5);
             low[r] = fmin(low[r], at);
             high[r] = fmax(high[r], at);
         }

@@ -63,8 +63,8 @@ static enum weft_result check_geometry(const struct weft_log *log,
 {
     if (g->width < 1 || g->height < 1 || g->width > WEFT_SLICE_MAX_SIZE ||
         g->height > WEFT_SLICE_MAX_SIZE) {
-        weft_error(log, "a slice of %d x %d pixels: each side must be 1 to %d", g->width,
-                   g->height, WEFT_SLICE_MAX_SIZE);
+        weft_error(log, "a slice of %d x %d pixels: each side must be 1 to %d", g->width, g->height,
+                   WEFT_SLICE_MAX_SIZE);
         return WEFT_ERR_ARGUMENT;
     }
     if ((int64_t)g->width * g->height > WEFT_SLICE_MAX_PIXELS) {
@@ -94,8 +94,7 @@ static enum weft_result check_geometry(const struct weft_log *log,
 }
 
 // Every corner within the index limit, with room for any kernel.
-static enum weft_result check_range(const struct weft_log *log,
-                                    const struct weft_slice_geometry *g)
+static enum weft_result check_range(const struct weft_log *log, const struct weft_slice_geometry *g)
 {
     const double limit = WEFT_INDEX_LIMIT - 64.0;
     for (int corner = 0; corner < 4; corner++) {

@@ -3,8 +3,8 @@
 // Pixels are grouped in blocks of 256 x 256 on a fixed grid over the whole output. A block's first
 // position is formed in double and rounded to a fixed-point number; within the block positions
 // advance by integer additions, which every GPU does exactly. So they do not depend on tiles or
-// threads, and with b fraction bits are off by at most 2^-(b+1) (1 + 2 * 255) voxels along each axis:
-// 2.4e-10 with the usual 40 bits.
+// threads, and with b fraction bits are off by at most 2^-(b+1) (1 + 2 * 255) voxels along each
+// axis: 2.4e-10 with the usual 40 bits.
 #ifndef WEFT_PASSES_SLICE_GRID_H
 #define WEFT_PASSES_SLICE_GRID_H
 
@@ -13,8 +13,8 @@
 
 enum { WEFT_GRID_BLOCK = 256 };
 
-// A shader keeps positions modulo 8 voxels: one word with 3 whole and 29 fraction bits, and one with
-// the fraction bits beyond.
+// A shader keeps positions modulo 8 voxels: one word with 3 whole and 29 fraction bits, and one
+// with the fraction bits beyond.
 enum { WEFT_GRID_WORD_FRACTION_BITS = 29 };
 
 struct weft_slice_grid {
@@ -41,8 +41,7 @@ void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
                            struct weft_slice_block *out);
 
 // The exact position of a pixel in index coordinates.
-void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y,
-                              double position[3]);
+void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y, double position[3]);
 
 // Box and slabs that hold every tap of every pixel.
 void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct weft_region *out);

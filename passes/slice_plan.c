@@ -11,9 +11,9 @@
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
-    MAX_TILE = 4096,          // pixels along a side
-    MIN_TILE = 16,            // a tile is cut no smaller
-    COMFORTABLE_TILE = 256,   // below this the automatic layout gives up interleaving
+    MAX_TILE = 4096,        // pixels along a side
+    MIN_TILE = 16,          // a tile is cut no smaller
+    COMFORTABLE_TILE = 256, // below this the automatic layout gives up interleaving
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
 };
 static const int64_t MAX_TEXELS = INT64_C(1) << 26;
@@ -37,8 +37,8 @@ enum weft_result weft_slice_store_create(const struct weft_log *log,
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
         int32_t origin[3];
         for (int a = 0; a < 3; a++)
-            origin[a] = bricks ? bricks->keys[i].at[a] * WEFT_BRICK_SIZE
-                               : topology->brick_origin[i][a];
+            origin[a] =
+                bricks ? bricks->keys[i].at[a] * WEFT_BRICK_SIZE : topology->brick_origin[i][a];
         res = weft_brick_store_add_brick(*out, origin,
                                          bricks ? values + i * WEFT_BRICK_VOXELS : unread);
     }
@@ -150,8 +150,8 @@ void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_ke
 }
 
 // Notes the bricks that hold a box of voxels, those of the clamp box where the volume has one.
-static bool need_bricks(const struct planner *planner, struct weft_cell_map *bricks,
-                        int32_t min[3], int32_t max[3])
+static bool need_bricks(const struct planner *planner, struct weft_cell_map *bricks, int32_t min[3],
+                        int32_t max[3])
 {
     const struct weft_volume_info *v = planner->volume;
     struct weft_cell_key from, to, at;
@@ -352,10 +352,9 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
         forget_tiles(plan);
         planner->planned_pixels = 0;
         plan->info.layout = tries[i].layout;
-        res = plan_rectangle(
-            planner, tries[i].layout, tries[i].min_tile,
-            (struct weft_slice_tile){0, 0, plan->grid.index.width, plan->grid.index.height, 0, 0, 0,
-                                     0});
+        res = plan_rectangle(planner, tries[i].layout, tries[i].min_tile,
+                             (struct weft_slice_tile){0, 0, plan->grid.index.width,
+                                                      plan->grid.index.height, 0, 0, 0, 0});
     }
     if (res == WEFT_ERR_LIMIT)
         weft_error(plan->log,
@@ -394,8 +393,8 @@ static double largest_slope(const struct weft_kernel *kernel)
         double sum = 0.0, fraction;
         int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
         for (int tap = 0; tap < kernel->width; tap++)
-            sum += fabs(weft_kernel_derivative(kernel,
-                                               (i + 0.5) / POSITIONS - (double)(first + tap)));
+            sum +=
+                fabs(weft_kernel_derivative(kernel, (i + 0.5) / POSITIONS - (double)(first + tap)));
         largest = fmax(largest, sum);
     }
     return largest;
@@ -420,8 +419,8 @@ static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
     const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
     const struct weft_slice_plan_info *info = &plan->info;
     fprintf(out,
-            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, %" PRIu64
-            " cells: %" PRIu64 " constant, %" PRIu64 " in blocks of %dx%dx%d voxels, %.1f MB\n",
+            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, %" PRIu64 " cells: %" PRIu64
+            " constant, %" PRIu64 " in blocks of %dx%dx%d voxels, %.1f MB\n",
             i, t->x, t->y, t->width, t->height, t->bricks_read, t->cells,
             t->cells - t->cells_laid_out, t->cells_laid_out, p->layout.span[0], p->layout.span[1],
             p->layout.span[2], 1e-6 * (double)t->memory_bytes);
@@ -448,7 +447,8 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
             "index space: origin (%.9g, %.9g, %.9g), u (%.9g, %.9g, %.9g), v (%.9g, %.9g, %.9g)\n",
             g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0], g->v[1],
             g->v[2]);
-    fprintf(out, "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel|\n",
+    fprintf(out,
+            "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel|\n",
             weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
             plan->kernel_tiles.segments, plan->info.error_bound);
     for (int i = 0; i < plan->info.tile_count; i++)
@@ -518,8 +518,7 @@ static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume 
     return weft_volume_find(volume, &region, &plan->topology);
 }
 
-enum weft_result weft_slice_plan_create(weft_volume *volume,
-                                        const struct weft_slice_params *params,
+enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
                                         weft_slice_plan **out)
 {
     *out = NULL;
@@ -560,8 +559,8 @@ enum weft_result weft_slice_plan_create(weft_volume *volume,
         .store = store,
         .progress = p.progress,
         .memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY,
-        .max_tile = p.max_target_size > 0 && p.max_target_size < MAX_TILE ? p.max_target_size
-                                                                          : MAX_TILE,
+        .max_tile =
+            p.max_target_size > 0 && p.max_target_size < MAX_TILE ? p.max_target_size : MAX_TILE,
         .max_texels = p.max_buffer_texels > 0 && p.max_buffer_texels < MAX_TEXELS
                           ? p.max_buffer_texels
                           : MAX_TEXELS,

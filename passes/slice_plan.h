@@ -36,8 +36,8 @@ struct weft_slice_plan {
     const struct weft_log *log;
 };
 
-// A store over `topology`'s tiles, and its bricks where values (of the listed bricks, in that order)
-// are given; clamped where the volume is.
+// A store over `topology`'s tiles, and its bricks where values (of the listed bricks, in that
+// order) are given; clamped where the volume is.
 enum weft_result weft_slice_store_create(const struct weft_log *log,
                                          const struct weft_volume_info *info,
                                          const struct weft_brick_list *topology,

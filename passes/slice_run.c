@@ -69,7 +69,8 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
         const int *span = p->layout.span;
         s.bricks = larger(s.bricks, p->bricks.count);
         s.cells = larger(s.cells, p->map.count);
-        s.block_voxels = larger(s.block_voxels, (size_t)span[0] * (size_t)span[1] * (size_t)span[2]);
+        s.block_voxels =
+            larger(s.block_voxels, (size_t)span[0] * (size_t)span[1] * (size_t)span[2]);
         s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
         s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
         s.blocks = larger(s.blocks, (size_t)(last_block(tile->x, tile->width) + 1) *
@@ -143,8 +144,8 @@ static enum weft_result create_kernel(struct runner *r)
     if (tiles->segments == 1)
         return WEFT_OK; // a uniform
     size_t bytes = tiles->coefficient_count * sizeof *tiles->coefficients;
-    enum weft_result res = weft_gl_buffer_create(r->log, r->gl, GL_RGBA32F,
-                                                 tiles->coefficient_count / 4, &r->kernel);
+    enum weft_result res =
+        weft_gl_buffer_create(r->log, r->gl, GL_RGBA32F, tiles->coefficient_count / 4, &r->kernel);
     void *memory = res == WEFT_OK ? weft_gl_buffer_map(r->gl, &r->kernel, bytes) : NULL;
     if (memory) {
         memcpy(memory, tiles->coefficients, bytes);
@@ -331,7 +332,8 @@ static enum weft_result load_tile(struct runner *r, int index)
         lay_out(r, p, store, layout, source);
         memset(r->block_constants, 0,
                block_number(tile, first_block(tile->x) + last_block(tile->x, tile->width),
-                            first_block(tile->y) + last_block(tile->y, tile->height)) + 1);
+                            first_block(tile->y) + last_block(tile->y, tile->height)) +
+                   1);
         weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
     }

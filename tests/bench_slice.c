@@ -17,8 +17,8 @@ typedef float v4_unaligned __attribute__((vector_size(16), aligned(4)));
 enum { THREADS = 2, MAX_RUNS = 99 };
 
 struct job {
-    int size;  // voxels along each axis
-    int side;  // pixels
+    int size; // voxels along each axis
+    int side; // pixels
     float *data;
     double origin[3], u[3], v[3];
 };
@@ -52,7 +52,8 @@ static float baseline_pixel(const struct job *job, const double position[3])
     for (int z = 0; z < 4; z++) {
         v4 plane = {0};
         for (int y = 0; y < 4; y++)
-            plane += w[1][y] * *(const v4_unaligned *)(at + ((size_t)z * pitch + (size_t)y) * pitch);
+            plane +=
+                w[1][y] * *(const v4_unaligned *)(at + ((size_t)z * pitch + (size_t)y) * pitch);
         sum += w[2][z] * plane;
     }
     sum *= w[0];
@@ -166,8 +167,7 @@ static enum weft_result run_way(struct way *way, weft_context *context, weft_vol
                                 float *pixels, int turn, double baseline)
 {
     double start = weft_now_seconds();
-    enum weft_result res =
-        weft_slice_run(context, way->plan, volume, pixels, NULL, &way->report);
+    enum weft_result res = weft_slice_run(context, way->plan, volume, pixels, NULL, &way->report);
     if (res == WEFT_OK && turn >= 0) {
         way->seconds[turn] = way->report.pass_seconds;
         way->whole_seconds[turn] = weft_now_seconds() - start;
@@ -284,7 +284,8 @@ int main(int argc, char **argv)
             if (weft_context_kind_parse(&log_to_stderr, argv[++i], &kind) != WEFT_OK)
                 return 2;
         } else {
-            fprintf(stderr, "usage: bench_slice [--bench] [--context auto|osmesa|egl] [--runs N]\n");
+            fprintf(stderr,
+                    "usage: bench_slice [--bench] [--context auto|osmesa|egl] [--runs N]\n");
             return 2;
         }
     }

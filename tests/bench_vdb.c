@@ -79,8 +79,8 @@ static int run(const char *path)
     child_memory(&peak[1], &anonymous[1]);
     float *values = malloc(list.brick_count * 2048 + 1);
     double reading = weft_now_seconds();
-    if (!values || weft_volume_read(volume, list.brick_count,
-                                    (const int32_t(*)[3])list.brick_origin, values))
+    if (!values ||
+        weft_volume_read(volume, list.brick_count, (const int32_t(*)[3])list.brick_origin, values))
         return 1;
     double read = weft_now_seconds();
     child_memory(&peak[2], &anonymous[2]);
@@ -89,10 +89,11 @@ static int run(const char *path)
            list.brick_count, list.tile_count);
     printf("  open %.3f s, find %.4f s, read %.3f s\n", opened - start, found - opened,
            read - reading);
-    printf("  reader's resident MB, peak (of it now anonymous): open %.1f (%.1f), find %.1f (%.1f), "
-           "read %.1f (%.1f)\n",
-           (double)peak[0] / 1e3, (double)anonymous[0] / 1e3, (double)peak[1] / 1e3,
-           (double)anonymous[1] / 1e3, (double)peak[2] / 1e3, (double)anonymous[2] / 1e3);
+    printf(
+        "  reader's resident MB, peak (of it now anonymous): open %.1f (%.1f), find %.1f (%.1f), "
+        "read %.1f (%.1f)\n",
+        (double)peak[0] / 1e3, (double)anonymous[0] / 1e3, (double)peak[1] / 1e3,
+        (double)anonymous[1] / 1e3, (double)peak[2] / 1e3, (double)anonymous[2] / 1e3);
     free(values);
     weft_brick_list_clear(&list);
     weft_volume_destroy(&volume);

@@ -221,11 +221,8 @@ int main(void)
     for (int i = 0; i < SIDE * SIDE; i++)
         plane[i] = (float)i;
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_outputs),
-        IN_FOLDER(test_load),
-        IN_FOLDER(test_tiles),
-        IN_FOLDER(test_volumes),
-        IN_FOLDER(test_slices),
+        IN_FOLDER(test_outputs), IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
+        IN_FOLDER(test_volumes), IN_FOLDER(test_slices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,19 +28,19 @@ static void test_many_bricks(void **state)
                              16 * (n / SIDE / SIDE - 10)};
         for (int v = 0; v < WEFT_BRICK_VOXELS; v++)
             values[n * WEFT_BRICK_VOXELS + v] = (float)(n * WEFT_BRICK_VOXELS + v);
-        assert_int_equal(
-            weft_brick_store_add_brick(store, origin, values + n * WEFT_BRICK_VOXELS), WEFT_OK);
+        assert_int_equal(weft_brick_store_add_brick(store, origin, values + n * WEFT_BRICK_VOXELS),
+                         WEFT_OK);
     }
     struct weft_brick_cursor cursor = {.store = store};
     for (int k = -170; k < 170; k += 3)
         for (int j = -170; j < 170; j += 5)
             for (int i = -170; i < 170; i++) {
-                bool inside = i >= -160 && i < 160 && j >= -160 && j < 160 && k >= -160 && k < 160 &&
-                              !(i & 8) && !(j & 8) && !(k & 8);
+                bool inside = i >= -160 && i < 160 && j >= -160 && j < 160 && k >= -160 &&
+                              k < 160 && !(i & 8) && !(j & 8) && !(k & 8);
                 int n = ((k + 160) / 16 * SIDE + (j + 160) / 16) * SIDE + (i + 160) / 16;
-                float expected = inside ? (float)(n * WEFT_BRICK_VOXELS + (k & 7) * 64 +
-                                                  (j & 7) * 8 + (i & 7))
-                                        : -3;
+                float expected =
+                    inside ? (float)(n * WEFT_BRICK_VOXELS + (k & 7) * 64 + (j & 7) * 8 + (i & 7))
+                           : -3;
                 assert_true(weft_brick_cursor_voxel(&cursor, i, j, k) == expected);
                 assert_true(weft_brick_store_voxel(store, i, j, k) == expected);
             }

@@ -239,8 +239,8 @@ static void kernels_from_files_slice(void **state)
     assert_true(number(json_object_get(root, "verify"), "relative_maximum") <= 2e-6);
     const double maximum = number(root, "maximum");
     json_decref(root);
-    root = parse(command_succeeds("slice", "ml.vdb", "--kernel", "linear", "--size", "20x20",
-                                  "--json"));
+    root = parse(
+        command_succeeds("slice", "ml.vdb", "--kernel", "linear", "--size", "20x20", "--json"));
     assert_true(fabs(number(root, "maximum") - maximum) < 1e-6);
     json_decref(root);
     unlink("tent.txt");

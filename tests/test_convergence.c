@@ -33,8 +33,8 @@ static double wave_error(const struct weft_kernel *kernel, int dims, double freq
         struct wave wave = {frequency, 2.0 * M_PI * (i % PHASES) / PHASES};
         // On the lattice too, and in the middle.
         double position = (double)(i / PHASES) / steps, at[3] = {position, position, position};
-        double exact = pow(frequency, d) *
-                       cos(frequency * dims * position + wave.phase + d * M_PI / 2);
+        double exact =
+            pow(frequency, d) * cos(frequency * dims * position + wave.phase + d * M_PI / 2);
         double value = weft_reference_compute(kernel, dims, at, fetch_wave, &wave).value;
         largest = fmax(largest, fabs(value - exact));
     }
@@ -54,10 +54,11 @@ static void every_kernel_converges_with_its_order(void **state)
     (void)state;
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         struct weft_kernel kernel = make(*k);
-        // High enough for the error to stand above double's rounding, low enough for its first term.
+        // High enough for the error to stand above double's rounding, low enough for its first
+        // term.
         double frequency = kernel.order > 4 ? 0.3 : 0.05;
-        double observed = log2(wave_error(&kernel, 1, frequency) /
-                               wave_error(&kernel, 1, 0.5 * frequency));
+        double observed =
+            log2(wave_error(&kernel, 1, frequency) / wave_error(&kernel, 1, 0.5 * frequency));
         double expected = kernel.order + (*k)->derivation;
         // Order 0: what does not converge has an error of its own size, whatever the derivative's.
         bool right = kernel.order > 0 ? fabs(observed - expected) < 0.1 : observed < expected + 0.1;

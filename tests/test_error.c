@@ -350,8 +350,11 @@ static void test_statistics(void **state)
 static void test_threads(void **state)
 {
     struct weft_error_kernel one, many;
-    struct weft_error_kernel_params params = {
-        .kernel = kernel_named("lanczos:2"), .dims = 3, .samples = 20, .locations = 40, .threads = 1};
+    struct weft_error_kernel_params params = {.kernel = kernel_named("lanczos:2"),
+                                              .dims = 3,
+                                              .samples = 20,
+                                              .locations = 40,
+                                              .threads = 1};
     (void)state;
     assert_int_equal(weft_error_kernel_compute(&params, &one), WEFT_OK);
     params.threads = 7;

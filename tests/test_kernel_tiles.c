@@ -376,8 +376,8 @@ static void the_memory_saved_is_as_counted(void **state)
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         weft_kernel_tiles *set =
-            make(weft_kernel_tiles_params(.kernel = kernel_named(cases[i].name), .dims = cases[i].dims,
-                                          .samples = 8));
+            make(weft_kernel_tiles_params(.kernel = kernel_named(cases[i].name),
+                                          .dims = cases[i].dims, .samples = 8));
         const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
         const size_t bytes = 2 * (size_t)pow(8, cases[i].dims);
         assert_int_equal(info->tile_count, cases[i].tiles);
@@ -613,7 +613,8 @@ static void groups_follow_any_four_offsets(void **state)
 static void bad_arguments_are_named(void **state)
 {
     (void)state;
-    const struct weft_kernel cubic = kernel_named("catmull-rom"), hann = kernel_named("hann-sinc:3");
+    const struct weft_kernel cubic = kernel_named("catmull-rom"),
+                             hann = kernel_named("hann-sinc:3");
     const struct weft_kernel slope = kernel_named("dd-bspline");
     const struct {
         struct weft_kernel_tiles_params *params;
@@ -682,7 +683,8 @@ static void splits_and_groups_know_their_limits(void **state)
     weft_tile_group_destroy(&group);
     assert_null(weft_kernel_tiles_get(set, 16));
     weft_kernel_tiles_destroy(&set);
-    set = make(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8, .log = &log));
+    set = make(
+        weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8, .log = &log));
     assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_OK);
     const int taps[4][3] = {{1, 0}, {0, 0}, {2, 0}, {3, 0}};
     assert_int_equal(weft_tile_group_create_taps(set, taps, WEFT_TILE_POSITIVE, &group),

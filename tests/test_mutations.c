@@ -110,9 +110,8 @@ static enum weft_result try_file(const char *path)
 
 static void mutate(const char *path, const char *name)
 {
-    static const enum weft_result clean[] = {WEFT_OK,           WEFT_ERR_UNSUPPORTED,
-                                             WEFT_ERR_LIMIT,    WEFT_ERR_FORMAT,
-                                             WEFT_ERR_READER};
+    static const enum weft_result clean[] = {WEFT_OK, WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT,
+                                             WEFT_ERR_FORMAT, WEFT_ERR_READER};
     size_t counts[WEFT_COUNT(clean)] = {0};
     double longest = 0;
     char mutant[512];

@@ -64,7 +64,8 @@ static double total(const double *weights, int count)
 static void weights_by_hand(void **state)
 {
     (void)state;
-    const struct weft_kernel tent = kernel_named("linear+radial"), unit = kernel_named("linear+radial+unit");
+    const struct weft_kernel tent = kernel_named("linear+radial"),
+                             unit = kernel_named("linear+radial+unit");
     double w[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
     assert_int_equal(weft_kernel_weights_nd(&tent, 2, (double[]){0.5, -0.5}, w, first), 4);
@@ -206,7 +207,8 @@ static void records_are_honest(void **state)
 static void sums_by_hand(void **state)
 {
     (void)state;
-    const struct weft_kernel k = kernel_named("catmull-rom+radial+unit"), tent = kernel_named("linear+radial");
+    const struct weft_kernel k = kernel_named("catmull-rom+radial+unit"),
+                             tent = kernel_named("linear+radial");
     const struct weft_kernel plain = kernel_named("catmull-rom");
     const double h2 = weft_kernel_weight(&plain, M_SQRT2);
     const double h3 = weft_kernel_weight(&plain, sqrt(3.0));

@@ -43,8 +43,8 @@ static pid_t find_child(void)
     pid_t found = 0, parent;
     DIR *folder = opendir("/proc");
     for (struct dirent *entry; folder && (entry = readdir(folder));)
-        if (isdigit((unsigned char)*entry->d_name) &&
-            process_state(atoi(entry->d_name), &parent) && parent == getpid())
+        if (isdigit((unsigned char)*entry->d_name) && process_state(atoi(entry->d_name), &parent) &&
+            parent == getpid())
             found = atoi(entry->d_name);
     if (folder)
         closedir(folder);
@@ -176,8 +176,9 @@ static void test_output_limit(void **state)
     assert_int_equal(weft_volume_read(volume, 1, origin, values), WEFT_OK);
     weft_volume_destroy(&volume);
     // The description of the grid alone is longer than this.
-    assert_int_equal(open_limited(sphere_path(), (struct weft_limits){.output_bytes = 100}, &volume),
-                     WEFT_ERR_LIMIT);
+    assert_int_equal(
+        open_limited(sphere_path(), (struct weft_limits){.output_bytes = 100}, &volume),
+        WEFT_ERR_LIMIT);
     assert_message("output limit is 100");
     weft_brick_list_clear(&list);
 }
@@ -230,9 +231,9 @@ static void test_impostors(void **state)
         fclose(file);
         chmod(path, 0755);
         weft_volume *volume = NULL;
-        assert_int_equal(open_limited(sphere_path(), (struct weft_limits){.wall_seconds = 5},
-                                      &volume),
-                         WEFT_ERR_READER);
+        assert_int_equal(
+            open_limited(sphere_path(), (struct weft_limits){.wall_seconds = 5}, &volume),
+            WEFT_ERR_READER);
         assert_message(cases[i].message);
         assert_null(volume);
     }
@@ -320,11 +321,11 @@ static void test_nothing_left_open(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_signals),         cmocka_unit_test(test_killed_during_call),
-        cmocka_unit_test(test_wall_limit),      cmocka_unit_test(test_output_limit),
-        cmocka_unit_test(test_memory_limit),    cmocka_unit_test(test_missing_program),
-        cmocka_unit_test(test_impostors),       cmocka_unit_test(test_damaged_files),
-        cmocka_unit_test(test_no_orphan),       cmocka_unit_test(test_nothing_left_open),
+        cmocka_unit_test(test_signals),      cmocka_unit_test(test_killed_during_call),
+        cmocka_unit_test(test_wall_limit),   cmocka_unit_test(test_output_limit),
+        cmocka_unit_test(test_memory_limit), cmocka_unit_test(test_missing_program),
+        cmocka_unit_test(test_impostors),    cmocka_unit_test(test_damaged_files),
+        cmocka_unit_test(test_no_orphan),    cmocka_unit_test(test_nothing_left_open),
     };
     return cmocka_run_group_tests(tests, make_files, remove_folder);
 }

@@ -41,9 +41,10 @@ static weft_volume *make_volume(int nx, int ny, int nz, int32_t offset, float ba
         for (int y = 0; y < ny; y++)
             for (int x = 0; x < nx; x++)
                 data[(z * ny + y) * nx + x] = noise(x, y, z);
-    struct weft_volume_params params = {
-        .size = {nx, ny, nz}, .origin = {offset, offset, offset}, .background = background,
-        .data = data};
+    struct weft_volume_params params = {.size = {nx, ny, nz},
+                                        .origin = {offset, offset, offset},
+                                        .background = background,
+                                        .data = data};
     if (transform)
         memcpy(params.index_to_world, transform, sizeof params.index_to_world);
     weft_volume *volume = NULL;
@@ -116,15 +117,17 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
             for (int l = WEFT_LAYOUT_AUTO; l <= WEFT_LAYOUT_PLAIN; l++) {
                 char what[128];
                 struct weft_slice_error error;
-                struct weft_slice_params params = {
-                    .kernel = kernel_named((*k)->name), .space = WEFT_SPACE_INDEX,
-                    .geometry = oblique(30, 0, 83, 71), .layout = (enum weft_layout)l};
+                struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
+                                                   .space = WEFT_SPACE_INDEX,
+                                                   .geometry = oblique(30, 0, 83, 71),
+                                                   .layout = (enum weft_layout)l};
                 // The reference takes width^3 products a pixel.
                 if (params.kernel.width > 4 || (*k)->derivation > 0)
                     params.geometry = oblique(30, 0, 23, 19);
                 free(run_slice(contexts[c], volume, &params, &error, NULL));
-                snprintf(what, sizeof what, "%s, %s, layout %s", weft_context_get_info(contexts[c])
-                             ->platform, (*k)->name, weft_layout_name((enum weft_layout)l));
+                snprintf(what, sizeof what, "%s, %s, layout %s",
+                         weft_context_get_info(contexts[c])->platform, (*k)->name,
+                         weft_layout_name((enum weft_layout)l));
                 assert_within(&error, tolerance_for(*k), what);
             }
         }
@@ -166,10 +169,13 @@ static void interpolating_kernels_return_voxels_exactly(void **state)
         if (!(*k)->interpolating)
             continue;
         // One pixel per voxel, centred on it.
-        struct weft_slice_params params = {
-            .kernel = kernel_named((*k)->name), .space = WEFT_SPACE_INDEX,
-            .geometry = {.origin = {-0.5, -0.5, 7.0}, .u = {N, 0, 0}, .v = {0, N, 0}, .width = N,
-                         .height = N}};
+        struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
+                                           .space = WEFT_SPACE_INDEX,
+                                           .geometry = {.origin = {-0.5, -0.5, 7.0},
+                                                        .u = {N, 0, 0},
+                                                        .v = {0, N, 0},
+                                                        .width = N,
+                                                        .height = N}};
         float *pixels = run_slice(contexts[0], volume, &params, NULL, NULL);
         // Tiles of kernels that are no polynomials come close.
         for (int i = 0; i < N * N; i++)
@@ -199,10 +205,10 @@ static void any_affine_transform_is_inverted(void **state)
 {
     (void)state;
     const double transforms[][3][4] = {
-        {{0.5, 0, 0, 10}, {0, 0.25, 0, -3}, {0, 0, 2, 7}},                 // anisotropic
-        {{0, -1e-3, 0, 5}, {1e-3, 0, 0, 0}, {0, 0, 1e-3, 1}},              // rotated, tiny
-        {{100, 30, -20, 1e5}, {0, 80, 10, 2e5}, {5, 0, 120, -3e5}},        // sheared
-        {{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},                       // mirrored
+        {{0.5, 0, 0, 10}, {0, 0.25, 0, -3}, {0, 0, 2, 7}},          // anisotropic
+        {{0, -1e-3, 0, 5}, {1e-3, 0, 0, 0}, {0, 0, 1e-3, 1}},       // rotated, tiny
+        {{100, 30, -20, 1e5}, {0, 80, 10, 2e5}, {5, 0, 120, -3e5}}, // sheared
+        {{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},                // mirrored
     };
     for (size_t t = 0; t < WEFT_COUNT(transforms); t++) {
         weft_volume *volume = make_volume(21, 22, 23, 0, 0.0f, transforms[t]);
@@ -239,7 +245,8 @@ static void tiles_and_layouts_change_no_byte(void **state)
     (void)state;
     enum { W = 700, H = 600 };
     weft_volume *volume = make_volume(64, 64, 64, 0, 0.0f, NULL);
-    struct weft_slice_params params = {.space = WEFT_SPACE_INDEX, .geometry = oblique(64, 0, W, H),
+    struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
+                                       .geometry = oblique(64, 0, W, H),
                                        .layout = WEFT_LAYOUT_INTERLEAVED};
     float *whole = run_slice(contexts[0], volume, &params, NULL, NULL);
     const struct {
@@ -265,9 +272,8 @@ static void tiles_and_layouts_change_no_byte(void **state)
         free(tiled);
     }
     // Plain rows sum in the same order as interleaved ones.
-    params = (struct weft_slice_params){.space = WEFT_SPACE_INDEX,
-                                        .geometry = oblique(64, 0, W, H),
-                                        .layout = WEFT_LAYOUT_PLAIN};
+    params = (struct weft_slice_params){
+        .space = WEFT_SPACE_INDEX, .geometry = oblique(64, 0, W, H), .layout = WEFT_LAYOUT_PLAIN};
     float *plain = run_slice(contexts[0], volume, &params, NULL, NULL);
     assert_memory_equal(whole, plain, sizeof *whole * W * H);
     free(plain);
@@ -366,8 +372,8 @@ static void a_missing_slice_is_background_and_a_warning(void **state)
     weft_volume *volume = make_volume(10, 10, 10, 0, -2.5f, NULL);
     struct message message = {.count = 0};
     struct weft_log log = {keep_message, &message};
-    struct weft_slice_params params = {.space = WEFT_SPACE_INDEX, .log = &log,
-                                       .geometry = oblique(10, 5000, 33, 17)};
+    struct weft_slice_params params = {
+        .space = WEFT_SPACE_INDEX, .log = &log, .geometry = oblique(10, 5000, 33, 17)};
     float *pixels = run_slice(contexts[0], volume, &params, NULL, NULL);
     for (int i = 0; i < 33 * 17; i++)
         assert_true(pixels[i] == -2.5f);
@@ -400,8 +406,9 @@ static void thin_volumes_and_wide_steps_work(void **state)
     const double lengths[] = {300, 1e5, 1e8};
     for (size_t i = 0; i < WEFT_COUNT(lengths); i++) {
         struct weft_slice_error error;
-        struct weft_slice_params params = {
-            .space = WEFT_SPACE_INDEX, .geometry = oblique(lengths[i], 15 - lengths[i] / 2, 65, 65)};
+        struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
+                                           .geometry =
+                                               oblique(lengths[i], 15 - lengths[i] / 2, 65, 65)};
         free(run_slice(contexts[0], volume, &params, &error, NULL));
         assert_accurate(&error, "minified");
     }
@@ -415,8 +422,8 @@ static void a_slice_of_one_pixel_and_odd_sizes_work(void **state)
     const int sizes[][2] = {{1, 1}, {1, 300}, {300, 1}, {257, 255}, {513, 2}};
     for (size_t i = 0; i < WEFT_COUNT(sizes); i++) {
         struct weft_slice_error error;
-        struct weft_slice_params params = {
-            .space = WEFT_SPACE_INDEX, .geometry = oblique(20, 0, sizes[i][0], sizes[i][1])};
+        struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
+                                           .geometry = oblique(20, 0, sizes[i][0], sizes[i][1])};
         free(run_slice(contexts[0], volume, &params, &error, NULL));
         assert_accurate(&error, "size");
     }
@@ -434,17 +441,21 @@ static void bad_requests_are_named(void **state)
     } cases[] = {
         {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 0, .height = 4}, WEFT_ERR_ARGUMENT, "0 x 4"},
         {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = -1}, WEFT_ERR_ARGUMENT, "4 x -1"},
-        {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000000, .height = 4}, WEFT_ERR_ARGUMENT,
+        {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000000, .height = 4},
+         WEFT_ERR_ARGUMENT,
          "1000000000"},
-        {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000, .height = 1000000}, WEFT_ERR_ARGUMENT,
+        {{.u = {1, 0, 0}, .v = {0, 1, 0}, .width = 1000000, .height = 1000000},
+         WEFT_ERR_ARGUMENT,
          "2147483648"},
         {{.u = {0, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "parallel"},
         {{.u = {1, 1, 0}, .v = {2, 2, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "parallel"},
         {{.u = {1, NAN, 0}, .v = {0, 1, 0}, .width = 4, .height = 4}, WEFT_ERR_ARGUMENT, "finite"},
         {{.origin = {INFINITY, 0, 0}, .u = {1, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = 4},
-         WEFT_ERR_ARGUMENT, "finite"},
+         WEFT_ERR_ARGUMENT,
+         "finite"},
         {{.origin = {3e9, 0, 0}, .u = {1, 0, 0}, .v = {0, 1, 0}, .width = 4, .height = 4},
-         WEFT_ERR_LIMIT, "3e+09"},
+         WEFT_ERR_LIMIT,
+         "3e+09"},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         struct message message = {.count = 0};
@@ -501,8 +512,8 @@ static void grid_positions_follow_the_double_ones(void **state)
     for (size_t i = 0; i < WEFT_COUNT(lengths); i++) {
         struct weft_slice_params params = {.kernel = kernel_named("catmull-rom"),
                                            .space = WEFT_SPACE_INDEX,
-                                           .geometry = oblique(lengths[i], -lengths[i] / 2, 600,
-                                                               500)};
+                                           .geometry =
+                                               oblique(lengths[i], -lengths[i] / 2, 600, 500)};
         struct weft_slice_grid grid;
         assert_int_equal(weft_slice_grid_create(NULL, &params, &info, &grid), WEFT_OK);
         double step = ldexp(1.0, -grid.fraction_bits);
@@ -513,12 +524,12 @@ static void grid_positions_follow_the_double_ones(void **state)
                 weft_slice_grid_block(&grid, x / 256, y / 256, &block);
                 weft_slice_grid_position(&grid, x, y, exact);
                 for (int a = 0; a < 3; a++) {
-                    int64_t fixed = block.position[a] + (x % 256) * grid.du[a] +
-                                    (y % 256) * grid.dv[a];
+                    int64_t fixed =
+                        block.position[a] + (x % 256) * grid.du[a] + (y % 256) * grid.dv[a];
                     double position = block.base[a] + (double)fixed * step;
-                    assert_true(fabs(position - exact[a]) <=
-                                256 * step + 4 * DBL_EPSILON * fabs(exact[a]) +
-                                    4 * DBL_EPSILON * lengths[i]);
+                    assert_true(fabs(position - exact[a]) <= 256 * step +
+                                                                 4 * DBL_EPSILON * fabs(exact[a]) +
+                                                                 4 * DBL_EPSILON * lengths[i]);
                 }
             }
         }
@@ -544,10 +555,11 @@ static void real_volumes_meet_the_reference(void **state)
                          WEFT_OK);
         const struct weft_volume_info *info = weft_volume_get_info(volume);
         struct weft_slice_geometry planes[2] = {0};
-        assert_int_equal(weft_slice_axis_geometry(NULL, volume, WEFT_SPACE_INDEX, 2, NAN, 128, 128,
-                                                  &planes[0]),
-                         WEFT_OK);
-        planes[1] = oblique(info->active_max[1] - info->active_min[1], info->active_min[1], 128, 128);
+        assert_int_equal(
+            weft_slice_axis_geometry(NULL, volume, WEFT_SPACE_INDEX, 2, NAN, 128, 128, &planes[0]),
+            WEFT_OK);
+        planes[1] =
+            oblique(info->active_max[1] - info->active_min[1], info->active_min[1], 128, 128);
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int p = 0; p < 2; p++) {
                 struct weft_slice_error error;

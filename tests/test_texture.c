@@ -105,9 +105,9 @@ static void sampling_is_as_asked(void **state)
     for (int dims = 1; dims <= 3; dims++) {
         weft_kernel_tiles *set = NULL;
         assert_int_equal(
-            weft_kernel_tiles_create(
-                weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .dims = dims, .samples = 4),
-                &set),
+            weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel_named("bspline"),
+                                                              .dims = dims, .samples = 4),
+                                     &set),
             WEFT_OK);
         for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
             struct weft_tile_texture texture;
@@ -181,8 +181,8 @@ static void a_refusing_proxy_is_believed(void **state)
     gl.GetTexLevelParameteriv = refuse_proxy;
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
     assert_int_equal(
-        weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .dims = 3,
-                                                          .samples = 8, .bits = 16),
+        weft_kernel_tiles_create(weft_kernel_tiles_params(.kernel = kernel_named("bspline"),
+                                                          .dims = 3, .samples = 8, .bits = 16),
                                  &set),
         WEFT_OK);
     assert_int_equal(weft_tile_texture_create(&log, &gl, set, 0, WEFT_ERROR_NEAREST, 0, &texture),

@@ -118,8 +118,9 @@ static void the_ideal_model_is_eq_4(void **state)
         for (int dims = 1; dims <= 3; dims++) {
             for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
                 const int m = dims == 3 ? 16 : 64, locations = dims == 3 ? 16 : 128;
-                weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel_named(names[n]),
-                                                                       .dims = dims, .samples = m));
+                weft_kernel_tiles *set =
+                    make(weft_kernel_tiles_params(.kernel = kernel_named(names[n]), .dims = dims,
+                                                  .samples = m));
                 const struct weft_tile_error_params params = {
                     .tiles = set, .lookup = (enum weft_error_lookup)l, .locations = locations};
                 struct weft_tile_error e;
@@ -154,8 +155,8 @@ static void eight_bit_lookup_costs_what_it_may(void **state)
         for (int dims = 1; dims <= 3; dims++) {
             const int m = dims == 3 ? 16 : 64;
             struct weft_tile_error e;
-            weft_kernel_tiles *set = make(
-                weft_kernel_tiles_params(.kernel = kernel_named(names[n]), .dims = dims, .samples = m));
+            weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = kernel_named(names[n]),
+                                                                   .dims = dims, .samples = m));
             measure(set, WEFT_ERROR_LINEAR, dims == 3 ? 32 : 128, &e);
             // No slope of these reaches 1.5 per unit: neighbours differ by 1.5 / M and a rounding.
             const double step = 255.0 * 1.5 / m + 1.0;

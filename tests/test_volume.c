@@ -75,9 +75,9 @@ static void test_dense(void **state)
     for (int n = 0; n < W * H * D; n++)
         (&data[0][0][0])[n] = (float)(n % 97) - 5;
     weft_volume *made = NULL;
-    struct weft_volume_params *params = weft_volume_params(.size = {W, H, D}, .origin = {-3, 5, 1},
-                                                           .data = &data[0][0][0],
-                                                           .log = &test_log);
+    struct weft_volume_params *params =
+        weft_volume_params(.size = {W, H, D}, .origin = {-3, 5, 1}, .data = &data[0][0][0],
+                           .log = &test_log);
     for (int clamped = 0; clamped < 2; clamped++) {
         params->background = clamped ? NAN : 2;
         assert_int_equal(weft_volume_create(params, &made), WEFT_OK);
@@ -108,10 +108,10 @@ static void test_clamped_find(void **state)
     float data[32 * 32 * 32] = {0};
     weft_volume *volume = NULL;
     struct weft_brick_list list;
-    assert_int_equal(weft_volume_create(weft_volume_params(.size = {32, 32, 32}, .data = data,
-                                                           .log = &test_log),
-                                        &volume),
-                     WEFT_OK);
+    assert_int_equal(
+        weft_volume_create(weft_volume_params(.size = {32, 32, 32}, .data = data, .log = &test_log),
+                           &volume),
+        WEFT_OK);
     struct weft_region beside = {{40, 0, 0}, {50, 7, 7}, 0, {{{0}, 0, 0}}};
     assert_int_equal(weft_volume_find(volume, &beside, &list), WEFT_OK);
     assert_int_equal(list.brick_count, 1);
@@ -156,9 +156,8 @@ static void test_level_set(void **state)
 static void test_tiles(void **state)
 {
     (void)state;
-    const struct weft_volume_tile tiles[] = {{{8, 16, 24}, 8, 1},
-                                             {{-128, 0, 128}, 128, 2},
-                                             {{4096, -4096, 8192}, 4096, 3}};
+    const struct weft_volume_tile tiles[] = {
+        {{8, 16, 24}, 8, 1}, {{-128, 0, 128}, 128, 2}, {{4096, -4096, 8192}, 4096, 3}};
     struct weft_volume_bricks_params params = {
         .tile_count = WEFT_COUNT(tiles), .tiles = tiles, .background = 0.5f, .log = &test_log};
     weft_volume *made = NULL;
@@ -286,8 +285,9 @@ static void test_list(void **state)
     static const struct {
         const char *name, *type;
         bool supported;
-    } expected[] = {{"vec3s", "vec3s", false}, {"float", "float", true},   {"double", "double", true},
-                    {"half", "half", true},    {"int32", "int32", true},   {"bool", "bool", true},
+    } expected[] = {{"vec3s", "vec3s", false},  {"float", "float", true},
+                    {"double", "double", true}, {"half", "half", true},
+                    {"int32", "int32", true},   {"bool", "bool", true},
                     {"twin[0]", "float", true}, {"twin[1]", "float", true}};
     if (!make_fixtures())
         skip();
@@ -417,12 +417,12 @@ static void test_real(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_dense),         cmocka_unit_test(test_clamped_find),
-        cmocka_unit_test(test_level_set),     cmocka_unit_test(test_tiles),
-        cmocka_unit_test(test_empty),         cmocka_unit_test(test_find),
-        cmocka_unit_test(test_types),         cmocka_unit_test(test_list),
-        cmocka_unit_test(test_refused),       cmocka_unit_test(test_bad_arguments),
-        cmocka_unit_test(test_no_clobber),    cmocka_unit_test(test_real),
+        cmocka_unit_test(test_dense),      cmocka_unit_test(test_clamped_find),
+        cmocka_unit_test(test_level_set),  cmocka_unit_test(test_tiles),
+        cmocka_unit_test(test_empty),      cmocka_unit_test(test_find),
+        cmocka_unit_test(test_types),      cmocka_unit_test(test_list),
+        cmocka_unit_test(test_refused),    cmocka_unit_test(test_bad_arguments),
+        cmocka_unit_test(test_no_clobber), cmocka_unit_test(test_real),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

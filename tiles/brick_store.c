@@ -249,8 +249,8 @@ void weft_brick_store_copy(const weft_brick_store *store, const int32_t origin[3
     case WEFT_BRICK_EDGE: {
         struct weft_brick_cursor cursor = {.store = store};
         for (int i = 0; i < WEFT_BRICK_VOXELS; i++)
-            out[i] = weft_brick_cursor_voxel(&cursor, origin[0] + (i & 7),
-                                             origin[1] + (i >> 3 & 7), origin[2] + (i >> 6));
+            out[i] = weft_brick_cursor_voxel(&cursor, origin[0] + (i & 7), origin[1] + (i >> 3 & 7),
+                                             origin[2] + (i >> 6));
         break;
     }
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/brick_store.h - bricks and constant tiles, found by their coordinates (not installed).
 // An open-addressing hash for bricks and 8-voxel tiles, and one each for tiles of 128 and 4096.
-// Where nothing was added the background holds; with a clamp box, the nearest voxel of the box does.
-// Voxel values are borrowed: they must outlive the store.
-// Thread-safety: adding is for one thread; any number of threads may look up afterwards.
+// Where nothing was added the background holds; with a clamp box, the nearest voxel of the box
+// does. Voxel values are borrowed: they must outlive the store. Thread-safety: adding is for one
+// thread; any number of threads may look up afterwards.
 #ifndef WEFT_TILES_BRICK_STORE_H
 #define WEFT_TILES_BRICK_STORE_H
 
@@ -30,8 +30,7 @@ enum weft_result weft_brick_store_add_tile(weft_brick_store *store,
 
 // A whole list as weft_volume_find and weft_volume_read give it; values: brick_count * 512.
 enum weft_result weft_brick_store_add_list(weft_brick_store *store,
-                                           const struct weft_brick_list *list,
-                                           const float *values);
+                                           const struct weft_brick_list *list, const float *values);
 
 // WEFT_ERR_ARGUMENT if a brick or tile lies inside a larger tile; the log says which.
 enum weft_result weft_brick_store_check_disjoint(const weft_brick_store *store);
@@ -68,7 +67,8 @@ struct weft_brick_cursor {
 float weft_brick_cursor_voxel(struct weft_brick_cursor *cursor, int32_t i, int32_t j, int32_t k);
 
 float weft_brick_store_background(const weft_brick_store *store);
-size_t weft_brick_store_memory_bytes(const weft_brick_store *store); // of the tables, not the values
+size_t
+weft_brick_store_memory_bytes(const weft_brick_store *store); // of the tables, not the values
 
 WEFT_END_DECLS
 #endif

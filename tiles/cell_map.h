@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/cell_map.h - numbers cells by their coordinates in the order of first sight (not installed).
+// tiles/cell_map.h - numbers cells by their coordinates in the order of first sight (not
+// installed).
 #ifndef WEFT_TILES_CELL_MAP_H
 #define WEFT_TILES_CELL_MAP_H
 

@@ -100,7 +100,8 @@ static enum weft_result sort_channels(struct saver *s)
 
 // ---- OpenEXRCore --------------------------------------------------------------------------------
 
-// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's lock.
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's
+// lock.
 static _Thread_local struct saver *current;
 
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)

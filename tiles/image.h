@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/image.h - EXR images as planes of float, and PNG previews.
-// Pixel (x, y) of the data window is centred at (x + 0.5, y + 0.5), row 0 on top. Planes are [y][x],
-// x fastest, tightly packed.
+// Pixel (x, y) of the data window is centred at (x + 0.5, y + 0.5), row 0 on top. Planes are
+// [y][x], x fastest, tightly packed.
 #ifndef WEFT_TILES_IMAGE_H
 #define WEFT_TILES_IMAGE_H
 
@@ -14,16 +14,17 @@
 WEFT_BEGIN_DECLS
 
 struct weft_image_channel {
-    char name[256];   // "R", "left.Z", ... any EXR channel name
-    char type[8];     // as stored: "half", "float", "uint"
-    float *plane;     // width * height; NULL in an image that only informs
+    char name[256]; // "R", "left.Z", ... any EXR channel name
+    char type[8];   // as stored: "half", "float", "uint"
+    float *plane;   // width * height; NULL in an image that only informs
 };
 
 struct weft_image {
     int32_t x, y; // first pixel of the data window, may be negative
     int32_t width, height;
-    int32_t display_min[2], display_max[2]; // display window, inclusive (to save: all 0 = data window)
-    char compression[16];                   // as stored: "none", "rle", "zips", "zip", "piz", ...
+    int32_t display_min[2],
+        display_max[2];   // display window, inclusive (to save: all 0 = data window)
+    char compression[16]; // as stored: "none", "rle", "zips", "zip", "piz", ...
     bool tiled;
     size_t channel_count;
     struct weft_image_channel *channels; // in the file's order
@@ -39,8 +40,9 @@ struct weft_image_load_params {
 };
 
 // Reads a flat scanline or tiled image (level 0 of the first part) through weft-read-exr; half and
-// uint become float (uint above 2^24 is rounded). DWAA and DWAB are unsupported. Ownership: clear it with weft_image_clear.
-// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled channels), _LIMIT, _READER.
+// uint become float (uint above 2^24 is rounded). DWAA and DWAB are unsupported. Ownership: clear
+// it with weft_image_clear. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled
+// channels), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
 WEFT_API void weft_image_clear(struct weft_image *image);

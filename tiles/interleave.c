@@ -107,8 +107,8 @@ static void clip_to_brick(const int32_t min[3], const int size[3], const int32_t
     }
 }
 
-static void copy_brick(const weft_brick_store *store, const int32_t origin[3],
-                       const int32_t min[3], const int size[3], const int pitch[3], float *out)
+static void copy_brick(const weft_brick_store *store, const int32_t origin[3], const int32_t min[3],
+                       const int size[3], const int pitch[3], float *out)
 {
     float scratch[WEFT_BRICK_VOXELS];
     const float *values;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/interleave.h - cells of a volume laid out for convolution (not installed).
 // A cell is 8x8x8 positions where a kernel's first tap may lie; its block is the voxels that those
-// taps reach, so that one look-up per pixel finds all of them. Interleaving four samples into RGBA is
-// the dot4 algorithm's pre-offset source (Hadwiger, Hauser, Moeller 2003, section 6).
+// taps reach, so that one look-up per pixel finds all of them. Interleaving four samples into RGBA
+// is the dot4 algorithm's pre-offset source (Hadwiger, Hauser, Moeller 2003, section 6).
 #ifndef WEFT_TILES_INTERLEAVE_H
 #define WEFT_TILES_INTERLEAVE_H
 
@@ -35,8 +35,8 @@ size_t weft_block_layout_offset(const struct weft_block_layout *layout, const in
 void weft_block_layout_write(const struct weft_block_layout *layout, const float *voxels,
                              void *texels);
 
-// Copies the box of voxels at `min` of `size` (each at most `pitch`) to out[z][y][x], whose rows and
-// slices are pitch[0] and pitch[0] * pitch[1] apart.
+// Copies the box of voxels at `min` of `size` (each at most `pitch`) to out[z][y][x], whose rows
+// and slices are pitch[0] and pitch[0] * pitch[1] apart.
 void weft_brick_store_copy_box(const weft_brick_store *store, const int32_t min[3],
                                const int size[3], const int pitch[3], float *out);
 

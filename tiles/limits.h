@@ -7,8 +7,8 @@
 
 WEFT_BEGIN_DECLS
 
-// File decoders run in their own processes (weft-read-vdb, weft-read-exr), because a damaged file may
-// make them crash, run forever or ask for any amount of memory. Zero means the default.
+// File decoders run in their own processes (weft-read-vdb, weft-read-exr), because a damaged file
+// may make them crash, run forever or ask for any amount of memory. Zero means the default.
 struct weft_limits {
     uint64_t memory_bytes; // address space beside the mapped file (default 4 GiB)
     uint64_t output_bytes; // handed over in one answer            (default 4 GiB)

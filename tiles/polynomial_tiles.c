@@ -9,7 +9,8 @@ enum { MAX_NODES = WEFT_POLYNOMIAL_MAX_DEGREE + 1 };
 // Where the kernel is no polynomial, cubics over short segments cost four coefficients a look-up.
 enum { FALLBACK_DEGREE = 3 };
 
-// Monomial coefficients in u of the polynomial through (node[i], value[i]), by Newton's differences.
+// Monomial coefficients in u of the polynomial through (node[i], value[i]), by Newton's
+// differences.
 static void interpolate(int degree, const double *node, const double *value, double *coefficient)
 {
     double difference[MAX_NODES];

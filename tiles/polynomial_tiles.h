@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/polynomial_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not installed).
-// A tile holds the weight of one tap over all fractional positions t in [0, 1) (filter/kernel.h,
-// weft_kernel_first_tap). Here it is cut into equal segments, each a polynomial through the kernel's
-// values at Chebyshev nodes: exact for piecewise polynomial kernels, as close as asked for others.
+// tiles/polynomial_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not
+// installed). A tile holds the weight of one tap over all fractional positions t in [0, 1)
+// (filter/kernel.h, weft_kernel_first_tap). Here it is cut into equal segments, each a polynomial
+// through the kernel's values at Chebyshev nodes: exact for piecewise polynomial kernels, as close
+// as asked for others.
 #ifndef WEFT_TILES_POLYNOMIAL_TILES_H
 #define WEFT_TILES_POLYNOMIAL_TILES_H
 
@@ -12,8 +13,8 @@
 enum { WEFT_POLYNOMIAL_MAX_DEGREE = 7, WEFT_POLYNOMIAL_MAX_SEGMENTS = 1024 };
 
 struct weft_polynomial_tiles {
-    int width;    // tiles, one per tap
-    int groups;   // of four taps, the last one padded with zero weights
+    int width;  // tiles, one per tap
+    int groups; // of four taps, the last one padded with zero weights
     int degree;
     int segments; // per tile
     double error; // largest |polynomial - h| found between the nodes
@@ -23,7 +24,8 @@ struct weft_polynomial_tiles {
 };
 
 // Doubles the segments until the error is at most `tolerance` (> 0).
-// Returns WEFT_ERR_LIMIT when the most segments do not reach it (numbers in the log), WEFT_ERR_MEMORY.
+// Returns WEFT_ERR_LIMIT when the most segments do not reach it (numbers in the log),
+// WEFT_ERR_MEMORY.
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,
                                               struct weft_polynomial_tiles *out);

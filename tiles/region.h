@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/region.h - whether a cube of voxels meets a region; the same test in libweft and its readers
-// (not installed).
+// tiles/region.h - whether a cube of voxels meets a region; the same test in libweft and its
+// readers (not installed).
 #ifndef WEFT_TILES_REGION_H
 #define WEFT_TILES_REGION_H
 

@@ -31,7 +31,8 @@ bool weft_transform_valid(const double m[3][4])
     return isfinite(det) && relative > 1e-12;
 }
 
-// ---- making volumes in memory --------------------------------------------------------------------
+// ---- making volumes in memory
+// --------------------------------------------------------------------
 
 static bool all_zero(const double m[3][4])
 {
@@ -107,8 +108,8 @@ static bool is_active(const struct weft_volume_info *info, float value)
                                                  : fabsf(value) < fabsf(info->background);
 }
 
-static void add_active(struct weft_volume_info *info, const int32_t first[3],
-                       const int32_t last[3], uint64_t voxels)
+static void add_active(struct weft_volume_info *info, const int32_t first[3], const int32_t last[3],
+                       uint64_t voxels)
 {
     for (int i = 0; i < 3; i++) {
         if (info->empty || first[i] < info->active_min[i])
@@ -189,9 +190,9 @@ static void fill_brick(const struct weft_volume_params *params, bool clamped,
             inside = inside && at[i] >= 0 && at[i] < params->size[i];
             at[i] = at[i] < 0 ? 0 : at[i] >= params->size[i] ? params->size[i] - 1 : at[i];
         }
-        size_t n = ((size_t)at[2] * (size_t)params->size[1] + (size_t)at[1]) *
-                       (size_t)params->size[0] +
-                   (size_t)at[0];
+        size_t n =
+            ((size_t)at[2] * (size_t)params->size[1] + (size_t)at[1]) * (size_t)params->size[0] +
+            (size_t)at[0];
         out[v] = inside || clamped ? params->data[n] : params->background;
     }
 }
@@ -408,8 +409,7 @@ static bool brick_meets(const weft_volume *volume, const struct weft_region *reg
     return weft_region_meets_box(region, first, last);
 }
 
-static enum weft_result find_in_memory(const weft_volume *volume,
-                                       const struct weft_region *region,
+static enum weft_result find_in_memory(const weft_volume *volume, const struct weft_region *region,
                                        struct weft_brick_list *out)
 {
     struct weft_brick_list list = {0};

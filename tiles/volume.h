@@ -32,16 +32,16 @@ struct weft_metadata {
 
 struct weft_volume_info {
     char name[256];
-    char type[32];        // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
-    char grid_class[32];  // "fog volume", "level set", "unknown", ...
-    bool supported;       // weft can slice it
-    bool empty;           // no active voxel; active_min/max are then 0
-    bool clamp_to_edge;   // outside the box the nearest voxel's value holds, not the background
-    double index_to_world[3][4]; // world[r] = sum_c m[r][c] index[c] + m[r][3]
+    char type[32]; // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
+    char grid_class[32]; // "fog volume", "level set", "unknown", ...
+    bool supported;      // weft can slice it
+    bool empty;          // no active voxel; active_min/max are then 0
+    bool clamp_to_edge;  // outside the box the nearest voxel's value holds, not the background
+    double index_to_world[3][4];          // world[r] = sum_c m[r][c] index[c] + m[r][3]
     int32_t active_min[3], active_max[3]; // box of active voxels, inclusive
     uint64_t active_voxels;
-    uint64_t bricks;        // leaf bricks stored
-    uint64_t memory_bytes;  // of all voxels as weft would hold them: bricks * 512 * 4
+    uint64_t bricks;       // leaf bricks stored
+    uint64_t memory_bytes; // of all voxels as weft would hold them: bricks * 512 * 4
     float background;
     size_t metadata_count;
     struct weft_metadata *metadata; // owned by the volume or list that holds this record
@@ -84,8 +84,8 @@ struct weft_volume_bricks_params {
 
 // The same from sparse data, copied. Active voxels are those that differ from the background, in
 // level sets those with |value| < |background|. Returns as weft_volume_create.
-WEFT_API enum weft_result
-weft_volume_create_bricks(const struct weft_volume_bricks_params *params, weft_volume **out);
+WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bricks_params *params,
+                                                    weft_volume **out);
 
 // ---- VDB files ---------------------------------------------------------------------------------
 
@@ -108,7 +108,8 @@ struct weft_volume_list {
 };
 
 // All grids of a file, supported or not, without reading their trees: box and voxel count are what
-// the file's metadata claims; background is NAN, bricks and memory_bytes are 0. Ownership: clear it with weft_volume_list_clear.
+// the file's metadata claims; background is NAN, bricks and memory_bytes are 0. Ownership: clear it
+// with weft_volume_list_clear.
 WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
                                                 struct weft_volume_list *out);
 WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);
@@ -120,9 +121,9 @@ struct weft_volume_save_params {
     const struct weft_log *log;
 };
 
-// Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the same
-// folder, then renamed. Level sets get their inside filled (signed flood fill).
-// Returns WEFT_ERR_ARGUMENT for a file-backed volume, WEFT_ERR_WRITE, _READER, _LIMIT.
+// Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the
+// same folder, then renamed. Level sets get their inside filled (signed flood fill). Returns
+// WEFT_ERR_ARGUMENT for a file-backed volume, WEFT_ERR_WRITE, _READER, _LIMIT.
 WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
                                            const struct weft_volume_save_params *params);
 

@@ -56,8 +56,7 @@ static bool box_valid(const struct weft_volume_info *info)
 static bool info_valid(const struct weft_volume_info *info)
 {
     static const char *const types[] = {"float", "double", "half", "int32", "bool", NULL};
-    return terminated(info->name, sizeof info->name) &&
-           terminated(info->type, sizeof info->type) &&
+    return terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
            terminated(info->grid_class, sizeof info->grid_class) &&
            (!info->supported || one_of(info->type, types)) &&
            weft_transform_valid(info->index_to_world) && info->empty == !info->active_voxels &&

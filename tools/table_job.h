@@ -30,7 +30,12 @@ enum table_option {
 
 enum table_format { TABLE_TEXT, TABLE_MARKDOWN, TABLE_CSV, TABLE_JSON, TABLE_LATEX };
 
-enum { TABLE_MAX_LIST = 64, TABLE_DIMENSIONS = 3, TABLE_MAX_SAMPLES = 65536, TABLE_MAX_GRID = 4096 };
+enum {
+    TABLE_MAX_LIST = 64,
+    TABLE_DIMENSIONS = 3,
+    TABLE_MAX_SAMPLES = 65536,
+    TABLE_MAX_GRID = 4096
+};
 
 // A kernel whose weights are multiplied by a constant before they are quantised, as a record.
 struct table_scaled {

@@ -25,9 +25,9 @@ struct weft_reader {
     const struct weft_log *log;
     char *program, *path;
     struct weft_limits limits;
-    pid_t pid;  // 0: reaped
-    int pidfd;  // -1 where the kernel has none
-    int socket; // -1: closed
+    pid_t pid;              // 0: reaped
+    int pidfd;              // -1 where the kernel has none
+    int socket;             // -1: closed
     enum weft_result ended; // why no further call is possible; WEFT_OK while it lives
 };
 
@@ -38,7 +38,8 @@ static void close_fd(int *fd)
     *fd = -1;
 }
 
-// ---- finding and starting the program ------------------------------------------------------------
+// ---- finding and starting the program
+// ------------------------------------------------------------
 
 static bool folder_of(const char *file, char *out)
 {
@@ -57,8 +58,8 @@ static bool own_folder(char *out)
 {
     Dl_info own, program;
     bool found = dladdr((void *)(uintptr_t)&own_folder, &own) != 0;
-    bool in_program = found && dladdr((void *)getauxval(AT_PHDR), &program) &&
-                      own.dli_fbase == program.dli_fbase;
+    bool in_program =
+        found && dladdr((void *)getauxval(AT_PHDR), &program) && own.dli_fbase == program.dli_fbase;
     if (!found || in_program)
         return folder_of("/proc/self/exe", out);
     return folder_of(own.dli_fname, out);
@@ -226,7 +227,8 @@ fail:
     return res;
 }
 
-// ---- its end -------------------------------------------------------------------------------------
+// ---- its end
+// -------------------------------------------------------------------------------------
 
 static void kill_reader(const weft_reader *reader)
 {
@@ -332,7 +334,8 @@ static enum weft_result protocol_error(weft_reader *reader, uint32_t op, const c
     return end_reader(reader, WEFT_ERR_READER);
 }
 
-// ---- one question, one answer --------------------------------------------------------------------
+// ---- one question, one answer
+// --------------------------------------------------------------------
 
 static int make_memfd(const char *name)
 {
@@ -382,7 +385,8 @@ static bool send_request(int socket, const struct weft_wire_request *request, co
 enum arrival { ARRIVED, DIED, LATE };
 
 // Waits until the socket has something, or the reader is gone, or the time is over. A process that
-// was forked off elsewhere may hold the reader's end of the socket, so its death is watched as well.
+// was forked off elsewhere may hold the reader's end of the socket, so its death is watched as
+// well.
 static enum arrival wait_for_answer(const weft_reader *reader)
 {
     double end = weft_now_seconds() + reader->limits.wall_seconds;
@@ -406,9 +410,9 @@ static enum arrival wait_for_answer(const weft_reader *reader)
 
 static bool known_result(int32_t result)
 {
-    static const enum weft_result all[] = {
-        WEFT_OK,          WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT, WEFT_ERR_MEMORY,
-        WEFT_ERR_OPEN,    WEFT_ERR_FORMAT,   WEFT_ERR_READER,      WEFT_ERR_WRITE};
+    static const enum weft_result all[] = {WEFT_OK,         WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED,
+                                           WEFT_ERR_LIMIT,  WEFT_ERR_MEMORY,   WEFT_ERR_OPEN,
+                                           WEFT_ERR_FORMAT, WEFT_ERR_READER,   WEFT_ERR_WRITE};
     for (size_t i = 0; i < WEFT_COUNT(all); i++)
         if (result == (int32_t)all[i])
             return true;

@@ -20,13 +20,13 @@
 using openvdb::Coord;
 using weft::fail;
 
-// A name that OpenVDB declares as a friend of its leaf buffers: the only way to learn where a leaf's
-// voxels lie in the file. Reading them here rather than through the leaf keeps the tree without
-// voxels, notices a stream that failed (the leaf would hand over uninitialised memory), and leaves no
-// leaf half loaded, which its destructor does not survive.
+// A name that OpenVDB declares as a friend of its leaf buffers: the only way to learn where a
+// leaf's voxels lie in the file. Reading them here rather than through the leaf keeps the tree
+// without voxels, notices a stream that failed (the leaf would hand over uninitialised memory), and
+// leaves no leaf half loaded, which its destructor does not survive.
 class TestLeaf
 {
-public:
+  public:
     template <class Leaf> static auto file_info(const Leaf &leaf)
     {
         return leaf.buffer().mFileInfo;
@@ -78,8 +78,7 @@ void check_transform(const double m[3][4])
     double relative = std::fabs(det) / norm[0] / norm[1] / norm[2];
     if (finite && std::isfinite(det) && relative > 1e-12)
         return;
-    fail(WEFT_ERR_FORMAT,
-         "the transform is %s: (%g %g %g %g) (%g %g %g %g) (%g %g %g %g)",
+    fail(WEFT_ERR_FORMAT, "the transform is %s: (%g %g %g %g) (%g %g %g %g) (%g %g %g %g)",
          finite && std::isfinite(det) ? "singular" : "not finite", m[0][0], m[0][1], m[0][2],
          m[0][3], m[1][0], m[1][1], m[1][2], m[1][3], m[2][0], m[2][1], m[2][2], m[2][3]);
 }
@@ -163,7 +162,7 @@ void append_grid(weft_server *server, weft_volume_info info,
 
 class Volume
 {
-public:
+  public:
     virtual ~Volume() = default;
     virtual void describe_tree(weft_volume_info *info) const = 0;
     virtual void find(weft_server *server, const weft_region &region) const = 0;
@@ -175,7 +174,7 @@ public:
 // are active or differ from the background.
 template <class Tree, class Visit> class Walk
 {
-public:
+  public:
     using Value = typename Tree::ValueType;
     using Leaf = typename Tree::LeafNodeType;
 
@@ -184,7 +183,7 @@ public:
         Walk(tree.background(), visit).node(tree.root());
     }
 
-private:
+  private:
     Walk(Value background, Visit &visit) : background_(background), visit_(visit)
     {
     }
@@ -254,8 +253,8 @@ struct Survey {
     {
         if (!active)
             return;
-        voxels += static_cast<uint64_t>(size) * static_cast<uint64_t>(size) *
-                  static_cast<uint64_t>(size);
+        voxels +=
+            static_cast<uint64_t>(size) * static_cast<uint64_t>(size) * static_cast<uint64_t>(size);
         box.expand(openvdb::CoordBBox::createCube(origin, static_cast<openvdb::Index>(size)));
     }
 };
@@ -290,7 +289,7 @@ bool comes_before(const int32_t *a, const int32_t *b)
 
 template <class Grid> class TypedVolume : public Volume
 {
-public:
+  public:
     using Tree = typename Grid::TreeType;
     using Leaf = typename Tree::LeafNodeType;
     using Value = typename Tree::ValueType;
@@ -319,9 +318,8 @@ public:
     {
         Finder found{region, {}, {}};
         Walk<Tree, Finder>::run(grid_->tree(), found);
-        std::sort(found.bricks.begin(), found.bricks.end(), [](const Coord &a, const Coord &b) {
-            return comes_before(a.data(), b.data());
-        });
+        std::sort(found.bricks.begin(), found.bricks.end(),
+                  [](const Coord &a, const Coord &b) { return comes_before(a.data(), b.data()); });
         std::sort(found.tiles.begin(), found.tiles.end(),
                   [](const weft_volume_tile &a, const weft_volume_tile &b) {
                       return comes_before(a.origin, b.origin);
@@ -350,7 +348,7 @@ public:
         server->answer.count[0] = count;
     }
 
-private:
+  private:
     // All leaves of a grid share one mapping and one set of stream settings.
     struct Stream {
         openvdb::SharedPtr<std::streambuf> buffer;
@@ -479,7 +477,7 @@ void list_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry
         info.supported = entry.listed_type;
     } catch (const std::bad_alloc &) {
         throw;
-    } catch (const weft::Failure &) { // of the transform
+    } catch (const weft::Failure &) {  // of the transform
     } catch (const std::exception &) { // an unknown type, or damaged
     }
     if (!info.supported)
@@ -501,7 +499,8 @@ bool has_name(const weft::GridEntry &entry, const std::string &name)
 {
     char shown[sizeof weft_volume_info::name];
     copy_text(shown, entry.name);
-    return name == shown || entry.unique_name == name + "\x1e" "0";
+    return name == shown || entry.unique_name == name + "\x1e"
+                                                        "0";
 }
 
 std::string all_names(const Reader &reader)

@@ -191,8 +191,8 @@ static bool answer_request(struct weft_server *server, const struct weft_wire_re
 {
     server->request = request;
     server->payload_fd = fds[0];
-    server->answer = (struct weft_wire_answer){.magic = WEFT_WIRE_MAGIC,
-                                               .version = WEFT_WIRE_VERSION};
+    server->answer =
+        (struct weft_wire_answer){.magic = WEFT_WIRE_MAGIC, .version = WEFT_WIRE_VERSION};
     if (map_request(server, fds[1], request->payload_bytes)) {
         enum weft_result res = handle(server);
         if (!server->answer.result)
@@ -228,7 +228,8 @@ int weft_server_run(int argc, char **argv, enum weft_result (*handle)(struct wef
     for (;;) {
         struct weft_wire_request request;
         int fds[2] = {-1, -1}, exit_code;
-        // Leaving by _exit spares taking large trees apart, and trusting damaged ones to survive it.
+        // Leaving by _exit spares taking large trees apart, and trusting damaged ones to survive
+        // it.
         if (!receive(&request, fds, &exit_code))
             _exit(exit_code);
         if (!answer_request(&server, &request, fds, handle))

@@ -8,8 +8,8 @@
 WEFT_BEGIN_DECLS
 
 struct weft_server {
-    int input_fd;            // the file, read-only (for the writer: the output file)
-    const char *path;        // its name, for messages only
+    int input_fd;     // the file, read-only (for the writer: the output file)
+    const char *path; // its name, for messages only
     struct weft_limits limits;
     const struct weft_wire_request *request;
     const void *request_payload; // mapped; request->payload_bytes long

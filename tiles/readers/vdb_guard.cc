@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libopenvdb calls some functions through its procedure linkage table, so definitions in the program
-// take precedence: they check what it does not, and pass the call on.
+// libopenvdb calls some functions through its procedure linkage table, so definitions in the
+// program take precedence: they check what it does not, and pass the call on.
 // - It does not look at its streams: past the end of a file it builds whole trees from whatever the
 //   memory held before. Here reading past the end throws.
 // - Before 11.0 it reads a stored (not compressed) chunk of as many bytes as the file claims into a
@@ -41,8 +41,8 @@ void check_chunk(std::istream &is, size_t size)
     int64_t expected = static_cast<int64_t>(size);
     bool fits = stored > 0 ? stored <= expected + slack : stored == -expected;
     if (!is || !fits)
-        OPENVDB_THROW(openvdb::IoError, "a chunk of " << stored << " bytes for " << size
-                                                      << " bytes of values");
+        OPENVDB_THROW(openvdb::IoError,
+                      "a chunk of " << stored << " bytes for " << size << " bytes of values");
 }
 
 void guarded(Decompress next, std::istream &is, char *data, size_t size)

@@ -29,7 +29,7 @@ constexpr uint32_t longest_name = 4096, most_grids = 65536, most_metadata = 1 <<
 
 class Cursor
 {
-public:
+  public:
     explicit Cursor(int fd) : fd_(fd)
     {
         struct stat stat;
@@ -82,7 +82,7 @@ public:
         return text;
     }
 
-private:
+  private:
     int fd_;
     uint64_t size_ = 0, at_ = 0;
 };

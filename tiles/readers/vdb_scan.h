@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/vdb_scan.h - the header and grid table of a VDB file, checked before OpenVDB sees it.
+// tiles/readers/vdb_scan.h - the header and grid table of a VDB file, checked before OpenVDB sees
+// it.
 #ifndef WEFT_TILES_READERS_VDB_SCAN_H
 #define WEFT_TILES_READERS_VDB_SCAN_H
 
@@ -26,8 +27,8 @@ struct GridEntry {
     bool listed_type;        // one of the types that weft reads
 };
 
-// Checks magic, version, string lengths and that every grid's data lies inside the file, and returns
-// the grids in the file's order. Throws Failure.
+// Checks magic, version, string lengths and that every grid's data lies inside the file, and
+// returns the grids in the file's order. Throws Failure.
 std::vector<GridEntry> scan_file(int fd);
 
 } // namespace weft

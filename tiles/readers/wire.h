@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/readers/wire.h - messages between libweft and its reader programs (not installed).
 // One SOCK_SEQPACKET socket pair per reader, descriptor 3 in the reader. The caller sends a request
-// with a memfd for the answer's payload (and, for WRITE, one with the request's payload); the reader
-// fills it and answers. The reader ends when the socket closes, whatever it is doing.
-// Both ends are built together; a version that differs is refused.
+// with a memfd for the answer's payload (and, for WRITE, one with the request's payload); the
+// reader fills it and answers. The reader ends when the socket closes, whatever it is doing. Both
+// ends are built together; a version that differs is refused.
 #ifndef WEFT_TILES_READERS_WIRE_H
 #define WEFT_TILES_READERS_WIRE_H
 
@@ -16,10 +16,12 @@ enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 1, WEFT_WIRE_FD = 3 };
 
 enum weft_wire_op {
     WEFT_WIRE_LIST,  // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
-    WEFT_WIRE_OPEN,  // VDB: grid `name` ("" = first supported). -> one struct weft_wire_grid, metadata
+    WEFT_WIRE_OPEN,  // VDB: grid `name` ("" = first supported). -> one struct weft_wire_grid,
+                     // metadata
     WEFT_WIRE_FIND,  // VDB: `region`.   -> brick origins, then tiles (counts in the answer)
     WEFT_WIRE_READ,  // VDB: payload of brick origins. -> count * 512 floats
-    WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is written
+    WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
+                     // written
     WEFT_WIRE_IMAGE_INFO,   // EXR: -> struct weft_wire_image, channels, metadata
     WEFT_WIRE_IMAGE_PIXELS, // EXR: -> planes of float in the order of the channels
 };
@@ -35,14 +37,15 @@ struct weft_wire_request {
 
 struct weft_wire_answer {
     uint32_t magic, version;
-    int32_t result;         // enum weft_result; payload and counts are valid only with WEFT_OK
+    int32_t result; // enum weft_result; payload and counts are valid only with WEFT_OK
     uint32_t reserved;
     uint64_t payload_bytes; // size of the answer's payload memfd
     uint64_t count[2];      // as the op says
     char message[512];      // one line for the log, why it failed
 };
 
-// struct weft_volume_info without its pointers; metadata_count entries of struct weft_metadata follow.
+// struct weft_volume_info without its pointers; metadata_count entries of struct weft_metadata
+// follow.
 struct weft_wire_grid {
     struct weft_volume_info info; // info.metadata is meaningless here
 };
@@ -54,7 +57,7 @@ struct weft_wire_volume {
     double index_to_world[3][4];
     uint64_t brick_count, tile_count;
     float background;
-    uint32_t boxed;              // exactly the voxels in the box are active, instead of those that
+    uint32_t boxed; // exactly the voxels in the box are active, instead of those that
     int32_t box_min[3], box_max[3]; // volume.h calls active; all others get the background
 };
 

@@ -73,9 +73,8 @@ void fill_leaf(const Source &source, const float *values, FloatTree::LeafNodeTyp
             for (openvdb::Index z = 0; z < 8; z++) {
                 openvdb::Index n = x << 6 | y << 3 | z;
                 float value = values[z << 6 | y << 3 | x];
-                bool active = source.head.boxed
-                                  ? in_box(source, leaf->offsetToGlobalCoord(n))
-                                  : is_active(source, value);
+                bool active = source.head.boxed ? in_box(source, leaf->offsetToGlobalCoord(n))
+                                                : is_active(source, value);
                 out[n] = source.head.boxed && !active ? source.head.background : value;
                 leaf->setActiveState(n, active);
             }
@@ -114,14 +113,14 @@ openvdb::math::Transform::Ptr make_transform(const double m[3][4])
     if (diagonal) {
         openvdb::Vec3d scale(m[0][0], m[1][1], m[2][2]), shift(m[0][3], m[1][3], m[2][3]);
         if (scale[0] == scale[1] && scale[1] == scale[2])
-            return Transform::Ptr(new Transform(
-                MapBase::Ptr(new UniformScaleTranslateMap(scale[0], shift))));
+            return Transform::Ptr(
+                new Transform(MapBase::Ptr(new UniformScaleTranslateMap(scale[0], shift))));
         return Transform::Ptr(new Transform(MapBase::Ptr(new ScaleTranslateMap(scale, shift))));
     }
     // Row vectors: the transpose of ours.
-    return Transform::createLinearTransform(
-        Mat4d(m[0][0], m[1][0], m[2][0], 0.0, m[0][1], m[1][1], m[2][1], 0.0, m[0][2], m[1][2],
-              m[2][2], 0.0, m[0][3], m[1][3], m[2][3], 1.0));
+    return Transform::createLinearTransform(Mat4d(m[0][0], m[1][0], m[2][0], 0.0, m[0][1], m[1][1],
+                                                  m[2][1], 0.0, m[0][2], m[1][2], m[2][2], 0.0,
+                                                  m[0][3], m[1][3], m[2][3], 1.0));
 }
 
 void write_volume(weft_server *server)
