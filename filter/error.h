@@ -74,5 +74,20 @@ WEFT_API double weft_error_e2(const struct weft_error_kernel *error, double sign
 // E3 < N eps_m, eq. 14.
 WEFT_API double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding);
 
+// What a plan says of its arithmetic, for a bound below eq. 14's.
+struct weft_error_arithmetic {
+    int passes;         // each adds its products to the target and rounds the sum there
+    int products;       // over all passes
+    int exact_products; // of those, by weights that are 0 or 1 at every position: no error
+    int internal_bits;  // of products and sums within a pass
+    int target_bits;    // of what is stored between passes, at most internal_bits
+    enum weft_fixed_rounding rounding; // of products and of stores
+};
+
+// E3 <= (products - exact products) eps_m(internal bits), and passes * eps_q(target bits) where the
+// target holds fewer bits than a pass computes with (sums of values already on the target's grid
+// are exact). Equal to eq. 14 for one product a pass and equal bits.
+WEFT_API double weft_error_e3_arithmetic(const struct weft_error_arithmetic *arithmetic);
+
 WEFT_END_DECLS
 #endif
