@@ -18,7 +18,7 @@ for reader in weft-read-exr weft-read-vdb weft-write-vdb; do
     test -x "$prefix/libexec/weft/$reader"
 done
 
-cmake -S "$source" -B "$tmp/cmake" -D CMAKE_C_COMPILER="$cc" -D CMAKE_PREFIX_PATH="$prefix" >/dev/null
+cmake -S "$source" -B "$tmp/cmake" -G Ninja -D CMAKE_C_COMPILER="$cc" -D CMAKE_PREFIX_PATH="$prefix" >/dev/null
 cmake --build "$tmp/cmake" >/dev/null
 "$tmp/cmake/consumer"
 "$tmp/cmake/consumer_static"
