@@ -286,16 +286,3 @@ float weft_brick_cursor_voxel(struct weft_brick_cursor *cursor, int32_t i, int32
     return cursor->values ? cursor->values[(k & 7) << 6 | (j & 7) << 3 | (i & 7)]
                           : cursor->constant;
 }
-
-float weft_brick_store_background(const weft_brick_store *store)
-{
-    return store->background;
-}
-
-size_t weft_brick_store_memory_bytes(const weft_brick_store *store)
-{
-    size_t bytes = sizeof *store;
-    for (int i = 0; i < LEVELS; i++)
-        bytes += store->level[i].size * sizeof(struct slot);
-    return bytes;
-}

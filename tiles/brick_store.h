@@ -66,9 +66,5 @@ struct weft_brick_cursor {
 };
 float weft_brick_cursor_voxel(struct weft_brick_cursor *cursor, int32_t i, int32_t j, int32_t k);
 
-float weft_brick_store_background(const weft_brick_store *store);
-size_t
-weft_brick_store_memory_bytes(const weft_brick_store *store); // of the tables, not the values
-
 WEFT_END_DECLS
 #endif

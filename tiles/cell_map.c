@@ -51,13 +51,6 @@ int64_t weft_cell_map_find(const struct weft_cell_map *map, struct weft_cell_key
     return map->count ? (int64_t)*find_slot(map, key) - 1 : WEFT_CELL_NONE;
 }
 
-void weft_cell_map_clear(struct weft_cell_map *map)
-{
-    if (map->slots)
-        memset(map->slots, 0, map->slot_count * sizeof *map->slots);
-    map->count = 0;
-}
-
 void weft_cell_map_destroy(struct weft_cell_map *map)
 {
     free(map->keys);

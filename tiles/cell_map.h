@@ -34,7 +34,6 @@ static inline size_t weft_cell_hash(const int32_t at[3])
 int64_t weft_cell_map_add(struct weft_cell_map *map, struct weft_cell_key key);
 // The cell's number or WEFT_CELL_NONE.
 int64_t weft_cell_map_find(const struct weft_cell_map *map, struct weft_cell_key key);
-void weft_cell_map_clear(struct weft_cell_map *map); // forgets the cells, keeps the memory
 void weft_cell_map_destroy(struct weft_cell_map *map);
 
 #endif

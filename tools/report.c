@@ -89,7 +89,6 @@ static void write_format(enum weft_log_level level, const char *format, va_list 
         va_end(args);                                                                              \
     }
 DEFINE_REPORT(report_error, WEFT_LOG_ERROR)
-DEFINE_REPORT(report_warn, WEFT_LOG_WARNING)
 DEFINE_REPORT(report_note, WEFT_LOG_INFO)
 
 static bool show_progress(void *priv, double fraction)

@@ -24,7 +24,6 @@ void report_set_level(bool quiet, bool verbose);
 bool report_is_quiet(void);
 
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
-void report_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 // For the library's log members.
