@@ -174,6 +174,47 @@ fail:
     return res;
 }
 
+static const struct weft_kernel_info *find_derivative(const struct weft_kernel_info *info)
+{
+    for (size_t i = 0; weft_kernel_list[i]; i++)
+        if (weft_kernel_list[i]->primitive == info && weft_kernel_list[i]->derivation == 1)
+            return weft_kernel_list[i];
+    return NULL;
+}
+
+enum weft_result weft_kernel_derive(const struct weft_log *log, const struct weft_kernel *kernel,
+                                    struct weft_kernel *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, kernel && kernel->info && out);
+    const struct weft_kernel given = *kernel;
+    const struct weft_kernel_info *info = find_derivative(given.info);
+    *out = (struct weft_kernel){0};
+    if (given.radial) {
+        weft_error(log, "kernel %s: the slope of a radial kernel is no product of weights",
+                   given.info->name);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (given.normalised) {
+        weft_error(log, "kernel %s: divided by the sum of its weights, it has no derived record",
+                   given.info->name);
+        goto fail;
+    }
+    if (!info) {
+        weft_error(log, "kernel %s: the catalogue has no record of its derivative",
+                   given.info->name);
+        goto fail;
+    }
+    struct weft_kernel derived;
+    if (weft_kernel_create(log, info, given.param, &derived) != WEFT_OK)
+        goto fail;
+    weft_require(log, derived.width == given.width);
+    *out = derived;
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
 static void log_unknown(const struct weft_log *log, const char *name, size_t length)
 {
     char names[900] = "";

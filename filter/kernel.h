@@ -94,6 +94,16 @@ WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
 WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
                                                   struct weft_kernel *kernel);
 
+// Makes the kernel of weights h'(x), with the same parameters and width: by the record of the
+// catalogue that is the first derivative of the kernel's ("d-lanczos:2" for "lanczos:2"). `out` may
+// be `kernel`; it is all zero on failure.
+// Returns WEFT_ERR_ARGUMENT where there is no such record (nearest; derivatives; records that are
+// not the catalogue's) and for normalised kernels, whose derivative is not the record's, or
+// WEFT_ERR_UNSUPPORTED for radial ones.
+WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
+                                             const struct weft_kernel *kernel,
+                                             struct weft_kernel *out);
+
 // Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+radial" behind it
 // for weft_kernel_make_radial, "+unit" for weft_kernel_normalise ("lanczos:3+unit") or both, in
 // either order; up to 255 bytes, whatever the locale. Trailing parameters may be left out. An

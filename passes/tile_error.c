@@ -27,8 +27,8 @@ struct survey {
     struct weft_tile_error_params p;
     const struct weft_kernel_tiles_info *info;
     size_t positions;
-    double gain, bias;                    // from tile positions to texture coordinates
-    double *exact[WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap
+    double gain, bias;                       // from tile positions to texture coordinates
+    double *exact[2][WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap: h and h'
     double *weight[WAYS], *magnitude[WAYS], *sum[WAYS];
     double *storage;
     struct lookup *lookups[WAYS][2]; // of one axis at all locations, plain and mirrored
@@ -73,10 +73,13 @@ static double fraction(const struct survey *s, int i)
 static void fill_exact(struct survey *s)
 {
     const struct weft_kernel *kernel = &s->info->kernel;
-    for (int t = 0; t < s->info->width; t++)
-        for (int i = 0; i < s->p.locations; i++)
-            s->exact[t][i] =
-                weft_kernel_weight(kernel, fraction(s, i) + (weft_kernel_offset(kernel) - t));
+    for (int t = 0; t < s->info->width; t++) {
+        for (int i = 0; i < s->p.locations; i++) {
+            const double x = fraction(s, i) + (weft_kernel_offset(kernel) - t);
+            s->exact[0][t][i] = weft_kernel_weight(kernel, x);
+            s->exact[1][t][i] = weft_kernel_derivative(kernel, x);
+        }
+    }
 }
 
 // ---- where samplers look ------------------------------------------------------------------------
@@ -143,7 +146,7 @@ static enum weft_result set_up(const struct weft_tile_error_params *params, stru
         s->bias = 0.5 / m;
     }
     const size_t row = (size_t)s->p.locations;
-    s->storage = calloc(3 * WAYS * s->positions + (size_t)s->info->width * row, sizeof(double));
+    s->storage = calloc(3 * WAYS * s->positions + 2 * (size_t)s->info->width * row, sizeof(double));
     struct lookup *lookups = calloc(4 * row, sizeof *lookups);
     s->lookups[IDEAL][0] = lookups; // owns them
     if (!s->storage || !lookups) {
@@ -159,8 +162,10 @@ static enum weft_result set_up(const struct weft_tile_error_params *params, stru
     }
     if (!models_differ(s))
         s->weight[EIGHT_BIT] = s->weight[IDEAL];
-    for (int t = 0; t < s->info->width; t++)
-        s->exact[t] = next + (size_t)t * row;
+    for (int t = 0; t < s->info->width; t++) {
+        s->exact[0][t] = next + 2 * (size_t)t * row;
+        s->exact[1][t] = s->exact[0][t] + row;
+    }
     s->lookups[IDEAL][1] = lookups + row;
     s->lookups[EIGHT_BIT][0] = lookups + 2 * row;
     s->lookups[EIGHT_BIT][1] = lookups + 3 * row;
@@ -335,7 +340,7 @@ static void close_tap(struct survey *s, const int tap[3])
         double exact = 1.0;
         position(s, n, at);
         for (int a = 0; a < s->info->dims; a++)
-            exact *= s->exact[tap[a]][at[a]];
+            exact *= s->exact[a + 1 == s->info->derivative][tap[a]][at[a]];
         for (int w = 0; w < WAYS; w++) {
             const double e = s->weight[w][n] - exact;
             s->magnitude[w][n] += fabs(e);

@@ -236,6 +236,32 @@ static void check_primitive(const struct weft_kernel *kernel, const char *name)
                                              : primitive.continuity - info->derivation);
 }
 
+// Of records with a derivative in the catalogue that is the kernel's own derivative at every
+// position, for the same parameters.
+static void check_derive(const struct weft_kernel *kernel, const char *name)
+{
+    char slope_name[40];
+    struct weft_kernel slope;
+    snprintf(slope_name, sizeof slope_name, "d-%s", kernel->info->name);
+    const struct weft_kernel_info *info = weft_kernel_find(slope_name);
+    const bool derivable = info && !kernel->info->derivation && !kernel->normalised;
+    assert_int_equal(weft_kernel_derive(&remember_log, kernel, &slope),
+                     derivable ? WEFT_OK : WEFT_ERR_ARGUMENT);
+    if (!derivable) {
+        assert_null(slope.info);
+        assert_non_null(strstr(last.text, kernel->info->name));
+        return;
+    }
+    assert_ptr_equal(slope.info, info);
+    assert_memory_equal(slope.param, kernel->param, sizeof slope.param);
+    assert_int_equal(slope.width, kernel->width);
+    assert_near(slope.support, kernel->support, 0.0, name);
+    for (int i = 0; i < 401; i++) {
+        const double x = kernel->support * (i - 200) / 200.0;
+        assert_near(weft_kernel_weight(&slope, x), weft_kernel_derivative(kernel, x), 0.0, name);
+    }
+}
+
 static double taylor_coefficient(const struct weft_kernel *kernel, int n, double t)
 {
     double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
@@ -309,6 +335,7 @@ EACH(check_integral)
 EACH(check_derivative)
 EACH(check_continuity)
 EACH(check_primitive)
+EACH(check_derive)
 EACH(check_order)
 EACH(check_order_prefiltered)
 
@@ -550,6 +577,43 @@ static void test_weights(void **state)
     }
 }
 
+static void test_derive(void **state)
+{
+    const struct weft_kernel_info users = *weft_kernel_find("bspline");
+    struct weft_kernel own, kernel = kernel_named("kaiser-sinc:2.5,8");
+    (void)state;
+    // In place; the name with parameters is that of the derivative.
+    assert_int_equal(weft_kernel_derive(NULL, &kernel, &kernel), WEFT_OK);
+    char text[128];
+    weft_kernel_format(&kernel, text, sizeof text);
+    assert_string_equal(text, "d-kaiser-sinc:2.5,8");
+    // "+unit" says nothing where weights add up to one anyway.
+    kernel = kernel_named("mitchell+unit");
+    assert_int_equal(weft_kernel_derive(NULL, &kernel, &kernel), WEFT_OK);
+    assert_int_equal(weft_kernel_create(NULL, &users, NULL, &own), WEFT_OK);
+    const struct {
+        struct weft_kernel kernel;
+        enum weft_result expected;
+        const char *message;
+    } cases[] = {
+        {kernel_named("nearest"), WEFT_ERR_ARGUMENT, "kernel nearest: the catalogue has no record"},
+        {kernel_named("d-bspline"), WEFT_ERR_ARGUMENT, "kernel d-bspline: the catalogue has no"},
+        {kernel_named("lanczos:3+unit"), WEFT_ERR_ARGUMENT, "kernel lanczos: divided by the sum"},
+        {kernel_named("linear+radial"), WEFT_ERR_UNSUPPORTED, "kernel linear: the slope of a rad"},
+        {own, WEFT_ERR_ARGUMENT, "kernel bspline: the catalogue has no record"},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        memset(&kernel, 0x55, sizeof kernel);
+        assert_int_equal(weft_kernel_derive(&remember_log, &cases[i].kernel, &kernel),
+                         cases[i].expected);
+        assert_null(kernel.info);
+        if (!strstr(last.text, cases[i].message))
+            fail_msg("case %zu logs '%s'", i, last.text);
+    }
+    assert_int_equal(weft_kernel_derive(NULL, NULL, &kernel), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_kernel_derive(NULL, &own, NULL), WEFT_ERR_ARGUMENT);
+}
+
 static void check_round_trip(const struct weft_kernel *kernel, const char *name)
 {
     char text[128], small[4];
@@ -698,30 +762,19 @@ static void test_bad_arguments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_check_record),
-        cmocka_unit_test(test_check_support),
-        cmocka_unit_test(test_check_symmetry),
-        cmocka_unit_test(test_check_integers),
-        cmocka_unit_test(test_check_unit_sum),
-        cmocka_unit_test(test_check_integral),
-        cmocka_unit_test(test_check_derivative),
-        cmocka_unit_test(test_check_continuity),
-        cmocka_unit_test(test_check_primitive),
-        cmocka_unit_test(test_check_order),
-        cmocka_unit_test(test_check_order_prefiltered),
-        cmocka_unit_test(test_fractions),
-        cmocka_unit_test(test_bspline_tail),
-        cmocka_unit_test(test_same_kernels),
-        cmocka_unit_test(test_taylor_coefficients),
-        cmocka_unit_test(test_family_flags),
-        cmocka_unit_test(test_first_tap),
-        cmocka_unit_test(test_weights),
-        cmocka_unit_test(test_check_round_trip),
-        cmocka_unit_test(test_format),
-        cmocka_unit_test(test_bad_text),
-        cmocka_unit_test(test_unknown_lists_all),
-        cmocka_unit_test(test_long_text),
-        cmocka_unit_test(test_bad_arguments),
+        cmocka_unit_test(test_check_record),     cmocka_unit_test(test_check_support),
+        cmocka_unit_test(test_check_symmetry),   cmocka_unit_test(test_check_integers),
+        cmocka_unit_test(test_check_unit_sum),   cmocka_unit_test(test_check_integral),
+        cmocka_unit_test(test_check_derivative), cmocka_unit_test(test_check_continuity),
+        cmocka_unit_test(test_check_primitive),  cmocka_unit_test(test_check_derive),
+        cmocka_unit_test(test_check_order),      cmocka_unit_test(test_check_order_prefiltered),
+        cmocka_unit_test(test_fractions),        cmocka_unit_test(test_bspline_tail),
+        cmocka_unit_test(test_same_kernels),     cmocka_unit_test(test_taylor_coefficients),
+        cmocka_unit_test(test_family_flags),     cmocka_unit_test(test_first_tap),
+        cmocka_unit_test(test_weights),          cmocka_unit_test(test_derive),
+        cmocka_unit_test(test_check_round_trip), cmocka_unit_test(test_format),
+        cmocka_unit_test(test_bad_text),         cmocka_unit_test(test_unknown_lists_all),
+        cmocka_unit_test(test_long_text),        cmocka_unit_test(test_bad_arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -27,6 +27,29 @@ static bool check_bits(const struct weft_kernel_tiles_params *p)
     return true;
 }
 
+static bool check_derivative(const struct weft_kernel_tiles_params *p)
+{
+    if (p->derivative < 0 || p->derivative > p->dims) {
+        weft_error(p->log, "tiles: a derivative along axis 1 to %d, or 0, not %d", p->dims,
+                   p->derivative);
+        return false;
+    }
+    if (p->derivative && p->normalise) {
+        weft_error(p->log, "tiles: the weights of a derivative add up to 0, not to 1");
+        return false;
+    }
+    return true;
+}
+
+static bool check_max_scale(const struct weft_kernel_tiles_params *p)
+{
+    int exponent;
+    if (p->max_scale == 0.0 || frexp(p->max_scale, &exponent) == 0.5)
+        return true;
+    weft_error(p->log, "tiles: the largest scale is a power of two, or 0, not %g", p->max_scale);
+    return false;
+}
+
 static bool check_params(const struct weft_kernel_tiles_params *p)
 {
     if (p->dims < 1 || p->dims > 3) {
@@ -48,7 +71,7 @@ static bool check_params(const struct weft_kernel_tiles_params *p)
         weft_error(p->log, "tiles: no sum is preserved between tiles of different scales");
         return false;
     }
-    return check_bits(p);
+    return check_bits(p) && check_max_scale(p) && check_derivative(p);
 }
 
 // The sum is in every weight: a set of a kernel whose sum vanishes is of no use.
@@ -71,6 +94,7 @@ static void init_info(weft_kernel_tiles *set)
     const struct weft_kernel_tiles_params *p = &set->params;
     struct weft_kernel_tiles_info *info = &set->info;
     *info = (struct weft_kernel_tiles_info){.kernel = p->kernel,
+                                            .derivative = p->derivative,
                                             .dims = p->dims,
                                             .samples = p->samples,
                                             .bits = p->bits,
@@ -104,11 +128,13 @@ struct range {
 enum { HALF_WIDTH = WEFT_KERNEL_MAX_WIDTH / 2 };
 
 struct ranges {
-    struct range axis[WEFT_KERNEL_MAX_WIDTH];                  // separable: of each tap of an axis
+    struct range axis[3][WEFT_KERNEL_MAX_WIDTH];               // separable: of each tap of an axis
     struct range radial[HALF_WIDTH * HALF_WIDTH * HALF_WIDTH]; // of the taps of one octant
     struct range whole;                                        // of all taps
     bool is_radial;
 };
+
+static const struct range no_factor = {{1.0, 0.0}};
 
 static void widen(struct range *r, double weight)
 {
@@ -125,17 +151,18 @@ static struct range product(struct range a, struct range b)
 
 static void find_product_ranges(const weft_kernel_tiles *set, struct ranges *out)
 {
-    struct range any = {{0.0, 0.0}};
-    for (int t = 0; t < set->info.width; t++) {
+    out->whole = no_factor;
+    for (int a = 0; a < set->info.dims; a++) {
+        const double *weight = weft_tiles_axis_of(set, a)->weights;
+        struct range any = {{0.0, 0.0}};
         for (int k = 0; k < set->info.samples; k++) {
-            const double w = set->axis[(size_t)k * (size_t)set->info.width + (size_t)t];
-            widen(&out->axis[t], w);
-            widen(&any, w);
+            for (int t = 0; t < set->info.width; t++) {
+                widen(&out->axis[a][t], *weight);
+                widen(&any, *weight++);
+            }
         }
-    }
-    out->whole = any;
-    for (int a = 1; a < set->info.dims; a++)
         out->whole = product(out->whole, any);
+    }
 }
 
 // A radial kernel's tap and its reflections have the same range.
@@ -171,41 +198,41 @@ static struct range tile_range(const weft_kernel_tiles *set, struct ranges *rang
 {
     if (ranges->is_radial)
         return *radial_range(set, ranges, tap);
-    struct range r = ranges->axis[tap[0]];
-    for (int a = 1; a < set->info.dims; a++)
-        r = product(r, ranges->axis[tap[a]]);
+    struct range r = no_factor;
+    for (int a = 0; a < set->info.dims; a++)
+        r = product(r, ranges->axis[a][tap[a]]);
     return r;
 }
 
 static double full_range_scale(const weft_kernel_tiles *set, double largest)
 {
-    if (!(largest > 0.0))
-        return 1.0;
-    return set->params.exact_scale ? 1.0 / largest : exp2(floor(log2(1.0 / largest)));
+    const double full = largest > 0.0 ? 1.0 / largest : 1.0;
+    return fmin(set->params.max_scale, set->params.exact_scale ? full : exp2(floor(log2(full))));
 }
 
 static bool check_range(const weft_kernel_tiles *set, struct range whole)
 {
     const struct weft_kernel_tiles_params *p = &set->params;
+    const char *name = set->axes[set->info.derivative > 0].kernel.info->name;
     const double largest = fmax(whole.side[0], whole.side[1]);
     const double limit = p->format == WEFT_TILE_FLOAT  ? (double)INFINITY
                          : p->format == WEFT_TILE_HALF ? HALF_MAX
                                                        : 1.0;
     if (!isfinite(largest)) {
         weft_error(p->log, "tiles: kernel %s has weights that are not finite, or add up to 0",
-                   p->kernel.info->name);
+                   name);
         return false;
     }
     if (p->scaling == WEFT_TILE_UNSCALED && largest > limit * (1.0 + 1e-12)) {
-        weft_error(p->log, "tiles: kernel %s has weights up to %g, over %g: scale them",
-                   p->kernel.info->name, largest, limit);
+        weft_error(p->log, "tiles: kernel %s has weights up to %g, over %g: scale them", name,
+                   largest, limit);
         return false;
     }
     if (!set->separate && p->format == WEFT_TILE_UNORM && whole.side[1] > 0.0) {
         weft_error(p->log,
                    "tiles: kernel %s has weights down to %g, which one unorm tile per tap "
                    "cannot hold",
-                   p->kernel.info->name, -whole.side[1]);
+                   name, -whole.side[1]);
         return false;
     }
     return true;
@@ -341,17 +368,14 @@ void weft_tiles_refresh(const weft_kernel_tiles *set, struct weft_kernel_tile *t
 // The part of `side` at a tap; false if there is none.
 static bool view(weft_kernel_tiles *set, const int tap[3], int side, struct weft_kernel_tile *out)
 {
-    int kept[3] = {0}, sign = 1;
+    int kept[3];
+    const int sign = weft_tiles_kept_tap(set, tap, kept);
     *out = (struct weft_kernel_tile){.part = WEFT_TILE_WHOLE};
     for (int a = 0; a < set->info.dims; a++) {
-        out->tap[a] = kept[a] = tap[a];
-        if (tap[a] < set->kept)
-            continue;
-        out->mirrored[a] = true;
-        kept[a] = set->info.width - 1 - tap[a];
-        sign = set->odd ? -sign : sign;
+        out->tap[a] = tap[a];
+        out->mirrored[a] = kept[a] != tap[a];
     }
-    // Mirroring an odd kernel turns positive parts into negative ones.
+    // Mirroring along an odd axis turns positive parts into negative ones.
     const int stored_side = set->separate && sign < 0 ? 1 - side : side;
     out->negated = set->separate ? part_sign[side] < 0 : sign < 0;
     if (set->separate)
@@ -377,11 +401,38 @@ static void list_tiles(weft_kernel_tiles *set)
     } while (weft_tiles_next(set->info.dims, set->info.width, tap));
 }
 
-static void choose_mirroring(weft_kernel_tiles *set, bool even, bool odd)
+// The weights of the kernel, and of its derivative where an axis has that.
+static enum weft_result fill_axes(weft_kernel_tiles *set)
+{
+    const int kinds = set->info.derivative ? 2 : 1;
+    const size_t count = (size_t)set->info.samples * (size_t)set->info.width;
+    set->axes[0].kernel = set->info.kernel;
+    if (set->info.derivative) {
+        const enum weft_result res =
+            weft_kernel_derive(set->params.log, &set->info.kernel, &set->axes[1].kernel);
+        if (res != WEFT_OK)
+            return res;
+    }
+    double *weights = malloc((size_t)kinds * count * sizeof *weights);
+    if (!weights) {
+        weft_error(set->params.log, "tiles: not enough memory for %d x %zu weights", kinds, count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int i = 0; i < kinds; i++) {
+        set->axes[i].weights = weights + (size_t)i * count;
+        weft_tiles_sample(set, &set->axes[i]);
+    }
+    return WEFT_OK;
+}
+
+static void choose_mirroring(weft_kernel_tiles *set)
 {
     const bool unpaired = set->info.rounding == WEFT_TILE_SUM_PRESERVING && set->info.samples % 2;
-    set->info.mirrored = set->params.mirror && (even || odd) && !unpaired;
-    set->odd = set->info.mirrored && !even;
+    set->info.mirrored = set->params.mirror && !unpaired;
+    for (int a = 0; a < set->info.dims; a++) {
+        const struct weft_tiles_axis *axis = weft_tiles_axis_of(set, a);
+        set->info.mirrored = set->info.mirrored && (axis->even || axis->odd);
+    }
     set->kept = set->info.mirrored ? (set->info.width + 1) / 2 : set->info.width;
 }
 
@@ -392,27 +443,25 @@ enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params 
     weft_kernel_tiles *set = NULL;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct weft_kernel_tiles_params p = *params;
-    bool even, odd;
     weft_require(p.log, p.kernel.info && p.kernel.width > 0);
     if (!check_params(&p) || (p.normalise && weft_kernel_normalise(p.log, &p.kernel) != WEFT_OK))
         goto fail;
     if (!check_sums(&p))
         goto fail;
     p.memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY;
-    res = WEFT_ERR_MEMORY;
+    p.max_scale = p.max_scale > 0.0 ? p.max_scale : (double)INFINITY;
     set = calloc(1, sizeof *set);
-    if (set) {
-        set->params = p;
-        init_info(set);
-        set->axis = malloc((size_t)p.samples * (size_t)set->info.width * sizeof *set->axis);
-    }
-    if (!set || !set->axis) {
-        weft_error(p.log, "tiles: not enough memory for %d x %d weights", p.samples,
-                   p.kernel.width);
+    if (!set) {
+        weft_error(p.log, "tiles: not enough memory for a set");
+        res = WEFT_ERR_MEMORY;
         goto fail;
     }
-    weft_tiles_sample(set, &even, &odd);
-    choose_mirroring(set, even, odd);
+    set->params = p;
+    init_info(set);
+    res = fill_axes(set);
+    if (res != WEFT_OK)
+        goto fail;
+    choose_mirroring(set);
     res = lay_out(set);
     if (res == WEFT_OK)
         res = weft_tiles_quantise(set);
@@ -436,7 +485,7 @@ void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles)
     free(set->stored);
     free(set->stored_of);
     free(set->tiles);
-    free(set->axis);
+    free(set->axes[0].weights); // those of both
     free(set);
     *tiles = NULL;
 }
@@ -494,8 +543,10 @@ double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
     const size_t width = (size_t)tiles->info.width;
     if (!weft_kernel_is_radial(&tiles->info.kernel, tiles->info.dims)) {
         double w = 1.0;
-        for (int a = 0; a < tiles->info.dims; a++)
-            w *= tiles->axis[(size_t)position[a] * width + (size_t)tap[a]];
+        for (int a = 0; a < tiles->info.dims; a++) {
+            const double *weights = weft_tiles_axis_of(tiles, a)->weights;
+            w *= weights[(size_t)position[a] * width + (size_t)tap[a]];
+        }
         return w;
     }
     double weights[WEFT_KERNEL_MAX_WEIGHTS];

@@ -3,7 +3,8 @@
 // A tile is one unit-wide piece of a kernel, sampled at M positions per axis: the weight of one tap
 // for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
 // multiplication (Hadwiger, Hauser, Moeller, WSCG 2003), or for radial kernels
-// (weft_kernel_make_radial) the weight of the distance. A set holds the tiles of all width^dims
+// (weft_kernel_make_radial) the weight of the distance. One factor of the product may be the
+// kernel's derivative, for one component of the gradient. A set holds the tiles of all width^dims
 // taps; adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along
 // an axis.
 #ifndef WEFT_TILES_KERNEL_TILES_H
@@ -62,12 +63,17 @@ struct weft_kernel_tiles_params {
     enum weft_tile_signs signs;
     enum weft_tile_scaling scaling;
     bool exact_scale; // the factor that uses all of the range; default: a power of two below it
+    double max_scale; // a power of two: scaled tiles are so by no more (default 0: no such limit)
+    // 1, 2 or 3, up to dims: weights are h'(x - i) along x, y or z and h along the others, with the
+    // h' of weft_kernel_derive (default 0: h along all)
+    int derivative;
     // Even and odd kernels: store only the taps of one half per axis, fetch the others mirrored
     // (default true). Other kernels, and sum-preserving sets with an odd M, whose middle sample
     // would need an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
     // weft_kernel_tiles_info.
     bool mirror;
-    bool normalise;        // weights at every position add up to 1 (weft_kernel_normalise)
+    bool normalise; // weights at every position add up to 1 (weft_kernel_normalise); not with
+                    // `derivative`
     uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)
     const struct weft_log *log; // borrowed for the set's life
 };
@@ -80,7 +86,7 @@ struct weft_kernel_tile {
     int tap[3]; // 0 to width - 1, counted from weft_kernel_first_tap; 0 along axes past dims
     enum weft_tile_part part;
     bool mirrored[3]; // sample k of the tile is stored at M - 1 - k of this axis
-    bool negated;     // negative parts, and odd kernels mirrored
+    bool negated;     // negative parts, and those mirrored along an odd number of odd axes
     double scale;
     double minimum, maximum; // of the weights as stored, over all samples
     int stored;              // tiles with the same number share their memory
@@ -89,6 +95,7 @@ struct weft_kernel_tile {
 
 struct weft_kernel_tiles_info {
     struct weft_kernel kernel;
+    int derivative; // 0: none; 1, 2, 3: along x, y, z
     int dims, samples, bits;
     enum weft_tile_format format;
     enum weft_tile_rounding rounding;
@@ -106,8 +113,9 @@ struct weft_kernel_tiles_info {
 
 typedef struct weft_kernel_tiles weft_kernel_tiles; // Thread-safety: read-only once made and split.
 
-// Bytes are counted before anything is allocated. Returns WEFT_ERR_ARGUMENT (a range, or weights
-// that the format cannot hold unscaled), WEFT_ERR_LIMIT (bytes needed and allowed in the log) or
+// Bytes are counted before any tile is allocated. Returns WEFT_ERR_ARGUMENT (a range, weights that
+// the format cannot hold unscaled, or a kernel without a derivative), WEFT_ERR_UNSUPPORTED (the
+// derivative of a radial kernel), WEFT_ERR_LIMIT (bytes needed and allowed in the log) or
 // WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params *params,
                                                    weft_kernel_tiles **out);

@@ -15,19 +15,43 @@ struct weft_stored_tile {
     int users;
 };
 
+// What axes with the same weights share.
+struct weft_tiles_axis {
+    struct weft_kernel kernel;
+    // [sample][tap], for weft_kernel_combine: exact weights; for radial kernels in 2D and 3D
+    // offsets.
+    double *weights;
+    bool even, odd; // h(-x) = h(x), or else h(-x) = -h(x); radial weights are even
+};
+
 struct weft_kernel_tiles {
     struct weft_kernel_tiles_info info;
     struct weft_kernel_tiles_params params;
-    bool separate, odd; // signs in tiles of their own; a kernel with h(-x) = -h(x)
-    int kept;           // taps stored along an axis
-    // Of one axis, [sample][tap], for weft_kernel_combine: exact weights; for radial kernels in 2D
-    // and 3D offsets.
-    double *axis;
+    bool separate;                  // signs in tiles of their own
+    int kept;                       // taps stored along an axis
+    struct weft_tiles_axis axes[2]; // of the kernel, and of its derivative: weft_tiles_axis_of
     struct weft_stored_tile *stored;
     // Stored number of every kept tap's parts (positive or whole, negative); -1: there is none.
     int *stored_of;
     struct weft_kernel_tile *tiles;
 };
+
+static inline const struct weft_tiles_axis *weft_tiles_axis_of(const weft_kernel_tiles *set, int a)
+{
+    return &set->axes[a + 1 == set->info.derivative];
+}
+
+// The tap whose stored tiles are those of `tap` too; returns the sign that reflection gives them.
+static inline int weft_tiles_kept_tap(const weft_kernel_tiles *set, const int tap[3], int kept[3])
+{
+    int sign = 1;
+    for (int a = 0; a < set->info.dims; a++) {
+        const bool mirrored = tap[a] >= set->kept;
+        kept[a] = mirrored ? set->info.width - 1 - tap[a] : tap[a];
+        sign = mirrored && weft_tiles_axis_of(set, a)->odd ? -sign : sign;
+    }
+    return sign;
+}
 
 // Tap (x, y, z) among `count` along every axis of the set.
 static inline int weft_tiles_tap_index(const weft_kernel_tiles *set, const int tap[3], int count)
@@ -96,9 +120,9 @@ static inline void weft_tiles_store(const weft_kernel_tiles *set, void *data, si
 void weft_tiles_measure(const weft_kernel_tiles *set, struct weft_stored_tile *stored);
 void weft_tiles_refresh(const weft_kernel_tiles *set, struct weft_kernel_tile *tile);
 
-// Fills set->axis, even and odd kernels made exactly so. Also finds out which of those the kernel
-// is, within rounding; radial weights are even.
-void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd);
+// Fills the weights of axis->kernel. Also finds out whether they are even or odd, within rounding,
+// and makes them exactly so.
+void weft_tiles_sample(const weft_kernel_tiles *set, struct weft_tiles_axis *axis);
 
 // The exact weights of all taps at a sample position; returns how many.
 int weft_tiles_weights(const weft_kernel_tiles *set, const int position[3], double *weights);

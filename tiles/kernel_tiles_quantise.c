@@ -2,17 +2,19 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "filter/kernel_records.h"
 #include "tiles/kernel_tiles_impl.h"
 
 // ---- sampling -----------------------------------------------------------------------------------
 
-// At a tile's end the limit from inside: the next knot belongs to the next tap.
-static double exact_weight(const weft_kernel_tiles *set, int k, int tap)
+// At a tile's end the limit from inside: the next knot belongs to the next tap. One step of a
+// fraction below it, also where the knot is 0: kernels add to x, which rounds the least step away.
+static double exact_weight(const weft_kernel_tiles *set, const struct weft_kernel *kernel, int k,
+                           int tap)
 {
-    const struct weft_kernel *kernel = &set->info.kernel;
-    const double shift = weft_kernel_offset(kernel) - tap;
-    const double x = weft_kernel_tiles_position(set, k) + shift, knot = shift + 1.0;
-    return weft_kernel_weight(kernel, x < knot ? x : nextafter(knot, -INFINITY));
+    const double fraction = fmin(weft_kernel_tiles_position(set, k), 1.0 - 0x1p-53);
+    return weft_kernel_weight(kernel,
+                              weft_kernel_argument(fraction, weft_kernel_offset(kernel) - tap));
 }
 
 // The offset of a radial kernel's tap, from inside at both ends: its ball ends at the far one, and
@@ -24,59 +26,65 @@ static double exact_offset(const weft_kernel_tiles *set, int k, int tap)
     return fmax(nextafter(shift, INFINITY), fmin(nextafter(shift + 1.0, -INFINITY), x));
 }
 
-static double *axis_at(const weft_kernel_tiles *set, int k, int tap)
+static double *axis_at(const weft_kernel_tiles *set, const struct weft_tiles_axis *axis, int k,
+                       int tap)
 {
-    return &set->axis[(size_t)k * (size_t)set->info.width + (size_t)tap];
+    return &axis->weights[(size_t)k * (size_t)set->info.width + (size_t)tap];
 }
 
-static double *mirror_of(const weft_kernel_tiles *set, int k, int tap)
+static double *mirror_of(const weft_kernel_tiles *set, const struct weft_tiles_axis *axis, int k,
+                         int tap)
 {
-    return axis_at(set, set->info.samples - 1 - k, set->info.width - 1 - tap);
+    return axis_at(set, axis, set->info.samples - 1 - k, set->info.width - 1 - tap);
 }
 
 // Exactly odd, so that reflected taps are at the same distance.
-static void sample_offsets(weft_kernel_tiles *set)
+static void sample_offsets(const weft_kernel_tiles *set, const struct weft_tiles_axis *axis)
 {
     for (int k = 0; k < set->info.samples; k++) {
         for (int t = 0; t < set->info.width; t++) {
             const double x = exact_offset(set, k, t);
-            *axis_at(set, k, t) = x;
-            *mirror_of(set, k, t) = -x;
+            *axis_at(set, axis, k, t) = x;
+            *mirror_of(set, axis, k, t) = -x;
         }
     }
 }
 
-void weft_tiles_sample(weft_kernel_tiles *set, bool *even, bool *odd)
+void weft_tiles_sample(const weft_kernel_tiles *set, struct weft_tiles_axis *axis)
 {
     const int m = set->info.samples, width = set->info.width;
-    *even = weft_kernel_is_radial(&set->info.kernel, set->info.dims);
-    *odd = false;
-    if (*even) {
-        sample_offsets(set);
+    axis->even = weft_kernel_is_radial(&axis->kernel, set->info.dims);
+    if (axis->even) {
+        sample_offsets(set, axis);
         return;
     }
     double largest = 0.0, even_error = 0.0, odd_error = 0.0;
-    for (int k = 0; k < m; k++)
-        for (int t = 0; t < width; t++)
-            largest = fmax(largest, fabs(*axis_at(set, k, t) = exact_weight(set, k, t)));
     for (int k = 0; k < m; k++) {
         for (int t = 0; t < width; t++) {
-            even_error = fmax(even_error, fabs(*axis_at(set, k, t) - *mirror_of(set, k, t)));
-            odd_error = fmax(odd_error, fabs(*axis_at(set, k, t) + *mirror_of(set, k, t)));
+            const double w = exact_weight(set, &axis->kernel, k, t);
+            *axis_at(set, axis, k, t) = w;
+            largest = fmax(largest, fabs(w));
+        }
+    }
+    for (int k = 0; k < m; k++) {
+        for (int t = 0; t < width; t++) {
+            const double a = *axis_at(set, axis, k, t), b = *mirror_of(set, axis, k, t);
+            even_error = fmax(even_error, fabs(a - b));
+            odd_error = fmax(odd_error, fabs(a + b));
         }
     }
     // Derivatives lose digits near the knots, none that a tile could show.
-    *even = even_error <= 1e-11 * largest;
-    *odd = !*even && odd_error <= 1e-11 * largest;
-    if (!*even && !*odd)
+    axis->even = even_error <= 1e-11 * largest;
+    axis->odd = !axis->even && odd_error <= 1e-11 * largest;
+    if (!axis->even && !axis->odd)
         return;
     for (int k = 0; k < m; k++) {
         for (int t = 0; t < width; t++) {
-            double *a = axis_at(set, k, t), *b = mirror_of(set, k, t);
-            if (*odd && a == b)
+            double *a = axis_at(set, axis, k, t), *b = mirror_of(set, axis, k, t);
+            if (axis->odd && a == b)
                 *a = 0.0;
             else if (a < b)
-                *b = *odd ? -*a : *a;
+                *b = axis->odd ? -*a : *a;
         }
     }
 }
@@ -203,7 +211,7 @@ int weft_tiles_weights(const weft_kernel_tiles *set, const int position[3], doub
 {
     const double *axis[3] = {NULL};
     for (int a = 0; a < set->info.dims; a++)
-        axis[a] = axis_at(set, position[a], 0);
+        axis[a] = axis_at(set, weft_tiles_axis_of(set, a), position[a], 0);
     return weft_kernel_combine(&set->info.kernel, set->info.dims, axis, weights);
 }
 
@@ -215,12 +223,13 @@ struct axis_writes {
     int first, step; // kept tap t comes from tap first + step * t
 };
 
-static struct axis_writes axis_writes(const weft_kernel_tiles *set, int sample, bool reflected)
+static struct axis_writes axis_writes(const weft_kernel_tiles *set, int a, int sample,
+                                      bool reflected)
 {
     if (!reflected)
         return (struct axis_writes){sample, 1, 0, 1};
-    return (struct axis_writes){set->info.samples - 1 - sample, set->odd ? -1 : 1,
-                                set->info.width - 1, -1};
+    return (struct axis_writes){set->info.samples - 1 - sample,
+                                weft_tiles_axis_of(set, a)->odd ? -1 : 1, set->info.width - 1, -1};
 }
 
 static void write_value(const weft_kernel_tiles *set, const int *stored_of, size_t sample, double q)
@@ -260,7 +269,7 @@ static void write_position(const weft_kernel_tiles *set, const int position[3], 
     for (int r = 0; r < reflections; r++) {
         struct axis_writes axis[3] = {{0}};
         for (int a = 0; a < set->info.dims; a++)
-            axis[a] = axis_writes(set, position[a], r >> a & 1);
+            axis[a] = axis_writes(set, a, position[a], r >> a & 1);
         write_reflection(set, axis, value);
     }
 }
@@ -268,13 +277,9 @@ static void write_position(const weft_kernel_tiles *set, const int position[3], 
 // The factor of every tap and sign, where it is not the same for all.
 static double scale_of(const weft_kernel_tiles *set, const int tap[3], double value)
 {
-    int kept[3] = {0}, sign = value < 0.0 ? -1 : 1;
-    for (int a = 0; a < set->info.dims; a++) {
-        const bool mirrored = tap[a] >= set->kept;
-        kept[a] = mirrored ? set->info.width - 1 - tap[a] : tap[a];
-        sign = mirrored && set->odd ? -sign : sign;
-    }
-    const int side = set->separate && sign < 0;
+    int kept[3];
+    const int sign = weft_tiles_kept_tap(set, tap, kept);
+    const int side = set->separate && sign * value < 0.0;
     const int stored = set->stored_of[2 * weft_tiles_tap_index(set, kept, set->kept) + side];
     return stored < 0 ? 1.0 : set->stored[stored].scale;
 }
