@@ -6,6 +6,8 @@
 #include "passes/context_backend.h"
 
 // One for each passes/shaders/<name>.glsl, made by cmake/embed.cmake.
+extern const char weft_shader_combine[];
+extern const char weft_shader_convolve[];
 extern const char weft_shader_full_target[];
 extern const char weft_shader_slice[];
 extern const char weft_shader_tile_lookup[];

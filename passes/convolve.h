@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/convolve.h - runs plans: on GL, and on the CPU in the same integers.
+// Both take samples on a lattice and the positions of a planar grid of pixels, and give values in
+// the samples' own range. On unorm targets the two agree in every bit on every GL that keeps to
+// GL's rules: passes compute in integers and hand over whole codes.
+#ifndef WEFT_PASSES_CONVOLVE_H
+#define WEFT_PASSES_CONVOLVE_H
+
+#include <math.h>
+
+#include "passes/context.h"
+#include "passes/plan.h"
+
+WEFT_BEGIN_DECLS
+
+// Samples [z][y][x], x fastest, tightly packed, at integer coordinates; beyond them the nearest
+// sample's value holds. Sizes along axes past the plan's dims are 1.
+struct weft_samples {
+    int size[3];
+    const float *plane[4]; // as many as the plan has channels; borrowed
+    // The range mapped to [0, 1], one for all channels. NAN: the finite minimum and maximum. What
+    // lies outside is clamped to it.
+    double low, high;
+};
+
+// Pixel (x, y) lies at origin + x du + y dv, in the samples' coordinates.
+struct weft_pixel_grid {
+    int width, height;
+    double origin[3], du[3], dv[3];
+};
+
+struct weft_convolve_report {
+    double low, high;     // the range that was mapped
+    uint64_t clamped;     // samples outside it, or not finite
+    uint64_t not_finite;  // pixels within the reach of a sample that is not finite: they are NAN
+    double prepare_seconds, upload_seconds, pass_seconds, readback_seconds;
+    uint64_t source_bytes, tile_bytes, target_bytes, position_bytes;
+    // Emulation only: clamped stores over all passes, and by how many codes at most.
+    uint64_t clamps;
+    double largest_clamp;
+};
+
+struct weft_convolve_params {
+    const weft_plan *plan; // required
+    const struct weft_samples *samples;
+    const struct weft_pixel_grid *grid;
+    float *pixels[4]; // width * height each, as many as the plan has channels; NAN and all
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;
+};
+
+// Returns WEFT_ERR_ARGUMENT (sizes, ranges, positions that are not finite), WEFT_ERR_UNSUPPORTED
+// (log with a range below 0), WEFT_ERR_LIMIT (texels and the GL's limit), WEFT_ERR_MEMORY,
+// WEFT_ERR_GL or WEFT_ERR_CANCELLED. report may be NULL.
+WEFT_API enum weft_result weft_convolve_run(weft_context *context,
+                                            const struct weft_convolve_params *params,
+                                            struct weft_convolve_report *report);
+
+// The same without GL. Half targets are rounded towards zero, as llvmpipe does it
+WEFT_API enum weft_result weft_emulate_run(const struct weft_convolve_params *params,
+                                           struct weft_convolve_report *report);
+
+// |pixel - reference| over all pixels where both are finite, by filter/reference.h at the exact
+// positions (the plan's derivative included).
+struct weft_convolve_error {
+    double maximum, rms; // in the samples' units
+    int at_x, at_y, channel;
+    uint64_t not_finite_mismatches;
+};
+WEFT_API enum weft_result weft_convolve_verify(const struct weft_convolve_params *params,
+                                               struct weft_convolve_error *out);
+
+WEFT_END_DECLS
+#endif

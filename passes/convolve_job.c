@@ -1,0 +1,904 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/convolve_job.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/kernel_nd.h"
+
+static size_t value_bytes(enum weft_value_type type)
+{
+    static const size_t bytes[] = {
+        [WEFT_VALUE_UINT8] = 1, [WEFT_VALUE_UINT16] = 2, [WEFT_VALUE_FLOAT] = 4};
+    return bytes[type];
+}
+
+static void put(const struct weft_job_values *values, size_t i, double value)
+{
+    switch (values->type) {
+    case WEFT_VALUE_UINT8:
+        ((uint8_t *)values->data)[i] = (uint8_t)value;
+        return;
+    case WEFT_VALUE_UINT16:
+        ((uint16_t *)values->data)[i] = (uint16_t)value;
+        return;
+    case WEFT_VALUE_FLOAT:
+        break;
+    }
+    ((float *)values->data)[i] = (float)value;
+}
+
+// The code of a logarithm, passes/pass.h.
+static double log_code(const struct weft_convolve_job *job, double x)
+{
+    const int one = job->one;
+    const double code = x > 0.0 ? -log2(x) * (one - 1) / job->passes->log_octaves : one;
+    return code < one - 0.5 ? fmax(0.0, round(code)) : one;
+}
+
+// ---- halves -------------------------------------------------------------------------------------
+
+static uint32_t float_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+float weft_half_truncate(float x)
+{
+    const uint32_t bits = float_bits(x), magnitude = bits & 0x7fffffff;
+    const uint32_t exponent = magnitude >> 23;
+    if (exponent >= 0x8f) // from 65536 on; infinities and NANs stay
+        return exponent == 0xff ? x : copysignf(65504.0f, x);
+    // 2^-14 has exponent 113, and each binade below it one bit less.
+    const uint32_t lost = exponent >= 113 ? 13 : 126 - exponent;
+    const uint32_t kept = bits & (lost > 23 ? 0x80000000 : ~((UINT32_C(1) << lost) - 1));
+    memcpy(&x, &kept, sizeof x);
+    return x;
+}
+
+// To the nearest half, ties to even; of numbers in [0, 1].
+static double half_nearest(double x)
+{
+    const int exponent = x < 0x1p-14 ? -14 : ilogb(x);
+    return ldexp(nearbyint(ldexp(x, 10 - exponent)), exponent - 10);
+}
+
+// ---- checks -------------------------------------------------------------------------------------
+
+static bool tile_format_fits(const struct weft_convolve_job *job)
+{
+    const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
+    const bool real = format == WEFT_TILE_HALF || format == WEFT_TILE_FLOAT;
+    return job->floats || job->passes->log_table ? real : format == WEFT_TILE_UNORM;
+}
+
+static enum weft_result check_list(const struct weft_convolve_job *job)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    const struct weft_convolve_work *w = job->work;
+    const struct weft_pass_list *l = job->passes;
+    weft_require(job->log, l && l->tiles);
+    const struct weft_kernel_tiles_info *t = weft_kernel_tiles_get_info(l->tiles);
+    weft_require(job->log, l->dims >= 1 && l->dims <= 3 && t->dims == l->dims);
+    weft_require(job->log, w->kernel.info && w->kernel.width == t->width);
+    weft_require(job->log, w->channels == 1 || (w->channels == 4 && !l->dot4));
+    weft_require(job->log, w->derivative >= 0 && w->derivative <= l->dims);
+    weft_require(job->log, tile_format_fits(job));
+    weft_require(job->log, l->extra_bits >= 0 && l->extra_bits <= 24);
+    weft_require(job->log, !job->floats || (l->extra_bits == 0 && !l->log_table));
+    weft_require(job->log, l->exact_inside || l->range >= 1.0);
+    weft_require(job->log, l->slot_count > 0 && l->result >= 0 && l->result < l->slot_count);
+    weft_require(job->log, l->group_count >= 0 && l->pass_count >= 0);
+    weft_require(job->log, !l->log_table || l->log_octaves > 0.0);
+    weft_require(job->log, l->result_scale > 0.0 && isfinite(l->result_scale));
+    if (l->dims == 3 && t->samples > 1024) {
+        weft_error(job->log, "convolution: %d samples per unit in 3D, over the limit of 1024",
+                   t->samples);
+        res = WEFT_ERR_LIMIT;
+        goto fail;
+    }
+    return WEFT_OK;
+fail:
+    return res;
+}
+
+static bool group_fits(const struct weft_convolve_job *job, const struct weft_tap_group *group)
+{
+    const int tiles = weft_kernel_tiles_get_info(job->passes->tiles)->tile_count;
+    for (int c = 0; c < (job->passes->dot4 ? 4 : 1); c++) {
+        const int sign = group->sign[c], shift = group->shift[c];
+        if (group->tile[c] < -1 || group->tile[c] >= tiles || sign < -1 || sign > 1 || shift < 0 ||
+            shift + job->extra_bits > 30)
+            return false;
+    }
+    for (int a = 0; a < 3; a++)
+        if (abs(group->offset[a]) > (a < job->passes->dims ? WEFT_KERNEL_MAX_WIDTH : 0))
+            return false;
+    return true;
+}
+
+static bool pass_fits(const struct weft_pass_list *l, const struct weft_pass *p)
+{
+    if (p->target < 0 || p->target >= l->slot_count)
+        return false;
+    if (p->kind == WEFT_PASS_TAPS)
+        return p->divisor > 0 && p->group_count >= 0 && p->group_count <= WEFT_PASS_MAX_GROUPS &&
+               p->group_first >= 0 && p->group_first <= l->group_count - p->group_count;
+    bool fits = p->denominator > 0 && p->input_count > 0 && p->input_count <= WEFT_PASS_MAX_INPUTS;
+    for (int i = 0; fits && i < p->input_count; i++)
+        fits = p->input[i] >= 0 && p->input[i] < l->slot_count;
+    return fits;
+}
+
+static enum weft_result check_passes(const struct weft_convolve_job *job)
+{
+    const struct weft_pass_list *l = job->passes;
+    for (int g = 0; g < l->group_count; g++) {
+        if (!group_fits(job, &l->groups[g])) {
+            weft_error(job->log, "convolution: group %d has no such tile, sign, shift or offset",
+                       g);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    for (int p = 0; p < l->pass_count; p++) {
+        if (!pass_fits(l, &l->passes[p])) {
+            weft_error(job->log, "convolution: pass %d has no such slot, group or divisor", p);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    return WEFT_OK;
+}
+
+static bool positions_finite(const struct weft_convolve_job *job)
+{
+    for (int corner = 0; corner < 4; corner++) {
+        double at[3];
+        weft_convolve_position(job->grid, (corner & 1) * job->grid->width,
+                               (corner >> 1) * job->grid->height, at);
+        if (!isfinite(at[0]) || !isfinite(at[1]) || !isfinite(at[2]))
+            return false;
+    }
+    return true;
+}
+
+static enum weft_result check_request(const struct weft_convolve_job *job,
+                                      const struct weft_convolve_params *params)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    const struct weft_samples *s = job->samples;
+    const struct weft_pixel_grid *g = job->grid;
+    weft_require(job->log, s && g);
+    weft_require(job->log, g->width > 0 && g->height > 0);
+    weft_require(job->log, s->size[0] > 0 && s->size[1] > 0 && s->size[2] > 0);
+    weft_require(job->log, job->passes->dims > 2 || s->size[2] == 1);
+    weft_require(job->log, job->passes->dims > 1 || s->size[1] == 1);
+    for (int c = 0; c < job->work->channels; c++)
+        weft_require(job->log, s->plane[c] && params->pixels[c]);
+    weft_require(job->log, !isinf(s->low) && !isinf(s->high));
+    if (s->low > s->high || !positions_finite(job)) {
+        weft_error(job->log, "convolution: a range of %g to %g, or positions that are not finite",
+                   s->low, s->high);
+        goto fail;
+    }
+    return WEFT_OK;
+fail:
+    return res;
+}
+
+// ---- the source's range and layout --------------------------------------------------------------
+
+static size_t sample_count(const struct weft_samples *s)
+{
+    return (size_t)s->size[0] * (size_t)s->size[1] * (size_t)s->size[2];
+}
+
+static void measure(const struct weft_convolve_job *job, double *low, double *high, bool *finite)
+{
+    float least = INFINITY, most = -INFINITY;
+    *finite = true;
+    for (int c = 0; c < job->work->channels; c++) {
+        const float *v = job->samples->plane[c];
+        for (size_t i = 0; i < sample_count(job->samples); i++) {
+            if (!isfinite(v[i])) {
+                *finite = false;
+                continue;
+            }
+            least = v[i] < least ? v[i] : least;
+            most = v[i] > most ? v[i] : most;
+        }
+    }
+    *low = least <= most ? (double)least : 0.0;
+    *high = least <= most ? (double)most : 0.0;
+}
+
+static enum weft_result mark_not_finite(struct weft_convolve_job *job)
+{
+    const size_t count = sample_count(job->samples);
+    job->not_finite = calloc(count, 1);
+    if (!job->not_finite) {
+        weft_error(job->log, "convolution: not enough memory for %zu marks", count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int c = 0; c < job->work->channels; c++)
+        for (size_t i = 0; i < count; i++)
+            if (!isfinite(job->samples->plane[c][i]))
+                job->not_finite[i] |= (uint8_t)(1 << c);
+    return WEFT_OK;
+}
+
+static enum weft_result set_range(struct weft_convolve_job *job)
+{
+    const struct weft_samples *s = job->samples;
+    double low, high;
+    bool finite;
+    measure(job, &low, &high, &finite);
+    low = isnan(s->low) ? low : s->low;
+    high = isnan(s->high) ? high : s->high;
+    // One was declared beyond all samples.
+    if (isnan(s->low) && low > high)
+        low = high;
+    if (isnan(s->high) && high < low)
+        high = low;
+    job->low = low;
+    job->high = high;
+    job->width = high - low;
+    if (job->passes->log_table && low < 0.0) {
+        weft_error(job->log, "convolution: logarithms need a range from 0 on, not from %g", low);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    return finite ? WEFT_OK : mark_not_finite(job);
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+static void find_reach(struct weft_convolve_job *job)
+{
+    for (int g = 0; g < job->passes->group_count; g++) {
+        for (int a = 0; a < job->passes->dims; a++) {
+            const int offset = job->passes->groups[g].offset[a];
+            job->reach[0][a] = smaller(job->reach[0][a], offset);
+            job->reach[1][a] = larger(job->reach[1][a], offset);
+        }
+    }
+}
+
+static enum weft_result check_texels(const struct weft_convolve_job *job, const char *what,
+                                     double texels, int64_t limit)
+{
+    if (texels <= (double)limit)
+        return WEFT_OK;
+    weft_error(job->log, "convolution: the %s takes %.0f texels, over the limit of %lld", what,
+               texels, (long long)limit);
+    return WEFT_ERR_LIMIT;
+}
+
+static enum weft_result allocate(const struct weft_convolve_job *job, const char *what,
+                                 struct weft_job_values *values)
+{
+    const size_t texel = (size_t)values->components * value_bytes(values->type);
+    if (weft_size_mul(values->texels, texel, &values->bytes))
+        values->data = calloc(1, values->bytes);
+    if (values->data)
+        return WEFT_OK;
+    weft_error(job->log, "convolution: not enough memory for %zu texels of the %s", values->texels,
+               what);
+    return WEFT_ERR_MEMORY;
+}
+
+// First taps go from 1 - width, where all taps read the first sample or what is before it, to the
+// last sample.
+static enum weft_result size_source(struct weft_convolve_job *job, int64_t limit)
+{
+    double texels = 1.0;
+    find_reach(job);
+    for (int a = 0; a < 3; a++) {
+        const size_t taps = a < job->passes->dims ? (size_t)job->work->kernel.width : 1;
+        job->padded[a] = (size_t)job->samples->size[a] + taps - 1 +
+                         (size_t)(job->reach[1][a] - job->reach[0][a]);
+        texels *= (double)job->padded[a];
+    }
+    // Also keeps offsets within 32 bits.
+    const enum weft_result res =
+        check_texels(job, "source", texels, limit < INT32_MAX ? limit : INT32_MAX);
+    if (res == WEFT_OK)
+        job->source.texels = job->padded[0] * job->padded[1] * job->padded[2];
+    return res;
+}
+
+// The sample that lies at a padded texel's place (moved by `shift`) along an axis.
+static size_t sample_at(const struct weft_convolve_job *job, int a, size_t texel, int shift)
+{
+    const int64_t taps = a < job->passes->dims ? job->work->kernel.width : 1;
+    const int64_t i = (int64_t)texel + 1 - taps + job->reach[0][a] + shift;
+    return i < 0 ? 0 : i >= job->samples->size[a] ? (size_t)job->samples->size[a] - 1 : (size_t)i;
+}
+
+static double mapped(const struct weft_convolve_job *job, float sample)
+{
+    const double x = job->width > 0.0 ? ((double)sample - job->low) / job->width : 0.0;
+    const double inside = x > 0.0 ? fmin(x, 1.0) : 0.0; // a NAN is 0
+    if (job->passes->log_table)
+        return log_code(job, inside);
+    if (!job->floats)
+        return floor(inside * job->one + 0.5);
+    return job->passes->target == WEFT_TARGET_HALF ? half_nearest(inside) : inside;
+}
+
+// Component c of the padded source, from a plane that is mapped already: [z][y][x] as the samples.
+static void lay_out(const struct weft_convolve_job *job, const struct weft_job_values *plane, int c,
+                    const int shift[3])
+{
+    const size_t size_x = (size_t)job->samples->size[0], size_y = (size_t)job->samples->size[1];
+    const size_t texel = (size_t)job->source.components, bytes = value_bytes(plane->type);
+    char *out = (char *)job->source.data + (size_t)c * bytes;
+    for (size_t z = 0; z < job->padded[2]; z++) {
+        for (size_t y = 0; y < job->padded[1]; y++) {
+            const size_t row =
+                sample_at(job, 2, z, shift[2]) * size_y + sample_at(job, 1, y, shift[1]);
+            const char *in = (const char *)plane->data + row * size_x * bytes;
+            for (size_t x = 0; x < job->padded[0]; x++, out += texel * bytes)
+                memcpy(out, in + sample_at(job, 0, x, shift[0]) * bytes, bytes);
+        }
+    }
+}
+
+static void map_plane(struct weft_convolve_job *job, const float *samples,
+                      const struct weft_job_values *out)
+{
+    for (size_t i = 0; i < out->texels; i++) {
+        const double v = (double)samples[i];
+        put(out, i, mapped(job, samples[i]));
+        job->clamped += !(v >= job->low && v <= job->high);
+    }
+}
+
+static enum weft_result create_source(struct weft_convolve_job *job, int64_t limit)
+{
+    const struct weft_pass_list *l = job->passes;
+    enum weft_result res = size_source(job, limit);
+    if (res != WEFT_OK)
+        return res;
+    job->source.type = job->floats        ? WEFT_VALUE_FLOAT
+                       : job->one <= 0xff ? WEFT_VALUE_UINT8
+                                          : WEFT_VALUE_UINT16;
+    job->source.components = l->dot4 ? 4 : job->work->channels;
+    struct weft_job_values plane = {
+        .type = job->source.type, .components = 1, .texels = sample_count(job->samples)};
+    res = allocate(job, "source", &job->source);
+    if (res == WEFT_OK)
+        res = allocate(job, "mapped samples", &plane);
+    for (int c = 0; res == WEFT_OK && c < job->source.components; c++) {
+        if (c < job->work->channels)
+            map_plane(job, job->samples->plane[c], &plane);
+        lay_out(job, &plane, c, l->dot4 ? l->pattern[c] : (const int[3]){0});
+    }
+    free(plane.data);
+    return res;
+}
+
+// ---- the tiles ----------------------------------------------------------------------------------
+
+static double stored_value(const struct weft_convolve_job *job, const struct weft_kernel_tile *tile,
+                           size_t i)
+{
+    const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
+    if (format == WEFT_TILE_UNORM)
+        return ((const uint16_t *)tile->data)[i];
+    const double value = (double)((const float *)tile->data)[i];
+    return job->passes->log_table ? log_code(job, fabs(value) / tile->scale) : value;
+}
+
+struct tile_axes {
+    int32_t base, step[3];
+};
+
+// Index of sample k in a tile's memory: base + sum over axes of step k.
+static struct tile_axes tile_axes(const struct weft_convolve_job *job,
+                                  const struct weft_kernel_tile *tile)
+{
+    struct tile_axes axes = {0};
+    for (int a = 0, stride = 1; a < job->passes->dims; a++, stride *= job->samples_per_unit) {
+        axes.step[a] = tile->mirrored[a] ? -stride : stride;
+        axes.base += tile->mirrored[a] ? (job->samples_per_unit - 1) * stride : 0;
+    }
+    return axes;
+}
+
+// One of the four components of a group's block.
+static void write_component(const struct weft_convolve_job *job, int32_t base, int component,
+                            int index)
+{
+    const struct weft_kernel_tile *tile = weft_kernel_tiles_get(job->passes->tiles, index);
+    const struct tile_axes axes = tile_axes(job, tile);
+    const int m = job->samples_per_unit, dims = job->passes->dims;
+    size_t out = 4 * (size_t)base + (size_t)component;
+    for (int z = 0; z < (dims > 2 ? m : 1); z++) {
+        for (int y = 0; y < (dims > 1 ? m : 1); y++) {
+            int32_t in = axes.base + z * axes.step[2] + y * axes.step[1];
+            for (int x = 0; x < m; x++, in += axes.step[0], out += 4)
+                put(&job->tiles, out, stored_value(job, tile, (size_t)in));
+        }
+    }
+}
+
+// What one block of values holds: four tiles, or what the tile shares with its mirror images.
+static bool same_block(const struct weft_convolve_job *job, const struct weft_tap_group *a,
+                       const struct weft_tap_group *b)
+{
+    if (job->passes->dot4)
+        return memcmp(a->tile, b->tile, sizeof a->tile) == 0;
+    const struct weft_kernel_tile *tile_a = weft_kernel_tiles_get(job->passes->tiles, a->tile[0]);
+    const struct weft_kernel_tile *tile_b = weft_kernel_tiles_get(job->passes->tiles, b->tile[0]);
+    return tile_a && tile_b ? tile_a->stored == tile_b->stored : tile_a == tile_b;
+}
+
+// Numbers the blocks; returns how many there are.
+static size_t number_blocks(const struct weft_convolve_job *job, int *block)
+{
+    int count = 0;
+    for (int g = 0; g < job->passes->group_count; g++) {
+        int twin = 0;
+        while (!same_block(job, &job->passes->groups[twin], &job->passes->groups[g]))
+            twin++;
+        block[g] = twin < g ? block[twin] : count++;
+    }
+    return (size_t)count;
+}
+
+static void write_block(const struct weft_convolve_job *job, const struct weft_tap_group *group,
+                        int32_t base)
+{
+    const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
+    if (job->passes->dot4) {
+        for (int c = 0; c < 4; c++)
+            if (group->tile[c] >= 0)
+                write_component(job, base, c, group->tile[c]);
+        return;
+    }
+    const struct weft_kernel_tile *tile = weft_kernel_tiles_get(job->passes->tiles, group->tile[0]);
+    for (size_t i = 0; tile && i < values; i++)
+        put(&job->tiles, (size_t)base + i, stored_value(job, tile, i));
+}
+
+static void set_groups(struct weft_convolve_job *job, const int *block)
+{
+    const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
+    for (int g = 0, written = 0; g < job->passes->group_count; g++) {
+        const struct weft_tap_group *group = &job->passes->groups[g];
+        struct weft_job_group *out = &job->groups[g];
+        out->tile_base = (int32_t)((size_t)block[g] * values);
+        if (block[g] == written) {
+            write_block(job, group, out->tile_base);
+            written++;
+        }
+        const struct weft_kernel_tile *tile =
+            weft_kernel_tiles_get(job->passes->tiles, group->tile[0]);
+        struct tile_axes axes = {0, {1, 1, 1}};
+        if (!job->passes->dot4 && tile) {
+            axes = tile_axes(job, tile);
+            out->tile_base += axes.base;
+            job->linear_positions = job->linear_positions && axes.base == 0;
+        }
+        memcpy(out->tile_step, axes.step, sizeof out->tile_step);
+        for (int a = 0, stride = 1; a < 3; stride *= (int)job->padded[a++])
+            out->source_offset += group->offset[a] * stride;
+    }
+}
+
+static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limit)
+{
+    const struct weft_pass_list *l = job->passes;
+    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(l->tiles);
+    enum weft_result res = WEFT_ERR_MEMORY;
+    int *block = calloc((size_t)l->group_count + 1, sizeof *block);
+    job->groups = calloc((size_t)l->group_count + 1, sizeof *job->groups);
+    if (!block || !job->groups) {
+        weft_error(job->log, "convolution: not enough memory for %d groups", l->group_count);
+        goto fail;
+    }
+    const size_t blocks = number_blocks(job, block);
+    const double texels = (double)blocks * (double)info->tile_values;
+    res = check_texels(job, "tiles", texels, limit < INT32_MAX ? limit : INT32_MAX);
+    if (res != WEFT_OK)
+        goto fail;
+    const int largest = l->log_table ? job->one : (1 << info->bits) - 1;
+    job->tiles.type = job->floats       ? WEFT_VALUE_FLOAT
+                      : largest <= 0xff ? WEFT_VALUE_UINT8
+                                        : WEFT_VALUE_UINT16;
+    job->tiles.components = l->dot4 ? 4 : 1;
+    job->tiles.texels = (blocks ? blocks : 1) * info->tile_values;
+    job->linear_positions = true;
+    res = allocate(job, "tiles", &job->tiles);
+    if (res == WEFT_OK)
+        set_groups(job, block);
+fail:
+    free(block);
+    return res;
+}
+
+// ---- sums that 32 bits must hold ----------------------------------------------------------------
+
+struct sums {
+    double positive, negative;
+};
+
+static double tile_value_at(const struct weft_convolve_job *job, int group, int component,
+                            const int k[3])
+{
+    const struct weft_job_group *g = &job->groups[group];
+    size_t i = (size_t)g->tile_base;
+    if (job->passes->dot4)
+        i += (size_t)k[0] + (size_t)job->samples_per_unit *
+                                ((size_t)k[1] + (size_t)job->samples_per_unit * (size_t)k[2]);
+    else
+        i += (size_t)(int64_t)(g->tile_step[0] * k[0] + g->tile_step[1] * k[1] +
+                               g->tile_step[2] * k[2]);
+    i = i * (size_t)job->tiles.components + (size_t)component;
+    return job->tiles.type == WEFT_VALUE_UINT8 ? ((const uint8_t *)job->tiles.data)[i]
+                                               : ((const uint16_t *)job->tiles.data)[i];
+}
+
+static struct sums sums_at(const struct weft_convolve_job *job, const struct weft_pass *p,
+                           const int k[3])
+{
+    struct sums s = {0.0, 0.0};
+    for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
+        for (int c = 0; c < job->tiles.components; c++) {
+            const double factor = weft_convolve_job_factor(job, p, &job->passes->groups[g], c);
+            const double product = factor * job->one * tile_value_at(job, g, c, k);
+            s.positive += fmax(product, 0.0);
+            s.negative += fmax(-product, 0.0);
+        }
+    }
+    return s;
+}
+
+// The largest sum of a pass over all sample positions; inputs may be anything.
+static double largest_sum(const struct weft_convolve_job *job, const struct weft_pass *p)
+{
+    const int m = job->samples_per_unit, dims = job->passes->dims;
+    double largest = 0.0;
+    for (int z = 0; z < (dims > 2 ? m : 1); z++) {
+        for (int y = 0; y < (dims > 1 ? m : 1); y++) {
+            for (int x = 0; x < m; x++) {
+                const struct sums s = sums_at(job, p, (const int[3]){x, y, z});
+                largest = fmax(largest, fmax(s.positive, s.negative));
+            }
+        }
+    }
+    return largest;
+}
+
+// The same with every tile's largest value, at a glance.
+static double sum_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+{
+    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(job->passes->tiles);
+    double bound = 0.0;
+    for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
+        const struct weft_tap_group *group = &job->passes->groups[g];
+        for (int c = 0; c < job->tiles.components; c++) {
+            const struct weft_kernel_tile *t =
+                weft_kernel_tiles_get(job->passes->tiles, group->tile[c]);
+            if (t)
+                bound += fabs((double)weft_convolve_job_factor(job, p, group, c)) * job->one *
+                         fmax(fabs(t->minimum), fabs(t->maximum)) * info->one * t->scale;
+        }
+    }
+    return bound;
+}
+
+static double log_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+{
+    uint32_t largest = 0;
+    for (int i = 0; i <= 2 * job->one; i++)
+        largest = job->passes->log_table[i] > largest ? job->passes->log_table[i] : largest;
+    return (double)largest * p->group_count * job->tiles.components;
+}
+
+static double combine_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+{
+    const bool exact = job->passes->exact_inside;
+    const double scale = exact ? 1.0 : exp2(job->extra_bits);
+    const double bias = fabs((double)p->bias) * scale / (exact ? 1.0 : p->denominator);
+    double bound = 0.0;
+    for (int i = 0; i < p->input_count; i++)
+        bound += fabs((double)p->numerator[i]) * job->one * scale;
+    return bound + bias + p->denominator;
+}
+
+static enum weft_result check_sums(const struct weft_convolve_job *job)
+{
+    for (int i = 0; !job->floats && i < job->passes->pass_count; i++) {
+        const struct weft_pass *p = &job->passes->passes[i];
+        const bool combines = p->kind == WEFT_PASS_COMBINE, log = job->passes->log_table;
+        // Without exact sums, those of rounded products are smaller.
+        const double divisor = log ? 1.0 : p->divisor;
+        const double rest = combines ? 0.0 : (fabs((double)p->bias) + 1.0) * divisor;
+        double bound = combines ? combine_bound(job, p)
+                       : log    ? log_bound(job, p)
+                                : sum_bound(job, p);
+        if (bound + rest > INT_MAX && !combines && !log)
+            bound = largest_sum(job, p);
+        if (bound + rest <= INT_MAX)
+            continue;
+        weft_error(job->log, "convolution: sums up to %.0f in pass %d, over 32 bits' %d",
+                   bound + rest, i, INT_MAX);
+        return WEFT_ERR_LIMIT;
+    }
+    return WEFT_OK;
+}
+
+// ---- pixels -------------------------------------------------------------------------------------
+
+static int64_t first_tap(const struct weft_convolve_job *job, int a, double x, double *fraction)
+{
+    const int64_t first = weft_kernel_first_tap(&job->work->kernel, x, fraction);
+    const int64_t low = 1 - job->work->kernel.width, high = job->samples->size[a] - 1;
+    return first < low ? low : first > high ? high : first;
+}
+
+static void make_entry(const struct weft_convolve_job *job, int x, int y,
+                       struct weft_job_entry *out)
+{
+    const int m = job->samples_per_unit, dims = job->passes->dims;
+    double at[3];
+    weft_convolve_position(job->grid, x, y, at);
+    *out = (struct weft_job_entry){0};
+    size_t texel = 0;
+    for (int a = dims - 1; a >= 0; a--) {
+        double fraction;
+        const int64_t first = first_tap(job, a, at[a], &fraction);
+        const int k = smaller(m - 1, (int)floor(fraction * m));
+        out->position = job->linear_positions ? out->position * (uint32_t)m + (uint32_t)k
+                                              : out->position << job->position_bits | (uint32_t)k;
+        // A group's offset is counted from here, so the least is in front.
+        texel = texel * job->padded[a] +
+                (size_t)(first + job->work->kernel.width - 1 - job->reach[0][a]);
+    }
+    out->texel = (uint32_t)texel;
+}
+
+static enum weft_result create_entries(struct weft_convolve_job *job,
+                                       const struct weft_job_limits *limits)
+{
+    const struct weft_pixel_grid *g = job->grid;
+    if (g->width > limits->target || g->height > limits->target) {
+        weft_error(job->log, "convolution: %d x %d pixels, over the limit of %lld along a side",
+                   g->width, g->height, (long long)limits->target);
+        return WEFT_ERR_LIMIT;
+    }
+    const enum weft_result res =
+        check_texels(job, "grid", (double)g->width * (double)g->height, limits->texels);
+    if (res != WEFT_OK)
+        return res;
+    job->pixels = (size_t)g->width * (size_t)g->height;
+    job->position_bits = job->passes->dims == 3 ? 10 : 16;
+    job->entries = calloc(job->pixels, sizeof *job->entries);
+    if (!job->entries) {
+        weft_error(job->log, "convolution: not enough memory for %zu pixels", job->pixels);
+        return WEFT_ERR_MEMORY;
+    }
+    struct weft_job_entry *entry = job->entries;
+    for (int y = 0; y < g->height; y++)
+        for (int x = 0; x < g->width; x++)
+            make_entry(job, x, y, entry++);
+    return WEFT_OK;
+}
+
+// ---- creation -----------------------------------------------------------------------------------
+
+static int sum_limit(const struct weft_convolve_job *job)
+{
+    const double limit = job->passes->range * job->one * exp2(job->extra_bits);
+    return job->passes->exact_inside || !(limit < INT_MAX) ? INT_MAX : (int)limit;
+}
+
+// What needs nothing but the request.
+static enum weft_result start(const struct weft_convolve_work *work,
+                              const struct weft_convolve_params *params,
+                              struct weft_convolve_job *job)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    *job = (struct weft_convolve_job){
+        .work = work,
+        .passes = work->passes,
+        .samples = params->samples,
+        .grid = params->grid,
+        .log = params->log,
+    };
+    weft_require(job->log, job->passes);
+    job->one = weft_target_one(job->passes->target);
+    job->floats = job->one == 0;
+    job->extra_bits = job->passes->extra_bits;
+    job->limit = sum_limit(job);
+    res = check_list(job);
+    if (res == WEFT_OK)
+        res = check_passes(job);
+    if (res == WEFT_OK)
+        res = check_request(job, params);
+fail:
+    return res;
+}
+
+enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
+                                          const struct weft_convolve_params *params)
+{
+    struct weft_convolve_job job;
+    return start(work, params, &job);
+}
+
+enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
+                                          const struct weft_convolve_params *params,
+                                          const struct weft_job_limits *limits,
+                                          struct weft_convolve_job *out)
+{
+    struct weft_convolve_job job;
+    *out = (struct weft_convolve_job){0};
+    enum weft_result res = start(work, params, &job);
+    if (res != WEFT_OK)
+        goto fail;
+    job.samples_per_unit = weft_kernel_tiles_get_info(job.passes->tiles)->samples;
+    res = set_range(&job);
+    if (res == WEFT_OK)
+        res = create_source(&job, limits->texels);
+    if (res == WEFT_OK)
+        res = create_tiles(&job, limits->texels);
+    if (res == WEFT_OK)
+        res = check_sums(&job);
+    if (res == WEFT_OK)
+        res = create_entries(&job, limits);
+    if (res != WEFT_OK)
+        goto fail;
+    *out = job;
+    return WEFT_OK;
+fail:
+    weft_convolve_job_destroy(&job);
+    return res;
+}
+
+void weft_convolve_job_destroy(struct weft_convolve_job *job)
+{
+    free(job->source.data);
+    free(job->tiles.data);
+    free(job->groups);
+    free(job->entries);
+    free(job->not_finite);
+    *job = (struct weft_convolve_job){0};
+}
+
+int weft_convolve_job_bias(const struct weft_convolve_job *job, const struct weft_pass *pass)
+{
+    if (job->passes->exact_inside)
+        return pass->bias + pass->denominator / 2;
+    const int64_t unit = INT64_C(1) << job->extra_bits;
+    const int64_t twice = 2 * llabs(pass->bias * unit) + pass->denominator;
+    const int magnitude = (int)(twice / (2 * (int64_t)pass->denominator));
+    return (pass->bias < 0 ? -magnitude : magnitude) + (int)(unit / 2);
+}
+
+enum weft_result weft_convolve_plan_work(const struct weft_convolve_params *params,
+                                         struct weft_convolve_work *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    *out = (struct weft_convolve_work){0};
+    weft_require(params->log, params->plan);
+    const struct weft_plan_info *info = weft_plan_get_info(params->plan);
+    *out = (struct weft_convolve_work){.passes = info->passes,
+                                       .kernel = info->kernel,
+                                       .derivative = info->derivative,
+                                       .channels = info->channels};
+    return WEFT_OK;
+fail:
+    return res;
+}
+
+// ---- from codes to values -----------------------------------------------------------------------
+
+// The kernel's weights along each axis: the derivative's along one, where the plan says so.
+struct axis_kernels {
+    struct weft_kernel kernel[3];
+    bool sums_are_one;
+};
+
+static void make_axis_kernels(const struct weft_convolve_job *job, struct axis_kernels *out)
+{
+    const struct weft_convolve_work *w = job->work;
+    for (int a = 0; a < 3; a++)
+        out->kernel[a] = w->kernel;
+    out->sums_are_one = w->derivative == 0 && (w->kernel.unit_sum || w->kernel.normalised);
+    if (w->derivative)
+        weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
+}
+
+static double add_up(const double *weights, int count)
+{
+    double sum = 0.0;
+    for (int i = 0; i < count; i++)
+        sum += weights[i];
+    return sum;
+}
+
+// Of the exact weights at a pixel, what constants are multiplied by.
+static double weight_sum(const struct weft_convolve_job *job, const struct axis_kernels *axes,
+                         const double at[3])
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS], product = 1.0;
+    int64_t first[3];
+    if (axes->sums_are_one)
+        return 1.0;
+    if (weft_kernel_is_radial(&job->work->kernel, job->passes->dims))
+        return add_up(weights, weft_kernel_weights_nd(&job->work->kernel, job->passes->dims, at,
+                                                      weights, first));
+    for (int a = 0; a < job->passes->dims; a++) {
+        weft_kernel_weights(&axes->kernel[a], at[a], weights);
+        product *= add_up(weights, axes->kernel[a].width);
+    }
+    // Derivatives' weights cancel but for rounding, which a large `low` would show.
+    return fabs(product) < 1e-12 ? 0.0 : product;
+}
+
+static uint8_t marks_in_reach(const struct weft_convolve_job *job, const double at[3])
+{
+    const struct weft_samples *s = job->samples;
+    size_t from[3] = {0}, to[3] = {0};
+    for (int a = 0; a < job->passes->dims; a++) {
+        double fraction;
+        const int64_t first = first_tap(job, a, at[a], &fraction);
+        const int64_t last = first + job->work->kernel.width - 1;
+        from[a] = (size_t)(first > 0 ? first : 0);
+        to[a] = (size_t)(last < s->size[a] ? last : s->size[a] - 1);
+    }
+    uint8_t marks = 0;
+    for (size_t z = from[2]; z <= to[2]; z++)
+        for (size_t y = from[1]; y <= to[1]; y++)
+            for (size_t x = from[0]; x <= to[0]; x++)
+                marks |= job->not_finite[(z * (size_t)s->size[1] + y) * (size_t)s->size[0] + x];
+    return marks;
+}
+
+static double result_at(const struct weft_convolve_job *job, const void *result, size_t i)
+{
+    const double bias = job->passes->result_bias, scale = job->passes->result_scale;
+    if (job->floats)
+        return ((double)((const float *)result)[i] - bias) / scale;
+    const double code =
+        job->one <= 0xff ? ((const uint8_t *)result)[i] : ((const uint16_t *)result)[i];
+    return (code / job->one - bias) / scale;
+}
+
+void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
+                              float *const pixels[4], struct weft_convolve_report *report)
+{
+    const int width = job->grid->width, channels = job->work->channels;
+    struct axis_kernels axes;
+    make_axis_kernels(job, &axes);
+    for (size_t i = 0; i < job->pixels; i++) {
+        double at[3];
+        weft_convolve_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
+        const double base = job->low == 0.0 ? 0.0 : job->low * weight_sum(job, &axes, at);
+        const uint8_t marks = job->not_finite ? marks_in_reach(job, at) : 0;
+        for (int c = 0; c < channels; c++) {
+            const double r = result_at(job, result, i * (size_t)channels + (size_t)c);
+            pixels[c][i] = marks >> c & 1 ? NAN : (float)(base + job->width * r);
+        }
+        report->not_finite += marks != 0;
+    }
+    report->low = job->low;
+    report->high = job->high;
+    report->clamped = job->clamped;
+    report->source_bytes = job->source.bytes;
+    report->tile_bytes = job->tiles.bytes;
+    report->position_bytes = job->pixels * sizeof *job->entries;
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/convolve_job.h - what running passes on GL and on the CPU share (not installed).
+// A job holds what both read: the mapped source, the tiles' values and an entry per pixel. Both so
+// look at the same samples and weights; what is left to them is passes/pass.h's arithmetic.
+#ifndef WEFT_PASSES_CONVOLVE_JOB_H
+#define WEFT_PASSES_CONVOLVE_JOB_H
+
+#include "filter/check.h"
+#include "passes/convolve.h"
+
+// What of a plan is run; a list of passes made by hand does as well.
+struct weft_convolve_work {
+    const struct weft_pass_list *passes;
+    struct weft_kernel kernel;
+    int derivative; // as in struct weft_plan_info
+    int channels;   // 1 or 4
+};
+
+enum weft_value_type { WEFT_VALUE_UINT8, WEFT_VALUE_UINT16, WEFT_VALUE_FLOAT };
+
+struct weft_job_values {
+    enum weft_value_type type;
+    int components; // of a texel: 1 or 4
+    size_t texels;  // at least 1
+    size_t bytes;
+    void *data;
+};
+
+struct weft_job_entry {
+    uint32_t texel; // of the source, at the first tap
+    // Tile sample position k of every axis: with linear_positions x + M (y + M z), else packed from
+    // x up in position_bits each.
+    uint32_t position;
+};
+
+// Where a group's values are: source texel entry + source_offset, tile texel tile_base + sum over
+// axes of tile_step k. With linear_positions the tile's is tile_base + position.
+struct weft_job_group {
+    int32_t source_offset;
+    int32_t tile_base, tile_step[3]; // steps are negative along mirrored axes
+};
+
+struct weft_job_limits {
+    int64_t texels; // of one buffer
+    int64_t target; // pixels along a side of the grid
+};
+
+struct weft_convolve_job {
+    const struct weft_convolve_work *work;
+    const struct weft_pass_list *passes;
+    const struct weft_samples *samples;
+    const struct weft_pixel_grid *grid;
+    const struct weft_log *log;
+    bool floats;      // half and float targets
+    int one;          // T, 0 for floats
+    int extra_bits;   // e
+    int limit;        // sums inside stay within +-limit (2^-e codes); INT_MAX: they are not bounded
+    double low, high; // the mapped range
+    double width;     // high - low
+    uint64_t clamped; // samples outside it
+    int samples_per_unit; // M
+    bool linear_positions;
+    int position_bits;
+    int reach[2][3];               // least and largest source offset of the groups
+    size_t padded[3];              // texels of the source along the axes
+    struct weft_job_values source; // dot4: component c of texel i is the sample at i + pattern[c]
+    struct weft_job_values tiles;
+    struct weft_job_group *groups; // of the list's
+    size_t pixels;
+    struct weft_job_entry *entries;
+    uint8_t *not_finite; // of samples, a bit per channel; NULL: all are finite
+};
+
+static inline void weft_convolve_position(const struct weft_pixel_grid *grid, int x, int y,
+                                          double out[3])
+{
+    for (int a = 0; a < 3; a++)
+        out[a] = grid->origin[a] + x * grid->du[a] + y * grid->dv[a];
+}
+
+// The request and the list by themselves, without limits. Returns WEFT_ERR_ARGUMENT or
+// WEFT_ERR_LIMIT.
+enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
+                                          const struct weft_convolve_params *params);
+
+// Checks everything, so that running can trust the job. `params` must outlive it; its plan is not
+// looked at. On failure there is nothing to destroy. Errors as of weft_convolve_run.
+enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
+                                          const struct weft_convolve_params *params,
+                                          const struct weft_job_limits *limits,
+                                          struct weft_convolve_job *out);
+void weft_convolve_job_destroy(struct weft_convolve_job *job); // {0} is fine
+
+// The result's codes (uint8_t or uint16_t by the target) or floats, `channels` for every pixel, in
+// the samples' own range. Fills the report's counts and sizes of what the job holds.
+void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
+                              float *const pixels[4], struct weft_convolve_report *report);
+
+// What a pass multiplies s q of a group's component by: its sign, turned where the pass subtracts,
+// times 2^(shift + e). Of floats it is exact for divisors that are powers of two.
+static inline int weft_convolve_job_factor(const struct weft_convolve_job *job,
+                                           const struct weft_pass *pass,
+                                           const struct weft_tap_group *group, int component)
+{
+    const int sign = group->tile[component] < 0 ? 0 : group->sign[component];
+    const int scale = 1 << (job->passes->log_table ? 0 : group->shift[component] + job->extra_bits);
+    return (pass->subtract ? -sign : sign) * scale;
+}
+static inline float weft_convolve_job_weight(const struct weft_convolve_job *job,
+                                             const struct weft_pass *pass,
+                                             const struct weft_tap_group *group, int component)
+{
+    const double factor = weft_convolve_job_factor(job, pass, group, component);
+    return (float)(factor / pass->divisor);
+}
+
+// Of a combining pass: what an input's code is multiplied by, and what the sum starts from, half a
+// denominator included. Where products are rounded inside, both are on the way to 2^-e codes.
+static inline int weft_convolve_job_numerator(const struct weft_convolve_job *job,
+                                              const struct weft_pass *pass, int input)
+{
+    return pass->numerator[input] * (job->passes->exact_inside ? 1 : 1 << job->extra_bits);
+}
+int weft_convolve_job_bias(const struct weft_convolve_job *job, const struct weft_pass *pass);
+
+// To the nearest, halves away from zero.
+static inline int32_t weft_divide_nearest(int32_t x, int32_t divisor)
+{
+    const uint32_t magnitude = x < 0 ? 0u - (uint32_t)x : (uint32_t)x;
+    const int32_t result = (int32_t)((magnitude + (uint32_t)divisor / 2) / (uint32_t)divisor);
+    return x < 0 ? -result : result;
+}
+
+static inline bool weft_job_go_on(const struct weft_progress *progress, double fraction)
+{
+    return !progress || !progress->report || progress->report(progress->priv, fraction);
+}
+
+// Halves: 11 significant bits, steps of 2^-24 below 2^-14. Toward zero, as llvmpipe stores them.
+float weft_half_truncate(float x);
+
+// What the calls of passes/convolve.h do once they have unwrapped the plan.
+enum weft_result weft_convolve_plan_work(const struct weft_convolve_params *params,
+                                         struct weft_convolve_work *out);
+enum weft_result weft_convolve_run_work(weft_context *context,
+                                        const struct weft_convolve_work *work,
+                                        const struct weft_convolve_params *params,
+                                        struct weft_convolve_report *report);
+enum weft_result weft_emulate_run_work(const struct weft_convolve_work *work,
+                                       const struct weft_convolve_params *params,
+                                       struct weft_convolve_report *report);
+enum weft_result weft_convolve_verify_work(const struct weft_convolve_work *work,
+                                           const struct weft_convolve_params *params,
+                                           struct weft_convolve_error *out);
+
+#endif

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/plan_impl.h"
+
+enum { CHUNK = 2048, MAX_EXTRA_BITS = 8 };
+
+// ---- lists that grow ----------------------------------------------------------------------------
+
+static void *grown(const struct weft_log *log, void *array, int count, int *room, size_t size)
+{
+    if (count < *room)
+        return array;
+    const int wanted = *room ? 2 * *room : 64;
+    void *new = realloc(array, (size_t)wanted * size);
+    if (!new)
+        weft_error(log, "plan: not enough memory for %d passes", wanted);
+    else
+        *room = wanted;
+    return new;
+}
+
+struct weft_pass *weft_planner_add_pass(struct weft_planner *planner, struct weft_pass pass)
+{
+    struct weft_plan *plan = planner->plan;
+    struct weft_pass *passes = grown(planner->p.log, plan->passes, plan->list.pass_count,
+                                     &planner->pass_room, sizeof *passes);
+    if (!passes)
+        return NULL;
+    plan->list.passes = plan->passes = passes;
+    passes[plan->list.pass_count] = pass;
+    return &passes[plan->list.pass_count++];
+}
+
+enum weft_result weft_planner_add_group(struct weft_planner *planner,
+                                        const struct weft_tap_group *group)
+{
+    struct weft_plan *plan = planner->plan;
+    struct weft_tap_group *groups = grown(planner->p.log, plan->groups, plan->list.group_count,
+                                          &planner->group_room, sizeof *groups);
+    if (!groups)
+        return WEFT_ERR_MEMORY;
+    plan->list.groups = plan->groups = groups;
+    groups[plan->list.group_count++] = *group;
+    return WEFT_OK;
+}
+
+int32_t weft_planner_pass_magnitude(const struct weft_planner *planner,
+                                    const struct weft_pass *pass)
+{
+    const size_t all = weft_planner_positions(planner);
+    int32_t largest = 0;
+    for (size_t first = 0; first < all; first += CHUNK) {
+        const size_t count = all - first < CHUNK ? all - first : CHUNK;
+        uint32_t position[CHUNK];
+        int32_t sum[CHUNK] = {0};
+        for (size_t i = 0; i < count; i++)
+            position[i] = (uint32_t)(first + i);
+        for (int g = 0; g < pass->group_count; g++) {
+            struct weft_plan_atom atom = {planner->plan->groups[pass->group_first + g], 0, 0};
+            for (int c = 0; c < 4; c++)
+                atom.group.sign[c] = 1;
+            weft_planner_add_values(planner, &atom, count, position, sum);
+        }
+        for (size_t i = 0; i < count; i++)
+            largest = sum[i] > largest ? sum[i] : largest;
+    }
+    return largest;
+}
+
+// ---- passes over an order -----------------------------------------------------------------------
+
+// What a sequence of passes into one slot has in common.
+struct sequence {
+    int slot, initial, divisor;
+    enum weft_pass_part part;
+    int bias_factor; // from codes to units inside a pass
+};
+
+static bool only_subtracts(const struct weft_planner *planner, const struct weft_plan_order *order,
+                           int first, int end)
+{
+    for (int i = first; i < end; i++)
+        if (planner->atoms[order->atom[i]].signs & WEFT_PLAN_ADDS)
+            return false;
+    return !planner->real;
+}
+
+static bool has_both_signs(const struct weft_planner *planner, const struct weft_plan_order *order,
+                           int first, int end)
+{
+    int signs = 0;
+    for (int i = first; i < end; i++)
+        signs |= planner->atoms[order->atom[i]].signs;
+    return !planner->real && signs == (WEFT_PLAN_ADDS | WEFT_PLAN_SUBTRACTS);
+}
+
+static enum weft_result emit_sequence(struct weft_planner *planner,
+                                      const struct weft_plan_order *order,
+                                      const struct sequence *sequence)
+{
+    for (int n = 0, first = 0; n < order->pass_count; first = order->pass_end[n++]) {
+        const int end = order->pass_end[n];
+        const bool mixed = has_both_signs(planner, order, first, end);
+        const struct weft_pass pass = {
+            .kind = WEFT_PASS_TAPS,
+            .target = sequence->slot,
+            .clears = n == 0,
+            .initial = n == 0 ? sequence->initial : 0,
+            .part = sequence->part,
+            .subtract = !mixed && only_subtracts(planner, order, first, end),
+            .reads_target = mixed,
+            .bias = order->bias[n] * sequence->bias_factor,
+            .divisor = sequence->divisor,
+            .group_first = planner->plan->list.group_count,
+            .group_count = end - first,
+        };
+        for (int i = first; i < end; i++)
+            if (weft_planner_add_group(planner, &planner->atoms[order->atom[i]].group) != WEFT_OK)
+                return WEFT_ERR_MEMORY;
+        if (!weft_planner_add_pass(planner, pass))
+            return WEFT_ERR_MEMORY;
+    }
+    return WEFT_OK;
+}
+
+static bool any_reads(const struct weft_pass_list *list)
+{
+    for (int i = 0; i < list->pass_count; i++)
+        if (list->passes[i].reads_target || list->passes[i].kind == WEFT_PASS_COMBINE)
+            return true;
+    return false;
+}
+
+static int bias_codes(const struct weft_plan_order *order)
+{
+    int sum = order->initial;
+    for (int i = 0; i < order->pass_count; i++)
+        sum += order->bias[i];
+    return sum;
+}
+
+enum weft_result weft_planner_emit(struct weft_planner *planner,
+                                   const struct weft_plan_order *order)
+{
+    struct weft_pass_list *list = &planner->plan->list;
+    // Entries of the log table are scaled already.
+    const struct sequence whole = {
+        .initial = order->initial,
+        .divisor = planner->logarithms ? 1 : planner->divisor,
+        .bias_factor = 1 << list->extra_bits,
+    };
+    enum weft_result res = emit_sequence(planner, order, &whole);
+    list->slot_count = 1;
+    list->scratch_count = any_reads(list);
+    list->result_bias = (double)bias_codes(order) / planner->full;
+    return res;
+}
+
+// ---- high and low parts -------------------------------------------------------------------------
+
+// Largest magnitude of a pass's weights at each of some positions.
+static void pass_magnitudes(const struct weft_planner *planner, const struct weft_plan_order *order,
+                            int first, int end, size_t count, const uint32_t *position,
+                            int32_t *out)
+{
+    memset(out, 0, count * sizeof *out);
+    for (int i = first; i < end; i++) {
+        struct weft_plan_atom atom = planner->atoms[order->atom[i]];
+        for (int c = 0; c < 4; c++)
+            atom.group.sign[c] = 1;
+        weft_planner_add_values(planner, &atom, count, position, out);
+    }
+}
+
+// At the worst position: what low parts can add up to, in codes of the low target, and what high
+// parts can lose, in those of the high one.
+struct split_need {
+    int64_t low;
+    double lost;
+};
+
+static void add_need(const struct weft_planner *planner, const struct weft_plan_order *order,
+                     int bits, size_t count, const uint32_t *position, struct split_need *need)
+{
+    const int64_t mask = (1 << bits) - 1;
+    const double unit = (double)planner->full * (1 << bits) / planner->divisor;
+    int32_t magnitude[CHUNK];
+    int64_t low[CHUNK] = {0};
+    int passes[CHUNK] = {0};
+    for (int n = 0, first = 0; n < order->pass_count; first = order->pass_end[n++]) {
+        pass_magnitudes(planner, order, first, order->pass_end[n], count, position, magnitude);
+        const bool one_sign = !has_both_signs(planner, order, first, order->pass_end[n]) &&
+                              !only_subtracts(planner, order, first, order->pass_end[n]) &&
+                              !order->bias[n];
+        for (size_t i = 0; i < count; i++) {
+            const int64_t largest = (int64_t)ceil(magnitude[i] * unit);
+            passes[i] += magnitude[i] > 0;
+            if (magnitude[i] > 0 || order->bias[n])
+                low[i] += one_sign && largest < mask ? largest : mask;
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        need->low = low[i] > need->low ? low[i] : need->low;
+        need->lost = fmax(need->lost, passes[i] * (double)mask / (double)(mask + 1));
+    }
+}
+
+static void find_need(const struct weft_planner *planner, const struct weft_plan_order *order,
+                      int bits, struct split_need *need)
+{
+    const size_t all = weft_planner_positions(planner);
+    uint32_t position[CHUNK];
+    *need = (struct split_need){0, 0.0};
+    for (size_t first = 0; first < all; first += CHUNK) {
+        const size_t count = all - first < CHUNK ? all - first : CHUNK;
+        for (size_t i = 0; i < count; i++)
+            position[i] = (uint32_t)(first + i);
+        add_need(planner, order, bits, count, position, need);
+    }
+}
+
+static bool subtracts(const struct weft_planner *planner)
+{
+    for (int i = 0; i < planner->atom_count; i++)
+        if (planner->atoms[i].signs & WEFT_PLAN_SUBTRACTS)
+            return true;
+    return false;
+}
+
+// The most bits that the low target holds, carries included; 0: none. *head: codes that the high
+// target starts with, so that floors cannot take it below 0.
+static int choose_bits(const struct weft_planner *planner, const struct weft_plan_order *order,
+                       int *head)
+{
+    const int internal = planner->p.profile.internal_bits;
+    const int target_bits = weft_target_bits(planner->p.profile.target);
+    int bits = internal ? internal - target_bits : MAX_EXTRA_BITS;
+    // More than this the carries of so many passes do not leave, unless most weights are tiny.
+    const int likely = (int)log2((double)planner->full / order->pass_count + 1.0) + 2;
+    for (bits = bits < likely ? bits : likely; bits > 0; bits--) {
+        struct split_need need;
+        find_need(planner, order, bits, &need);
+        *head = subtracts(planner) ? (int)ceil(need.lost) + 1 : 0;
+        if (need.low <= planner->full && *head <= planner->full / 4)
+            break;
+    }
+    return bits;
+}
+
+static enum weft_result emit_parts(struct weft_planner *planner,
+                                   const struct weft_plan_order *order, int head, int divisor)
+{
+    struct sequence sequence = {.slot = 0,
+                                .initial = order->initial + head,
+                                .divisor = divisor,
+                                .part = WEFT_PASS_HIGH,
+                                .bias_factor = 1 << planner->plan->list.extra_bits};
+    enum weft_result res = emit_sequence(planner, order, &sequence);
+    sequence.slot = 1;
+    sequence.initial = 0;
+    sequence.part = WEFT_PASS_LOW;
+    if (res == WEFT_OK)
+        res = emit_sequence(planner, order, &sequence);
+    return res;
+}
+
+enum weft_result weft_planner_emit_split(struct weft_planner *planner,
+                                         const struct weft_plan_order *order)
+{
+    struct weft_pass_list *list = &planner->plan->list;
+    const int full = planner->full;
+    int head = 0;
+    list->extra_bits = choose_bits(planner, order, &head);
+    if (!list->extra_bits) {
+        weft_error(planner->p.log,
+                   "plan: the low parts of %d passes, with their carries, do not fit into %d bits",
+                   order->pass_count, weft_target_bits(planner->p.profile.target));
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    // What the bias takes of the range grows with it.
+    const int bias = bias_codes(order),
+              room = full - head - (bias * head + full - bias - 1) / (full - bias);
+    const int divisor = (int)(((int64_t)planner->divisor * full + room - 1) / room);
+    enum weft_result res = emit_parts(planner, order, head, divisor);
+    planner->divisor = divisor;
+    const struct weft_pass combine = {.kind = WEFT_PASS_COMBINE,
+                                      .target = 0,
+                                      .clears = true,
+                                      .input_count = 2,
+                                      .input = {0, 1},
+                                      .numerator = {1 << list->extra_bits, 1},
+                                      .denominator = 1 << list->extra_bits};
+    if (res == WEFT_OK && !weft_planner_add_pass(planner, combine))
+        res = WEFT_ERR_MEMORY;
+    list->slot_count = 2;
+    list->scratch_count = 1;
+    list->result_bias = (double)(bias_codes(order) + head) / full;
+    return res;
+}
