@@ -7,6 +7,7 @@
 
 #include "kernels.h"
 #include "paths.h"
+#include "plan_options.h"
 #include "report.h"
 #include "slice_job.h"
 #include "verb.h"
@@ -112,6 +113,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_QUIET] =
         {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
     [SLICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    RESAMPLE_PLAN_OPTIONS(SLICE_PASSES, "slice in passes, as hardware of limited precision does"),
 };
 
 // ---- what there is to choose from ---------------------------------------------------------------
@@ -158,6 +160,12 @@ static const char *option_conflict(const struct option_value *o)
         return "-q and -v exclude each other";
     if (!o[SLICE_PREVIEW].given && (o[SLICE_RANGE].given || o[SLICE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
+    if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given && o[SLICE_LAYOUT].given)
+        return "--layout is of slices without --profile";
+    for (int i = 0; i < RESAMPLE_PLAN_OPTION_COUNT; i++)
+        if (o[SLICE_PASSES + i].given && !o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+            return "--technique, --resolution, --bits, --taps-per-pass, --worst-case, --order and "
+                   "--source-range need --profile NAME";
     if (!o[SLICE_OUTPUT].given && !o[SLICE_PREVIEW].given && !o[SLICE_EXPLAIN].given &&
         !o[SLICE_VERIFY].given && !o[SLICE_JSON].given)
         return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
@@ -191,8 +199,8 @@ static enum weft_result check_options(struct slice_job *job)
                      o[SLICE_RANGE].text);
         return WEFT_ERR_ARGUMENT;
     }
-    enum weft_result res = WEFT_OK;
-    if (o[SLICE_KERNEL].given)
+    enum weft_result res = resample_plan_check(&o[SLICE_PASSES]);
+    if (res == WEFT_OK && o[SLICE_KERNEL].given)
         res = kernels_load(o[SLICE_KERNEL].text, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
@@ -275,6 +283,18 @@ static enum weft_result make_plan(struct slice_job *job)
     };
     enum weft_result res = weft_slice_plan_create(job->volume, &params, &job->plan);
     job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result plan_passes(struct slice_job *job)
+{
+    if (!job->option[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
+    enum weft_result res =
+        resample_plan_create(&job->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->passes);
+    job->plan_seconds += report_now_seconds() - start;
     return res;
 }
 
@@ -364,8 +384,47 @@ static enum weft_result write_outputs(struct slice_job *job)
     return res;
 }
 
+static enum weft_result run_passes(struct slice_job *job)
+{
+    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    const struct weft_slice_passes_params params = {
+        .slice = job->plan,
+        .plan = job->passes,
+        .volume = job->volume,
+        .low = range->given ? range->number[0] : NAN,
+        .high = range->given ? range->number[1] : NAN,
+        .memory_bytes = (uint64_t)job->option[SLICE_MEMORY].integer[0],
+        .pixels = job->pixels,
+        .progress = report_progress("slicing"),
+        .log = report_log(),
+    };
+    struct weft_slice_passes_report *r = &job->passes_report;
+    enum weft_result res = weft_slice_passes_run(job->context, &params, r);
+    if (res != WEFT_OK)
+        return res;
+    job->report = (struct weft_slice_report){
+        .read_seconds = r->read_seconds + r->measure_seconds,
+        .layout_seconds = r->layout_seconds + r->prepare_seconds,
+        .upload_seconds = r->upload_seconds,
+        .pass_seconds = r->pass_seconds,
+        .readback_seconds = r->readback_seconds,
+        .uploaded_bytes = r->uploaded_bytes,
+        .peak_bytes = r->peak_bytes,
+        .passes = r->passes,
+        .minimum = r->minimum,
+        .maximum = r->maximum,
+        .not_finite = r->not_finite,
+    };
+    // Where no pixel is finite, both are NAN.
+    job->bound =
+        resample_bound_of(job->passes, r->low, r->high, fmax(0.0, fmax(-r->minimum, r->maximum)));
+    return WEFT_OK;
+}
+
 static enum weft_result run_slice(struct slice_job *job)
 {
+    if (job->passes)
+        return run_passes(job);
     return weft_slice_run(job->context, job->plan, job->volume, job->pixels,
                           report_progress("slicing"), &job->report);
 }
@@ -375,7 +434,7 @@ static enum weft_result run_stages(struct slice_job *job)
 {
     typedef enum weft_result (*stage)(struct slice_job * job);
     static const stage planning[] = {check_options,   check_outputs, open_volume, choose_geometry,
-                                     allocate_pixels, make_plan,     NULL};
+                                     allocate_pixels, make_plan,     plan_passes, NULL};
     static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
@@ -390,8 +449,10 @@ static enum weft_result run_stages(struct slice_job *job)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
-    if (asks_for_list(&values[SLICE_KERNEL]) || asks_for_list(&values[SLICE_COLOUR_MAP])) {
-        asks_for_list(&values[SLICE_KERNEL]) ? kernels_print() : print_colour_maps();
+    if (resample_plan_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]))
+        return report_finish(WEFT_OK);
+    if (asks_for_list(&values[SLICE_COLOUR_MAP])) {
+        print_colour_maps();
         return report_finish(WEFT_OK);
     }
     if (!operand) {
@@ -406,6 +467,7 @@ static int run(const char *operand, const struct option_value *values)
         slice_print_text(&job);
     free(job.pixels);
     weft_context_destroy(&job.context);
+    weft_plan_destroy(&job.passes);
     weft_slice_plan_destroy(&job.plan);
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);
@@ -416,6 +478,11 @@ static const char *const epilogue[] = {
     "Pixel (x, y) of a W x H slice samples the volume at origin + (x + 0.5) / W * u + (y + 0.5) / "
     "H * v; row 0 is on top. Voxel values sit at integer index coordinates; outside the stored "
     "voxels the grid's background value holds.",
+    "With --profile the slice runs in the passes that weft plan --dims 3 plans: the voxels in "
+    "reach "
+    "are mapped to [0, 1], filtered with what the profile's hardware has, and mapped back; "
+    "--verify "
+    "then tells the plan's bound beside the error.",
     "The same request gives the same bytes, whatever the number of threads. Outputs appear whole "
     "or not at all.",
     "weft slice smoke.vdb -o smoke.exr --preview smoke.png --kernel mitchell --axis y --verify",

@@ -4,6 +4,7 @@
 #define WEFT_TOOLS_SLICE_JOB_H
 
 #include "options.h"
+#include "resample_plan.h"
 #include "weft.h"
 
 enum slice_option {
@@ -29,7 +30,8 @@ enum slice_option {
     SLICE_NO_CLOBBER,
     SLICE_QUIET,
     SLICE_VERBOSE,
-    SLICE_OPTION_COUNT
+    SLICE_PASSES, // the first of enum resample_plan_option
+    SLICE_OPTION_COUNT = SLICE_PASSES + RESAMPLE_PLAN_OPTION_COUNT
 };
 
 struct slice_job {
@@ -43,17 +45,20 @@ struct slice_job {
     struct weft_slice_geometry geometry; // as asked, with the size chosen
     weft_volume *volume;
     weft_slice_plan *plan;
+    weft_plan *passes;     // NULL without --profile
     weft_context *context; // NULL when only explained
     float *pixels;
 
     struct weft_slice_report report;
-    struct weft_slice_error error; // with --verify
-    float preview_range[2];        // with --preview
-    double start;                  // monotonic seconds
+    struct weft_slice_passes_report passes_report; // with --profile: what is not in `report`
+    struct resample_bound bound;                   // likewise
+    struct weft_slice_error error;                 // with --verify
+    float preview_range[2];                        // with --preview
+    double start;                                  // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
 
-enum { SLICE_ATTRIBUTES = 16 };
+enum { SLICE_ATTRIBUTES = 24 };
 
 // What the EXR file says about itself; returns how many.
 size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES]);

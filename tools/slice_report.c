@@ -46,6 +46,20 @@ static void add_point(struct weft_metadata *list, size_t *count, const char *key
     add_text(list, count, key, "%.17g,%.17g,%.17g", p[0], p[1], p[2]);
 }
 
+static size_t passes_attributes(const struct slice_job *job, struct weft_metadata *out)
+{
+    const struct weft_plan_info *plan = weft_plan_get_info(job->passes);
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    char summary[RESAMPLE_PLAN_TEXT];
+    size_t count = 0;
+    add_text(out, &count, "plan", "%s", resample_plan_summary(job->passes, summary));
+    add_text(out, &count, "profile", "%s", plan->profile.name);
+    add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+    add_text(out, &count, "source_range", "%.17g,%.17g", r->low, r->high);
+    add_text(out, &count, "bound", "%.3g", job->bound.total);
+    return count;
+}
+
 size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES])
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
@@ -66,10 +80,13 @@ size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SL
     add_point(out, &count, "index_origin", index->origin);
     add_point(out, &count, "index_u", index->u);
     add_point(out, &count, "index_v", index->v);
-    add_text(out, &count, "plan",
-             "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
-             weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
-             (unsigned long long)plan->bricks_read, plan->error_bound);
+    if (job->passes)
+        count += passes_attributes(job, out + count);
+    else
+        add_text(out, &count, "plan",
+                 "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
+                 weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
+                 (unsigned long long)plan->bricks_read, plan->error_bound);
     add_text(out, &count, "renderer", "%s, %s, OpenGL %s", context->platform, context->renderer,
              context->version);
     return count;
@@ -112,6 +129,10 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
+    if (job->passes) {
+        json_object_set_new(root, "pass_plan", resample_plan_json(job->passes));
+        return;
+    }
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
     json_object_set_new(root, "error_bound", json_number(plan->error_bound));
@@ -164,6 +185,17 @@ static json_t *error_json(const struct weft_slice_error *e)
                      "not_finite_mismatches", json_count(e->not_finite_mismatches));
 }
 
+static void set_passes_run(json_t *root, const struct slice_job *job)
+{
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    json_object_set_new(root, "source_range",
+                        json_pack("{s:o,s:o,s:o}", "low", json_number(r->low), "high",
+                                  json_number(r->high), "clamped", json_count(r->clamped)));
+    json_object_set_new(root, "bound", resample_bound_json(&job->bound));
+    json_object_set_new(root, "rectangles", json_integer(r->rectangles));
+    json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
+}
+
 static void set_run(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
@@ -171,7 +203,10 @@ static void set_run(json_t *root, const struct slice_job *job)
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     json_object_set_new(root, "passes", json_integer(r->passes));
-    json_object_set_new(root, "plain_fallback", json_boolean(r->plain_fallback));
+    if (job->passes)
+        set_passes_run(root, job);
+    else
+        json_object_set_new(root, "plain_fallback", json_boolean(r->plain_fallback));
     json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
     json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
     json_object_set_new(root, "process_peak_bytes", json_count((uint64_t)usage.ru_maxrss * 1024));
@@ -223,6 +258,14 @@ static void print_error(const struct weft_slice_error *e)
                (unsigned long long)e->not_finite_mismatches);
 }
 
+static void print_bound(const struct slice_job *job)
+{
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    char text[RESAMPLE_PLAN_TEXT];
+    printf("bound: %s, for voxels from %.9g to %.9g\n", resample_bound_format(&job->bound, text),
+           r->low, r->high);
+}
+
 static void note_times(const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
@@ -242,6 +285,8 @@ void slice_print_text(const struct slice_job *job)
         const char *text = weft_slice_plan_get_info(job->plan)->text;
         size_t size = strlen(text);
         printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
+        if (job->passes)
+            resample_plan_print(job->passes);
         return;
     }
     if (job->option[SLICE_PREVIEW].given && !report_is_quiet())
@@ -249,5 +294,7 @@ void slice_print_text(const struct slice_job *job)
                job->preview_range[0], job->preview_range[1]);
     if (job->option[SLICE_VERIFY].given)
         print_error(&job->error);
+    if (job->option[SLICE_VERIFY].given && job->passes)
+        print_bound(job);
     note_times(job);
 }

@@ -1,0 +1,669 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft resample and weft slice --profile as their users see them, and what they refuse.
+#include <math.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+#include <png.h>
+
+#include "command.h"
+#include "weft.h"
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+#define skip_without_gl()                                                                          \
+    do {                                                                                           \
+        if (!command_has_gl())                                                                     \
+            skip();                                                                                \
+    } while (0)
+
+static json_t *parse(const char *text)
+{
+    json_error_t error;
+    json_t *root = json_loads(text, 0, &error);
+    if (!root)
+        print_error("line %d: %s\n", error.line, error.text);
+    assert_non_null(root);
+    return root;
+}
+
+static double number(const json_t *object, const char *key)
+{
+    const json_t *value = json_object_get(object, key);
+    if (!json_is_number(value))
+        fail_msg("no number %s", key);
+    return json_number_value(value);
+}
+
+static const char *text(const json_t *object, const char *key)
+{
+    const char *value = json_string_value(json_object_get(object, key));
+    if (!value)
+        fail_msg("no text %s", key);
+    return value;
+}
+
+static const json_t *part(const json_t *object, const char *key)
+{
+    const json_t *value = json_object_get(object, key);
+    if (!value)
+        fail_msg("no %s", key);
+    return value;
+}
+
+// ---- images -------------------------------------------------------------------------------------
+
+enum { WIDTH = 37, HEIGHT = 23, MAX_CHANNELS = 6 };
+
+// A smooth pattern, another for each channel, from 0 to 1.
+static float pattern(int c, int x, int y)
+{
+    return (float)(0.5 + 0.5 * sin(0.4 * (c + 1) * x + 0.9 * c) * cos(0.3 * y + 0.2 * c * x));
+}
+
+// Names up to NULL; value = low + (high - low) pattern. y: of the data window, in a display window
+// that is larger by a pixel on each side.
+static void make_image(const char *path, const char *const *names, double low, double high)
+{
+    struct weft_image_channel channels[MAX_CHANNELS] = {0};
+    static float planes[MAX_CHANNELS][WIDTH * HEIGHT];
+    struct weft_metadata metadata[] = {{"owner", "a test"}, {"weft.kernel", "an earlier one"}};
+    struct weft_image image = {.x = 10,
+                               .y = -4,
+                               .width = WIDTH,
+                               .height = HEIGHT,
+                               .display_min = {9, -5},
+                               .display_max = {10 + WIDTH, -4 + HEIGHT},
+                               .channels = channels,
+                               .metadata_count = COUNT(metadata),
+                               .metadata = metadata};
+    for (int c = 0; names[c]; c++) {
+        assert_true(c < MAX_CHANNELS);
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            planes[c][i] = (float)(low + (high - low) * pattern(c, i % WIDTH, i / WIDTH));
+        snprintf(channels[c].name, sizeof channels[c].name, "%s", names[c]);
+        channels[c].plane = planes[c];
+        image.channel_count++;
+    }
+    const struct weft_image_save_params params = {.path = path};
+    assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
+}
+
+static const char *const one_channel[] = {"Y", NULL};
+static const char *const four_channels[] = {"R", "G", "B", "A", NULL};
+
+static int setup(void **state)
+{
+    static const char *const layers[] = {"R", "G", "B", "A", "left.Z", "depth", NULL};
+    if (command_setup(state) != 0)
+        return -1;
+    make_image("grey.exr", one_channel, 0.0, 1.0);
+    make_image("rgba.exr", four_channels, -2.0, 6.0);
+    make_image("layers.exr", layers, 0.0, 100.0);
+    return 0;
+}
+
+static void load(const char *path, struct weft_image *image)
+{
+    const struct weft_image_load_params params = {.path = path};
+    assert_int_equal(weft_image_load(&params, image), WEFT_OK);
+}
+
+// ---- help ---------------------------------------------------------------------------------------
+
+static void help_names_everything(void **state)
+{
+    (void)state;
+    char *help = strdup(command_succeeds("help", "resample"));
+    assert_non_null(help);
+    assert_string_equal(help, command_succeeds("resample", "--help"));
+    static const char *const words[] = {
+        "--together", "--emulate",      "--profile",           "fp32",
+        "--verify",   "--source-range", "usage: weft resample"};
+    for (size_t i = 0; i < COUNT(words); i++)
+        if (!strstr(help, words[i]))
+            fail_msg("help does not tell of %s", words[i]);
+    free(help);
+    assert_non_null(strstr(command_succeeds("help"), "weft resample"));
+    assert_non_null(strstr(command_succeeds("help", "slice"), "--profile"));
+    static const char *const verbs[] = {"resample", "slice"};
+    for (size_t v = 0; v < COUNT(verbs); v++) {
+        const char *profiles = command_succeeds(verbs[v], "--profile", "help");
+        for (int i = 0; weft_profile_list[i]; i++)
+            assert_non_null(strstr(profiles, weft_profile_list[i]->name));
+        assert_non_null(strstr(command_succeeds(verbs[v], "--kernel", "help"), "catmull-rom"));
+    }
+}
+
+// ---- resample -----------------------------------------------------------------------------------
+
+static void plans_are_explained_without_gl(void **state)
+{
+    (void)state;
+    const char *out = command_succeeds("resample", "grey.exr", "--explain", "--kernel", "bspline",
+                                       "--profile", "unorm8", "--context", "auto");
+    assert_non_null(strstr(out, "resample grey.exr: 37 x 23 -> 74 x 46, channels Y\n"));
+    assert_non_null(strstr(out, "pass "));
+    assert_non_null(strstr(out, "bspline"));
+    json_t *root = parse(command_succeeds("resample", "layers.exr", "--explain", "--json",
+                                          "--together", "--size", "100x90"));
+    assert_int_equal(json_array_size(json_object_get(root, "plans")), 2);
+    assert_int_equal(json_array_size(json_object_get(root, "groups")), 3);
+    const json_t *plan = json_array_get(json_object_get(root, "plans"), 0);
+    assert_string_equal(text(plan, "profile"), "fp32");
+    assert_string_equal(text(plan, "technique"), "plain");
+    assert_true(number(plan, "resolution") == 64);
+    assert_true(number(part(root, "to"), "width") == 100);
+    json_decref(root);
+}
+
+static void every_channel_is_written(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct weft_image in, out;
+    command_succeeds("resample", "layers.exr", "-o", "out.exr", "--size", "74x69");
+    load("layers.exr", &in);
+    load("out.exr", &out);
+    assert_int_equal(out.width, 74);
+    assert_int_equal(out.height, 69);
+    // Twice in x, three times in y.
+    assert_int_equal(out.x, 20);
+    assert_int_equal(out.y, -12);
+    assert_int_equal(out.display_min[0], 18);
+    assert_int_equal(out.display_min[1], -15);
+    assert_int_equal(out.display_max[0], 20 + 74 + 1);
+    assert_int_equal(out.display_max[1], -12 + 69 + 2);
+    assert_int_equal(out.channel_count, in.channel_count);
+    for (size_t c = 0; c < out.channel_count; c++) {
+        assert_string_equal(out.channels[c].name, in.channels[c].name);
+        assert_string_equal(out.channels[c].type, "float");
+    }
+    weft_image_clear(&in);
+    weft_image_clear(&out);
+    json_t *info = parse(command_succeeds("info", "out.exr", "--json"));
+    const json_t *metadata = part(info, "metadata");
+    assert_string_equal(text(metadata, "owner"), "a test");
+    assert_string_equal(text(metadata, "weft.kernel"), "catmull-rom");
+    assert_string_equal(text(metadata, "weft.image"), "layers.exr");
+    assert_string_equal(text(metadata, "weft.profile"), "fp32");
+    assert_string_equal(text(metadata, "weft.technique"), "plain");
+    assert_string_equal(text(metadata, "weft.size"), "74x69 from 37x23");
+    assert_non_null(strstr(text(metadata, "weft.bound"), "left.Z "));
+    assert_non_null(strstr(text(metadata, "weft.source_range"), "depth "));
+    json_decref(info);
+    unlink("out.exr");
+}
+
+// Interpolating kernels at thrice the size: every third pixel is an input's, up to the bound.
+static void pixels_lie_where_they_should(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct weft_image in, out;
+    json_t *root = parse(command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size",
+                                          "111x69", "--json", "--resolution", "256"));
+    const double bound = number(part(json_array_get(part(root, "groups"), 0), "bound"), "total");
+    assert_true(bound > 0.0 && bound < 0.02);
+    json_decref(root);
+    load("grey.exr", &in);
+    load("out.exr", &out);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++)
+            assert_true(fabs(out.channels[0].plane[(3 * y + 1) * 111 + 3 * x + 1] -
+                             in.channels[0].plane[y * WIDTH + x]) <= bound);
+    weft_image_clear(&in);
+    weft_image_clear(&out);
+    unlink("out.exr");
+}
+
+static void channels_can_be_chosen(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct weft_image out;
+    command_succeeds("resample", "layers.exr", "-o", "out.exr", "--channels", "left.Z,G");
+    load("out.exr", &out);
+    assert_int_equal(out.channel_count, 2);
+    assert_string_equal(out.channels[0].name, "G");
+    assert_string_equal(out.channels[1].name, "left.Z");
+    weft_image_clear(&out);
+    unlink("out.exr");
+}
+
+// The JSON of a run with --verify: each group's error is within its bound.
+static void assert_within_bounds(const char *json, const char *what)
+{
+    json_t *root = parse(json);
+    const json_t *groups = part(root, "groups");
+    assert_true(json_array_size(groups) > 0);
+    for (size_t g = 0; g < json_array_size(groups); g++) {
+        const json_t *group = json_array_get(groups, g), *error = part(group, "verify");
+        const double bound = number(part(group, "bound"), "total");
+        if (!(number(error, "maximum") <= bound) || number(error, "not_finite_mismatches") > 0)
+            fail_msg("%s, group %zu: error %.9g, bound %.9g, %g not finite", what, g,
+                     number(error, "maximum"), bound, number(error, "not_finite_mismatches"));
+        assert_true(number(error, "rms") <= number(error, "maximum"));
+    }
+    json_decref(root);
+}
+
+static const char *const profiles[] = {"fp32",   "fp16",       "unorm16",
+                                       "unorm8", "radeon8500", "geforce3"};
+
+static void errors_are_within_bounds(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    for (size_t p = 0; p < COUNT(profiles); p++) {
+        assert_within_bounds(command_succeeds("resample", "rgba.exr", "--verify", "--json",
+                                              "--profile", profiles[p], "--kernel", "bspline"),
+                             profiles[p]);
+        assert_within_bounds(command_succeeds("resample", "rgba.exr", "--verify", "--json",
+                                              "--profile", profiles[p], "--together", "--size",
+                                              "64x200", "--kernel", "linear"),
+                             profiles[p]);
+    }
+    static const char *const techniques[] = {"dot4", "split-precision", "hierarchical"};
+    for (size_t t = 0; t < COUNT(techniques); t++)
+        assert_within_bounds(command_succeeds("resample", "rgba.exr", "--verify", "--json",
+                                              "--profile", "unorm8", "--technique", techniques[t],
+                                              "--kernel", "bspline", "--channels", "R"),
+                             techniques[t]);
+    assert_within_bounds(command_succeeds("resample", "grey.exr", "--verify", "--json", "--profile",
+                                          "unorm8", "--order", "natural", "--worst-case", "any",
+                                          "--bits", "7", "--resolution", "16", "--taps-per-pass",
+                                          "2"),
+                         "natural order");
+}
+
+static void emulation_writes_the_same_pixels(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    for (size_t p = 2; p < COUNT(profiles); p++) {
+        struct weft_image gl, cpu;
+        command_succeeds("resample", "rgba.exr", "-o", "gl.exr", "--profile", profiles[p],
+                         "--kernel", "bspline", "--size", "50x61");
+        command_succeeds("resample", "rgba.exr", "-o", "cpu.exr", "--profile", profiles[p],
+                         "--kernel", "bspline", "--size", "50x61", "--emulate");
+        load("gl.exr", &gl);
+        load("cpu.exr", &cpu);
+        for (size_t c = 0; c < gl.channel_count; c++)
+            assert_memory_equal(gl.channels[c].plane, cpu.channels[c].plane,
+                                50 * 61 * sizeof(float));
+        weft_image_clear(&gl);
+        weft_image_clear(&cpu);
+    }
+    unlink("gl.exr");
+    unlink("cpu.exr");
+}
+
+static void same_bytes_from_any_number_of_threads(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    char *bytes[2];
+    size_t size[2];
+    for (int i = 0; i < 2; i++) {
+        command_environment(i ? "LP_NUM_THREADS=2" : "LP_NUM_THREADS=0");
+        command_succeeds("resample", "rgba.exr", "-o", "t.exr", "--size", "300x200", "--together");
+        bytes[i] = command_read_file("t.exr", &size[i]);
+    }
+    assert_int_equal(size[0], size[1]);
+    assert_memory_equal(bytes[0], bytes[1], size[0]);
+    free(bytes[0]);
+    free(bytes[1]);
+    unlink("t.exr");
+}
+
+static void verify_prints_bounds(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    const char *out = command_succeeds("resample", "rgba.exr", "--verify", "--profile", "unorm8",
+                                       "--kernel", "bspline", "--channels", "R,B");
+    assert_int_equal(strncmp(out, "B: max error ", 13), 0);
+    assert_non_null(strstr(out, "\nR: max error "));
+    assert_non_null(strstr(out, "bound "));
+    assert_non_null(strstr(out, "for samples from -"));
+}
+
+static void smaller_sizes_are_warned_of(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct command_result r;
+    command_run(&r, "weft", "resample", "grey.exr", "--json", "--size", "5x4", "--verify");
+    assert_int_equal(r.code, 0);
+    assert_int_equal(strncmp(r.err, "weft: warning: ", 15), 0);
+    assert_non_null(strstr(r.err, "alias"));
+    assert_within_bounds(r.out, "smaller");
+    command_run(&r, "weft", "resample", "grey.exr", "--json", "--size", "5x4", "-q");
+    assert_int_equal(r.code, 0);
+    assert_string_equal(r.err, "");
+}
+
+static void a_declared_range_is_used(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct command_result r;
+    json_t *root = parse(command_succeeds("resample", "grey.exr", "--json", "--verify",
+                                          "--source-range", "-1,2", "--profile", "unorm8"));
+    const json_t *group = json_array_get(part(root, "groups"), 0);
+    assert_true(number(group, "low") == -1 && number(group, "high") == 2);
+    assert_true(number(group, "clamped") == 0);
+    json_decref(root);
+    command_run(&r, "weft", "resample", "grey.exr", "--json", "--source-range", "0.25,0.5");
+    assert_int_equal(r.code, 0);
+    assert_non_null(strstr(r.err, "weft: warning: Y: "));
+    root = parse(r.out);
+    group = json_array_get(part(root, "groups"), 0);
+    assert_true(number(group, "clamped") > 0);
+    assert_true(number(group, "minimum") > 0.2 && number(group, "maximum") < 0.55);
+    json_decref(root);
+}
+
+static void previews_are_written(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    const char *out = command_succeeds("resample", "rgba.exr", "--preview", "p.png", "--size",
+                                       "70x50", "--colour-map", "viridis");
+    assert_non_null(strstr(out, "p.png: values from "));
+    png_image png = {.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&png, "p.png"));
+    assert_int_equal(png.width, 70);
+    assert_int_equal(png.height, 50);
+    png_image_free(&png);
+    command_fails(4, "no-clobber", "resample", "rgba.exr", "--preview", "p.png", "--no-clobber");
+    unlink("p.png");
+}
+
+// Larger than a tile, both of pixels and of samples.
+static void large_images_have_no_seams(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct weft_image out;
+    command_succeeds("resample", "grey.exr", "-o", "big.exr", "--size", "2600x1100", "--profile",
+                     "fp32", "--kernel", "bspline", "--resolution", "512");
+    assert_within_bounds(command_succeeds("resample", "big.exr", "-o", "out.exr", "--size",
+                                          "2700x1030", "-q", "--json", "--verify", "--kernel",
+                                          "linear"),
+                         "large");
+    load("big.exr", &out);
+    // 512 samples in 70 pixels: neighbours are no further apart than the smooth signal is.
+    for (int y = 0; y < 1100; y++)
+        for (int x = 1; x < 2600; x++)
+            assert_true(fabs(out.channels[0].plane[y * 2600 + x] -
+                             out.channels[0].plane[y * 2600 + x - 1]) < 0.02);
+    weft_image_clear(&out);
+    unlink("big.exr");
+    unlink("out.exr");
+}
+
+static void one_pixel_becomes_many(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    float value = 0.1f;
+    struct weft_image_channel channel = {.name = "Y", .plane = &value};
+    const struct weft_image image = {
+        .width = 1, .height = 1, .channel_count = 1, .channels = &channel};
+    struct weft_image out;
+    assert_int_equal(weft_image_save(&image, &(struct weft_image_save_params){.path = "dot.exr"}),
+                     WEFT_OK);
+    command_succeeds("resample", "dot.exr", "-o", "out.exr", "--size", "9x7", "--profile",
+                     "unorm8");
+    load("out.exr", &out);
+    for (int i = 0; i < 9 * 7; i++) // a constant comes back as it was
+        assert_true(out.channels[0].plane[i] == value);
+    weft_image_clear(&out);
+    unlink("dot.exr");
+    unlink("out.exr");
+}
+
+static void an_interrupt_leaves_nothing(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const int signals[] = {SIGINT, SIGTERM};
+    for (size_t i = 0; i < 2; i++) {
+        int before = command_folder_size();
+        int code = command_interrupt(
+            1.0, signals[i],
+            (const char *[]){"weft", "resample", "rgba.exr", "-o", "long.exr", "--preview",
+                             "long.png", "--verify", "--size", "12000x9000", "--kernel", "bspline5",
+                             "--profile", "unorm16", NULL});
+        assert_int_equal(code, 1);
+        assert_int_equal(command_folder_size(), before);
+    }
+}
+
+// ---- refusals -----------------------------------------------------------------------------------
+
+static void bad_usage_is_refused(void **state)
+{
+    (void)state;
+#define resample_fails(text, ...) command_fails(2, text, "resample", "grey.exr", __VA_ARGS__)
+    command_fails(2, "no image", "resample", "-o", "a.exr");
+    resample_fails("nothing to do", "--size", "10x10");
+    resample_fails("exclude", "-o", "a.exr", "-q", "-v");
+    resample_fails("--emulate", "-o", "a.exr", "--emulate", "--context", "egl");
+    resample_fails("--preview", "-o", "a.exr", "--range", "0,1");
+    resample_fails("LO", "--preview", "a.png", "--range", "1,0");
+    resample_fails("LO", "-o", "a.exr", "--source-range", "1,1");
+    resample_fails("1 to 1048576", "-o", "a.exr", "--size", "0x5");
+    resample_fails("1 to 1048576", "-o", "a.exr", "--size", "5x9999999");
+    resample_fails("2147483648", "-o", "a.exr", "--size", "1000000x1000000");
+    resample_fails("fp32", "-o", "a.exr", "--profile", "voodoo");
+    resample_fails("catmull-rom", "-o", "a.exr", "--kernel", "nothing");
+    resample_fails("dot4", "-o", "a.exr", "--technique", "magic");
+    resample_fails("planned", "-o", "a.exr", "--order", "best");
+    resample_fails("whole number", "-o", "a.exr", "--resolution", "2.5");
+    resample_fails("4 to 16", "-o", "a.exr", "--bits", "3");
+    resample_fails("taps-per-pass", "-o", "a.exr", "--taps-per-pass", "99");
+    resample_fails("grey", "--preview", "a.png", "--colour-map", "puce");
+    resample_fails("osmesa", "-o", "a.exr", "--context", "glx");
+    resample_fails("no channel 'Q'; there are: Y", "-o", "a.exr", "--channels", "Y,Q");
+    resample_fails("no channel ''", "-o", "a.exr", "--channels", "Y,");
+    resample_fails("twice", "-o", "a.exr", "--channels", "Y,Y");
+    resample_fails("--together needs", "-o", "a.exr", "--together");
+    command_fails(2, "--together needs", "resample", "rgba.exr", "-o", "a.exr", "--together",
+                  "--channels", "R,G,B");
+#undef resample_fails
+}
+
+static void bad_files_are_refused(void **state)
+{
+    (void)state;
+    command_fails(2, "is the input", "resample", "grey.exr", "-o", "grey.exr");
+    command_fails(2, "is the input", "resample", "grey.exr", "--preview", "./grey.exr");
+    assert_int_equal(symlink("grey.exr", "link.exr"), 0);
+    command_fails(2, "is the input", "resample", "grey.exr", "-o", "link.exr");
+    command_fails(2, "is the input", "resample", "link.exr", "-o", "grey.exr");
+    unlink("link.exr");
+    command_fails(2, "same file", "resample", "grey.exr", "-o", "a", "--preview", "./a");
+    command_fails(4, "nowhere", "resample", "grey.exr", "-o", "nowhere/a.exr");
+    command_fails(4, "folder", "resample", "grey.exr", "-o", ".");
+    command_fails(4, "no-clobber", "resample", "grey.exr", "-o", "rgba.exr", "--no-clobber");
+    command_fails(3, "missing.exr", "resample", "missing.exr", "-o", "a.exr");
+    command_fails(3, "ml.vdb", "resample", "ml.vdb", "-o", "a.exr");
+    command_write_file("broken.exr", "\x76\x2f\x31\x01\x02", 5);
+    command_fails(3, "broken.exr", "resample", "broken.exr", "-o", "a.exr");
+    unlink("broken.exr");
+    if (command_has_gl())
+        command_fails(4, "/proc/weft.exr", "resample", "grey.exr", "-o", "/proc/weft.exr");
+}
+
+static void a_negative_range_has_no_logarithm(void **state)
+{
+    (void)state;
+    command_fails(3, "logarithm", "resample", "rgba.exr", "-o", "a.exr", "--technique", "log",
+                  "--kernel", "bspline", "--profile", "unorm8", "--emulate");
+}
+
+// ---- slices in passes ---------------------------------------------------------------------------
+
+static void slices_run_in_passes(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    json_t *root = parse(command_succeeds(
+        "slice", "ml.vdb", "-o", "s.exr", "--profile", "radeon8500", "--technique", "dot4",
+        "--kernel", "bspline", "--resolution", "16", "--size", "60x50", "--verify", "--json"));
+    const json_t *plan = part(root, "pass_plan"), *error = part(root, "verify");
+    assert_string_equal(text(plan, "profile"), "radeon8500");
+    assert_string_equal(text(plan, "technique"), "dot4");
+    assert_true(number(plan, "passes") > 1);
+    assert_true(number(root, "passes") >= number(plan, "passes"));
+    assert_true(number(error, "maximum") <= number(part(root, "bound"), "total"));
+    assert_true(number(part(root, "source_range"), "low") >= 0.0);
+    assert_true(number(part(root, "source_range"), "high") <= 1.0);
+    json_decref(root);
+    json_t *info = parse(command_succeeds("info", "s.exr", "--json"));
+    const json_t *metadata = part(info, "metadata");
+    assert_string_equal(text(metadata, "weft.profile"), "radeon8500");
+    assert_string_equal(text(metadata, "weft.technique"), "dot4");
+    assert_string_equal(text(metadata, "weft.kernel"), "bspline");
+    assert_true(atof(text(metadata, "weft.bound")) > 0.0);
+    json_decref(info);
+    unlink("s.exr");
+    const char *out =
+        command_succeeds("slice", "ml.vdb", "--profile", "unorm8", "--resolution", "8", "--size",
+                         "20x20", "--verify", "--order", "natural", "--source-range", "0,1");
+    assert_non_null(strstr(out, "max error: "));
+    assert_non_null(strstr(out, "bound: "));
+    out = command_succeeds("slice", "ml.vdb", "--profile", "unorm8", "--resolution", "8", "--size",
+                           "20x20", "--explain");
+    assert_non_null(strstr(out, "slice 20x20 of grid"));
+    assert_non_null(strstr(out, "unorm8"));
+}
+
+static void options_of_passes_need_a_profile(void **state)
+{
+    (void)state;
+    static const char *const cases[] = {
+        "--technique=dot4", "--resolution=8",     "--bits=8",       "--taps-per-pass=2",
+        "--worst-case=any", "--source-range=0,1", "--order=natural"};
+    for (size_t i = 0; i < COUNT(cases); i++)
+        command_fails(2, "need --profile", "slice", "ml.vdb", "-o", "a.exr", cases[i]);
+    command_fails(2, "--layout", "slice", "ml.vdb", "-o", "a.exr", "--profile", "fp32", "--layout",
+                  "plain");
+    command_fails(2, "fp32", "slice", "ml.vdb", "-o", "a.exr", "--profile", "voodoo");
+}
+
+// ---- real images --------------------------------------------------------------------------------
+
+static const char *real(const char *name)
+{
+    static char path[2][600];
+    static int next;
+    next = !next;
+    snprintf(path[next], sizeof path[next], "%s/%s", WEFT_TEST_DATA, name);
+    return access(path[next], R_OK) == 0 ? path[next] : NULL;
+}
+
+#define skip_without_data(name)                                                                    \
+    do {                                                                                           \
+        if (!real(name)) {                                                                         \
+            print_message("[  SKIPPED ] no %s in " WEFT_TEST_DATA "\n", name);                     \
+            skip();                                                                                \
+        }                                                                                          \
+    } while (0)
+
+static void real_images_are_within_bounds(void **state)
+{
+    (void)state;
+    static const char *const images[] = {"stripes.exr", "GammaChart.exr", "BrightRings.exr",
+                                         "SquaresSwirls.exr"};
+    skip_without_gl();
+    skip_without_data("stripes.exr");
+    for (size_t i = 0; i < COUNT(images); i++) {
+        assert_within_bounds(command_succeeds("resample", real(images[i]), "--verify", "--json",
+                                              "-o", "r.exr", "--size", "300x200", "-q"),
+                             images[i]);
+        assert_within_bounds(command_succeeds("resample", real(images[i]), "--verify", "--json",
+                                              "--size", "200x300", "-q", "--profile", "unorm8",
+                                              "--kernel", "bspline"),
+                             images[i]);
+        struct weft_image out;
+        load("r.exr", &out);
+        assert_int_equal(out.width, 300);
+        assert_int_equal(out.height, 200);
+        weft_image_clear(&out);
+        unlink("r.exr");
+    }
+}
+
+static void wide_ranges_are_mapped_and_back(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    skip_without_data("WideFloatRange.exr");
+    assert_within_bounds(command_succeeds("resample", real("WideFloatRange.exr"), "--verify",
+                                          "--json", "-q", "--kernel", "bspline"),
+                         "WideFloatRange");
+}
+
+static void nan_stays_in_reach(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    skip_without_data("BrightRingsNanInf.exr");
+    const char *json = command_succeeds("resample", real("BrightRingsNanInf.exr"), "--verify",
+                                        "--json", "-q", "--profile", "unorm8");
+    assert_within_bounds(json, "BrightRingsNanInf");
+    json_t *root = parse(json);
+    double pixels = number(part(root, "to"), "width") * number(part(root, "to"), "height");
+    const json_t *groups = part(root, "groups");
+    for (size_t g = 0; g < json_array_size(groups); g++) {
+        const json_t *group = json_array_get(groups, g);
+        assert_true(number(group, "clamped") > 0);
+        // At twice the size, each bad sample has 8 x 8 pixels in whose reach it is.
+        assert_true(number(group, "not_finite") > 0);
+        assert_true(number(group, "not_finite") <= 64 * number(group, "clamped"));
+        assert_true(number(group, "not_finite") < pixels / 2);
+    }
+    json_decref(root);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(help_names_everything),
+        cmocka_unit_test(plans_are_explained_without_gl),
+        cmocka_unit_test(every_channel_is_written),
+        cmocka_unit_test(pixels_lie_where_they_should),
+        cmocka_unit_test(channels_can_be_chosen),
+        cmocka_unit_test(errors_are_within_bounds),
+        cmocka_unit_test(emulation_writes_the_same_pixels),
+        cmocka_unit_test(same_bytes_from_any_number_of_threads),
+        cmocka_unit_test(verify_prints_bounds),
+        cmocka_unit_test(smaller_sizes_are_warned_of),
+        cmocka_unit_test(a_declared_range_is_used),
+        cmocka_unit_test(previews_are_written),
+        cmocka_unit_test(large_images_have_no_seams),
+        cmocka_unit_test(one_pixel_becomes_many),
+        cmocka_unit_test(an_interrupt_leaves_nothing),
+        cmocka_unit_test(bad_usage_is_refused),
+        cmocka_unit_test(bad_files_are_refused),
+        cmocka_unit_test(a_negative_range_has_no_logarithm),
+        cmocka_unit_test(slices_run_in_passes),
+        cmocka_unit_test(options_of_passes_need_a_profile),
+        cmocka_unit_test(real_images_are_within_bounds),
+        cmocka_unit_test(wide_ranges_are_mapped_and_back),
+        cmocka_unit_test(nan_stays_in_reach),
+    };
+    return cmocka_run_group_tests(tests, setup, command_teardown);
+}

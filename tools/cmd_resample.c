@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft resample: an EXR image at another size, filtered in the passes of a plan.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernels.h"
+#include "paths.h"
+#include "plan_options.h"
+#include "report.h"
+#include "resample_job.h"
+#include "verb.h"
+
+static const char default_profile[] = "fp32";
+
+static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
+    [RESAMPLE_OUTPUT] = {.name = "output",
+                         'o',
+                         OPTION_TEXT,
+                         "OUT.exr",
+                         "the image: float channels of the same names, with the input's attributes "
+                         "as text and attributes that tell how it was made"},
+    [RESAMPLE_PREVIEW] = {.name = "preview",
+                          0,
+                          OPTION_TEXT,
+                          "OUT.png",
+                          "the luminance of R, G and B, or else the first channel, as 8-bit PNG"},
+    [RESAMPLE_SIZE] =
+        {.name = "size", 0, OPTION_PIXELS, "WxH", "pixels (default: twice the input's)"},
+    [RESAMPLE_KERNEL] = {.name = "kernel",
+                         0,
+                         OPTION_TEXT,
+                         "NAME[:p,q]|table:FILE",
+                         "the reconstruction kernel (default catmull-rom), as in weft slice; "
+                         "'help' lists them"},
+    [RESAMPLE_CHANNELS] =
+        {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
+    [RESAMPLE_TOGETHER] = {.name = "together",
+                           0,
+                           OPTION_FLAG,
+                           NULL,
+                           "filter four channels of one type (R, G, B and A, of each layer) in the "
+                           "same passes, mapped by one range (not with dot4)"},
+    [RESAMPLE_CONTEXT] = {.name = "context",
+                          0,
+                          OPTION_TEXT,
+                          "auto|osmesa|egl",
+                          "where OpenGL runs, as in weft slice (default auto)"},
+    [RESAMPLE_EMULATE] = {.name = "emulate",
+                          0,
+                          OPTION_FLAG,
+                          NULL,
+                          "run the passes on the CPU, without OpenGL: on unorm targets the same "
+                          "bytes"},
+    [RESAMPLE_RANGE] = {.name = "range",
+                        0,
+                        OPTION_RANGE,
+                        "LO,HI",
+                        "values shown as first and last colour of the preview (default: smallest "
+                        "and largest)"},
+    [RESAMPLE_COLOUR_MAP] = {.name = "colour-map",
+                             0,
+                             OPTION_TEXT,
+                             "NAME",
+                             "colours of the preview (default grey), as in weft slice"},
+    [RESAMPLE_EXPLAIN] =
+        {.name = "explain", 0, OPTION_FLAG, NULL, "print the plan and exit: no OpenGL, no output"},
+    [RESAMPLE_VERIFY] = {.name = "verify",
+                         0,
+                         OPTION_FLAG,
+                         NULL,
+                         "recompute in double precision and print the largest and RMS difference "
+                         "beside the plan's bound"},
+    [RESAMPLE_JSON] = {.name = "json",
+                       0,
+                       OPTION_FLAG,
+                       NULL,
+                       "print sizes, plan, ranges, times, errors and bounds as JSON on stdout"},
+    [RESAMPLE_NO_CLOBBER] =
+        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    [RESAMPLE_QUIET] =
+        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
+    [RESAMPLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "what a pass may do (default fp32)"),
+};
+
+// ---- checks that need no file contents ----------------------------------------------------------
+
+static const char *option_conflict(const struct option_value *o)
+{
+    if (o[RESAMPLE_QUIET].given && o[RESAMPLE_VERBOSE].given)
+        return "-q and -v exclude each other";
+    if (o[RESAMPLE_EMULATE].given && o[RESAMPLE_CONTEXT].given)
+        return "--emulate uses no OpenGL: --context makes no sense with it";
+    if (!o[RESAMPLE_PREVIEW].given && (o[RESAMPLE_RANGE].given || o[RESAMPLE_COLOUR_MAP].given))
+        return "--range and --colour-map need --preview OUT.png";
+    if (!o[RESAMPLE_OUTPUT].given && !o[RESAMPLE_PREVIEW].given && !o[RESAMPLE_EXPLAIN].given &&
+        !o[RESAMPLE_VERIFY].given && !o[RESAMPLE_JSON].given)
+        return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
+    return NULL;
+}
+
+static enum weft_result check_size(const struct option_value *size)
+{
+    for (int i = 0; size->given && i < 2; i++) {
+        if (size->integer[i] < 1 || size->integer[i] > WEFT_SLICE_MAX_SIZE) {
+            report_error("--size %s: width and height must be from 1 to %d", size->text,
+                         WEFT_SLICE_MAX_SIZE);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result find_colour_map(struct resample_job *job)
+{
+    const struct option_value *o = &job->option[RESAMPLE_COLOUR_MAP];
+    char names[512] = "";
+    job->colour_map = o->given ? weft_colour_map_find(o->text) : NULL;
+    if (!o->given || job->colour_map)
+        return WEFT_OK;
+    for (int i = 0; weft_colour_map_list[i]; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
+                 weft_colour_map_list[i]->name);
+    }
+    report_error("unknown colour map '%s'; there are: %s", o->text, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static enum weft_result check_options(struct resample_job *job)
+{
+    const struct option_value *o = job->option, *range = &o[RESAMPLE_RANGE];
+    const char *conflict = option_conflict(o);
+    if (conflict) {
+        report_error("%s", conflict);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (range->given && !((float)range->number[0] < (float)range->number[1])) {
+        report_error("--range %s: LO must be less than HI, in single precision", range->text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
+    if (res == WEFT_OK)
+        res = resample_plan_check(&o[RESAMPLE_PLAN]);
+    if (res == WEFT_OK)
+        res = kernels_load(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
+                           &job->kernel, &job->kernel_file);
+    if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)
+        res = weft_context_kind_parse(report_log(), o[RESAMPLE_CONTEXT].text, &job->context_kind);
+    return res == WEFT_OK ? find_colour_map(job) : res;
+}
+
+static enum weft_result check_outputs(struct resample_job *job)
+{
+    const struct option_value *out = &job->option[RESAMPLE_OUTPUT];
+    const struct option_value *preview = &job->option[RESAMPLE_PREVIEW];
+    const struct option_value *both[] = {out, preview};
+    if (out->given && preview->given && paths_same_file(out->text, preview->text)) {
+        report_error("-o %s and --preview %s are the same file", out->text, preview->text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (both[i]->given && paths_same_file(job->input, both[i]->text)) {
+            report_error("the output %s is the input %s", both[i]->text, job->input);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    for (int i = 0; i < 2 && !job->option[RESAMPLE_EXPLAIN].given; i++)
+        if (both[i]->given &&
+            paths_check_output(both[i]->text, job->option[RESAMPLE_NO_CLOBBER].given) != WEFT_OK)
+            return WEFT_ERR_WRITE;
+    return WEFT_OK;
+}
+
+// ---- the image and its channels -----------------------------------------------------------------
+
+static enum weft_result load_image(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    const struct weft_image_load_params params = {
+        .path = job->input,
+        .info_only = job->option[RESAMPLE_EXPLAIN].given,
+        .log = report_log(),
+    };
+    enum weft_result res = weft_image_load(&params, &job->image);
+    job->load_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result choose_size(struct resample_job *job)
+{
+    const struct option_value *size = &job->option[RESAMPLE_SIZE];
+    const int64_t width = size->given ? size->integer[0] : 2 * (int64_t)job->image.width;
+    const int64_t height = size->given ? size->integer[1] : 2 * (int64_t)job->image.height;
+    if (width > WEFT_SLICE_MAX_SIZE || height > WEFT_SLICE_MAX_SIZE ||
+        width * height > WEFT_SLICE_MAX_PIXELS) {
+        report_error("%lld x %lld pixels: there may be at most %d along a side and %lld in all",
+                     (long long)width, (long long)height, WEFT_SLICE_MAX_SIZE,
+                     (long long)WEFT_SLICE_MAX_PIXELS);
+        return WEFT_ERR_ARGUMENT;
+    }
+    job->result.width = (int32_t)width;
+    job->result.height = (int32_t)height;
+    if (width < job->image.width || height < job->image.height)
+        resample_plan_warn("%d x %d pixels become %lld x %lld: a smaller image is not filtered for "
+                           "it, and may alias",
+                           job->image.width, job->image.height, (long long)width,
+                           (long long)height);
+    return WEFT_OK;
+}
+
+// The place of a pixel edge of the input, along an axis, counted from the data window's first.
+static int64_t scaled(int64_t edge, int from, int to)
+{
+    return llround((double)edge * to / from);
+}
+
+// Both windows grow with the image: where the scaled edges are no whole pixels they are rounded,
+// the display window's from the data window's corner.
+static enum weft_result set_windows(struct resample_job *job)
+{
+    const struct weft_image *in = &job->image;
+    struct weft_image *out = &job->result;
+    const int from[2] = {in->width, in->height}, to[2] = {out->width, out->height};
+    const int32_t corner[2] = {in->x, in->y};
+    int32_t *const first[2] = {&out->x, &out->y};
+    for (int a = 0; a < 2; a++) {
+        const int64_t x = scaled(corner[a], from[a], to[a]);
+        const int64_t low = x + scaled((int64_t)in->display_min[a] - corner[a], from[a], to[a]);
+        int64_t high = x + scaled((int64_t)in->display_max[a] + 1 - corner[a], from[a], to[a]);
+        high = high > low ? high - 1 : low;
+        const int64_t limit = INT32_MAX / 2; // EXR's
+        if (x <= -limit || x + to[a] >= limit || low <= -limit || high >= limit) {
+            report_error("the windows of %s, enlarged, reach from %lld to %lld: the limit is "
+                         "+-%lld",
+                         job->input, (long long)(x < low ? x : low),
+                         (long long)(x + to[a] > high ? x + to[a] : high), (long long)limit);
+            return WEFT_ERR_LIMIT;
+        }
+        *first[a] = (int32_t)x;
+        out->display_min[a] = (int32_t)low;
+        out->display_max[a] = (int32_t)high;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result allocate_pixels(struct resample_job *job)
+{
+    const size_t pixels = (size_t)job->result.width * (size_t)job->result.height;
+    for (size_t i = 0; i < job->result.channel_count && !job->option[RESAMPLE_EXPLAIN].given; i++) {
+        job->result.channels[i].plane = malloc(pixels * sizeof(float));
+        if (!job->result.channels[i].plane) {
+            report_error("out of memory: %zu bytes for %zu channels of %d x %d pixels",
+                         pixels * sizeof(float) * job->result.channel_count,
+                         job->result.channel_count, job->result.width, job->result.height);
+            return WEFT_ERR_MEMORY;
+        }
+    }
+    return WEFT_OK;
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+static enum weft_result make_plans(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = resample_make_groups(job);
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
+        weft_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
+        if (!*plan)
+            res = resample_plan_create(&job->option[RESAMPLE_PLAN], default_profile, &job->kernel,
+                                       2, job->group[g].count, plan);
+        job->group[g].plan = *plan;
+    }
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// ---- running and writing ------------------------------------------------------------------------
+
+static enum weft_result create_context(struct resample_job *job)
+{
+    if (job->option[RESAMPLE_EMULATE].given)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
+    enum weft_result res = weft_context_create(&params, &job->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// The input's attributes but for those of an earlier weft, then our own.
+static enum weft_result make_metadata(struct resample_job *job)
+{
+    const struct weft_image *in = &job->image;
+    struct weft_metadata *list = calloc(in->metadata_count + RESAMPLE_ATTRIBUTES, sizeof *list);
+    size_t count = 0;
+    if (!list) {
+        report_error("out of memory for %zu attributes", in->metadata_count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < in->metadata_count; i++)
+        if (strncmp(in->metadata[i].key, "weft.", 5) != 0)
+            list[count++] = in->metadata[i];
+    job->result.metadata = list;
+    job->result.metadata_count = count + resample_attributes(job, list + count);
+    return WEFT_OK;
+}
+
+static enum weft_result write_exr(struct resample_job *job)
+{
+    const struct weft_image_save_params params = {
+        .path = job->option[RESAMPLE_OUTPUT].text,
+        .no_clobber = job->option[RESAMPLE_NO_CLOBBER].given,
+        .log = report_log(),
+    };
+    enum weft_result res = make_metadata(job);
+    return res == WEFT_OK ? weft_image_save(&job->result, &params) : res;
+}
+
+static const float *plane_named(const struct weft_image *image, const char *name)
+{
+    for (size_t i = 0; i < image->channel_count; i++)
+        if (strcmp(image->channels[i].name, name) == 0)
+            return image->channels[i].plane;
+    return NULL;
+}
+
+// Luminance by Rec. 709, OpenEXR's default primaries; NULL where there is no R, G and B.
+static float *make_luminance(const struct weft_image *image)
+{
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    const float *r = plane_named(image, "R"), *g = plane_named(image, "G"),
+                *b = plane_named(image, "B");
+    float *out = r && g && b ? malloc(count * sizeof *out) : NULL;
+    for (size_t i = 0; out && i < count; i++)
+        out[i] = (float)(0.2126 * (double)r[i] + 0.7152 * (double)g[i] + 0.0722 * (double)b[i]);
+    return out;
+}
+
+static enum weft_result write_preview(struct resample_job *job)
+{
+    const struct option_value *range = &job->option[RESAMPLE_RANGE];
+    float *luminance = make_luminance(&job->result);
+    struct weft_preview_params *params =
+        weft_preview_params(.path = job->option[RESAMPLE_PREVIEW].text,
+                            .no_clobber = job->option[RESAMPLE_NO_CLOBBER].given,
+                            .width = job->result.width, .height = job->result.height,
+                            .plane = luminance ? luminance : job->result.channels[0].plane,
+                            .colour_map = job->colour_map, .log = report_log());
+    if (range->given) {
+        params->low = (float)range->number[0];
+        params->high = (float)range->number[1];
+    }
+    enum weft_result res = weft_preview_save(params, job->preview_range);
+    free(luminance);
+    return res;
+}
+
+// Once the first output is being written, an interrupt comes too late: both are finished.
+static enum weft_result write_outputs(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (job->option[RESAMPLE_OUTPUT].given)
+        res = write_exr(job);
+    if (res == WEFT_OK && job->option[RESAMPLE_PREVIEW].given)
+        res = write_preview(job);
+    job->write_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result run_stages(struct resample_job *job)
+{
+    typedef enum weft_result (*stage)(struct resample_job * job);
+    static const stage planning[] = {check_options, check_outputs,   load_image,
+                                     choose_size,   set_windows,     resample_choose_channels,
+                                     make_plans,    allocate_pixels, NULL};
+    static const stage computing[] = {create_context, resample_run, write_outputs, NULL};
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = planning; *s && res == WEFT_OK; s++)
+        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+    if (job->option[RESAMPLE_EXPLAIN].given)
+        return res;
+    for (const stage *s = computing; *s && res == WEFT_OK; s++)
+        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+    return res;
+}
+
+static void destroy(struct resample_job *job)
+{
+    weft_context_destroy(&job->context);
+    weft_plan_destroy(&job->single);
+    weft_plan_destroy(&job->together);
+    weft_image_clear(&job->image);
+    weft_image_clear(&job->result);
+    weft_kernel_file_destroy(&job->kernel_file);
+    free(job->source);
+    free(job->group);
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
+    if (resample_plan_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PLAN]))
+        return report_finish(WEFT_OK);
+    if (!operand) {
+        report_error("no image given: weft resample IMAGE.exr ... (see weft help resample)");
+        return EXIT_CODE_USAGE;
+    }
+    struct resample_job job = {.input = operand, .option = values, .start = report_now_seconds()};
+    enum weft_result res = run_stages(&job);
+    if (res == WEFT_OK && values[RESAMPLE_JSON].given)
+        res = resample_print_json(&job);
+    else if (res == WEFT_OK)
+        resample_print_text(&job);
+    destroy(&job);
+    return report_finish(res);
+}
+
+static const char *const epilogue[] = {
+    "Pixel (x, y) of the W x H result samples the w x h input at ((x + 0.5) / W * w - 0.5, "
+    "(y + 0.5) / H * h - 0.5) in pixel indices; beyond the border the nearest pixel's value holds. "
+    "A smaller size is no more than that: nothing is filtered away, and a warning says so.",
+    "Each channel is mapped to [0, 1] by its range, filtered in the passes that weft plan plans, "
+    "and mapped back; --verify tells the plan's bound beside the error. NaN and infinities make "
+    "NaN "
+    "of the pixels in whose reach they are, and of no others.",
+    "The data and display windows grow with the image, rounded to whole pixels. Attributes are "
+    "carried over as text, without those of an earlier weft. The same request gives the same "
+    "bytes, "
+    "whatever the number of threads. Outputs appear whole or not at all.",
+    "weft resample photo.exr -o large.exr --size 2048x1536 --kernel mitchell --profile radeon8500 "
+    "--verify",
+    NULL,
+};
+
+const struct verb verb_resample = {
+    .name = "resample",
+    .summary = "an EXR image at another size, in the passes of a plan",
+    .usage = "IMAGE.exr [-o OUT.exr] [--size WxH] [options]",
+    .description = "Magnifies the channels of an EXR image with a reconstruction kernel, in the "
+                   "rendering passes of a planned target: single precision, or what hardware of "
+                   "limited precision has.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = RESAMPLE_OPTION_COUNT,
+    .run = run,
+};

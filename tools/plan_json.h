@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/plan_json.h - plans as JSON: what `weft plan --json` prints and `weft validate` reads.
+#ifndef WEFT_TOOLS_PLAN_JSON_H
+#define WEFT_TOOLS_PLAN_JSON_H
+
+#include "json.h"
+#include "plan_steps.h"
+
+// The words of the enums, each list NULL-ended.
+struct plan_words {
+    const char *const targets[5], *const tile_formats[5], *const tile_parts[4];
+    const char *const roundings[4], *const placements[3], *const signs[4], *const scalings[4];
+    const char *const derivatives[5], *const worst_cases[3], *const orders[5];
+    const char *const pass_kinds[3], *const pass_parts[4];
+};
+extern const struct plan_words plan_words;
+
+// Everything of a plan; NULL: no memory.
+json_t *plan_json(const weft_plan *plan);
+
+// Positions are as many numbers as there are dimensions.
+json_t *plan_range_json(const struct weft_range *range, int dims);
+json_t *plan_integers_json(const int *value, int count);
+
+// A plan that was read: what is needed to run or check it.
+struct plan_file {
+    weft_kernel_file *kernel_file;
+    weft_kernel_tiles *tiles;
+    struct weft_plan_step *steps; // of the tiles
+    struct weft_profile profile;
+    enum weft_technique technique;
+    enum weft_worst_case worst_case;
+    struct weft_pass_list list; // points into what follows
+    struct weft_tap_group *groups;
+    struct weft_pass *passes;
+    uint32_t *log_table;
+};
+
+// Reads a file, or standard input for "-". Nothing in it is trusted: sizes and ranges are checked
+// before anything is allocated or computed, and tiles and targets take at most memory_bytes (0:
+// 1 GiB). Returns WEFT_ERR_OPEN, WEFT_ERR_FORMAT (where in the file, and what is wrong there),
+// WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED after an error line.
+enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct plan_file *out);
+void plan_file_clear(struct plan_file *file); // {0} is fine
+
+#endif

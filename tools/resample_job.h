@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/resample_job.h - one `weft resample`: what was asked, what was made, what it cost.
+#ifndef WEFT_TOOLS_RESAMPLE_JOB_H
+#define WEFT_TOOLS_RESAMPLE_JOB_H
+
+#include "resample_plan.h"
+
+enum resample_option {
+    RESAMPLE_OUTPUT,
+    RESAMPLE_PREVIEW,
+    RESAMPLE_SIZE,
+    RESAMPLE_KERNEL,
+    RESAMPLE_CHANNELS,
+    RESAMPLE_TOGETHER,
+    RESAMPLE_CONTEXT,
+    RESAMPLE_EMULATE,
+    RESAMPLE_RANGE,
+    RESAMPLE_COLOUR_MAP,
+    RESAMPLE_EXPLAIN,
+    RESAMPLE_VERIFY,
+    RESAMPLE_JSON,
+    RESAMPLE_NO_CLOBBER,
+    RESAMPLE_QUIET,
+    RESAMPLE_VERBOSE,
+    RESAMPLE_PLAN, // the first of enum resample_plan_option
+    RESAMPLE_OPTION_COUNT = RESAMPLE_PLAN + RESAMPLE_PLAN_OPTION_COUNT
+};
+
+enum { RESAMPLE_MAX_TOGETHER = 4 };
+
+// Channels that go through the passes together: one, or four.
+struct resample_group {
+    int count;
+    size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
+    const weft_plan *plan;                 // the job's
+    double low, high;                      // the range that was mapped
+    uint64_t clamped;                      // samples outside it, or not finite
+    double minimum, maximum;               // of the finite pixels; NAN if there are none
+    uint64_t not_finite;                   // values of pixels
+    struct resample_bound bound;
+    struct weft_convolve_error error; // with --verify
+};
+
+struct resample_job {
+    const char *input;
+    const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
+    struct weft_kernel kernel;
+    weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
+    enum weft_context_kind context_kind;
+    const struct weft_colour_map *colour_map;
+
+    struct weft_image image;  // the input; without planes when only explained
+    struct weft_image result; // the channels asked for, in the input's order
+    size_t *source;           // of each, its channel of the input
+    struct resample_group *group;
+    size_t group_count;
+    weft_plan *single, *together; // of one channel and of four; NULL where none needs it
+    weft_context *context;        // NULL when only explained or emulated
+
+    struct weft_convolve_report report; // times summed up, sizes of the largest tile
+    int tiles;                          // over all groups
+    float preview_range[2];             // with --preview
+    double start;                       // monotonic seconds
+    double load_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
+};
+
+// The result's channels, without planes. Returns WEFT_ERR_ARGUMENT (a name that is not there, or
+// twice) after an error line.
+enum weft_result resample_choose_channels(struct resample_job *job);
+// Which of them go together. Returns WEFT_ERR_ARGUMENT (--together, and no four that could).
+enum weft_result resample_make_groups(struct resample_job *job);
+
+// Range, tiles, passes, error: fills the result's planes and the groups.
+enum weft_result resample_run(struct resample_job *job);
+
+enum { RESAMPLE_ATTRIBUTES = 12 };
+
+// What the EXR file says about itself; returns how many.
+size_t resample_attributes(const struct resample_job *job,
+                           struct weft_metadata out[RESAMPLE_ATTRIBUTES]);
+
+// "R G B".
+void resample_group_name(const struct resample_job *job, const struct resample_group *group,
+                         char *text, size_t size);
+
+// Everything, on stdout.
+enum weft_result resample_print_json(const struct resample_job *job);
+// What was asked for in words: plans (with --explain), preview range, verification.
+void resample_print_text(const struct resample_job *job);
+
+#endif

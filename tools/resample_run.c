@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Runs the plans of `weft resample` over the tiles of the result. The tiles are fixed by the sizes
+// alone, so that the result does not depend on anything else.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "report.h"
+#include "resample_job.h"
+
+// Pixels along a tile's side, and samples that it reaches: what does not fit is cut.
+enum { MAX_TILE = 1024, MAX_REACH = 2048, MIN_TILE = 16 };
+
+// One tile of one group.
+struct tile {
+    int x, y, width, height; // of the result
+    int from[2], size[2];    // of the input that it reaches
+    float *plane[RESAMPLE_MAX_TOGETHER], *pixels[RESAMPLE_MAX_TOGETHER];
+};
+
+struct runner {
+    struct resample_job *job;
+    struct resample_group *group;
+    bool verify;
+    double steps, step;        // of the progress: a tile of a group, run or verified
+    double square_sum, finite; // of the errors of a group
+};
+
+static const float *source_plane(const struct runner *r, int c)
+{
+    const struct resample_job *job = r->job;
+    return job->image.channels[job->source[r->group->channel[c]]].plane;
+}
+
+static float *result_plane(const struct runner *r, int c)
+{
+    return r->job->result.channels[r->group->channel[c]].plane;
+}
+
+static size_t image_pixels(const struct weft_image *image)
+{
+    return (size_t)image->width * (size_t)image->height;
+}
+
+// ---- progress -----------------------------------------------------------------------------------
+
+static bool report_step(void *priv, double fraction)
+{
+    const struct runner *r = priv;
+    const struct weft_progress *outer = report_progress(r->verify ? "verifying" : "resampling");
+    return outer->report(outer->priv, (r->step + fraction) / r->steps);
+}
+
+// ---- tiles --------------------------------------------------------------------------------------
+
+static double position(const struct runner *r, int axis, int pixel)
+{
+    const double from = axis ? r->job->image.height : r->job->image.width;
+    const double to = axis ? r->job->result.height : r->job->result.width;
+    return (pixel + 0.5) / to * from - 0.5;
+}
+
+static int tile_side(const struct runner *r, int axis)
+{
+    const double from = axis ? r->job->image.height : r->job->image.width;
+    const double to = axis ? r->job->result.height : r->job->result.width;
+    const double side = floor(MAX_REACH * to / from);
+    return side > MAX_TILE ? MAX_TILE : side < MIN_TILE ? MIN_TILE : (int)side;
+}
+
+static int tile_count(const struct runner *r, int axis)
+{
+    const int size = axis ? r->job->result.height : r->job->result.width;
+    return (size + tile_side(r, axis) - 1) / tile_side(r, axis);
+}
+
+// Samples from the first pixel's first tap to the last one's last, and one more for rounding.
+static void set_reach(const struct runner *r, int axis, int first, int count, struct tile *tile)
+{
+    const int limit = axis ? r->job->image.height : r->job->image.width;
+    const struct weft_kernel *kernel = &weft_plan_get_info(r->group->plan)->kernel;
+    double fraction;
+    int64_t from = weft_kernel_first_tap(kernel, position(r, axis, first), &fraction) - 1;
+    int64_t to = weft_kernel_first_tap(kernel, position(r, axis, first + count - 1), &fraction) +
+                 kernel->width;
+    from = from < 0 ? 0 : from;
+    to = to >= limit ? limit - 1 : to;
+    tile->from[axis] = (int)from;
+    tile->size[axis] = (int)(to - from) + 1;
+}
+
+static enum weft_result create_tile(const struct runner *r, int column, int row, struct tile *out)
+{
+    const struct weft_image *result = &r->job->result;
+    const int side[2] = {tile_side(r, 0), tile_side(r, 1)};
+    *out = (struct tile){.x = column * side[0], .y = row * side[1]};
+    out->width = result->width - out->x < side[0] ? result->width - out->x : side[0];
+    out->height = result->height - out->y < side[1] ? result->height - out->y : side[1];
+    set_reach(r, 0, out->x, out->width, out);
+    set_reach(r, 1, out->y, out->height, out);
+    for (int c = 0; c < r->group->count; c++) {
+        const size_t samples = (size_t)out->size[0] * (size_t)out->size[1];
+        out->plane[c] = malloc(samples * sizeof(float));
+        out->pixels[c] = malloc((size_t)out->width * (size_t)out->height * sizeof(float));
+        if (!out->plane[c] || !out->pixels[c]) {
+            report_error("out of memory: a tile of %d x %d pixels from %d x %d samples", out->width,
+                         out->height, out->size[0], out->size[1]);
+            return WEFT_ERR_MEMORY;
+        }
+        for (int y = 0; y < out->size[1]; y++)
+            memcpy(out->plane[c] + (size_t)y * (size_t)out->size[0],
+                   source_plane(r, c) + (size_t)(out->from[1] + y) * (size_t)r->job->image.width +
+                       out->from[0],
+                   (size_t)out->size[0] * sizeof(float));
+    }
+    return WEFT_OK;
+}
+
+static void destroy_tile(struct tile *tile)
+{
+    for (int c = 0; c < RESAMPLE_MAX_TOGETHER; c++) {
+        free(tile->plane[c]);
+        free(tile->pixels[c]);
+    }
+}
+
+// Between the tile's own pixels and the result's.
+static void copy_pixels(const struct runner *r, const struct tile *tile, bool to_result)
+{
+    const size_t width = (size_t)r->job->result.width, row = (size_t)tile->width;
+    for (int c = 0; c < r->group->count; c++) {
+        for (int y = 0; y < tile->height; y++) {
+            float *at = result_plane(r, c) + (size_t)(tile->y + y) * width + tile->x;
+            float *own = tile->pixels[c] + (size_t)y * row;
+            memcpy(to_result ? at : own, to_result ? own : at, row * sizeof(float));
+        }
+    }
+}
+
+static void add_report(struct weft_convolve_report *sum, const struct weft_convolve_report *one)
+{
+    const struct {
+        uint64_t *largest, value;
+    } sizes[] = {
+        {&sum->source_bytes, one->source_bytes},
+        {&sum->tile_bytes, one->tile_bytes},
+        {&sum->target_bytes, one->target_bytes},
+        {&sum->position_bytes, one->position_bytes},
+    };
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        if (sizes[i].value > *sizes[i].largest)
+            *sizes[i].largest = sizes[i].value;
+    sum->prepare_seconds += one->prepare_seconds;
+    sum->upload_seconds += one->upload_seconds;
+    sum->pass_seconds += one->pass_seconds;
+    sum->readback_seconds += one->readback_seconds;
+    sum->clamps += one->clamps;
+    sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
+}
+
+// RMS is over all tiles; the maximum is told with its place in the result.
+static void add_error(struct runner *r, const struct tile *tile,
+                      const struct weft_convolve_error *one)
+{
+    struct weft_convolve_error *sum = &r->group->error;
+    double finite = 0.0;
+    for (int c = 0; c < r->group->count; c++)
+        for (size_t i = 0; i < (size_t)tile->width * (size_t)tile->height; i++)
+            finite += isfinite(tile->pixels[c][i]) ? 1.0 : 0.0;
+    r->square_sum += one->rms * one->rms * finite;
+    r->finite += finite;
+    sum->rms = r->finite > 0.0 ? sqrt(r->square_sum / r->finite) : 0.0;
+    sum->not_finite_mismatches += one->not_finite_mismatches;
+    if (one->maximum > sum->maximum) {
+        sum->maximum = one->maximum;
+        sum->at_x = tile->x + one->at_x;
+        sum->at_y = tile->y + one->at_y;
+        sum->channel = one->channel;
+    }
+}
+
+static enum weft_result convolve_tile(struct runner *r, struct tile *tile)
+{
+    const struct weft_progress progress = {report_step, r};
+    struct weft_samples samples = {
+        .size = {tile->size[0], tile->size[1], 1}, .low = r->group->low, .high = r->group->high};
+    const struct weft_pixel_grid grid = {
+        .width = tile->width,
+        .height = tile->height,
+        .origin = {position(r, 0, tile->x) - tile->from[0],
+                   position(r, 1, tile->y) - tile->from[1]},
+        .du = {(double)r->job->image.width / r->job->result.width},
+        .dv = {0.0, (double)r->job->image.height / r->job->result.height},
+    };
+    struct weft_convolve_params params = {.plan = r->group->plan,
+                                          .samples = &samples,
+                                          .grid = &grid,
+                                          .progress = &progress,
+                                          .log = report_log()};
+    for (int c = 0; c < r->group->count; c++) {
+        samples.plane[c] = tile->plane[c];
+        params.pixels[c] = tile->pixels[c];
+    }
+    struct weft_convolve_report report = {0};
+    struct weft_convolve_error error = {0};
+    enum weft_result res;
+    if (r->verify) {
+        copy_pixels(r, tile, false);
+        res = weft_convolve_verify(&params, &error);
+        if (res == WEFT_OK)
+            add_error(r, tile, &error);
+        return res;
+    }
+    res = r->job->option[RESAMPLE_EMULATE].given
+              ? weft_emulate_run(&params, &report)
+              : weft_convolve_run(r->job->context, &params, &report);
+    if (res != WEFT_OK)
+        return res;
+    copy_pixels(r, tile, true);
+    add_report(&r->job->report, &report);
+    r->job->tiles++;
+    return res;
+}
+
+static enum weft_result run_tile(struct runner *r, int column, int row)
+{
+    struct tile tile;
+    enum weft_result res = create_tile(r, column, row, &tile);
+    if (res == WEFT_OK)
+        res = convolve_tile(r, &tile);
+    destroy_tile(&tile);
+    r->step++;
+    return res;
+}
+
+static enum weft_result each_tile(struct runner *r)
+{
+    const int columns = tile_count(r, 0), count = columns * tile_count(r, 1);
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; res == WEFT_OK && i < count; i++)
+        res = report_step(r, 0.0) ? run_tile(r, i % columns, i / columns) : WEFT_ERR_CANCELLED;
+    return res;
+}
+
+// ---- groups -------------------------------------------------------------------------------------
+
+static void set_range(const struct runner *r)
+{
+    struct resample_group *g = r->group;
+    const struct option_value *range = &r->job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
+    const size_t count = image_pixels(&r->job->image);
+    g->low = range->given ? range->number[0] : INFINITY;
+    g->high = range->given ? range->number[1] : -INFINITY;
+    for (int c = 0; c < g->count; c++) {
+        const float *samples = source_plane(r, c);
+        for (size_t i = 0; i < count; i++) {
+            if (!isfinite(samples[i]) ||
+                (range->given && (samples[i] < g->low || samples[i] > g->high))) {
+                g->clamped++;
+            } else if (!range->given) {
+                g->low = fmin(g->low, samples[i]);
+                g->high = fmax(g->high, samples[i]);
+            }
+        }
+    }
+    if (g->low > g->high) // nothing finite
+        g->low = g->high = 0.0;
+}
+
+static void measure_result(const struct runner *r)
+{
+    struct resample_group *g = r->group;
+    const size_t count = image_pixels(&r->job->result);
+    g->minimum = g->maximum = NAN;
+    for (int c = 0; c < g->count; c++) {
+        const float *pixels = result_plane(r, c);
+        for (size_t i = 0; i < count; i++) {
+            if (!isfinite(pixels[i])) {
+                g->not_finite++;
+                continue;
+            }
+            g->minimum = fmin(g->minimum, pixels[i]);
+            g->maximum = fmax(g->maximum, pixels[i]);
+        }
+    }
+    g->bound =
+        resample_bound_of(g->plan, g->low, g->high, fmax(0.0, fmax(-g->minimum, g->maximum)));
+}
+
+static void warn_of_clamping(const struct resample_job *job, const struct resample_group *group)
+{
+    char name[256];
+    if (!job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given || !group->clamped)
+        return;
+    resample_group_name(job, group, name, sizeof name);
+    resample_plan_warn("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
+                       "error is bounded only where they are not",
+                       name, (unsigned long long)group->clamped, group->low, group->high);
+}
+
+enum weft_result resample_run(struct resample_job *job)
+{
+    struct runner r = {.job = job, .group = job->group};
+    enum weft_result res = WEFT_OK;
+    r.steps = (double)tile_count(&r, 0) * tile_count(&r, 1) * (double)job->group_count;
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
+        r.group = &job->group[g];
+        set_range(&r);
+        warn_of_clamping(job, r.group);
+        res = each_tile(&r);
+        if (res == WEFT_OK)
+            measure_result(&r);
+    }
+    double start = report_now_seconds();
+    r.verify = true;
+    r.step = 0.0;
+    for (size_t g = 0; res == WEFT_OK && job->option[RESAMPLE_VERIFY].given && g < job->group_count;
+         g++) {
+        r.group = &job->group[g];
+        r.square_sum = r.finite = 0.0;
+        res = each_tile(&r);
+    }
+    job->verify_seconds = report_now_seconds() - start;
+    return res;
+}
