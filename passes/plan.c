@@ -34,7 +34,9 @@ static int default_bits(const struct weft_plan_params *p)
 {
     if (p->profile.target != WEFT_TARGET_UNORM16)
         return 8;
-    return p->technique == WEFT_TECHNIQUE_HIERARCHICAL ? 11 : 14;
+    return p->technique == WEFT_TECHNIQUE_HIERARCHICAL      ? 11
+           : p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? 10
+                                                            : 12;
 }
 
 static enum weft_result fill_defaults(struct weft_plan_params *p)
@@ -258,14 +260,20 @@ static void set_bias(struct weft_planner *planner, int64_t divisor, int64_t down
     }
 }
 
-// Scale and bias for sums as they are, with so much of the range to spare. Derivatives are stored
-// as 0.5 + 0.5 g (section 5), with less than 0.5 where their weights need it.
+// Scale and bias for sums as they are, with so much of the range to spare, INFINITY: as much as any
+// order needs. Derivatives are stored as 0.5 + 0.5 g (section 5), with less than 0.5 where their
+// weights need it.
 static void set_scale(struct weft_planner *planner, const struct weft_plan_sums *sums, double spare)
 {
-    const bool any = planner->p.worst_case == WEFT_WORST_ANY;
+    const bool any = planner->p.worst_case == WEFT_WORST_ANY || isinf(spare);
     const int64_t one = llround(1.0 / planner->unit);
-    const int64_t up = any ? sums->positive : most_of(sums->most, 0);
-    const int64_t down = any ? sums->negative : most_of(-(int64_t)sums->least, 0);
+    // Scaled logarithms are rounded anew.
+    const int64_t rounding = planner->logarithms ? planner->atom_count : 0;
+    int64_t up = any ? sums->positive : most_of(sums->most, 0);
+    int64_t down = any ? sums->negative : most_of(-(int64_t)sums->least, 0);
+    up += up > one - rounding ? rounding : 0;
+    down += down ? rounding : 0;
+    const double room = isinf(spare) ? 0.0 : ceil(spare * (double)one);
     planner->bias = 0;
     planner->bias_step = 1;
     if (planner->real || planner->p.order > WEFT_ORDER_GREEDY || !planner->p.allow_scale) {
@@ -275,11 +283,11 @@ static void set_scale(struct weft_planner *planner, const struct weft_plan_sums 
         return;
     }
     if (planner->derives) {
-        const double side = (double)most_of(one, most_of(up, down)) * (1.0 + spare);
-        set_bias(planner, (int64_t)(2.0 * side), (int64_t)side, (int64_t)side);
-    } else if (down > 0 || spare > 0.0) {
-        const int64_t room = (int64_t)ceil(spare * (double)one);
-        set_bias(planner, most_of(one, up + down), down + room / 2, up + room - room / 2);
+        const int64_t side = most_of(one, most_of(up, down)) + (int64_t)room;
+        set_bias(planner, 2 * side, side, side);
+    } else if (down > 0 || room > 0.0) {
+        const int64_t half = (int64_t)room / 2;
+        set_bias(planner, most_of(one, up + down), down + half, up + (int64_t)room - half);
     } else {
         planner->divisor = (int32_t)most_of(one, up);
     }
@@ -340,11 +348,11 @@ static enum weft_result prepare(struct weft_planner *planner, double spare)
     return planner->logarithms ? scale_log_table(planner) : WEFT_OK;
 }
 
-// Tries with splits, as many as are allowed.
-static enum weft_result order_atoms(struct weft_planner *planner, int splits,
+// Tries with splits, as many as are allowed; at first with a wide search, perhaps.
+static enum weft_result order_atoms(struct weft_planner *planner, int splits, bool wide,
                                     struct weft_plan_order *order, int *stuck)
 {
-    for (bool wide = true;; wide = false) {
+    for (;; wide = false) {
         weft_plan_order_destroy(order);
         enum weft_result res = weft_plan_order_create(planner->atom_count, order);
         if (res == WEFT_OK)
@@ -380,17 +388,19 @@ static enum weft_result no_order(const struct weft_planner *planner)
 // Orders first, then splits, then less and less of the range.
 static enum weft_result find_order(struct weft_planner *planner, struct weft_plan_order *order)
 {
-    static const double spares[] = {0.0, 0.008, 0.016, 0.03, 0.0625, 0.125, 0.25, 0.5, 1.0};
-    // Splitting four taps costs passes that a little of the range saves.
-    const bool splits = planner->p.allow_splits &&
-                        !(planner->p.technique == WEFT_TECHNIQUE_DOT4 && planner->p.allow_scale);
+    static const double spares[] = {0.0,  0.008, 0.016, 0.03, 0.0625, 0.125,
+                                    0.25, 0.5,   1.0,   2.0,  4.0,    INFINITY};
+    // Passes of four taps, and of derivatives, are saved by a little of the range.
+    const bool scales =
+        planner->p.allow_scale && (planner->p.technique == WEFT_TECHNIQUE_DOT4 || planner->derives);
+    const bool splits = planner->p.allow_splits && !scales;
     int stuck = -1;
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; i < WEFT_COUNT(spares); i++) {
         if (i)
             res = prepare(planner, spares[i]);
         if (res == WEFT_OK)
-            res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, order, &stuck);
+            res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &stuck);
         if (res != WEFT_OK || stuck < 0)
             return res;
         if (!planner->p.allow_scale)
@@ -464,7 +474,7 @@ static enum weft_result emit(struct weft_planner *planner, struct weft_plan_orde
         int stuck;
         res = planner->p.order == WEFT_ORDER_GIVEN ? apply_steps(planner) : WEFT_OK;
         if (res == WEFT_OK)
-            res = order_atoms(planner, 0, order, &stuck);
+            res = order_atoms(planner, 0, false, order, &stuck);
     }
     if (res != WEFT_OK)
         return res;
@@ -483,8 +493,9 @@ static enum weft_result check_bits(const struct weft_planner *planner)
     const double inside = (double)planner->full * (1 << list->extra_bits);
     for (int n = 0; !planner->real && !planner->logarithms && n < list->pass_count; n++) {
         const struct weft_pass *pass = &list->passes[n];
-        double sum = pass->kind == WEFT_PASS_COMBINE ? fabs((double)pass->bias) + pass->denominator
-                                                     : pass->divisor;
+        double sum = pass->kind == WEFT_PASS_COMBINE
+                         ? fabs((double)pass->bias) + pass->denominator
+                         : (fabs((double)pass->bias) + 1.0) * pass->divisor;
         if (pass->kind == WEFT_PASS_TAPS)
             sum += weft_planner_pass_magnitude(planner, pass) * inside;
         for (int i = 0; pass->kind == WEFT_PASS_COMBINE && i < pass->input_count; i++)
@@ -551,7 +562,7 @@ static void fill_info(struct weft_planner *planner)
     info->fetches = count_fetches(list);
     info->kept_bits = weft_target_bits(p->profile.target) +
                       (p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? list->extra_bits : 0);
-    info->scale_bits = planner->real ? 0.0 : -log2(list->result_scale);
+    info->scale_bits = planner->real ? 0.0 : 0.0 - log2(list->result_scale);
     info->tile_bytes = (uint64_t)tiles->tile_values * group_values *
                        (planner->real         ? tiles->value_bytes
                         : planner->logarithms ? (uint64_t)target_bytes

@@ -49,7 +49,8 @@ struct weft_plan_params {
     int taps_per_pass;           // pairs of textures, at most the profile's (default: as many)
     int samples;                 // M (default 64, in 3D 32)
     // Of tiles of unorm targets, 4 to 16 (16-bit targets: to 14, as products have 32 bits)
-    // (default 8, there 14). Half targets have half tiles, float targets float ones.
+    // (default 8, there 12, hierarchical 11, split precision 10). Half targets have half tiles,
+    // float targets float ones.
     int bits;
     enum weft_technique technique;
     enum weft_worst_case worst_case;

@@ -166,7 +166,7 @@ struct trial {
 
 // Whether an item can come next; what it needs in bias, and how good the set is then: what is still
 // to be subtracted should be little, and sums low but enough for it.
-static bool try_item(const struct search *s, int from, int item, struct trial *out)
+static bool try_item(const struct search *s, int place, int from, int item, struct trial *out)
 {
     const struct state *state = &s->now[from];
     const size_t n = (size_t)s->positions;
@@ -185,8 +185,10 @@ static bool try_item(const struct search *s, int from, int item, struct trial *o
     const bool adds = s->mixed || !s->items[item].subtracts;
     const int steps = least < 0 ? (-least + s->quantum - 1) / s->quantum : 0;
     const int32_t bias = steps * s->quantum;
-    if (steps > state->steps_left || most + bias > s->limit ||
-        (!adds && steps && state->peak + bias > s->limit))
+    // At the end, all of the bias must be somewhere: see spend_bias.
+    const int32_t more = place + 1 < s->item_count ? bias : state->steps_left * s->quantum;
+    if (steps > state->steps_left || most + (adds ? more : bias) > s->limit ||
+        (!adds && more && state->peak + more > s->limit))
         return false;
     *out = (struct trial){{.parent = from,
                            .item = item,
@@ -293,7 +295,7 @@ static bool grow(struct search *s, struct trial *kept)
         for (int from = 0; from < states; from++) {
             for (int item = 0; item < s->item_count; item++) {
                 struct trial t;
-                if (!is_used(s, from, item) && try_item(s, from, item, &t))
+                if (!is_used(s, from, item) && try_item(s, place, from, item, &t))
                     keep(s, kept, &count, &t);
             }
         }
@@ -486,7 +488,7 @@ static int write_stuck(struct search *s, int *item, int *steps, struct weft_plan
     }
     spend_bias(s, item, steps);
     write_order(s, item, steps, out);
-    return stuck;
+    return stuck < 0 ? s->atom[s->items[item[0]].first] : stuck;
 }
 
 // Where a code is no whole value, all values are counted in finer units.
@@ -563,7 +565,7 @@ static void sort_greedily(struct search *s)
     for (int place = 0; place < s->item_count; place++) {
         struct trial t;
         int next = place;
-        while (next < s->item_count && !try_item(s, 0, s->items[next].first, &t))
+        while (next < s->item_count && !try_item(s, place, 0, s->items[next].first, &t))
             next++;
         if (next == s->item_count)
             return;

@@ -103,14 +103,17 @@ static enum weft_result emit_sequence(struct weft_planner *planner,
 {
     for (int n = 0, first = 0; n < order->pass_count; first = order->pass_end[n++]) {
         const int end = order->pass_end[n];
-        const bool mixed = has_both_signs(planner, order, first, end);
+        // A bias makes a subtracted sum's sign uncertain, too.
+        const bool subtracts = only_subtracts(planner, order, first, end);
+        const bool mixed =
+            has_both_signs(planner, order, first, end) || (subtracts && order->bias[n]);
         const struct weft_pass pass = {
             .kind = WEFT_PASS_TAPS,
             .target = sequence->slot,
             .clears = n == 0,
             .initial = n == 0 ? sequence->initial : 0,
             .part = sequence->part,
-            .subtract = !mixed && only_subtracts(planner, order, first, end),
+            .subtract = subtracts && !mixed,
             .reads_target = mixed,
             .bias = order->bias[n] * sequence->bias_factor,
             .divisor = sequence->divisor,
@@ -180,6 +183,7 @@ static void pass_magnitudes(const struct weft_planner *planner, const struct wef
 struct split_need {
     int64_t low;
     double lost;
+    int32_t magnitude; // of a pass's weights
 };
 
 static void add_need(const struct weft_planner *planner, const struct weft_plan_order *order,
@@ -197,6 +201,7 @@ static void add_need(const struct weft_planner *planner, const struct weft_plan_
                               !order->bias[n];
         for (size_t i = 0; i < count; i++) {
             const int64_t largest = (int64_t)ceil(magnitude[i] * unit);
+            need->magnitude = magnitude[i] > need->magnitude ? magnitude[i] : need->magnitude;
             passes[i] += magnitude[i] > 0;
             if (magnitude[i] > 0 || order->bias[n])
                 low[i] += one_sign && largest < mask ? largest : mask;
@@ -213,7 +218,7 @@ static void find_need(const struct weft_planner *planner, const struct weft_plan
 {
     const size_t all = weft_planner_positions(planner);
     uint32_t position[CHUNK];
-    *need = (struct split_need){0, 0.0};
+    *need = (struct split_need){0, 0.0, 0};
     for (size_t first = 0; first < all; first += CHUNK) {
         const size_t count = all - first < CHUNK ? all - first : CHUNK;
         for (size_t i = 0; i < count; i++)
@@ -230,6 +235,14 @@ static bool subtracts(const struct weft_planner *planner)
     return false;
 }
 
+static double largest_bias(const struct weft_plan_order *order)
+{
+    int largest = 0;
+    for (int i = 0; i < order->pass_count; i++)
+        largest = order->bias[i] > largest ? order->bias[i] : largest;
+    return largest;
+}
+
 // The most bits that the low target holds, carries included; 0: none. *head: codes that the high
 // target starts with, so that floors cannot take it below 0.
 static int choose_bits(const struct weft_planner *planner, const struct weft_plan_order *order,
@@ -244,7 +257,10 @@ static int choose_bits(const struct weft_planner *planner, const struct weft_pla
         struct split_need need;
         find_need(planner, order, bits, &need);
         *head = subtracts(planner) ? (int)ceil(need.lost) + 1 : 0;
-        if (need.low <= planner->full && *head <= planner->full / 4)
+        // The divisor grows by what the head takes.
+        const double bias = largest_bias(order) * 2.0 * planner->divisor;
+        const double sum = ((double)need.magnitude * planner->full + bias) * (1 << bits);
+        if (need.low <= planner->full && *head <= planner->full / 4 && sum < 0x1p31 - 0x1p20)
             break;
     }
     return bits;
@@ -275,9 +291,11 @@ enum weft_result weft_planner_emit_split(struct weft_planner *planner,
     int head = 0;
     list->extra_bits = choose_bits(planner, order, &head);
     if (!list->extra_bits) {
-        weft_error(planner->p.log,
-                   "plan: the low parts of %d passes, with their carries, do not fit into %d bits",
-                   order->pass_count, weft_target_bits(planner->p.profile.target));
+        weft_error(
+            planner->p.log,
+            "plan: the low parts of %d passes, with their carries, do not fit into %d bits, or "
+            "sums not into 32",
+            order->pass_count, weft_target_bits(planner->p.profile.target));
         return WEFT_ERR_UNSUPPORTED;
     }
     // What the bias takes of the range grows with it.

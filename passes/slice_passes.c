@@ -13,7 +13,7 @@ enum {
     // Along a side of a box. Positions of up to 13 whole and 40 fraction bits are exact in double.
     MAX_BOX_SIDE = 2048,
     // The box of an oblique rectangle grows with the cube of its side, and most of it is out of
-    // reach: larger ones cost more than setting up the passes once more.
+    // reach: larger ones cost more than setting up the passes once more (measured, 2^17 to 2^23).
     COMFORTABLE_VOXELS = 1 << 21,
     MEASURED_CELLS = 1024, // whose bricks are read together
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
@@ -167,8 +167,9 @@ static enum weft_result find_cells(const struct runner *r, const struct rectangl
     if (weft_slice_grid_walk(&r->slice->grid, at->x, at->y, at->width, at->height, collect_run,
                              out))
         return WEFT_OK;
+    const size_t bytes = 2 * (out->capacity + 1) * (sizeof *out->cells + sizeof *out->map.keys);
     reach_destroy(out);
-    return out_of_memory(r, out->capacity, "the cells of a rectangle");
+    return out_of_memory(r, bytes, "the cells of a rectangle");
 }
 
 // A store of these bricks, whose values stay in r->values.
@@ -224,9 +225,10 @@ static enum weft_result measure_cells(struct runner *r, const struct reach *reac
 {
     struct weft_cell_map bricks = {0};
     weft_brick_store *store = NULL;
-    enum weft_result res = note_cells(r, reach, from, to, &bricks)
-                               ? load_bricks(r, &bricks, &store)
-                               : out_of_memory(r, bricks.capacity, "a list of bricks");
+    enum weft_result res =
+        note_cells(r, reach, from, to, &bricks)
+            ? load_bricks(r, &bricks, &store)
+            : out_of_memory(r, (bricks.count + 1) * sizeof *bricks.keys, "a list of bricks");
     for (size_t i = from; res == WEFT_OK && i < to; i++) {
         int32_t min[3], max[3];
         weft_slice_cell_box(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
@@ -240,15 +242,14 @@ static enum weft_result measure_cells(struct runner *r, const struct reach *reac
 // Of whole blocks: what their cells reach does not depend on how the slice is cut.
 static enum weft_result measure_block(struct runner *r, const struct rectangle *block)
 {
-    if (!go_on(r, 0.0))
-        return WEFT_ERR_CANCELLED;
     struct reach reach;
     enum weft_result res = find_cells(r, block, &reach);
     if (res != WEFT_OK)
         return res;
     for (size_t i = 0; res == WEFT_OK && i < reach.map.count; i += MEASURED_CELLS) {
-        size_t left = reach.map.count - i;
-        res = measure_cells(r, &reach, i, i + (left < MEASURED_CELLS ? left : MEASURED_CELLS));
+        const size_t left = reach.map.count - i;
+        const size_t end = i + (left < MEASURED_CELLS ? left : MEASURED_CELLS);
+        res = go_on(r, 0.0) ? measure_cells(r, &reach, i, end) : WEFT_ERR_CANCELLED;
     }
     reach_destroy(&reach);
     return res;
@@ -440,18 +441,16 @@ static enum weft_result cut_rectangle(struct runner *r, const struct rectangle *
     if (fits && can_be_cut)
         fits = count_voxels(&reach) <= COMFORTABLE_VOXELS;
     if (fits && !note_cells(r, &reach, 0, reach.map.count, &reach.bricks))
-        res = out_of_memory(r, reach.bricks.capacity, "a list of bricks");
+        res = out_of_memory(r, (reach.bricks.count + 1) * sizeof *reach.bricks.keys,
+                            "a list of bricks");
     const uint64_t bytes = rectangle_bytes(r, whole, &reach);
-    if (res == WEFT_OK && fits && bytes <= r->memory_bytes)
+    const bool runs = fits && bytes <= r->memory_bytes;
+    if (res == WEFT_OK && runs)
         res = run_rectangle(r, whole, &reach);
     else if (res == WEFT_OK && !can_be_cut)
         res = refuse(r, whole, &reach, bytes);
-    else if (res == WEFT_OK) {
-        reach_destroy(&reach);
-        return run_halves(r, whole);
-    }
     reach_destroy(&reach);
-    return res;
+    return res == WEFT_OK && !runs ? run_halves(r, whole) : res;
 }
 
 // ---- runs ---------------------------------------------------------------------------------------

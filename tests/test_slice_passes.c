@@ -405,7 +405,7 @@ static void not_finite_voxels_stay_in_reach(void **state)
         float *data = make_voxels("ramp", 0.0, 1.0);
         data[(15 * N + 16) * N + 17] = bad[b];
         weft_volume *volume = make_volume(data, 0.0f);
-        const struct weft_slice_geometry g = oblique(64, 64);
+        const struct weft_slice_geometry g = oblique(61, 67); // on no voxel's plane
         struct fixture f;
         set_up(&f, volume, &g, &small_way);
         for (int gl = 0; gl < 2; gl++) {

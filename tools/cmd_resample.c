@@ -34,6 +34,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "NAME[:p,q]|table:FILE",
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
                          "'help' lists them"},
+    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "what a pass may do (default fp32)"),
     [RESAMPLE_CHANNELS] =
         {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
     [RESAMPLE_TOGETHER] = {.name = "together",
@@ -82,7 +83,6 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_QUIET] =
         {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
     [RESAMPLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
-    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "what a pass may do (default fp32)"),
 };
 
 // ---- checks that need no file contents ----------------------------------------------------------

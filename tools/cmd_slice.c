@@ -84,6 +84,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "BYTES",
                       "bound for voxels, layouts and GL memory, K, M or G for powers of 1024 "
                       "(default 1G); the work is cut into tiles that fit"},
+    RESAMPLE_PLAN_OPTIONS(SLICE_PASSES, "slice in passes, as hardware of limited precision does"),
     [SLICE_RANGE] = {.name = "range",
                      0,
                      OPTION_RANGE,
@@ -113,7 +114,6 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_QUIET] =
         {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
     [SLICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
-    RESAMPLE_PLAN_OPTIONS(SLICE_PASSES, "slice in passes, as hardware of limited precision does"),
 };
 
 // ---- what there is to choose from ---------------------------------------------------------------

@@ -157,7 +157,8 @@ static void print_text(const struct verdict *v)
         print_range_fault(v);
     } else {
         find_range(v, &low, &high);
-        printf("valid: range [%.6g, %.6g] over %d passes\n", low + 0.0, high, v->list->pass_count);
+        printf("valid: range [%.6g, %.6g] over %d pass%s\n", fabs(low) < 1e-12 ? 0.0 : low, high,
+               v->list->pass_count, v->list->pass_count == 1 ? "" : "es");
     }
 }
 

@@ -18,17 +18,21 @@ extern const struct plan_words plan_words;
 // Everything of a plan; NULL: no memory.
 json_t *plan_json(const weft_plan *plan);
 
+// Reads a file, or standard input for "-"; *out is a new reference. Returns WEFT_ERR_OPEN,
+// WEFT_ERR_FORMAT, WEFT_ERR_LIMIT (64 MiB of text, or memory_bytes of values), WEFT_ERR_MEMORY or
+// WEFT_ERR_CANCELLED after an error line.
+enum weft_result plan_json_load(const char *path, uint64_t memory_bytes, json_t **out);
+
 // Positions are as many numbers as there are dimensions.
 json_t *plan_range_json(const struct weft_range *range, int dims);
 json_t *plan_integers_json(const int *value, int count);
 
-// A plan that was read: what is needed to run or check it.
+// A plan that was read: what is needed to check it.
 struct plan_file {
     weft_kernel_file *kernel_file;
     weft_kernel_tiles *tiles;
     struct weft_plan_step *steps; // of the tiles
     struct weft_profile profile;
-    enum weft_technique technique;
     enum weft_worst_case worst_case;
     struct weft_pass_list list; // points into what follows
     struct weft_tap_group *groups;
@@ -36,10 +40,9 @@ struct plan_file {
     uint32_t *log_table;
 };
 
-// Reads a file, or standard input for "-". Nothing in it is trusted: sizes and ranges are checked
-// before anything is allocated or computed, and tiles and targets take at most memory_bytes (0:
-// 1 GiB). Returns WEFT_ERR_OPEN, WEFT_ERR_FORMAT (where in the file, and what is wrong there),
-// WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED after an error line.
+// Nothing in the file is trusted: sizes and ranges are checked before anything is allocated or
+// computed, and tiles take at most memory_bytes (0: 1 GiB). Returns what plan_json_load does, with
+// WEFT_ERR_FORMAT for what is wrong in the plan, and where.
 enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct plan_file *out);
 void plan_file_clear(struct plan_file *file); // {0} is fine
 

@@ -2,22 +2,17 @@
 // JSON to plans. Every number has its range here: what comes out can be computed with as it is.
 #include "plan_json.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <math.h>
-#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "kernels.h"
 #include "report.h"
 
 enum {
-    MAX_FILE_BYTES = 64 << 20,
     MAX_PASSES = 65536,
     MAX_SLOTS = 256,
     MAX_SPLITS = 4096,
@@ -27,65 +22,13 @@ enum {
     MAX_FACTOR = 1 << 30,
 };
 static const uint64_t default_memory = UINT64_C(1) << 30;
-// What jansson takes for a list or an object, and for any other value, both rounded up.
-static const uint64_t container_bytes = 320, value_bytes = 96;
-
-// ---- bytes --------------------------------------------------------------------------------------
-
-// A read that a signal restarts would wait on: poll comes back.
-static bool read_some(int fd, char *to, size_t size, ssize_t *count)
-{
-    struct pollfd ready = {.fd = fd, .events = POLLIN};
-    *count = -1;
-    if (poll(&ready, 1, -1) > 0)
-        *count = read(fd, to, size);
-    return *count >= 0 || (errno == EINTR && !report_interrupted());
-}
-
-static enum weft_result read_bytes(int fd, const char *path, char **out, size_t *size)
-{
-    size_t room = 0;
-    ssize_t count;
-    do {
-        if (*size == room) {
-            room = room ? 2 * room : 1 << 16;
-            char *larger = realloc(*out, room);
-            if (!larger) {
-                report_error("out of memory for %zu bytes of %s", room, path);
-                return WEFT_ERR_MEMORY;
-            }
-            *out = larger;
-        }
-        if (!read_some(fd, *out + *size, room - *size, &count)) {
-            if (report_interrupted())
-                return WEFT_ERR_CANCELLED;
-            report_error("%s cannot be read: %s", path, strerror(errno));
-            return WEFT_ERR_OPEN;
-        }
-        *size += count > 0 ? (size_t)count : 0;
-        if (*size > MAX_FILE_BYTES) {
-            report_error("%s has more than %d bytes, the limit for a plan", path, MAX_FILE_BYTES);
-            return WEFT_ERR_LIMIT;
-        }
-    } while (count != 0);
-    return WEFT_OK;
-}
-
-static enum weft_result read_file(const char *path, char **out, size_t *size)
-{
-    const bool standard = strcmp(path, "-") == 0;
-    const int fd = standard ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0) {
-        report_error("%s cannot be read: %s", path, strerror(errno));
-        return WEFT_ERR_OPEN;
-    }
-    const enum weft_result res = read_bytes(fd, standard ? "standard input" : path, out, size);
-    if (!standard)
-        close(fd);
-    return res;
-}
 
 // ---- values -------------------------------------------------------------------------------------
+
+// The first tile of each part that a tap has; -1: none.
+struct tap_tiles {
+    int first[3];
+};
 
 // The first thing that is wrong ends it: every reader after that returns something in range.
 struct reader {
@@ -94,10 +37,8 @@ struct reader {
     uint64_t memory_bytes;
     enum weft_result res;
     struct plan_file *out;
-    struct {
-        int first[3]; // by part; -1: none
-    } * taps;         // width^dims
-    int *next;        // the next piece of each tile; -1: none
+    struct tap_tiles *taps; // width^dims
+    int *next;              // the next piece of each tile; -1: none
 };
 
 static bool good(const struct reader *r)
@@ -568,7 +509,7 @@ static void read_plan(struct reader *r, const json_t *root)
     read_word(r, root, "format", formats);
     read_integer(r, root, "version", 1, 1);
     out->list.dims = read_integer(r, root, "dims", 2, 3);
-    out->technique = (enum weft_technique)read_word(r, root, "technique", weft_technique_names);
+    read_word(r, root, "technique", weft_technique_names);
     out->worst_case =
         (enum weft_worst_case)read_word(r, root, "worst_case", plan_words.worst_cases);
     if (good(r))
@@ -582,47 +523,14 @@ static void read_plan(struct reader *r, const json_t *root)
     out->list.tiles = out->tiles;
 }
 
-// JSON of a hundred bytes takes thousands in memory: this is known before it does.
-static enum weft_result check_json_memory(const char *path, const char *text, size_t size,
-                                          uint64_t limit)
-{
-    uint64_t bytes = 0;
-    for (size_t i = 0; i < size; i++)
-        bytes += text[i] == '[' || text[i] == '{'   ? container_bytes
-                 : text[i] == ',' || text[i] == ':' ? value_bytes
-                                                    : 0;
-    if (bytes <= limit)
-        return WEFT_OK;
-    report_error("%s: so many values take %llu bytes, over the limit of %llu", path,
-                 (unsigned long long)bytes, (unsigned long long)limit);
-    return WEFT_ERR_LIMIT;
-}
-
-static enum weft_result parse(const char *path, const char *text, size_t size, json_t **out)
-{
-    json_error_t error;
-    *out = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
-    if (*out)
-        return WEFT_OK;
-    report_error("%s is no JSON: line %d: %s", path, error.line, error.text);
-    return json_error_code(&error) == json_error_out_of_memory ? WEFT_ERR_MEMORY : WEFT_ERR_FORMAT;
-}
-
 enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct plan_file *out)
 {
     *out = (struct plan_file){0};
+    json_t *root = NULL;
     struct reader r = {.path = strcmp(path, "-") == 0 ? "standard input" : path,
                        .memory_bytes = memory_bytes ? memory_bytes : default_memory,
                        .out = out};
-    json_t *root = NULL;
-    char *text = NULL;
-    size_t size = 0;
-    r.res = read_file(path, &text, &size);
-    if (good(&r))
-        r.res = check_json_memory(r.path, text, size, r.memory_bytes);
-    if (good(&r))
-        r.res = parse(r.path, text, size, &root);
-    free(text);
+    r.res = plan_json_load(path, r.memory_bytes, &root);
     if (good(&r))
         read_plan(&r, root);
     json_decref(root);

@@ -101,7 +101,7 @@ const char *resample_bound_format(const struct resample_bound *b, char text[RESA
 {
     int used = snprintf(text, RESAMPLE_PLAN_TEXT, "%.3g (source %.3g, E2 %.3g, E3 %.3g", b->total,
                         b->source, b->e2, b->e3);
-    if (b->clamp > 0.0)
+    if (b->clamp > 1e-9 * b->total) // not what rounding leaves
         used +=
             snprintf(text + used, RESAMPLE_PLAN_TEXT - (size_t)used, ", clamping %.3g", b->clamp);
     snprintf(text + used, RESAMPLE_PLAN_TEXT - (size_t)used, ")");

@@ -22,7 +22,8 @@ enum slice_option {
     SLICE_CONTEXT,
     SLICE_LAYOUT,
     SLICE_MEMORY,
-    SLICE_RANGE,
+    SLICE_PASSES, // the first of enum resample_plan_option
+    SLICE_RANGE = SLICE_PASSES + RESAMPLE_PLAN_OPTION_COUNT,
     SLICE_COLOUR_MAP,
     SLICE_EXPLAIN,
     SLICE_VERIFY,
@@ -30,8 +31,7 @@ enum slice_option {
     SLICE_NO_CLOBBER,
     SLICE_QUIET,
     SLICE_VERBOSE,
-    SLICE_PASSES, // the first of enum resample_plan_option
-    SLICE_OPTION_COUNT = SLICE_PASSES + RESAMPLE_PLAN_OPTION_COUNT
+    SLICE_OPTION_COUNT
 };
 
 struct slice_job {

@@ -84,7 +84,7 @@ int divided(int x)
 ivec4 divided(ivec4 x)
 {
     ivec4 magnitude = ivec4((uvec4(abs(x)) + uint(DIVISOR) / 2u) / uint(DIVISOR));
-    return mix(magnitude, -magnitude, lessThan(x, ivec4(0)));
+    return magnitude * (1 - 2 * ivec4(lessThan(x, ivec4(0))));
 }
 #endif
 
