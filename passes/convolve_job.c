@@ -513,7 +513,7 @@ static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limi
     res = check_texels(job, "tiles", texels, limit < INT32_MAX ? limit : INT32_MAX);
     if (res != WEFT_OK)
         goto fail;
-    const int largest = l->log_table ? job->one : (1 << info->bits) - 1;
+    const int largest = job->floats || l->log_table ? job->one : (1 << info->bits) - 1;
     job->tiles.type = job->floats       ? WEFT_VALUE_FLOAT
                       : largest <= 0xff ? WEFT_VALUE_UINT8
                                         : WEFT_VALUE_UINT16;

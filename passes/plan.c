@@ -8,7 +8,7 @@
 #include "filter/kernel_nd.h"
 #include "passes/plan_impl.h"
 
-enum { MAX_SPLITS = 24, LOG_EXTRA_BITS = 8 };
+enum { MAX_SPLITS = 64, LOG_EXTRA_BITS = 8 };
 // How far scaled tiles of a hierarchy go: deep enough for a tri-cubic kernel's corners.
 enum { HIERARCHY_SCALE_8 = 128, HIERARCHY_SCALE_16 = 8 };
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
@@ -135,6 +135,8 @@ static enum weft_result make_tiles(struct weft_planner *planner)
         tiles->rounding = p->round_singly ? WEFT_TILE_NEAREST : WEFT_TILE_SUM_PRESERVING;
     }
     weft_kernel_tiles_destroy(&planner->plan->tiles);
+    planner->plan->info.tile_params = *tiles;
+    planner->plan->info.tile_split_count = 0;
     enum weft_result res = weft_kernel_tiles_create(tiles, &planner->plan->tiles);
     planner->plan->list.tiles = planner->plan->tiles;
     return res;
@@ -171,6 +173,29 @@ static enum weft_result no_such_step(const struct weft_planner *planner,
     return WEFT_ERR_ARGUMENT;
 }
 
+enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold)
+{
+    struct weft_plan *plan = planner->plan;
+    if (plan->info.tile_split_count == plan->split_room) {
+        const int room = plan->split_room ? 2 * plan->split_room : 16;
+        struct weft_plan_split *splits = realloc(plan->splits, (size_t)room * sizeof *splits);
+        if (!splits) {
+            weft_error(planner->p.log, "plan: not enough memory for %d splits", room);
+            return WEFT_ERR_MEMORY;
+        }
+        plan->splits = splits;
+        plan->split_room = room;
+    }
+    const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
+    const struct weft_plan_split split = {
+        .tile = weft_plan_tile_step(plan, tile),
+        .threshold = isnan(threshold) ? 0.5 * (t->minimum + t->maximum) : threshold};
+    enum weft_result res = weft_kernel_tiles_split(plan->tiles, tile, threshold);
+    if (res == WEFT_OK)
+        plan->splits[plan->info.tile_split_count++] = split;
+    return res;
+}
+
 static enum weft_result make_given_splits(struct weft_planner *planner)
 {
     enum weft_result res = WEFT_OK;
@@ -179,7 +204,7 @@ static enum weft_result make_given_splits(struct weft_planner *planner)
         const int tile = find_step(planner->plan->tiles, &split->tile);
         if (tile < 0)
             return no_such_step(planner, &split->tile);
-        res = weft_kernel_tiles_split(planner->plan->tiles, tile, split->threshold);
+        res = weft_planner_split_tile(planner, tile, split->threshold);
         planner->plan->info.split_count++;
     }
     return res;
@@ -348,21 +373,35 @@ static enum weft_result prepare(struct weft_planner *planner, double spare)
     return planner->logarithms ? scale_log_table(planner) : WEFT_OK;
 }
 
-// Tries with splits, as many as are allowed; at first with a wide search, perhaps.
-static enum weft_result order_atoms(struct weft_planner *planner, int splits, bool wide,
-                                    struct weft_plan_order *order, int *stuck)
+// Splits what could not be placed; returns how many splits there were.
+static int split_stuck(struct weft_planner *planner, const struct weft_plan_order *order,
+                       int placed, int most, enum weft_result *res)
 {
-    for (;; wide = false) {
+    int splits = 0;
+    for (int i = placed; *res == WEFT_OK && i < order->atom_count && splits < most; i++)
+        splits += weft_planner_split_atom(planner, order->atom[i], res);
+    planner->plan->info.split_count += splits;
+    return splits;
+}
+
+// Tries with splits, up to so many; at first with a wide search, perhaps. *found: an order was.
+static enum weft_result order_atoms(struct weft_planner *planner, int splits, bool wide,
+                                    struct weft_plan_order *order, bool *found)
+{
+    for (;;) {
+        int placed = 0;
         weft_plan_order_destroy(order);
         enum weft_result res = weft_plan_order_create(planner->atom_count, order);
         if (res == WEFT_OK)
             res = weft_planner_order(planner, mixes_signs(planner) || planner->real, wide, order,
-                                     stuck);
-        if (res != WEFT_OK || *stuck < 0 || splits-- <= 0)
+                                     &placed);
+        *found = placed == order->atom_count;
+        if (res != WEFT_OK || *found)
             return res;
-        if (!weft_planner_split_atom(planner, *stuck, &res))
+        const int made = split_stuck(planner, order, placed, splits, &res);
+        if (res != WEFT_OK || !made)
             return res;
-        planner->plan->info.split_count++;
+        splits -= made;
     }
 }
 
@@ -394,14 +433,14 @@ static enum weft_result find_order(struct weft_planner *planner, struct weft_pla
     const bool scales =
         planner->p.allow_scale && (planner->p.technique == WEFT_TECHNIQUE_DOT4 || planner->derives);
     const bool splits = planner->p.allow_splits && !scales;
-    int stuck = -1;
+    bool found = false;
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; i < WEFT_COUNT(spares); i++) {
         if (i)
             res = prepare(planner, spares[i]);
         if (res == WEFT_OK)
-            res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &stuck);
-        if (res != WEFT_OK || stuck < 0)
+            res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &found);
+        if (res != WEFT_OK || found)
             return res;
         if (!planner->p.allow_scale)
             break;
@@ -471,10 +510,10 @@ static enum weft_result emit(struct weft_planner *planner, struct weft_plan_orde
     if (planner->p.order == WEFT_ORDER_PLANNED && !planner->real) {
         res = find_order(planner, order);
     } else {
-        int stuck;
+        bool found;
         res = planner->p.order == WEFT_ORDER_GIVEN ? apply_steps(planner) : WEFT_OK;
         if (res == WEFT_OK)
-            res = order_atoms(planner, 0, false, order, &stuck);
+            res = order_atoms(planner, 0, false, order, &found);
     }
     if (res != WEFT_OK)
         return res;
@@ -558,6 +597,7 @@ static void fill_info(struct weft_planner *planner)
         list->dot4 ? 4 * (size_t)list->group_count : (size_t)tiles->stored_count;
     info->passes = list;
     info->ranges = plan->ranges;
+    info->tile_splits = plan->splits;
     info->tile_count = tiles->tile_count;
     info->fetches = count_fetches(list);
     info->kept_bits = weft_target_bits(p->profile.target) +
@@ -643,6 +683,7 @@ void weft_plan_destroy(weft_plan **plan)
     free((*plan)->passes);
     free((*plan)->ranges);
     free((*plan)->log_table);
+    free((*plan)->splits);
     free((*plan)->text);
     free(*plan);
     *plan = NULL;

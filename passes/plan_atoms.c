@@ -310,7 +310,7 @@ static enum weft_result split_tile(struct weft_planner *planner, int index)
     int c = 0;
     while (atom->group.tile[c] < 0)
         c++;
-    enum weft_result res = weft_kernel_tiles_split(planner->plan->tiles, atom->group.tile[c], NAN);
+    enum weft_result res = weft_planner_split_tile(planner, atom->group.tile[c], NAN);
     if (res != WEFT_OK)
         return res;
     struct weft_tap_group piece = atom->group;

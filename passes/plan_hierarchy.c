@@ -77,45 +77,56 @@ static double cost_of(const struct hierarchy *h, int first, int count)
     return 0.5 * ((count + taps - 1) / taps) * exp2(-level_of(h, largest_sum(h, first, count)));
 }
 
-// Where a leaf is best cut in two, and by how much the cost falls.
-static int best_cut(const struct hierarchy *h, const struct leaf *leaf, double *gain)
+// A leaf in several: at one place, or in parts of like size.
+struct cut {
+    int leaf, parts, at;
+    double gain; // of cost, for each leaf more
+};
+
+static int part_end(const struct leaf *leaf, const struct cut *cut, int part)
 {
-    const double whole = cost_of(h, leaf->first, leaf->count);
-    int best = 0;
-    *gain = 0.0;
-    for (int cut = 1; cut < leaf->count; cut++) {
-        const double parts =
-            cost_of(h, leaf->first, cut) + cost_of(h, leaf->first + cut, leaf->count - cut);
-        if (whole - parts > *gain) {
-            *gain = whole - parts;
-            best = cut;
-        }
-    }
-    return best;
+    return cut->at && part == 0 ? cut->at : leaf->count * (part + 1) / cut->parts;
 }
 
-// Cuts as long as it saves an eighth of a code.
+static void try_cut(const struct hierarchy *h, struct cut cut, struct cut *best)
+{
+    const struct leaf *leaf = &h->leaf[cut.leaf];
+    cut.gain = cost_of(h, leaf->first, leaf->count);
+    for (int part = 0, first = 0; part < cut.parts; first = part_end(leaf, &cut, part++))
+        cut.gain -= cost_of(h, leaf->first + first, part_end(leaf, &cut, part) - first);
+    cut.gain /= cut.parts - 1;
+    if (cut.gain > best->gain)
+        *best = cut;
+}
+
+static void apply_cut(struct hierarchy *h, const struct cut *cut)
+{
+    struct leaf *old = &h->leaf[cut->leaf];
+    const struct leaf whole = *old;
+    memmove(old + cut->parts, old + 1, (size_t)(h->leaf_count - cut->leaf - 1) * sizeof *old);
+    h->leaf_count += cut->parts - 1;
+    for (int part = 0, first = 0; part < cut->parts; first = part_end(&whole, cut, part++)) {
+        old[part] = whole;
+        old[part].first = whole.first + first;
+        old[part].count = part_end(&whole, cut, part) - first;
+    }
+}
+
+// Cuts as long as each leaf more saves a sixteenth of a code.
 static void cut_leaves(struct hierarchy *h)
 {
-    while (h->leaf_count < MAX_LEAVES) {
-        double gain, most = 0.125;
-        int chosen = -1, cut = 0;
+    for (;;) {
+        struct cut best = {.gain = 0.0625};
         for (int i = 0; i < h->leaf_count; i++) {
-            const int at = best_cut(h, &h->leaf[i], &gain);
-            if (at && gain > most) {
-                most = gain;
-                chosen = i;
-                cut = at;
-            }
+            const int count = h->leaf[i].count;
+            for (int at = 1; h->leaf_count < MAX_LEAVES && at < count; at++)
+                try_cut(h, (struct cut){i, 2, at, 0.0}, &best);
+            for (int parts = 3; h->leaf_count + parts - 1 <= MAX_LEAVES && parts <= count; parts++)
+                try_cut(h, (struct cut){i, parts, 0, 0.0}, &best);
         }
-        if (chosen < 0)
+        if (!best.parts)
             return;
-        struct leaf *old = &h->leaf[chosen];
-        memmove(old + 1, old, (size_t)(h->leaf_count - chosen) * sizeof *old);
-        h->leaf_count++;
-        old[1].first += cut;
-        old[1].count -= cut;
-        old[0].count = cut;
+        apply_cut(h, &best);
     }
 }
 
@@ -212,7 +223,7 @@ static enum weft_result emit_leaf(struct hierarchy *h, const struct leaf *leaf, 
 
 static int most_inputs(const struct hierarchy *h)
 {
-    const int textures = 2 * h->planner->p.taps_per_pass;
+    const int textures = 2 * h->planner->p.profile.taps_per_pass;
     return textures < WEFT_PASS_MAX_INPUTS ? textures : WEFT_PASS_MAX_INPUTS;
 }
 

@@ -24,6 +24,8 @@ struct weft_plan {
     struct weft_tap_group *groups;
     struct weft_pass *passes;
     struct weft_range *ranges;
+    struct weft_plan_split *splits; // of tiles
+    int split_room;
     uint32_t *log_table;
     char *text;
 };
@@ -42,6 +44,9 @@ struct weft_planner {
     int32_t bias, bias_step; // of the result, in codes, and what each pass's is a multiple of
     int pass_room, group_room;
 };
+
+// Splits a tile and notes it. NAN: the middle of its range.
+enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold);
 
 // ---- plan_values.c: values at sample positions, numbered x fastest ------------------------------
 
@@ -84,10 +89,11 @@ enum weft_result weft_plan_order_create(int atoms, struct weft_plan_order *out);
 void weft_plan_order_destroy(struct weft_plan_order *order); // {0} is fine
 
 // Orders the atoms as the parameters say, so that sums at all positions stay within [0, divisor].
-// `mixed`: a pass may hold atoms of both signs. *stuck is -1, or when no order was found an atom
-// that could not be placed; the order is then the best there was. `wide`: search harder.
+// `mixed`: a pass may hold atoms of both signs. `wide`: search harder. *placed is how many atoms
+// there are; when no order was found fewer, and the order is the best there was: those in front
+// could be placed, those behind could not.
 enum weft_result weft_planner_order(const struct weft_planner *planner, bool mixed, bool wide,
-                                    struct weft_plan_order *order, int *stuck);
+                                    struct weft_plan_order *order, int *placed);
 
 // ---- plan_passes.c ------------------------------------------------------------------------------
 

@@ -470,25 +470,24 @@ static void write_order(const struct search *s, const int *item, const int *step
     out->pass_count = passes;
 }
 
-// The atoms that could not be placed come last; the largest of them is in the way.
+// The atoms that could not be placed come last; returns how many were.
 static int write_stuck(struct search *s, int *item, int *steps, struct weft_plan_order *out)
 {
-    int placed = s->best_place + 1, stuck = -1;
+    int placed = s->best_place + 1, atoms = 0;
     trace_back(s, item, steps);
+    for (int place = 0; place <= s->best_place; place++)
+        atoms += s->items[item[place]].count;
     for (int i = 0; i < s->item_count; i++) {
         bool there = false;
         for (int place = 0; place <= s->best_place; place++)
             there = there || item[place] == i;
-        if (there)
-            continue;
-        item[placed++] = i;
-        const int atom = s->atom[s->items[i].first];
-        if (stuck < 0 || s->planner->atoms[atom].largest > s->planner->atoms[stuck].largest)
-            stuck = atom;
+        if (!there)
+            item[placed++] = i;
     }
     spend_bias(s, item, steps);
     write_order(s, item, steps, out);
-    return stuck < 0 ? s->atom[s->items[item[0]].first] : stuck;
+    // All in a row, but not at all positions: nothing tells which are in the way.
+    return atoms < s->planner->atom_count ? atoms : 0;
 }
 
 // Where a code is no whole value, all values are counted in finer units.
@@ -504,7 +503,7 @@ static void set_bias(struct search *s)
 }
 
 static enum weft_result search(struct search *s, bool wide, struct weft_plan_order *order,
-                               int *stuck)
+                               int *placed)
 {
     const size_t atoms = (size_t)s->planner->atom_count + 1;
     int *item = malloc(atoms * sizeof *item), *steps = malloc((atoms + 1) * sizeof *steps);
@@ -520,7 +519,7 @@ static enum weft_result search(struct search *s, bool wide, struct weft_plan_ord
             write_order(s, item, steps, order);
     }
     if (res == WEFT_OK && !found)
-        *stuck = write_stuck(s, item, steps, order);
+        *placed = write_stuck(s, item, steps, order);
     free(item);
     free(steps);
     return res;
@@ -578,13 +577,13 @@ static void sort_greedily(struct search *s)
 }
 
 enum weft_result weft_planner_order(const struct weft_planner *planner, bool mixed, bool wide,
-                                    struct weft_plan_order *order, int *stuck)
+                                    struct weft_plan_order *order, int *placed)
 {
     struct search s = {.planner = planner, .mixed = mixed};
     const bool any = planner->p.worst_case == WEFT_WORST_ANY; // no order is better than another
-    *stuck = -1;
+    *placed = planner->atom_count;
     if (!planner->real && planner->p.order == WEFT_ORDER_PLANNED && !any) {
-        enum weft_result res = search(&s, wide, order, stuck);
+        enum weft_result res = search(&s, wide, order, placed);
         release(&s);
         return res;
     }

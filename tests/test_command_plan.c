@@ -15,7 +15,6 @@
 #include <jansson.h>
 
 #include "command.h"
-#include "passes/plan.h"
 #include "weft.h"
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))

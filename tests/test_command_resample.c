@@ -506,6 +506,20 @@ static void bad_files_are_refused(void **state)
         command_fails(4, "/proc/weft.exr", "resample", "grey.exr", "-o", "/proc/weft.exr");
 }
 
+static void windows_have_a_limit(void **state)
+{
+    (void)state;
+    float value = 1.0f;
+    struct weft_image_channel channel = {.name = "Y", .plane = &value};
+    const struct weft_image image = {
+        .x = -800000000, .width = 1, .height = 1, .channel_count = 1, .channels = &channel};
+    assert_int_equal(weft_image_save(&image, &(struct weft_image_save_params){.path = "far.exr"}),
+                     WEFT_OK);
+    command_fails(3, "-1600000000", "resample", "far.exr", "-o", "a.exr");
+    command_succeeds("resample", "far.exr", "--explain", "--size", "1x9");
+    unlink("far.exr");
+}
+
 static void a_negative_range_has_no_logarithm(void **state)
 {
     (void)state;
@@ -658,6 +672,7 @@ int main(void)
         cmocka_unit_test(an_interrupt_leaves_nothing),
         cmocka_unit_test(bad_usage_is_refused),
         cmocka_unit_test(bad_files_are_refused),
+        cmocka_unit_test(windows_have_a_limit),
         cmocka_unit_test(a_negative_range_has_no_logarithm),
         cmocka_unit_test(slices_run_in_passes),
         cmocka_unit_test(options_of_passes_need_a_profile),

@@ -6,9 +6,9 @@
 #include "report.h"
 #include "verb.h"
 
-static const struct verb *const verbs[] = {&verb_slice, &verb_resample, &verb_info,
-                                           &verb_make,  &verb_kernel,   &verb_table,
-                                           &verb_plan,  &verb_validate, NULL};
+static const struct verb *const verbs[] = {&verb_slice,    &verb_info,     &verb_make,
+                                           &verb_resample, &verb_kernel,   &verb_table,
+                                           &verb_plan,     &verb_validate, NULL};
 
 static const struct verb *find_verb(const char *name)
 {

@@ -7,8 +7,6 @@
 #include "options.h"
 #include "weft.h"
 
-#include "passes/plan.h"
-
 enum plan_option {
     PLAN_KERNEL,
     PLAN_DIMS,

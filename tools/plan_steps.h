@@ -6,8 +6,6 @@
 
 #include "weft.h"
 
-#include "passes/plan.h"
-
 enum { PLAN_STEP_TEXT = 64 };
 
 // "1,0 1,2- 1,2-/1", separated by blanks or semicolons, and the same with "@T" behind each.

@@ -20,7 +20,7 @@ struct verb {
     int (*run)(const char *operand, const struct option_value *values);
 };
 
-extern const struct verb verb_slice, verb_resample, verb_info, verb_make, verb_kernel, verb_table,
+extern const struct verb verb_slice, verb_info, verb_make, verb_resample, verb_kernel, verb_table,
     verb_plan, verb_validate;
 
 #endif
