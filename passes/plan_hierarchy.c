@@ -113,15 +113,15 @@ static void apply_cut(struct hierarchy *h, const struct cut *cut)
 }
 
 // Cuts as long as each leaf more saves a sixteenth of a code.
-static void cut_leaves(struct hierarchy *h)
+static void cut_leaves(struct hierarchy *h, int most)
 {
     for (;;) {
         struct cut best = {.gain = 0.0625};
         for (int i = 0; i < h->leaf_count; i++) {
             const int count = h->leaf[i].count;
-            for (int at = 1; h->leaf_count < MAX_LEAVES && at < count; at++)
+            for (int at = 1; h->leaf_count < most && at < count; at++)
                 try_cut(h, (struct cut){i, 2, at, 0.0}, &best);
-            for (int parts = 3; h->leaf_count + parts - 1 <= MAX_LEAVES && parts <= count; parts++)
+            for (int parts = 3; h->leaf_count + parts - 1 <= most && parts <= count; parts++)
                 try_cut(h, (struct cut){i, parts, 0, 0.0}, &best);
         }
         if (!best.parts)
@@ -327,14 +327,39 @@ static enum weft_result emit_trees(struct hierarchy *h)
     return res == WEFT_OK ? emit_last(h, last) : res;
 }
 
+// In codes: what passes into leaves and, of more leaves than one pass combines, nodes can lose. A
+// node holds an average, so that what it loses counts by the leaves' shares together.
+static double cost_of_all(const struct hierarchy *h)
+{
+    double cost = 0.0, shares = 0.0;
+    for (int l = 0; l < h->leaf_count; l++) {
+        const struct leaf *leaf = &h->leaf[l];
+        cost += cost_of(h, leaf->first, leaf->count);
+        shares += exp2(-level_of(h, largest_sum(h, leaf->first, leaf->count)));
+    }
+    const double levels = ceil(log(h->leaf_count) / log(most_inputs(h)));
+    return h->leaf_count <= most_inputs(h) ? cost : cost + 0.5 * levels * shares;
+}
+
+// As many leaves as one pass combines, or more where that loses less.
+static void choose_leaves(struct hierarchy *h)
+{
+    struct hierarchy deep = *h;
+    start_leaves(h);
+    start_leaves(&deep);
+    cut_leaves(h, most_inputs(h));
+    cut_leaves(&deep, MAX_LEAVES);
+    if (cost_of_all(&deep) < cost_of_all(h))
+        *h = deep;
+}
+
 enum weft_result weft_planner_emit_hierarchy(struct weft_planner *planner)
 {
     struct hierarchy h = {.planner = planner, .full = (int64_t)round(1.0 / planner->unit)};
     sort_atoms(planner);
     enum weft_result res = sample(&h);
     if (res == WEFT_OK) {
-        start_leaves(&h);
-        cut_leaves(&h);
+        choose_leaves(&h);
         find_levels(&h);
         res = h.leaf_count <= most_inputs(&h) ? emit_flat(&h) : emit_trees(&h);
         planner->plan->list.scratch_count = 1;

@@ -25,6 +25,15 @@ static inline int random_below(int count)
     return (int)((hand_seed >> 33) % (uint64_t)count);
 }
 
+// Splitmix64: neighbouring cases have nothing in common.
+static inline void start_case(int number)
+{
+    uint64_t h = (uint64_t)number * UINT64_C(0x9e3779b97f4a7c15) + UINT64_C(0x632be59bd9b4e019);
+    h = (h ^ h >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    h = (h ^ h >> 27) * UINT64_C(0x94d049bb133111eb);
+    hand_seed = h ^ h >> 31;
+}
+
 static inline double random_unit(void)
 {
     return random_below(1 << 30) * 0x1p-30;
@@ -293,6 +302,8 @@ static inline struct hand_params random_params(enum weft_target_format target)
     p.extra_bits = one_in(2) ? 0 : random_below(target == WEFT_TARGET_UNORM8 ? 7 : 5);
     p.range = one_in(2) ? 0.0 : ranges[random_below(4)];
     p.logarithms = one_in(6);
+    if (p.logarithms)
+        p.rounding = WEFT_TILE_NEAREST;
     return p;
 }
 
