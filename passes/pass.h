@@ -4,7 +4,8 @@
 // arithmetic of integers, so that any two ways of running a list of passes agree in every bit:
 //
 //   T        the target's code for 1.0 (255, 65535); sources are codes s from 0 to T as well
-//   q        what a tile stores at the sample position nearest to the tap's fraction
+//   q        what a tile stores at the sample position nearest to the tap's fraction, as it is in
+//            memory: signs, of negated tiles too, are the group's
 //   e        extra_bits: one code of the target is 2^e inside a pass
 //   product  sign s q 2^shift 2^e / divisor
 //   n        the sum of a pass's products and its bias
@@ -15,9 +16,10 @@
 //   whole    y + ((n + 2^(e-1)) >> e)       (e = 0: y + n)
 //   high     y + (n >> e)
 //   low      y + (n & (2^e - 1))
-// clamped to [0, T]. With `subtract`, n is made with all signs turned, and whole passes take it
-// away, high ones take (n + 2^e - 1) >> e away, and low ones add (-n) & (2^e - 1), so that low
-// parts never fall (Hadwiger, Hauser and Moeller, WSCG 2003, section 3.1, with floors).
+// clamped to [0, T]. With `subtract`, n is made with all signs turned, that of the bias too, and
+// whole passes take it away, high ones take (n + 2^e - 1) >> e away, and low ones add (-n) & (2^e -
+// 1), so that low parts never fall (Hadwiger, Hauser and Moeller, WSCG 2003, section 3.1, with
+// floors).
 //
 // A combining pass stores floor((sum numerator y + bias + denominator / 2) / denominator), clamped
 // to [0, T], of up to 16 targets; where products are rounded inside, each is rounded to 2^-e codes

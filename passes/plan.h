@@ -37,8 +37,8 @@ struct weft_plan_step {
     int piece;
 };
 struct weft_plan_split {
-    struct weft_plan_step tile; // keeps what is >= threshold; the rest is its tap's next piece
-    double threshold;           // of the weight's magnitude; NAN: the middle of its range
+    struct weft_plan_step tile; // keeps weights >= threshold; the rest is its tap's next piece
+    double threshold;           // NAN: the middle of the weights' range
 };
 
 struct weft_plan_params {
@@ -65,7 +65,8 @@ struct weft_plan_params {
     bool blend_only;       // as if the profile had no ping-pong
     int channels;          // 1, or 4 of an image together (not with dot4) (default 1)
     uint64_t memory_bytes; // of tiles (default 1 GiB)
-    // Of WEFT_ORDER_GIVEN, a pass each; not with dot4 or hierarchical.
+    // Of WEFT_ORDER_GIVEN: every tile once, but those that are 0 everywhere; neighbours of one sign
+    // share passes, up to taps_per_pass. Not with dot4 or hierarchical.
     const struct weft_plan_step *steps;
     size_t step_count;
     const struct weft_plan_split *splits; // made first, in order
@@ -77,14 +78,18 @@ struct weft_plan_params {
 #define weft_plan_params(...) (&(struct weft_plan_params){WEFT_PLAN_DEFAULTS __VA_ARGS__})
 
 // Bounds of |result - exact|, for a source mapped to [0, 1]: multiply by the width of the source's
-// range. E1, the kernel's own error, is filter/error.h's.
+// range, and add the rounding of results to single precision. Between sample positions radial
+// kernels are looked at in the corners of cells only. E1, the kernel's own error, is
+// filter/error.h's.
 struct weft_plan_error {
     double source; // the source's own codes
     double e2;     // the kernel's representation: quantised weights, nearest sample position
     double e3;     // arithmetic: products, sums and stores
     double clamp;  // what the worst input can lose to clamping
-    double bound;  // source + e2 + e3: for inputs as the worst case says (constant: any constant)
-    double bound_any; // bound + clamp: for any input in range
+    // source + e2 + e3, for inputs as the worst case says (constant: of any level); with what they
+    // lose to clamping where the plan is not valid.
+    double bound;
+    double bound_any; // with clamp: for any input in range
 };
 
 struct weft_plan_info {

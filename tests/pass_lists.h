@@ -295,6 +295,7 @@ static inline struct hand_params random_params(enum weft_target_format target)
     p.rounding = (enum weft_tile_rounding)random_below(3);
     if (weft_target_bits(target) == 0) {
         p.signs = one_in(2) ? WEFT_TILE_SIGNED : WEFT_TILE_SEPARATE;
+        p.rounding = WEFT_TILE_NEAREST;
         return p;
     }
     static const double ranges[] = {1.0, 1.5, 8.0, INFINITY};

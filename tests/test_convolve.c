@@ -1,0 +1,414 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common.h"
+#include "contexts.h"
+#include "pass_lists.h"
+#include "passes/context_backend.h"
+#include "passes/program.h"
+
+// Of a list and request that emulation takes: GL gives the same. Returns the largest difference,
+// in units of the result; NAN where emulation refuses.
+static double largest_difference(weft_context *context, const struct hand_list *h,
+                                 struct hand_request *r)
+{
+    static float emulated[4][HAND_MAX_PIXELS];
+    struct weft_convolve_report report;
+    struct message refusal = {0};
+    const struct weft_log log = {keep_message, &refusal};
+    r->params.log = &log;
+    if (weft_emulate_run_work(&h->work, &r->params, NULL) != WEFT_OK)
+        return NAN;
+    memcpy(emulated, r->pixels, sizeof emulated);
+    memset(r->pixels, 0xff, sizeof r->pixels);
+    r->params.log = &log_to_stderr;
+    assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, &report), WEFT_OK);
+    double largest = 0.0;
+    for (int c = 0; c < h->work.channels; c++) {
+        for (int p = 0; p < r->grid.width * r->grid.height; p++) {
+            const double a = (double)emulated[c][p], b = (double)r->pixels[c][p];
+            assert_int_equal(isnan(a), isnan(b));
+            largest = isnan(a) ? largest : fmax(largest, fabs(a - b));
+        }
+    }
+    return largest;
+}
+
+// ---- what blending does with whole codes --------------------------------------------------------
+
+static const char constant_fragment[] = "uniform float code_over_one;\n"
+                                        "out float value;\n"
+                                        "void main() { value = code_over_one; }\n";
+static const char ramp_fragment[] = "uniform int first;\n"
+                                    "out float value;\n"
+                                    "void main()\n"
+                                    "{\n"
+                                    "    value = float(first + int(gl_FragCoord.x)) / float(ONE);\n"
+                                    "}\n";
+
+struct blend_test {
+    const GladGLContext *gl;
+    GLuint ramp, constant, texture, framebuffer, vertex_array;
+    int one, width;
+    GLenum internal, type;
+};
+
+static void create_blend_test(weft_context *context, int bits, struct blend_test *t)
+{
+    char defines[32];
+    *t = (struct blend_test){.gl = &context->gl, .one = (1 << bits) - 1, .width = 256};
+    t->internal = bits == 8 ? GL_R8 : GL_R16;
+    t->type = bits == 8 ? GL_UNSIGNED_BYTE : GL_UNSIGNED_SHORT;
+    const GladGLContext *gl = t->gl;
+    snprintf(defines, sizeof defines, "#define ONE %d\n", t->one);
+    assert_int_equal(weft_program_get(context, "ramp", defines, weft_shader_full_target,
+                                      ramp_fragment, &t->ramp),
+                     WEFT_OK);
+    assert_int_equal(weft_program_get(context, "constant", "", weft_shader_full_target,
+                                      constant_fragment, &t->constant),
+                     WEFT_OK);
+    gl->GenVertexArrays(1, &t->vertex_array);
+    gl->BindVertexArray(t->vertex_array);
+    gl->GenTextures(1, &t->texture);
+    gl->BindTexture(GL_TEXTURE_2D, t->texture);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, (GLint)t->internal, t->width, 1, 0, GL_RED, t->type, NULL);
+    gl->GenFramebuffers(1, &t->framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->texture, 0);
+    gl->Viewport(0, 0, t->width, 1);
+    gl->BlendFunc(GL_ONE, GL_ONE);
+    gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
+}
+
+static void destroy_blend_test(struct blend_test *t)
+{
+    const GladGLContext *gl = t->gl;
+    gl->Disable(GL_BLEND);
+    gl->BlendEquation(GL_FUNC_ADD);
+    gl->BlendFunc(GL_ONE, GL_ZERO);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl->DeleteFramebuffers(1, &t->framebuffer);
+    gl->DeleteTextures(1, &t->texture);
+    gl->DeleteVertexArrays(1, &t->vertex_array);
+    assert_int_equal(weft_gl_check(&log_to_stderr, gl, "a blend test"), WEFT_OK);
+}
+
+// Codes first to first + 255 by clearing or drawing, then one more code by blending. Returns how
+// many are not what integers give.
+static int count_wrong(const struct blend_test *t, int first, int code, GLenum equation)
+{
+    const GladGLContext *gl = t->gl;
+    uint16_t words[256];
+    uint8_t bytes[256];
+    int wrong = 0;
+    gl->Disable(GL_BLEND);
+    gl->UseProgram(t->ramp);
+    gl->Uniform1i(gl->GetUniformLocation(t->ramp, "first"), first);
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->Enable(GL_BLEND);
+    gl->BlendEquation(equation);
+    gl->UseProgram(t->constant);
+    gl->Uniform1f(gl->GetUniformLocation(t->constant, "code_over_one"),
+                  (float)code / (float)t->one);
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->ReadPixels(0, 0, t->width, 1, GL_RED, t->type, t->one > 255 ? (void *)words : bytes);
+    for (int i = 0; i < t->width; i++) {
+        const int y = first + i > t->one ? t->one : first + i;
+        const int sum = equation == GL_FUNC_ADD ? y + code : y - code;
+        const int expected = sum < 0 ? 0 : sum > t->one ? t->one : sum;
+        wrong += (t->one > 255 ? words[i] : bytes[i]) != expected;
+    }
+    return wrong;
+}
+
+// All pairs of 8-bit codes, a sample of 16-bit ones with all that is near either end.
+static void blending_adds_whole_codes(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        for (int bits = 8; bits <= 16; bits += 8) {
+            struct blend_test t;
+            int wrong[2] = {0, 0};
+            assert_int_equal(weft_context_enter(contexts[c]), WEFT_OK);
+            create_blend_test(contexts[c], bits, &t);
+            for (int i = 0; i < 512; i++) {
+                const int near = i < 128 ? i : t.one - (i - 128);
+                const int code = bits == 8 ? i / 2 : i < 256 ? near : i * 128 + random_below(128);
+                const int first = bits == 8 ? 0 : i % 4 * 21760 + random_below(256);
+                wrong[i % 2] +=
+                    count_wrong(&t, first, code, i % 2 ? GL_FUNC_REVERSE_SUBTRACT : GL_FUNC_ADD);
+            }
+            destroy_blend_test(&t);
+            weft_context_leave(contexts[c]);
+            print_message("%-16s R%d: of 65536 pairs, %d sums and %d differences are not whole\n",
+                          weft_context_get_info(contexts[c])->platform, bits, wrong[0], wrong[1]);
+            assert_int_equal(wrong[0], 0);
+            assert_int_equal(wrong[1], 0);
+        }
+    }
+}
+
+static void clearing_stores_every_code(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        for (int bits = 8; bits <= 16; bits += 8) {
+            struct blend_test t;
+            int wrong = 0;
+            assert_int_equal(weft_context_enter(contexts[c]), WEFT_OK);
+            create_blend_test(contexts[c], bits, &t);
+            for (int i = 0; i <= t.one; i += bits == 8 ? 1 : 37) {
+                uint16_t word = 0;
+                uint8_t byte = 0;
+                t.gl->ClearColor((float)((double)i / t.one), 0.0f, 0.0f, 0.0f);
+                t.gl->Clear(GL_COLOR_BUFFER_BIT);
+                t.gl->ReadPixels(0, 0, 1, 1, GL_RED, t.type, bits > 8 ? (void *)&word : &byte);
+                wrong += (bits > 8 ? word : byte) != i;
+            }
+            destroy_blend_test(&t);
+            weft_context_leave(contexts[c]);
+            assert_int_equal(wrong, 0);
+        }
+    }
+}
+
+// ---- GL and emulation ---------------------------------------------------------------------------
+
+static void gl_agrees_in_every_bit(void **state)
+{
+    (void)state;
+    enum { CASES = 60 };
+    int compared = 0;
+    for (int i = 0; i < CASES; i++) {
+        for (int c = 0; c < 2 && contexts[c]; c++) {
+            start_case(i);
+            struct hand_list *h =
+                hand_random_list(i % 2 ? WEFT_TARGET_UNORM16 : WEFT_TARGET_UNORM8);
+            struct hand_request *r = hand_random_request(h);
+            const double difference = largest_difference(contexts[c], h, r);
+            if (difference > 0.0)
+                fail_msg("case %d on %s: %.3g codes", i,
+                         weft_context_get_info(contexts[c])->platform,
+                         difference * weft_target_one(h->list.target));
+            compared += !isnan(difference);
+            free(r);
+            hand_list_destroy(h);
+        }
+    }
+    print_message("%d runs agree in every bit\n", compared);
+    assert_true(compared > CASES / 2);
+}
+
+// Both sum in the same order in floats; the shader's compiler may keep that or not. Of a sum of n
+// terms each rounding is 2^-24 of a partial sum, whose magnitudes stay below the largest value that
+// a target reaches; a half store may go one step, 2^-10, the other way for each of the stores.
+static void floats_agree_within_roundings(void **state)
+{
+    (void)state;
+    enum { CASES = 60 };
+    double largest[2] = {0.0, 0.0};
+    for (int i = 0; i < CASES; i++) {
+        for (int c = 0; c < 2 && contexts[c]; c++) {
+            start_case(i);
+            const bool half = i % 2;
+            struct hand_list *h = hand_random_list(half ? WEFT_TARGET_HALF : WEFT_TARGET_FLOAT);
+            struct hand_request *r = hand_random_request(h);
+            const double difference = largest_difference(contexts[c], h, r);
+            double magnitude = 1.0;
+            for (int p = 0; p < r->grid.width * r->grid.height; p++)
+                magnitude = fmax(magnitude, fabs((double)r->pixels[0][p]));
+            const double passes = h->list.pass_count;
+            const double bound =
+                16.0 * magnitude * (half ? passes * 0x1p-10 : 80.0 * passes * 0x1p-24);
+            assert_false(isnan(difference));
+            largest[half] = fmax(largest[half], difference / magnitude);
+            if (difference > bound)
+                fail_msg("case %d: %.3g, bound %.3g", i, difference, bound);
+            free(r);
+            hand_list_destroy(h);
+        }
+    }
+    print_message("floats differ by %.3g, halves by %.3g of the largest value\n", largest[0],
+                  largest[1]);
+}
+
+// A plain list as reconstruction, by blending and by ping-pong: the same.
+static void blending_and_ping_pong_agree(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        for (int target = WEFT_TARGET_UNORM8; target <= WEFT_TARGET_UNORM16; target++) {
+            float pixels[2][20 * 30];
+            for (int reads = 0; reads < 2; reads++) {
+                start_case(target);
+                struct hand_list *h = hand_list_create(
+                    &(struct hand_params){HAND_DEFAULTS.target = (enum weft_target_format)target,
+                                          .signs = WEFT_TILE_SEPARATE, .dims = 3});
+                hand_add_all_tiles(h, reads);
+                h->passes[0].initial = weft_target_one(h->list.target) / 2;
+                struct hand_request *r = hand_request_create(h, 20, 30, 6, 7, 8);
+                for (int a = 0; a < 3; a++) {
+                    r->grid.du[a] = 0.2 + 0.03 * a;
+                    r->grid.dv[a] = 0.2 - 0.03 * a;
+                }
+                // Values that keep all sums within the range.
+                for (int s = 0; s < 6 * 7 * 8; s++)
+                    r->samples[0][s] = 0.3f * r->samples[0][s];
+                assert_true(largest_difference(contexts[c], h, r) == 0.0);
+                memcpy(pixels[reads], r->pixels[0], sizeof pixels[reads]);
+                free(r);
+                hand_list_destroy(h);
+            }
+            assert_memory_equal(pixels[0], pixels[1], sizeof pixels[0]);
+        }
+    }
+}
+
+// ---- edges --------------------------------------------------------------------------------------
+
+static void smallest_sizes(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
+        hand_add_all_tiles(h, true);
+        struct hand_request *r = hand_request_create(h, 1, 1, 1, 1, 1);
+        assert_true(largest_difference(contexts[c], h, r) == 0.0);
+        // Far away: the edge's value holds, however far.
+        r->grid.origin[0] = 1e300;
+        r->grid.origin[1] = -1e18;
+        assert_true(largest_difference(contexts[c], h, r) == 0.0);
+        free(r);
+        hand_list_destroy(h);
+    }
+}
+
+static void samples_that_are_not_finite_show(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        struct hand_list *h = hand_list_create(
+            &(struct hand_params){HAND_DEFAULTS.kernel = "bspline", .samples = 32, .channels = 4});
+        hand_add_all_tiles(h, true);
+        struct hand_request *r = hand_request_create(h, 30, 30, 9, 9, 1);
+        r->samples[0][0] = NAN;
+        r->samples[1][40] = INFINITY;
+        r->samples[3][80] = -INFINITY;
+        r->source.low = r->source.high = NAN;
+        r->grid.origin[0] = r->grid.origin[1] = -1.0;
+        r->grid.du[0] = r->grid.dv[1] = 10.0 / 30.0;
+        assert_true(largest_difference(contexts[c], h, r) == 0.0);
+        struct weft_convolve_error error;
+        assert_int_equal(weft_convolve_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        assert_int_equal(error.not_finite_mismatches, 0);
+        assert_true(error.maximum < 0.1);
+        free(r);
+        hand_list_destroy(h);
+    }
+}
+
+static void limits_are_checked(void **state)
+{
+    (void)state;
+    weft_context *context = contexts[0];
+    const struct weft_context_info info = context->info;
+    struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
+    hand_add_all_tiles(h, true);
+    struct hand_request *r = hand_request_create(h, 30, 20, 9, 9, 1);
+    static const struct {
+        int side, texels;
+        const char *text;
+    } cases[] = {
+        {29, 100000, "30 x 20 pixels, over the limit of 29"},
+        {30, 100, "source takes 225 texels, over the limit of 100"}, // (9 + 2 * 3)^2
+        {30, 240, "tiles takes 256 texels, over the limit of 240"},  // 4 of 64
+        {30, 599, "grid takes 600 texels, over the limit of 599"},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct message message = {0};
+        const struct weft_log log = {keep_message, &message};
+        r->params.log = &log;
+        context->info.max_target_size = cases[i].side;
+        context->info.max_buffer_texels = cases[i].texels;
+        assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, NULL),
+                         WEFT_ERR_LIMIT);
+        if (!strstr(message.text, cases[i].text))
+            fail_msg("'%s' instead of '%s'", message.text, cases[i].text);
+    }
+    context->info = info;
+    assert_int_equal(weft_convolve_run(context, &(struct weft_convolve_params){0}, NULL),
+                     WEFT_ERR_ARGUMENT);
+    free(r);
+    hand_list_destroy(h);
+}
+
+// Another module's draws are as ever after a run: blending is off.
+static void state_is_left_clean(void **state)
+{
+    (void)state;
+    weft_context *context = contexts[0];
+    struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
+    hand_add_all_tiles(h, false);
+    struct hand_request *r = hand_request_create(h, 3, 3, 3, 3, 1);
+    assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, NULL), WEFT_OK);
+    assert_int_equal(weft_context_enter(context), WEFT_OK);
+    GLint equation = 0, framebuffer = -1, alignment = 0;
+    context->gl.GetIntegerv(GL_BLEND_EQUATION_RGB, &equation);
+    context->gl.GetIntegerv(GL_FRAMEBUFFER_BINDING, &framebuffer);
+    context->gl.GetIntegerv(GL_PACK_ALIGNMENT, &alignment);
+    assert_false(context->gl.IsEnabled(GL_BLEND));
+    assert_true(context->gl.IsEnabled(GL_DITHER));
+    assert_int_equal(equation, GL_FUNC_ADD);
+    assert_int_equal(framebuffer, 0);
+    assert_int_equal(alignment, 4);
+    weft_context_leave(context);
+    free(r);
+    hand_list_destroy(h);
+}
+
+static bool cancel(void *priv, double fraction)
+{
+    (void)fraction;
+    return --*(int *)priv > 0;
+}
+
+static void progress_can_cancel(void **state)
+{
+    (void)state;
+    int calls = 3;
+    const struct weft_progress progress = {cancel, &calls};
+    struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
+    hand_add_all_tiles(h, false);
+    struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);
+    r->params.progress = &progress;
+    assert_int_equal(weft_convolve_run_work(contexts[0], &h->work, &r->params, NULL),
+                     WEFT_ERR_CANCELLED);
+    free(r);
+    hand_list_destroy(h);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(blending_adds_whole_codes),
+        cmocka_unit_test(clearing_stores_every_code),
+        cmocka_unit_test(gl_agrees_in_every_bit),
+        cmocka_unit_test(floats_agree_within_roundings),
+        cmocka_unit_test(blending_and_ping_pong_agree),
+        cmocka_unit_test(smallest_sizes),
+        cmocka_unit_test(samples_that_are_not_finite_show),
+        cmocka_unit_test(limits_are_checked),
+        cmocka_unit_test(state_is_left_clean),
+        cmocka_unit_test(progress_can_cancel),
+    };
+    return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
+}
