@@ -8,7 +8,7 @@
 #include "filter/kernel_nd.h"
 #include "passes/plan_impl.h"
 
-enum { MAX_SPLITS = 64, LOG_EXTRA_BITS = 8 };
+enum { MAX_SPLITS = 16, LOG_EXTRA_BITS = 8 };
 // How far scaled tiles of a hierarchy go: deep enough for a tri-cubic kernel's corners.
 enum { HIERARCHY_SCALE_8 = 128, HIERARCHY_SCALE_16 = 8 };
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
@@ -391,7 +391,7 @@ static enum weft_result order_atoms(struct weft_planner *planner, int splits, bo
     for (;;) {
         int placed = 0;
         weft_plan_order_destroy(order);
-        enum weft_result res = weft_plan_order_create(planner->atom_count, order);
+        enum weft_result res = weft_plan_order_create(planner->p.log, planner->atom_count, order);
         if (res == WEFT_OK)
             res = weft_planner_order(planner, mixes_signs(planner) || planner->real, wide, order,
                                      &placed);

@@ -296,7 +296,11 @@ enum weft_result weft_planner_find_error(struct weft_planner *planner)
     struct weft_range_report report;
     double magnitude = 0.0;
     struct weft_range *ranges = calloc((size_t)plan->list.pass_count + 1, sizeof *ranges);
-    enum weft_result res = ranges ? find_e2(planner, &error->e2, &magnitude) : WEFT_ERR_MEMORY;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    if (ranges)
+        res = find_e2(planner, &error->e2, &magnitude);
+    else
+        weft_error(planner->p.log, "plan: not enough memory for %d ranges", plan->list.pass_count);
     if (res == WEFT_OK)
         res = weft_range_simulate(planner->p.log, &plan->list, WEFT_WORST_ANY, planner->p.progress,
                                   ranges, &report);

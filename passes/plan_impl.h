@@ -51,8 +51,6 @@ enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile,
 // ---- plan_values.c: values at sample positions, numbered x fastest ------------------------------
 
 size_t weft_planner_positions(const struct weft_planner *planner);
-// Without signs: what the tile stores.
-int32_t weft_planner_tile_value(const struct weft_planner *planner, int tile, const int at[3]);
 // With signs and shifts; out[i] += the atom's value at positions[i].
 void weft_planner_add_values(const struct weft_planner *planner, const struct weft_plan_atom *atom,
                              size_t count, const uint32_t *positions, int32_t *out);
@@ -85,7 +83,8 @@ struct weft_plan_order {
     int *bias;     // by pass
     int initial;   // before the first
 };
-enum weft_result weft_plan_order_create(int atoms, struct weft_plan_order *out);
+enum weft_result weft_plan_order_create(const struct weft_log *log, int atoms,
+                                        struct weft_plan_order *out);
 void weft_plan_order_destroy(struct weft_plan_order *order); // {0} is fine
 
 // Orders the atoms as the parameters say, so that sums at all positions stay within [0, divisor].

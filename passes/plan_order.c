@@ -9,10 +9,11 @@
 
 #include "passes/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_POSITIONS = 6000, JOIN_AT_ONCE = 256, MAX_ROUNDS = 24 };
-static const int beam_widths[] = {12, 96};
+enum { CHUNK = 2048, MAX_POSITIONS = 6000, JOIN_AT_ONCE = 96 };
+static const int beam_widths[] = {12, 96}, most_rounds[] = {24, 8};
 
-enum weft_result weft_plan_order_create(int atoms, struct weft_plan_order *out)
+enum weft_result weft_plan_order_create(const struct weft_log *log, int atoms,
+                                        struct weft_plan_order *out)
 {
     const size_t n = (size_t)atoms + 1;
     *out = (struct weft_plan_order){.atom_count = atoms,
@@ -21,6 +22,7 @@ enum weft_result weft_plan_order_create(int atoms, struct weft_plan_order *out)
                                     .bias = calloc(n, sizeof(int))};
     if (out->atom && out->pass_end && out->bias)
         return WEFT_OK;
+    weft_error(log, "plan: not enough memory to order %d groups of taps", atoms);
     weft_plan_order_destroy(out);
     return WEFT_ERR_MEMORY;
 }
@@ -164,25 +166,44 @@ struct trial {
     int32_t bias;
 };
 
-// Whether an item can come next; what it needs in bias, and how good the set is then: what is still
-// to be subtracted should be little, and sums low but enough for it.
-static bool try_item(const struct search *s, int place, int from, int item, struct trial *out)
+// Of sums with an item's values added.
+static void find_bounds(const int32_t *sum, const int32_t *value, size_t count, int32_t *least,
+                        int32_t *most)
 {
-    const struct state *state = &s->now[from];
-    const size_t n = (size_t)s->positions;
-    const int32_t *sum = s->sums[0] + (size_t)from * n, *left = s->left[0] + (size_t)from * n;
-    const int32_t *value = s->value + (size_t)item * n;
-    int32_t least = INT32_MAX, most = INT32_MIN;
+    int32_t low = INT32_MAX, high = INT32_MIN;
+    for (size_t k = 0; k < count; k++) {
+        const int32_t x = sum[k] + value[k];
+        low = x < low ? x : low;
+        high = x > high ? x : high;
+    }
+    *least = low;
+    *most = high;
+}
+
+// How bad a set is: what is still to be subtracted should be little, and sums low but enough for
+// it.
+static double find_score(const int32_t *sum, const int32_t *left, const int32_t *value,
+                         size_t count)
+{
     int64_t to_subtract = 0, missing = 0, high = 0;
-    for (size_t k = 0; k < n; k++) {
+    for (size_t k = 0; k < count; k++) {
         const int32_t x = sum[k] + value[k], l = left[k] + (value[k] < 0 ? value[k] : 0);
-        least = x < least ? x : least;
-        most = x > most ? x : most;
         to_subtract += l;
         missing += l > x ? l - x : 0;
         high += l > 0 ? x : 0;
     }
+    return 4.0 * (double)to_subtract + (double)missing + 0.25 * (double)high;
+}
+
+// Whether an item can come next, what it needs in bias, and how good the set is then.
+static bool try_item(const struct search *s, int place, int from, int item, struct trial *out)
+{
+    const struct state *state = &s->now[from];
+    const size_t n = (size_t)s->positions;
+    const int32_t *sum = s->sums[0] + (size_t)from * n, *value = s->value + (size_t)item * n;
     const bool adds = s->mixed || !s->items[item].subtracts;
+    int32_t least, most;
+    find_bounds(sum, value, n, &least, &most);
     const int steps = least < 0 ? (-least + s->quantum - 1) / s->quantum : 0;
     const int32_t bias = steps * s->quantum;
     // At the end, all of the bias must be somewhere: see spend_bias.
@@ -190,6 +211,7 @@ static bool try_item(const struct search *s, int place, int from, int item, stru
     if (steps > state->steps_left || most + (adds ? more : bias) > s->limit ||
         (!adds && more && state->peak + more > s->limit))
         return false;
+    const double score = find_score(sum, s->left[0] + (size_t)from * n, value, n);
     *out = (struct trial){{.parent = from,
                            .item = item,
                            .steps = steps,
@@ -198,8 +220,7 @@ static bool try_item(const struct search *s, int place, int from, int item, stru
                            .last_adding = state->last_adding,
                            .peak = state->peak + (adds ? 0 : bias),
                            .hash = state->hash + item_hash(item),
-                           .score = 4.0 * (double)to_subtract + 1.0 * (double)missing +
-                                    0.25 * (double)high + (double)n * bias},
+                           .score = score + (double)n * bias},
                           bias};
     return true;
 }
@@ -425,7 +446,7 @@ static enum weft_result search_items(struct search *s, int beams, int *item, int
     choose_positions(s);
     for (int b = 0; b < beams; b++) {
         s->beam = beam_widths[b];
-        for (int round = 0; round < MAX_ROUNDS; round++) {
+        for (int round = 0; round < most_rounds[b]; round++) {
             if (cancelled(s))
                 return WEFT_ERR_CANCELLED;
             for (int i = 0; i < s->item_count; i++)
@@ -507,8 +528,12 @@ static enum weft_result search(struct search *s, bool wide, struct weft_plan_ord
 {
     const size_t atoms = (size_t)s->planner->atom_count + 1;
     int *item = malloc(atoms * sizeof *item), *steps = malloc((atoms + 1) * sizeof *steps);
-    enum weft_result res = item && steps ? allocate(s) : WEFT_ERR_MEMORY;
+    enum weft_result res = allocate(s);
     bool found = false;
+    if (res == WEFT_OK && (!item || !steps)) {
+        weft_error(s->planner->p.log, "plan: not enough memory for %zu places", atoms);
+        res = WEFT_ERR_MEMORY;
+    }
     set_bias(s);
     // Passes of one sign are best made before they are ordered.
     for (int size = s->mixed ? 1 : s->planner->p.taps_per_pass; res == WEFT_OK && !found && size;

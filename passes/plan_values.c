@@ -9,22 +9,35 @@ size_t weft_planner_positions(const struct weft_planner *planner)
     return weft_kernel_tiles_get_info(planner->plan->tiles)->tile_values;
 }
 
-static void unpack(const struct weft_kernel_tiles_info *info, uint32_t position, int at[3])
+// Sample positions are mostly looked at in their order: a step on is cheaper than divisions.
+static void move_to(const struct weft_kernel_tiles_info *info, uint32_t from, uint32_t to,
+                    int at[3])
 {
     const uint32_t m = (uint32_t)info->samples;
-    at[0] = (int)(position % m);
-    at[1] = (int)(position / m % m);
-    at[2] = (int)(position / m / m);
+    if (to == from + 1 && at[0] + 1 < info->samples) {
+        at[0]++;
+        return;
+    }
+    at[0] = (int)(to % m);
+    at[1] = (int)(to / m % m);
+    at[2] = (int)(to / m / m);
 }
 
-static size_t stored_index(const struct weft_kernel_tiles_info *info,
-                           const struct weft_kernel_tile *tile, const int at[3])
+// Index of a sample in a tile's memory: base + step at.
+struct tile_place {
+    int64_t base, step[3];
+};
+
+static struct tile_place place_of(const struct weft_kernel_tiles_info *info,
+                                  const struct weft_kernel_tile *tile)
 {
-    size_t index = 0;
-    for (int a = info->dims - 1; a >= 0; a--)
-        index = index * (size_t)info->samples +
-                (size_t)(tile->mirrored[a] ? info->samples - 1 - at[a] : at[a]);
-    return index;
+    struct tile_place place = {0, {0, 0, 0}};
+    int64_t stride = 1;
+    for (int a = 0; a < info->dims; a++, stride *= info->samples) {
+        place.step[a] = tile->mirrored[a] ? -stride : stride;
+        place.base += tile->mirrored[a] ? (info->samples - 1) * stride : 0;
+    }
+    return place;
 }
 
 // The code of a weight's logarithm, passes/pass.h.
@@ -35,32 +48,39 @@ static int log_code(const struct weft_pass_list *list, double weight)
     return code < full - 0.5 ? (int)fmax(0.0, round(code)) : full;
 }
 
-int32_t weft_planner_tile_value(const struct weft_planner *planner, int tile, const int at[3])
+static int32_t log_value(const struct weft_planner *planner, const struct weft_kernel_tile *tile,
+                         int64_t index)
+{
+    const double weight = fabs((double)((const float *)tile->data)[index]) / tile->scale;
+    const int code = log_code(&planner->plan->list, weight);
+    return code < planner->full ? (int32_t)planner->plan->log_table[code] : 0;
+}
+
+static void add_tile(const struct weft_planner *planner, int tile, int32_t factor, size_t count,
+                     const uint32_t *positions, int32_t *out)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(planner->plan->tiles);
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(planner->plan->tiles, tile);
-    const size_t index = stored_index(info, t, at);
-    if (!planner->logarithms)
-        return ((const uint16_t *)t->data)[index];
-    const int code =
-        log_code(&planner->plan->list, fabs((double)((const float *)t->data)[index]) / t->scale);
-    return code < planner->full ? (int32_t)planner->plan->log_table[code] : 0;
+    const struct tile_place place = place_of(info, t);
+    const uint16_t *stored = t->data;
+    uint32_t last = UINT32_MAX - 1;
+    int at[3] = {info->samples, 0, 0};
+    for (size_t i = 0; i < count; last = positions[i++]) {
+        move_to(info, last, positions[i], at);
+        const int64_t index =
+            place.base + at[0] * place.step[0] + at[1] * place.step[1] + at[2] * place.step[2];
+        out[i] += factor * (planner->logarithms ? log_value(planner, t, index) : stored[index]);
+    }
 }
 
 void weft_planner_add_values(const struct weft_planner *planner, const struct weft_plan_atom *atom,
                              size_t count, const uint32_t *positions, int32_t *out)
 {
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(planner->plan->tiles);
-    for (int c = 0; c < 4; c++) {
-        if (atom->group.tile[c] < 0)
-            continue;
-        const int32_t factor = atom->group.sign[c] * (1 << atom->group.shift[c]);
-        for (size_t i = 0; i < count; i++) {
-            int at[3];
-            unpack(info, positions[i], at);
-            out[i] += factor * weft_planner_tile_value(planner, atom->group.tile[c], at);
-        }
-    }
+    const struct weft_tap_group *group = &atom->group;
+    for (int c = 0; c < 4; c++)
+        if (group->tile[c] >= 0)
+            add_tile(planner, group->tile[c], group->sign[c] * (1 << group->shift[c]), count,
+                     positions, out);
 }
 
 enum { CHUNK = 2048 };

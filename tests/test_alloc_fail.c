@@ -13,6 +13,8 @@
 #include "alloc_fail.h"
 #include "files.h"
 #include "filter/check.h"
+#include "passes/accumulate/tree.h"
+#include "passes/convolve.h"
 #include "passes/slice.h"
 #include "tiles/image.h"
 #include "tiles/kernel_tiles.h"
@@ -141,6 +143,51 @@ static enum weft_result load_volume(void)
     return res;
 }
 
+static enum weft_technique technique;
+
+// Plans a gradient and runs it without GL.
+static enum weft_result run_plan(void)
+{
+    static float pixels[16 * 16];
+    weft_plan *plan = NULL;
+    const struct weft_samples samples = {.size = {SIDE, SIDE, 1}, .plane = {plane}, .high = 1.0};
+    const struct weft_pixel_grid grid = {
+        .width = 16, .height = 16, .du = {0.1, 0.0}, .dv = {0.0, 0.1}};
+    const struct weft_plan_params *params =
+        weft_plan_params(.samples = 4, .taps_per_pass = 2, .technique = technique,
+                         .derivative = technique == WEFT_TECHNIQUE_PLAIN, .log = &test_log);
+    enum weft_result res = weft_plan_create(params, &plan);
+    const struct weft_convolve_params convolve = {
+        .plan = plan, .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &test_log};
+    if (res == WEFT_OK)
+        res = weft_emulate_run(&convolve, NULL);
+    if (res == WEFT_OK && context)
+        res = weft_convolve_run(context, &convolve, NULL);
+    weft_plan_destroy(&plan);
+    return res;
+}
+
+static enum weft_result average_frame(void *priv, int leaf, size_t count, uint16_t *codes)
+{
+    (void)priv;
+    for (size_t i = 0; i < count; i++)
+        codes[i] = (uint16_t)leaf;
+    return WEFT_OK;
+}
+
+static enum weft_result run_tree(void)
+{
+    weft_tree *tree = NULL;
+    uint16_t out[16];
+    const struct weft_tree_source source = {.fill = average_frame};
+    enum weft_result res = weft_tree_create(
+        &(struct weft_tree_params){.leaf_count = 10, .branching = 3, .log = &test_log}, &tree);
+    if (res == WEFT_OK)
+        res = weft_tree_run_codes(tree, &source, WEFT_COUNT(out), out);
+    weft_tree_destroy(&tree);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -213,16 +260,31 @@ static void test_slices(void **state)
     weft_context_destroy(&context);
 }
 
+static void test_plans(void **state)
+{
+    (void)state;
+    const struct weft_context_params params = {.kind = WEFT_CONTEXT_AUTO, .log = &test_log};
+    if (weft_context_create(&params, &context) != WEFT_OK)
+        print_message("[  SKIPPED ] no GL context: plans are emulated only\n");
+    for (int t = 0; weft_technique_names[t]; t++) {
+        technique = (enum weft_technique)t;
+        run(weft_technique_names[t], run_plan);
+    }
+    weft_context_destroy(&context);
+    run("weft_tree", run_tree);
+}
+
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
 
 int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
+    setenv("MESA_SHADER_CACHE_DISABLE", "true", 1); // its thread has files open, now and then
     for (int i = 0; i < SIDE * SIDE; i++)
         plane[i] = (float)i;
     const struct CMUnitTest tests[] = {
         IN_FOLDER(test_outputs), IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
-        IN_FOLDER(test_volumes), IN_FOLDER(test_slices),
+        IN_FOLDER(test_volumes), IN_FOLDER(test_slices), IN_FOLDER(test_plans),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
