@@ -22,7 +22,7 @@ struct runner {
     const GladGLContext *gl;
     const struct weft_log *log;
     int channels;
-    bool divisor_is_uniform;
+    bool divisor_is_uniform, has_bias;
     struct weft_gl_buffer source, tiles, entries, log_table;
     GLuint vertex_array;
     int target_count; // the slots' and, if any pass needs it, one more to write beside them
@@ -130,20 +130,20 @@ static enum weft_result create_targets(struct runner *r)
     return res;
 }
 
-static void count_divisors(struct runner *r)
+static void choose_defines(struct runner *r)
 {
     int divisors[MAX_DIVISORS], count = 0;
     for (int p = 0; p < r->passes->pass_count; p++) {
         const struct weft_pass *pass = &r->passes->passes[p];
+        if (pass->kind != WEFT_PASS_TAPS)
+            continue;
+        r->has_bias = r->has_bias || pass->bias != 0;
         int i = 0;
         while (i < count && divisors[i] != pass->divisor)
             i++;
-        if (pass->kind != WEFT_PASS_TAPS || i < count)
-            continue;
-        r->divisor_is_uniform = count == MAX_DIVISORS;
-        if (r->divisor_is_uniform)
-            return;
-        divisors[count++] = pass->divisor;
+        r->divisor_is_uniform = r->divisor_is_uniform || i == MAX_DIVISORS;
+        if (i == count && count < MAX_DIVISORS)
+            divisors[count++] = pass->divisor;
     }
 }
 
@@ -190,6 +190,25 @@ static int shader_groups(const struct weft_pass *pass)
     return pass->group_count > 0 ? pass->group_count : 1; // GLSL has no empty arrays
 }
 
+// The factors of each group's components are the same.
+static bool has_one_factor(const struct runner *r, const struct weft_pass *pass)
+{
+    for (int g = pass->group_first; g < pass->group_first + pass->group_count; g++) {
+        const struct weft_tap_group *group = &r->passes->groups[g];
+        const int first = weft_convolve_job_factor(r->job, pass, group, 0);
+        for (int c = 1; r->passes->dot4 && c < 4; c++)
+            if (weft_convolve_job_factor(r->job, pass, group, c) != first)
+                return false;
+    }
+    return true;
+}
+
+// Blending whole passes that subtract differ from others by factors and blend equation only.
+static bool shader_subtracts(const struct weft_pass *pass)
+{
+    return pass->subtract && (pass->reads_target || pass->part != WEFT_PASS_WHOLE);
+}
+
 static enum weft_result find_program(const struct runner *r, const struct weft_pass *pass,
                                      GLuint *out)
 {
@@ -202,13 +221,14 @@ static enum weft_result find_program(const struct runner *r, const struct weft_p
         snprintf(limit, sizeof limit, "#define LIMIT %d\n", job->limit);
     snprintf(defines, sizeof defines,
              "#define FLOATS %d\n#define ONE %d\n#define EXTRA_BITS %d\n#define DIVISOR %s\n"
-             "#define GROUPS %d\n#define DOT4 %d\n#define SPLIT_DOT %d\n#define CHANNELS %d\n"
-             "#define DIMS %d\n#define PART %d\n#define READS_TARGET %d\n#define EXACT %d\n"
-             "#define LOGARITHMS %d\n#define LINEAR %d\n#define POSITION_BITS %d\n%s",
+             "#define GROUPS %d\n#define DOT4 %d\n#define SPLIT_DOT %d\n#define FACTORS %d\n"
+             "#define CHANNELS %d\n#define DIMS %d\n#define PART %d\n#define SUBTRACT %d\n"
+             "#define READS_TARGET %d\n#define EXACT %d\n#define HAS_BIAS %d\n"
+             "#define LOGARITHMS %d\n#define POSITIONS %d\n#define POSITION_BITS %d\n%s",
              job->floats, job->one, job->extra_bits, divisor, shader_groups(pass), l->dot4,
-             l->dot_width == 3, r->channels, l->dims, (int)pass->part, pass->reads_target,
-             l->exact_inside, l->log_table != NULL, job->linear_positions, job->position_bits,
-             limit);
+             l->dot_width == 3, has_one_factor(r, pass) ? 1 : 4, r->channels, l->dims,
+             (int)pass->part, shader_subtracts(pass), pass->reads_target, l->exact_inside,
+             r->has_bias, l->log_table != NULL, (int)job->positions, job->position_bits, limit);
     return weft_program_get(r->context, "convolve", defines, weft_shader_full_target,
                             weft_shader_convolve, out);
 }
@@ -227,54 +247,59 @@ static void bind(const struct runner *r, GLuint program, enum unit unit, const c
     r->gl->ActiveTexture(GL_TEXTURE0);
 }
 
-static void set_groups(const struct runner *r, GLuint program, const struct weft_pass *pass)
+static void set_places(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
+    const GladGLContext *gl = r->gl;
     GLint offset[WEFT_PASS_MAX_GROUPS] = {0}, base[WEFT_PASS_MAX_GROUPS] = {0};
-    GLint step[WEFT_PASS_MAX_GROUPS][3] = {{0}}, factor[WEFT_PASS_MAX_GROUPS][4] = {{0}};
-    GLfloat weight[WEFT_PASS_MAX_GROUPS][4] = {{0}};
+    GLint step[WEFT_PASS_MAX_GROUPS][3] = {{0}}, flip[WEFT_PASS_MAX_GROUPS] = {0};
     const int count = shader_groups(pass);
     for (int g = 0; g < pass->group_count; g++) {
         const struct weft_job_group *place = &r->job->groups[pass->group_first + g];
-        const struct weft_tap_group *group = &r->passes->groups[pass->group_first + g];
         offset[g] = place->source_offset;
         base[g] = place->tile_base;
+        flip[g] = place->tile_flip;
         for (int a = 0; a < 3; a++)
             step[g][a] = place->tile_step[a];
-        for (int c = 0; c < (r->passes->dot4 ? 4 : 1); c++) {
-            factor[g][c] = weft_convolve_job_factor(r->job, pass, group, c);
-            weight[g][c] = weft_convolve_job_weight(r->job, pass, group, c);
-        }
     }
-    const GladGLContext *gl = r->gl;
+    gl->Uniform1i(location(r, program, "row_entries"), r->job->grid->width);
     gl->Uniform1iv(location(r, program, "source_offset"), count, offset);
     gl->Uniform1iv(location(r, program, "tile_base"), count, base);
+    gl->Uniform1iv(location(r, program, "tile_flip"), count, flip);
     gl->Uniform3iv(location(r, program, "tile_step"), count, step[0]);
-    if (r->job->floats)
-        gl->Uniform4fv(location(r, program, "factor"), count, weight[0]);
+}
+
+static void set_factors(const struct runner *r, GLuint program, const struct weft_pass *pass)
+{
+    GLint factor[4 * WEFT_PASS_MAX_GROUPS] = {0};
+    GLfloat weight[4 * WEFT_PASS_MAX_GROUPS] = {0};
+    const int count = shader_groups(pass), components = has_one_factor(r, pass) ? 1 : 4;
+    for (int i = 0; i < components * pass->group_count; i++) {
+        const struct weft_tap_group *group = &r->passes->groups[pass->group_first + i / components];
+        factor[i] = weft_convolve_job_factor(r->job, pass, group, i % components);
+        weight[i] = weft_convolve_job_weight(r->job, pass, group, i % components);
+    }
+    const GladGLContext *gl = r->gl;
+    const GLint at = location(r, program, "factor");
+    if (r->job->floats && components == 1)
+        gl->Uniform1fv(at, count, weight);
+    else if (r->job->floats)
+        gl->Uniform4fv(at, count, weight);
+    else if (components == 1)
+        gl->Uniform1iv(at, count, factor);
     else
-        gl->Uniform4iv(location(r, program, "factor"), count, factor[0]);
+        gl->Uniform4iv(at, count, factor);
 }
 
 static void set_numbers(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
-    const GladGLContext *gl = r->gl;
+    const bool divides = !r->job->floats && r->passes->exact_inside && !r->passes->log_table;
     const int bias = pass->subtract ? -pass->bias : pass->bias;
-    const int sign = pass->subtract ? -1 : 1, change = pass->part == WEFT_PASS_LOW ? 1 : sign;
-    gl->Uniform1i(location(r, program, "row_entries"), r->job->grid->width);
-    gl->Uniform1i(location(r, program, "divisor"), pass->divisor);
-    if (r->job->floats) {
-        gl->Uniform1f(location(r, program, "bias"), (GLfloat)bias);
-        gl->Uniform1f(location(r, program, "change_sign"), (GLfloat)sign);
-        return;
-    }
-    const bool divides = r->passes->exact_inside && !r->passes->log_table;
-    const int unit = 1 << r->job->extra_bits;
-    gl->Uniform1i(location(r, program, "bias"), divides ? bias * pass->divisor : bias);
-    gl->Uniform1i(location(r, program, "rounds"), pass->part == WEFT_PASS_WHOLE ? unit / 2
-                                                  : pass->subtract              ? unit - 1
-                                                                                : 0);
-    gl->Uniform1i(location(r, program, "n_sign"), sign);
-    gl->Uniform1i(location(r, program, "change_sign"), change);
+    const GLint at = location(r, program, "bias");
+    r->gl->Uniform1i(location(r, program, "divisor"), pass->divisor);
+    if (r->job->floats)
+        r->gl->Uniform1f(at, (GLfloat)bias);
+    else
+        r->gl->Uniform1i(at, divides ? bias * pass->divisor : bias);
 }
 
 static void clear(const struct runner *r, const struct weft_pass *pass)
@@ -325,7 +350,8 @@ static enum weft_result add_taps(struct runner *r, const struct weft_pass *pass)
     bind(r, program, UNIT_ENTRIES, "entries", GL_TEXTURE_BUFFER, r->entries.texture);
     if (r->passes->log_table)
         bind(r, program, UNIT_LOG_TABLE, "log_table", GL_TEXTURE_BUFFER, r->log_table.texture);
-    set_groups(r, program, pass);
+    set_places(r, program, pass);
+    set_factors(r, program, pass);
     set_numbers(r, program, pass);
     if (pass->reads_target) {
         bind(r, program, UNIT_TARGET, "target", GL_TEXTURE_2D, r->targets[pass->target].texture);
@@ -471,7 +497,7 @@ enum weft_result weft_convolve_run_work(weft_context *context,
         .log = params->log,
         .channels = work->channels,
     };
-    count_divisors(&r);
+    choose_defines(&r);
     res = weft_context_enter(context);
     if (res != WEFT_OK)
         goto fail;

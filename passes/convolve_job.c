@@ -401,7 +401,7 @@ static double stored_value(const struct weft_convolve_job *job, const struct wef
 }
 
 struct tile_axes {
-    int32_t base, step[3];
+    int32_t base, flip, step[3];
 };
 
 // Index of sample k in a tile's memory: base + sum over axes of step k.
@@ -410,9 +410,11 @@ static struct tile_axes tile_axes(const struct weft_convolve_job *job,
 {
     struct tile_axes axes = {0};
     for (int a = 0, stride = 1; a < job->passes->dims; a++, stride *= job->samples_per_unit) {
-        axes.step[a] = tile->mirrored[a] ? -stride : stride;
-        axes.base += tile->mirrored[a] ? (job->samples_per_unit - 1) * stride : 0;
+        const bool mirrored = tile && tile->mirrored[a];
+        axes.step[a] = mirrored ? -stride : stride;
+        axes.base += mirrored ? (job->samples_per_unit - 1) * stride : 0;
     }
+    axes.flip = axes.base;
     return axes;
 }
 
@@ -483,18 +485,28 @@ static void set_groups(struct weft_convolve_job *job, const int *block)
             write_block(job, group, out->tile_base);
             written++;
         }
-        const struct weft_kernel_tile *tile =
-            weft_kernel_tiles_get(job->passes->tiles, group->tile[0]);
-        struct tile_axes axes = {0, {1, 1, 1}};
-        if (!job->passes->dot4 && tile) {
-            axes = tile_axes(job, tile);
-            out->tile_base += axes.base;
-            job->linear_positions = job->linear_positions && axes.base == 0;
+        if (job->positions != WEFT_JOB_LINEAR) {
+            const struct tile_axes axes =
+                tile_axes(job, weft_kernel_tiles_get(job->passes->tiles, group->tile[0]));
+            memcpy(out->tile_step, axes.step, sizeof out->tile_step);
+            out->tile_flip = axes.flip;
+            out->tile_base += job->positions == WEFT_JOB_PACKED ? axes.base : 0;
         }
-        memcpy(out->tile_step, axes.step, sizeof out->tile_step);
         for (int a = 0, stride = 1; a < 3; stride *= (int)job->padded[a++])
             out->source_offset += group->offset[a] * stride;
     }
+}
+
+static enum weft_job_positions choose_positions(const struct weft_convolve_job *job)
+{
+    const int m = job->samples_per_unit;
+    bool mirrored = false;
+    for (int g = 0; !job->passes->dot4 && g < job->passes->group_count; g++) {
+        const int tile = job->passes->groups[g].tile[0];
+        mirrored =
+            mirrored || tile_axes(job, weft_kernel_tiles_get(job->passes->tiles, tile)).flip != 0;
+    }
+    return !mirrored ? WEFT_JOB_LINEAR : (m & (m - 1)) == 0 ? WEFT_JOB_FLIPS : WEFT_JOB_PACKED;
 }
 
 static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limit)
@@ -519,13 +531,24 @@ static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limi
                                         : WEFT_VALUE_UINT16;
     job->tiles.components = l->dot4 ? 4 : 1;
     job->tiles.texels = (blocks ? blocks : 1) * info->tile_values;
-    job->linear_positions = true;
+    job->positions = choose_positions(job);
     res = allocate(job, "tiles", &job->tiles);
     if (res == WEFT_OK)
         set_groups(job, block);
 fail:
     free(block);
     return res;
+}
+
+static uint32_t pack_position(const struct weft_convolve_job *job, const uint32_t k[3])
+{
+    const uint32_t m = (uint32_t)job->samples_per_unit;
+    uint32_t position = 0;
+    for (int a = job->passes->dims - 1; a >= 0; a--)
+        position =
+            (job->positions == WEFT_JOB_PACKED ? position << job->position_bits : position * m) +
+            k[a];
+    return position;
 }
 
 // ---- sums that 32 bits must hold ----------------------------------------------------------------
@@ -535,29 +558,23 @@ struct sums {
 };
 
 static double tile_value_at(const struct weft_convolve_job *job, int group, int component,
-                            const int k[3])
+                            uint32_t position)
 {
-    const struct weft_job_group *g = &job->groups[group];
-    size_t i = (size_t)g->tile_base;
-    if (job->passes->dot4)
-        i += (size_t)k[0] + (size_t)job->samples_per_unit *
-                                ((size_t)k[1] + (size_t)job->samples_per_unit * (size_t)k[2]);
-    else
-        i += (size_t)(int64_t)(g->tile_step[0] * k[0] + g->tile_step[1] * k[1] +
-                               g->tile_step[2] * k[2]);
-    i = i * (size_t)job->tiles.components + (size_t)component;
+    const size_t i =
+        weft_job_tile_texel(job, &job->groups[group], position) * (size_t)job->tiles.components +
+        (size_t)component;
     return job->tiles.type == WEFT_VALUE_UINT8 ? ((const uint8_t *)job->tiles.data)[i]
                                                : ((const uint16_t *)job->tiles.data)[i];
 }
 
 static struct sums sums_at(const struct weft_convolve_job *job, const struct weft_pass *p,
-                           const int k[3])
+                           uint32_t position)
 {
     struct sums s = {0.0, 0.0};
     for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
         for (int c = 0; c < job->tiles.components; c++) {
             const double factor = weft_convolve_job_factor(job, p, &job->passes->groups[g], c);
-            const double product = factor * job->one * tile_value_at(job, g, c, k);
+            const double product = factor * job->one * tile_value_at(job, g, c, position);
             s.positive += fmax(product, 0.0);
             s.negative += fmax(-product, 0.0);
         }
@@ -568,15 +585,13 @@ static struct sums sums_at(const struct weft_convolve_job *job, const struct wef
 // The largest sum of a pass over all sample positions; inputs may be anything.
 static double largest_sum(const struct weft_convolve_job *job, const struct weft_pass *p)
 {
-    const int m = job->samples_per_unit, dims = job->passes->dims;
+    const size_t positions = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
+    const uint32_t m = (uint32_t)job->samples_per_unit;
     double largest = 0.0;
-    for (int z = 0; z < (dims > 2 ? m : 1); z++) {
-        for (int y = 0; y < (dims > 1 ? m : 1); y++) {
-            for (int x = 0; x < m; x++) {
-                const struct sums s = sums_at(job, p, (const int[3]){x, y, z});
-                largest = fmax(largest, fmax(s.positive, s.negative));
-            }
-        }
+    for (uint32_t i = 0; i < positions; i++) {
+        const uint32_t k[3] = {i % m, i / m % m, i / m / m};
+        const struct sums s = sums_at(job, p, pack_position(job, k));
+        largest = fmax(largest, fmax(s.positive, s.negative));
     }
     return largest;
 }
@@ -652,22 +667,20 @@ static int64_t first_tap(const struct weft_convolve_job *job, int a, double x, d
 static void make_entry(const struct weft_convolve_job *job, int x, int y,
                        struct weft_job_entry *out)
 {
-    const int m = job->samples_per_unit, dims = job->passes->dims;
+    const int m = job->samples_per_unit;
+    uint32_t k[3] = {0};
     double at[3];
     weft_convolve_position(job->grid, x, y, at);
-    *out = (struct weft_job_entry){0};
     size_t texel = 0;
-    for (int a = dims - 1; a >= 0; a--) {
+    for (int a = job->passes->dims - 1; a >= 0; a--) {
         double fraction;
         const int64_t first = first_tap(job, a, at[a], &fraction);
-        const int k = smaller(m - 1, (int)floor(fraction * m));
-        out->position = job->linear_positions ? out->position * (uint32_t)m + (uint32_t)k
-                                              : out->position << job->position_bits | (uint32_t)k;
+        k[a] = (uint32_t)smaller(m - 1, (int)floor(fraction * m));
         // A group's offset is counted from here, so the least is in front.
         texel = texel * job->padded[a] +
                 (size_t)(first + job->work->kernel.width - 1 - job->reach[0][a]);
     }
-    out->texel = (uint32_t)texel;
+    *out = (struct weft_job_entry){(uint32_t)texel, pack_position(job, k)};
 }
 
 static enum weft_result create_entries(struct weft_convolve_job *job,
@@ -684,7 +697,6 @@ static enum weft_result create_entries(struct weft_convolve_job *job,
     if (res != WEFT_OK)
         return res;
     job->pixels = (size_t)g->width * (size_t)g->height;
-    job->position_bits = job->passes->dims == 3 ? 10 : 16;
     job->entries = calloc(job->pixels, sizeof *job->entries);
     if (!job->entries) {
         weft_error(job->log, "convolution: not enough memory for %zu pixels", job->pixels);
@@ -750,6 +762,7 @@ enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
     if (res != WEFT_OK)
         goto fail;
     job.samples_per_unit = weft_kernel_tiles_get_info(job.passes->tiles)->samples;
+    job.position_bits = job.passes->dims == 3 ? 10 : 16;
     res = set_range(&job);
     if (res == WEFT_OK)
         res = create_source(&job, limits->texels);

@@ -26,18 +26,23 @@ struct weft_job_values {
     void *data;
 };
 
+// How an entry tells the tile sample position k of every axis, and where a group's weight is then.
+enum weft_job_positions {
+    WEFT_JOB_PACKED, // in position_bits per axis, x first: at tile_base + sum over axes of
+                     // tile_step k
+    WEFT_JOB_LINEAR, // x + M (y + M z): at tile_base + that; no tile is mirrored
+    WEFT_JOB_FLIPS,  // linear, M is a power of two: at tile_base + (that with the bits of tile_flip
+                     // turned), as M - 1 - k has all of k's bits turned
+};
+
 struct weft_job_entry {
     uint32_t texel; // of the source, at the first tap
-    // Tile sample position k of every axis: with linear_positions x + M (y + M z), else packed from
-    // x up in position_bits each.
     uint32_t position;
 };
 
-// Where a group's values are: source texel entry + source_offset, tile texel tile_base + sum over
-// axes of tile_step k. With linear_positions the tile's is tile_base + position.
 struct weft_job_group {
-    int32_t source_offset;
-    int32_t tile_base, tile_step[3]; // steps are negative along mirrored axes
+    int32_t source_offset;                      // texels from the entry's
+    int32_t tile_base, tile_flip, tile_step[3]; // steps are negative along mirrored axes
 };
 
 struct weft_job_limits {
@@ -59,7 +64,7 @@ struct weft_convolve_job {
     double width;     // high - low
     uint64_t clamped; // samples outside it
     int samples_per_unit; // M
-    bool linear_positions;
+    enum weft_job_positions positions;
     int position_bits;
     int reach[2][3];               // least and largest source offset of the groups
     size_t padded[3];              // texels of the source along the axes
@@ -95,6 +100,18 @@ void weft_convolve_job_destroy(struct weft_convolve_job *job); // {0} is fine
 // the samples' own range. Fills the report's counts and sizes of what the job holds.
 void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
                               float *const pixels[4], struct weft_convolve_report *report);
+
+static inline size_t weft_job_tile_texel(const struct weft_convolve_job *job,
+                                         const struct weft_job_group *group, uint32_t position)
+{
+    uint32_t at = (uint32_t)group->tile_base;
+    if (job->positions != WEFT_JOB_PACKED)
+        return at + (position ^ (uint32_t)group->tile_flip);
+    const uint32_t mask = (UINT32_C(1) << job->position_bits) - 1;
+    for (int a = 0; a < job->passes->dims; a++, position >>= job->position_bits)
+        at += (position & mask) * (uint32_t)group->tile_step[a];
+    return at;
+}
 
 // What a pass multiplies s q of a group's component by: its sign, turned where the pass subtracts,
 // times 2^(shift + e). Of floats it is exact for divisors that are powers of two.

@@ -45,24 +45,12 @@ static float *slot_floats(const struct emulator *e, int slot, int channel)
 
 static void locate(struct emulator *e, int group)
 {
-    const struct weft_convolve_job *job = e->job;
-    const struct weft_job_group *g = &job->groups[group];
-    const struct weft_job_entry *entries = job->entries + e->first;
-    const int bits = job->position_bits;
-    const uint32_t mask = (UINT32_C(1) << bits) - 1;
+    const struct weft_job_group *g = &e->job->groups[group];
+    const struct weft_job_entry *entries = e->job->entries + e->first;
     for (size_t i = 0; i < e->count; i++)
         e->sample_at[i] = entries[i].texel + (uint32_t)g->source_offset;
-    if (job->linear_positions) {
-        for (size_t i = 0; i < e->count; i++)
-            e->weight_at[i] = entries[i].position + (uint32_t)g->tile_base;
-        return;
-    }
-    for (size_t i = 0; i < e->count; i++) {
-        uint32_t at = (uint32_t)g->tile_base, packed = entries[i].position;
-        for (int a = 0; a < job->passes->dims; a++, packed >>= bits)
-            at += (packed & mask) * (uint32_t)g->tile_step[a];
-        e->weight_at[i] = at;
-    }
+    for (size_t i = 0; i < e->count; i++)
+        e->weight_at[i] = (uint32_t)weft_job_tile_texel(e->job, g, entries[i].position);
 }
 
 static void fetch(const struct weft_job_values *values, int component, const uint32_t *at,

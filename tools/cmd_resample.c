@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "kernels.h"
-#include "paths.h"
 #include "plan_options.h"
+#include "preview.h"
 #include "report.h"
 #include "resample_job.h"
 #include "verb.h"
@@ -113,32 +113,24 @@ static enum weft_result check_size(const struct option_value *size)
     return WEFT_OK;
 }
 
-static enum weft_result find_colour_map(struct resample_job *job)
+static struct preview_options preview_options(const struct resample_job *job)
 {
-    const struct option_value *o = &job->option[RESAMPLE_COLOUR_MAP];
-    char names[512] = "";
-    job->colour_map = o->given ? weft_colour_map_find(o->text) : NULL;
-    if (!o->given || job->colour_map)
-        return WEFT_OK;
-    for (int i = 0; weft_colour_map_list[i]; i++) {
-        size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
-                 weft_colour_map_list[i]->name);
-    }
-    report_error("unknown colour map '%s'; there are: %s", o->text, names);
-    return WEFT_ERR_ARGUMENT;
+    const struct option_value *o = job->option;
+    return (struct preview_options){.input = job->input,
+                                    .output = &o[RESAMPLE_OUTPUT],
+                                    .preview = &o[RESAMPLE_PREVIEW],
+                                    .range = &o[RESAMPLE_RANGE],
+                                    .colour_map = &o[RESAMPLE_COLOUR_MAP],
+                                    .no_clobber = o[RESAMPLE_NO_CLOBBER].given};
 }
 
 static enum weft_result check_options(struct resample_job *job)
 {
-    const struct option_value *o = job->option, *range = &o[RESAMPLE_RANGE];
+    const struct option_value *o = job->option;
+    const struct preview_options preview = preview_options(job);
     const char *conflict = option_conflict(o);
     if (conflict) {
         report_error("%s", conflict);
-        return WEFT_ERR_ARGUMENT;
-    }
-    if (range->given && !((float)range->number[0] < (float)range->number[1])) {
-        report_error("--range %s: LO must be less than HI, in single precision", range->text);
         return WEFT_ERR_ARGUMENT;
     }
     enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
@@ -149,29 +141,13 @@ static enum weft_result check_options(struct resample_job *job)
                            &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[RESAMPLE_CONTEXT].text, &job->context_kind);
-    return res == WEFT_OK ? find_colour_map(job) : res;
+    return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
 }
 
 static enum weft_result check_outputs(struct resample_job *job)
 {
-    const struct option_value *out = &job->option[RESAMPLE_OUTPUT];
-    const struct option_value *preview = &job->option[RESAMPLE_PREVIEW];
-    const struct option_value *both[] = {out, preview};
-    if (out->given && preview->given && paths_same_file(out->text, preview->text)) {
-        report_error("-o %s and --preview %s are the same file", out->text, preview->text);
-        return WEFT_ERR_ARGUMENT;
-    }
-    for (int i = 0; i < 2; i++) {
-        if (both[i]->given && paths_same_file(job->input, both[i]->text)) {
-            report_error("the output %s is the input %s", both[i]->text, job->input);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    for (int i = 0; i < 2 && !job->option[RESAMPLE_EXPLAIN].given; i++)
-        if (both[i]->given &&
-            paths_check_output(both[i]->text, job->option[RESAMPLE_NO_CLOBBER].given) != WEFT_OK)
-            return WEFT_ERR_WRITE;
-    return WEFT_OK;
+    const struct preview_options preview = preview_options(job);
+    return preview_check_outputs(&preview, !job->option[RESAMPLE_EXPLAIN].given);
 }
 
 // ---- the image and its channels -----------------------------------------------------------------
@@ -342,19 +318,12 @@ static float *make_luminance(const struct weft_image *image)
 
 static enum weft_result write_preview(struct resample_job *job)
 {
-    const struct option_value *range = &job->option[RESAMPLE_RANGE];
-    float *luminance = make_luminance(&job->result);
-    struct weft_preview_params *params =
-        weft_preview_params(.path = job->option[RESAMPLE_PREVIEW].text,
-                            .no_clobber = job->option[RESAMPLE_NO_CLOBBER].given,
-                            .width = job->result.width, .height = job->result.height,
-                            .plane = luminance ? luminance : job->result.channels[0].plane,
-                            .colour_map = job->colour_map, .log = report_log());
-    if (range->given) {
-        params->low = (float)range->number[0];
-        params->high = (float)range->number[1];
-    }
-    enum weft_result res = weft_preview_save(params, job->preview_range);
+    const struct preview_options preview = preview_options(job);
+    const struct weft_image *image = &job->result;
+    float *luminance = make_luminance(image);
+    enum weft_result res =
+        preview_save(&preview, job->colour_map, image->width, image->height,
+                     luminance ? luminance : image->channels[0].plane, job->preview_range);
     free(luminance);
     return res;
 }
@@ -404,7 +373,8 @@ static void destroy(struct resample_job *job)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
-    if (resample_plan_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PLAN]))
+    if (resample_plan_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PLAN]) ||
+        preview_help(&values[RESAMPLE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
     if (!operand) {
         report_error("no image given: weft resample IMAGE.exr ... (see weft help resample)");

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "kernels.h"
-#include "paths.h"
 #include "plan_options.h"
+#include "preview.h"
 #include "report.h"
 #include "slice_job.h"
 #include "verb.h"
@@ -116,38 +116,18 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
 
-// ---- what there is to choose from ---------------------------------------------------------------
-
-static void print_colour_maps(void)
-{
-    puts("colour maps:");
-    for (int i = 0; weft_colour_map_list[i]; i++) {
-        const struct weft_colour_map *map = weft_colour_map_list[i];
-        printf("  %-10s %s\n", map->name, map->citation ? map->citation : "");
-    }
-}
-
-static bool asks_for_list(const struct option_value *value)
-{
-    return value->given && strcmp(value->text, "help") == 0;
-}
-
-static enum weft_result find_colour_map(const char *name, const struct weft_colour_map **out)
-{
-    *out = weft_colour_map_find(name);
-    if (*out)
-        return WEFT_OK;
-    char names[512] = "";
-    for (int i = 0; weft_colour_map_list[i]; i++) {
-        size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
-                 weft_colour_map_list[i]->name);
-    }
-    report_error("unknown colour map '%s'; there are: %s", name, names);
-    return WEFT_ERR_ARGUMENT;
-}
-
 // ---- checks that need no file contents ----------------------------------------------------------
+
+static struct preview_options preview_options(const struct slice_job *job)
+{
+    const struct option_value *o = job->option;
+    return (struct preview_options){.input = job->input,
+                                    .output = &o[SLICE_OUTPUT],
+                                    .preview = &o[SLICE_PREVIEW],
+                                    .range = &o[SLICE_RANGE],
+                                    .colour_map = &o[SLICE_COLOUR_MAP],
+                                    .no_clobber = o[SLICE_NO_CLOBBER].given};
+}
 
 static const char *option_conflict(const struct option_value *o)
 {
@@ -174,6 +154,7 @@ static const char *option_conflict(const struct option_value *o)
 
 static enum weft_result check_options(struct slice_job *job)
 {
+    const struct preview_options preview = preview_options(job);
     const struct option_value *o = job->option;
     const char *conflict = option_conflict(o);
     if (conflict) {
@@ -193,45 +174,20 @@ static enum weft_result check_options(struct slice_job *job)
                      (long long)WEFT_SLICE_MAX_PIXELS);
         return WEFT_ERR_ARGUMENT;
     }
-    if (o[SLICE_RANGE].given &&
-        !((float)o[SLICE_RANGE].number[0] < (float)o[SLICE_RANGE].number[1])) {
-        report_error("--range %s: LO must be less than HI, in single precision",
-                     o[SLICE_RANGE].text);
-        return WEFT_ERR_ARGUMENT;
-    }
     enum weft_result res = resample_plan_check(&o[SLICE_PASSES]);
     if (res == WEFT_OK && o[SLICE_KERNEL].given)
         res = kernels_load(o[SLICE_KERNEL].text, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
-    if (res == WEFT_OK && o[SLICE_COLOUR_MAP].given)
-        res = find_colour_map(o[SLICE_COLOUR_MAP].text, &job->colour_map);
+    if (res == WEFT_OK)
+        res = preview_check(&preview, &job->colour_map);
     return res;
 }
 
 static enum weft_result check_outputs(struct slice_job *job)
 {
-    const struct option_value *out = &job->option[SLICE_OUTPUT];
-    const struct option_value *preview = &job->option[SLICE_PREVIEW];
-    const struct option_value *both[] = {out, preview};
-    if (out->given && preview->given && paths_same_file(out->text, preview->text)) {
-        report_error("-o %s and --preview %s are the same file", out->text, preview->text);
-        return WEFT_ERR_ARGUMENT;
-    }
-    for (int i = 0; i < 2; i++) {
-        if (both[i]->given && paths_same_file(job->input, both[i]->text)) {
-            report_error("the output %s is the input %s", both[i]->text, job->input);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    if (job->option[SLICE_EXPLAIN].given)
-        return WEFT_OK;
-    for (int i = 0; i < 2; i++) {
-        if (both[i]->given &&
-            paths_check_output(both[i]->text, job->option[SLICE_NO_CLOBBER].given) != WEFT_OK)
-            return WEFT_ERR_WRITE;
-    }
-    return WEFT_OK;
+    const struct preview_options preview = preview_options(job);
+    return preview_check_outputs(&preview, !job->option[SLICE_EXPLAIN].given);
 }
 
 // ---- the stages ---------------------------------------------------------------------------------
@@ -358,17 +314,9 @@ static enum weft_result write_exr(const struct slice_job *job)
 
 static enum weft_result write_preview(struct slice_job *job)
 {
-    const struct weft_slice_geometry *g = &job->geometry;
-    struct weft_preview_params *params =
-        weft_preview_params(.path = job->option[SLICE_PREVIEW].text,
-                            .no_clobber = job->option[SLICE_NO_CLOBBER].given, .width = g->width,
-                            .height = g->height, .plane = job->pixels,
-                            .colour_map = job->colour_map, .log = report_log());
-    if (job->option[SLICE_RANGE].given) {
-        params->low = (float)job->option[SLICE_RANGE].number[0];
-        params->high = (float)job->option[SLICE_RANGE].number[1];
-    }
-    return weft_preview_save(params, job->preview_range);
+    const struct preview_options preview = preview_options(job);
+    return preview_save(&preview, job->colour_map, job->geometry.width, job->geometry.height,
+                        job->pixels, job->preview_range);
 }
 
 // Once the first output is being written, an interrupt comes too late: both are finished.
@@ -449,12 +397,9 @@ static enum weft_result run_stages(struct slice_job *job)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
-    if (resample_plan_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]))
+    if (resample_plan_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]) ||
+        preview_help(&values[SLICE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
-    if (asks_for_list(&values[SLICE_COLOUR_MAP])) {
-        print_colour_maps();
-        return report_finish(WEFT_OK);
-    }
     if (!operand) {
         report_error("no volume given: weft slice VOLUME.vdb ... (see weft help slice)");
         return EXIT_CODE_USAGE;

@@ -1,14 +1,20 @@
 // Fragment shader: adds one sum of products to a target, in the arithmetic of passes/pass.h.
 // Defined: FLOATS (1: half and float targets), ONE (T), EXTRA_BITS (e), DIVISOR, GROUPS, DOT4,
-// SPLIT_DOT (1: R, G, B and A apart), CHANNELS, DIMS, PART (0 whole, 1 high, 2 low), READS_TARGET,
-// EXACT, LIMIT, LOGARITHMS, LINEAR (1: positions are one number, else POSITION_BITS per axis).
+// SPLIT_DOT (1: R, G, B and A apart), FACTORS (4: one per component of a group), CHANNELS, DIMS,
+// PART (0 whole, 1 high, 2 low), SUBTRACT, READS_TARGET, EXACT, LIMIT (of sums, if there is one),
+// HAS_BIAS, LOGARITHMS, POSITIONS (0: packed in POSITION_BITS per axis, 1: linear, 2: linear, some
+// mirrored). What can be a define is: llvmpipe takes as long for a uniform as for a division.
 
 uniform usamplerBuffer entries; // per pixel: source texel at the first tap, tile sample position
 uniform int row_entries;
 uniform int source_offset[GROUPS];
 uniform int tile_base[GROUPS];
+#if POSITIONS == 0
 uniform ivec3 tile_step[GROUPS]; // along the tile sample position, negative where mirrored
-uniform int divisor;             // where DIVISOR is that and no number
+#elif POSITIONS == 2
+uniform int tile_flip[GROUPS]; // the position's bits that mirroring turns
+#endif
+uniform int divisor; // where DIVISOR is that and no number
 #if FLOATS
 #define ONE_NUMBER float
 #define FOUR_NUMBERS vec4
@@ -17,12 +23,18 @@ uniform samplerBuffer source, tiles;
 #define ONE_NUMBER int
 #define FOUR_NUMBERS ivec4
 uniform usamplerBuffer source, tiles;
-uniform int rounds; // what n takes along before its low bits go
-uniform int n_sign; // of n's low bits
 #endif
-uniform FOUR_NUMBERS factor[GROUPS]; // sign 2^(shift + e), of floats / divisor; without dot4 only x
-uniform ONE_NUMBER bias;             // with EXACT integers in 1 / DIVISOR
-uniform ONE_NUMBER change_sign;      // of what a target that is read changes by
+// Signs times 2^(shift + e), of floats / divisor. Turned where the pass subtracts, as the bias is.
+#if FACTORS == 4
+uniform FOUR_NUMBERS factor[GROUPS];
+#else
+uniform ONE_NUMBER factor[GROUPS];
+#endif
+#if HAS_BIAS
+uniform ONE_NUMBER bias; // with EXACT integers in 1 / DIVISOR
+#else
+#define bias 0
+#endif
 #if READS_TARGET
 uniform sampler2D target;
 #endif
@@ -59,8 +71,10 @@ out float value;
 
 int tile_texel(int group, uint position)
 {
-#if LINEAR
+#if POSITIONS == 1
     return tile_base[group] + int(position);
+#elif POSITIONS == 2
+    return tile_base[group] + (int(position) ^ tile_flip[group]);
 #else
     const uint mask = (1u << POSITION_BITS) - 1u;
     int at = tile_base[group] + int(position & mask) * tile_step[group].x;
@@ -113,6 +127,26 @@ ivec4 product(ivec4 s, int q)
 #define ROUNDED(x) divided(x)
 #endif
 
+#if SUBTRACT && PART != 2
+#define CHANGED_BY -
+#else
+#define CHANGED_BY +
+#endif
+
+#if !FLOATS
+NUMBERS part(NUMBERS n)
+{
+    const int last = (1 << EXTRA_BITS) - 1;
+#if PART == 2
+    return (SUBTRACT != 0 ? -n : n) & last;
+#elif PART == 1
+    return (SUBTRACT != 0 ? n + last : n) >> EXTRA_BITS;
+#else
+    return (n + ((1 << EXTRA_BITS) >> 1)) >> EXTRA_BITS;
+#endif
+}
+#endif
+
 NUMBERS saturated(NUMBERS x)
 {
 #ifdef LIMIT
@@ -137,7 +171,7 @@ NUMBERS add_group(NUMBERS sum, int group, uvec2 entry)
 #endif
     sum = sum + p.w;
 #else
-    sum = sum + ROUNDED(product(s, q) * factor[group].x);
+    sum = sum + ROUNDED(product(s, q) * factor[group]);
 #endif
     return saturated(sum);
 }
@@ -151,21 +185,17 @@ void main()
         n = add_group(n, g, entry);
 #if FLOATS
 #if READS_TARGET
-    n = texelFetch(target, pixel, 0).SWIZZLE + change_sign * n;
+    n = texelFetch(target, pixel, 0).SWIZZLE CHANGED_BY n;
 #endif
     value = n;
 #else
 #if EXACT && !LOGARITHMS
     n = divided(n);
 #endif
-#if PART == 2
-    n = (n_sign * n) & ((1 << EXTRA_BITS) - 1);
-#else
-    n = (n + rounds) >> EXTRA_BITS;
-#endif
+    n = part(n);
 #if READS_TARGET
     NUMBERS y = NUMBERS(texelFetch(target, pixel, 0).SWIZZLE * float(ONE) + 0.5);
-    n = clamp(y + change_sign * n, NUMBERS(0), NUMBERS(ONE));
+    n = clamp(y CHANGED_BY n, NUMBERS(0), NUMBERS(ONE));
 #endif
     value = REAL(n) / float(ONE); // a code: nothing is left to round
 #endif
