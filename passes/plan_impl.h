@@ -45,6 +45,12 @@ struct weft_planner {
     int pass_room, group_room;
 };
 
+// ---- plan_tiles.c -------------------------------------------------------------------------------
+
+// As the parameters say, with the splits that are given.
+enum weft_result weft_planner_make_tiles(struct weft_planner *planner);
+// Brings the atoms into the given order. Returns WEFT_ERR_ARGUMENT where that is none of all tiles.
+enum weft_result weft_planner_apply_steps(struct weft_planner *planner);
 // Splits a tile and notes it. NAN: the middle of its range.
 enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold);
 
@@ -93,6 +99,15 @@ void weft_plan_order_destroy(struct weft_plan_order *order); // {0} is fine
 // could be placed, those behind could not.
 enum weft_result weft_planner_order(const struct weft_planner *planner, bool mixed, bool wide,
                                     struct weft_plan_order *order, int *placed);
+
+// ---- plan_fit.c ---------------------------------------------------------------------------------
+
+// Tiles, units, atoms, scale and bias, with so much of the range to spare; INFINITY:
+// as much as any order needs.
+enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare);
+// Orders the atoms; where none is found, tiles are split or the range is scaled, as allowed.
+// Returns WEFT_ERR_UNSUPPORTED where nothing helps.
+enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_plan_order *order);
 
 // ---- plan_passes.c ------------------------------------------------------------------------------
 
