@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passes/convolve_job.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "filter/kernel_nd.h"
 
 static size_t value_bytes(enum weft_value_type type)
 {
@@ -65,128 +62,6 @@ static double half_nearest(double x)
 {
     const int exponent = x < 0x1p-14 ? -14 : ilogb(x);
     return ldexp(nearbyint(ldexp(x, 10 - exponent)), exponent - 10);
-}
-
-// ---- checks -------------------------------------------------------------------------------------
-
-static bool tile_format_fits(const struct weft_convolve_job *job)
-{
-    const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
-    const bool real = format == WEFT_TILE_HALF || format == WEFT_TILE_FLOAT;
-    return job->floats || job->passes->log_table ? real : format == WEFT_TILE_UNORM;
-}
-
-static enum weft_result check_list(const struct weft_convolve_job *job)
-{
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    const struct weft_convolve_work *w = job->work;
-    const struct weft_pass_list *l = job->passes;
-    weft_require(job->log, l && l->tiles);
-    const struct weft_kernel_tiles_info *t = weft_kernel_tiles_get_info(l->tiles);
-    weft_require(job->log, l->dims >= 1 && l->dims <= 3 && t->dims == l->dims);
-    weft_require(job->log, w->kernel.info && w->kernel.width == t->width);
-    weft_require(job->log, w->channels == 1 || (w->channels == 4 && !l->dot4));
-    weft_require(job->log, w->derivative >= 0 && w->derivative <= l->dims);
-    weft_require(job->log, tile_format_fits(job));
-    weft_require(job->log, l->extra_bits >= 0 && l->extra_bits <= 24);
-    weft_require(job->log, !job->floats || (l->extra_bits == 0 && !l->log_table));
-    weft_require(job->log, l->exact_inside || l->range >= 1.0);
-    weft_require(job->log, l->slot_count > 0 && l->result >= 0 && l->result < l->slot_count);
-    weft_require(job->log, l->group_count >= 0 && l->pass_count >= 0);
-    weft_require(job->log, !l->log_table || l->log_octaves > 0.0);
-    weft_require(job->log, l->result_scale > 0.0 && isfinite(l->result_scale));
-    if (l->dims == 3 && t->samples > 1024) {
-        weft_error(job->log, "convolution: %d samples per unit in 3D, over the limit of 1024",
-                   t->samples);
-        res = WEFT_ERR_LIMIT;
-        goto fail;
-    }
-    return WEFT_OK;
-fail:
-    return res;
-}
-
-static bool group_fits(const struct weft_convolve_job *job, const struct weft_tap_group *group)
-{
-    const int tiles = weft_kernel_tiles_get_info(job->passes->tiles)->tile_count;
-    for (int c = 0; c < (job->passes->dot4 ? 4 : 1); c++) {
-        const int sign = group->sign[c], shift = group->shift[c];
-        if (group->tile[c] < -1 || group->tile[c] >= tiles || sign < -1 || sign > 1 || shift < 0 ||
-            shift + job->extra_bits > 30)
-            return false;
-    }
-    for (int a = 0; a < 3; a++)
-        if (abs(group->offset[a]) > (a < job->passes->dims ? WEFT_KERNEL_MAX_WIDTH : 0))
-            return false;
-    return true;
-}
-
-static bool pass_fits(const struct weft_pass_list *l, const struct weft_pass *p)
-{
-    if (p->target < 0 || p->target >= l->slot_count)
-        return false;
-    if (p->kind == WEFT_PASS_TAPS)
-        return p->divisor > 0 && p->group_count >= 0 && p->group_count <= WEFT_PASS_MAX_GROUPS &&
-               p->group_first >= 0 && p->group_first <= l->group_count - p->group_count;
-    bool fits = p->denominator > 0 && p->input_count > 0 && p->input_count <= WEFT_PASS_MAX_INPUTS;
-    for (int i = 0; fits && i < p->input_count; i++)
-        fits = p->input[i] >= 0 && p->input[i] < l->slot_count;
-    return fits;
-}
-
-static enum weft_result check_passes(const struct weft_convolve_job *job)
-{
-    const struct weft_pass_list *l = job->passes;
-    for (int g = 0; g < l->group_count; g++) {
-        if (!group_fits(job, &l->groups[g])) {
-            weft_error(job->log, "convolution: group %d has no such tile, sign, shift or offset",
-                       g);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    for (int p = 0; p < l->pass_count; p++) {
-        if (!pass_fits(l, &l->passes[p])) {
-            weft_error(job->log, "convolution: pass %d has no such slot, group or divisor", p);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    return WEFT_OK;
-}
-
-static bool positions_finite(const struct weft_convolve_job *job)
-{
-    for (int corner = 0; corner < 4; corner++) {
-        double at[3];
-        weft_convolve_position(job->grid, (corner & 1) * job->grid->width,
-                               (corner >> 1) * job->grid->height, at);
-        if (!isfinite(at[0]) || !isfinite(at[1]) || !isfinite(at[2]))
-            return false;
-    }
-    return true;
-}
-
-static enum weft_result check_request(const struct weft_convolve_job *job,
-                                      const struct weft_convolve_params *params)
-{
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    const struct weft_samples *s = job->samples;
-    const struct weft_pixel_grid *g = job->grid;
-    weft_require(job->log, s && g);
-    weft_require(job->log, g->width > 0 && g->height > 0);
-    weft_require(job->log, s->size[0] > 0 && s->size[1] > 0 && s->size[2] > 0);
-    weft_require(job->log, job->passes->dims > 2 || s->size[2] == 1);
-    weft_require(job->log, job->passes->dims > 1 || s->size[1] == 1);
-    for (int c = 0; c < job->work->channels; c++)
-        weft_require(job->log, s->plane[c] && params->pixels[c]);
-    weft_require(job->log, !isinf(s->low) && !isinf(s->high));
-    if (s->low > s->high || !positions_finite(job)) {
-        weft_error(job->log, "convolution: a range of %g to %g, or positions that are not finite",
-                   s->low, s->high);
-        goto fail;
-    }
-    return WEFT_OK;
-fail:
-    return res;
 }
 
 // ---- the source's range and layout --------------------------------------------------------------
@@ -420,9 +295,11 @@ static struct tile_axes tile_axes(const struct weft_convolve_job *job,
 
 // One of the four components of a group's block.
 static void write_component(const struct weft_convolve_job *job, int32_t base, int component,
-                            int index)
+                            const struct weft_tap_group *group)
 {
-    const struct weft_kernel_tile *tile = weft_kernel_tiles_get(job->passes->tiles, index);
+    const struct weft_kernel_tile *tile =
+        weft_kernel_tiles_get(job->passes->tiles, group->tile[component]);
+    const double sign = job->signed_tiles ? group->sign[component] : 1.0;
     const struct tile_axes axes = tile_axes(job, tile);
     const int m = job->samples_per_unit, dims = job->passes->dims;
     size_t out = 4 * (size_t)base + (size_t)component;
@@ -430,7 +307,7 @@ static void write_component(const struct weft_convolve_job *job, int32_t base, i
         for (int y = 0; y < (dims > 1 ? m : 1); y++) {
             int32_t in = axes.base + z * axes.step[2] + y * axes.step[1];
             for (int x = 0; x < m; x++, in += axes.step[0], out += 4)
-                put(&job->tiles, out, stored_value(job, tile, (size_t)in));
+                put(&job->tiles, out, sign * stored_value(job, tile, (size_t)in));
         }
     }
 }
@@ -440,7 +317,8 @@ static bool same_block(const struct weft_convolve_job *job, const struct weft_ta
                        const struct weft_tap_group *b)
 {
     if (job->passes->dot4)
-        return memcmp(a->tile, b->tile, sizeof a->tile) == 0;
+        return memcmp(a->tile, b->tile, sizeof a->tile) == 0 &&
+               (!job->signed_tiles || memcmp(a->sign, b->sign, sizeof a->sign) == 0);
     const struct weft_kernel_tile *tile_a = weft_kernel_tiles_get(job->passes->tiles, a->tile[0]);
     const struct weft_kernel_tile *tile_b = weft_kernel_tiles_get(job->passes->tiles, b->tile[0]);
     return tile_a && tile_b ? tile_a->stored == tile_b->stored : tile_a == tile_b;
@@ -466,7 +344,7 @@ static void write_block(const struct weft_convolve_job *job, const struct weft_t
     if (job->passes->dot4) {
         for (int c = 0; c < 4; c++)
             if (group->tile[c] >= 0)
-                write_component(job, base, c, group->tile[c]);
+                write_component(job, base, c, group);
         return;
     }
     const struct weft_kernel_tile *tile = weft_kernel_tiles_get(job->passes->tiles, group->tile[0]);
@@ -520,6 +398,7 @@ static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limi
         weft_error(job->log, "convolution: not enough memory for %d groups", l->group_count);
         goto fail;
     }
+    job->signed_tiles = job->floats && l->dot4;
     const size_t blocks = number_blocks(job, block);
     const double texels = (double)blocks * (double)info->tile_values;
     res = check_texels(job, "tiles", texels, limit < INT32_MAX ? limit : INT32_MAX);
@@ -540,129 +419,7 @@ fail:
     return res;
 }
 
-static uint32_t pack_position(const struct weft_convolve_job *job, const uint32_t k[3])
-{
-    const uint32_t m = (uint32_t)job->samples_per_unit;
-    uint32_t position = 0;
-    for (int a = job->passes->dims - 1; a >= 0; a--)
-        position =
-            (job->positions == WEFT_JOB_PACKED ? position << job->position_bits : position * m) +
-            k[a];
-    return position;
-}
-
-// ---- sums that 32 bits must hold ----------------------------------------------------------------
-
-struct sums {
-    double positive, negative;
-};
-
-static double tile_value_at(const struct weft_convolve_job *job, int group, int component,
-                            uint32_t position)
-{
-    const size_t i =
-        weft_job_tile_texel(job, &job->groups[group], position) * (size_t)job->tiles.components +
-        (size_t)component;
-    return job->tiles.type == WEFT_VALUE_UINT8 ? ((const uint8_t *)job->tiles.data)[i]
-                                               : ((const uint16_t *)job->tiles.data)[i];
-}
-
-static struct sums sums_at(const struct weft_convolve_job *job, const struct weft_pass *p,
-                           uint32_t position)
-{
-    struct sums s = {0.0, 0.0};
-    for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
-        for (int c = 0; c < job->tiles.components; c++) {
-            const double factor = weft_convolve_job_factor(job, p, &job->passes->groups[g], c);
-            const double product = factor * job->one * tile_value_at(job, g, c, position);
-            s.positive += fmax(product, 0.0);
-            s.negative += fmax(-product, 0.0);
-        }
-    }
-    return s;
-}
-
-// The largest sum of a pass over all sample positions; inputs may be anything.
-static double largest_sum(const struct weft_convolve_job *job, const struct weft_pass *p)
-{
-    const size_t positions = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
-    const uint32_t m = (uint32_t)job->samples_per_unit;
-    double largest = 0.0;
-    for (uint32_t i = 0; i < positions; i++) {
-        const uint32_t k[3] = {i % m, i / m % m, i / m / m};
-        const struct sums s = sums_at(job, p, pack_position(job, k));
-        largest = fmax(largest, fmax(s.positive, s.negative));
-    }
-    return largest;
-}
-
-// The same with every tile's largest value, at a glance.
-static double sum_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
-{
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(job->passes->tiles);
-    double bound = 0.0;
-    for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
-        const struct weft_tap_group *group = &job->passes->groups[g];
-        for (int c = 0; c < job->tiles.components; c++) {
-            const struct weft_kernel_tile *t =
-                weft_kernel_tiles_get(job->passes->tiles, group->tile[c]);
-            if (t)
-                bound += fabs((double)weft_convolve_job_factor(job, p, group, c)) * job->one *
-                         fmax(fabs(t->minimum), fabs(t->maximum)) * info->one * t->scale;
-        }
-    }
-    return bound;
-}
-
-static double log_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
-{
-    uint32_t largest = 0;
-    for (int i = 0; i <= 2 * job->one; i++)
-        largest = job->passes->log_table[i] > largest ? job->passes->log_table[i] : largest;
-    return (double)largest * p->group_count * job->tiles.components;
-}
-
-static double combine_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
-{
-    const bool exact = job->passes->exact_inside;
-    const double scale = exact ? 1.0 : exp2(job->extra_bits);
-    const double bias = fabs((double)p->bias) * scale / (exact ? 1.0 : p->denominator);
-    double bound = 0.0;
-    for (int i = 0; i < p->input_count; i++)
-        bound += fabs((double)p->numerator[i]) * job->one * scale;
-    return bound + bias + p->denominator;
-}
-
-static enum weft_result check_sums(const struct weft_convolve_job *job)
-{
-    for (int i = 0; !job->floats && i < job->passes->pass_count; i++) {
-        const struct weft_pass *p = &job->passes->passes[i];
-        const bool combines = p->kind == WEFT_PASS_COMBINE, log = job->passes->log_table;
-        // Without exact sums, those of rounded products are smaller.
-        const double divisor = log ? 1.0 : p->divisor;
-        const double rest = combines ? 0.0 : (fabs((double)p->bias) + 1.0) * divisor;
-        double bound = combines ? combine_bound(job, p)
-                       : log    ? log_bound(job, p)
-                                : sum_bound(job, p);
-        if (bound + rest > INT_MAX && !combines && !log)
-            bound = largest_sum(job, p);
-        if (bound + rest <= INT_MAX)
-            continue;
-        weft_error(job->log, "convolution: sums up to %.0f in pass %d, over 32 bits' %d",
-                   bound + rest, i, INT_MAX);
-        return WEFT_ERR_LIMIT;
-    }
-    return WEFT_OK;
-}
-
 // ---- pixels -------------------------------------------------------------------------------------
-
-static int64_t first_tap(const struct weft_convolve_job *job, int a, double x, double *fraction)
-{
-    const int64_t first = weft_kernel_first_tap(&job->work->kernel, x, fraction);
-    const int64_t low = 1 - job->work->kernel.width, high = job->samples->size[a] - 1;
-    return first < low ? low : first > high ? high : first;
-}
 
 static void make_entry(const struct weft_convolve_job *job, int x, int y,
                        struct weft_job_entry *out)
@@ -674,13 +431,13 @@ static void make_entry(const struct weft_convolve_job *job, int x, int y,
     size_t texel = 0;
     for (int a = job->passes->dims - 1; a >= 0; a--) {
         double fraction;
-        const int64_t first = first_tap(job, a, at[a], &fraction);
+        const int64_t first = weft_job_first_tap(job, a, at[a], &fraction);
         k[a] = (uint32_t)smaller(m - 1, (int)floor(fraction * m));
         // A group's offset is counted from here, so the least is in front.
         texel = texel * job->padded[a] +
                 (size_t)(first + job->work->kernel.width - 1 - job->reach[0][a]);
     }
-    *out = (struct weft_job_entry){(uint32_t)texel, pack_position(job, k)};
+    *out = (struct weft_job_entry){(uint32_t)texel, weft_job_pack_position(job, k)};
 }
 
 static enum weft_result create_entries(struct weft_convolve_job *job,
@@ -711,46 +468,6 @@ static enum weft_result create_entries(struct weft_convolve_job *job,
 
 // ---- creation -----------------------------------------------------------------------------------
 
-static int sum_limit(const struct weft_convolve_job *job)
-{
-    const double limit = job->passes->range * job->one * exp2(job->extra_bits);
-    return job->passes->exact_inside || !(limit < INT_MAX) ? INT_MAX : (int)limit;
-}
-
-// What needs nothing but the request.
-static enum weft_result start(const struct weft_convolve_work *work,
-                              const struct weft_convolve_params *params,
-                              struct weft_convolve_job *job)
-{
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    *job = (struct weft_convolve_job){
-        .work = work,
-        .passes = work->passes,
-        .samples = params->samples,
-        .grid = params->grid,
-        .log = params->log,
-    };
-    weft_require(job->log, job->passes);
-    job->one = weft_target_one(job->passes->target);
-    job->floats = job->one == 0;
-    job->extra_bits = job->passes->extra_bits;
-    job->limit = sum_limit(job);
-    res = check_list(job);
-    if (res == WEFT_OK)
-        res = check_passes(job);
-    if (res == WEFT_OK)
-        res = check_request(job, params);
-fail:
-    return res;
-}
-
-enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
-                                          const struct weft_convolve_params *params)
-{
-    struct weft_convolve_job job;
-    return start(work, params, &job);
-}
-
 enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
                                           const struct weft_convolve_params *params,
                                           const struct weft_job_limits *limits,
@@ -758,7 +475,7 @@ enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
 {
     struct weft_convolve_job job;
     *out = (struct weft_convolve_job){0};
-    enum weft_result res = start(work, params, &job);
+    enum weft_result res = weft_convolve_job_start(work, params, &job);
     if (res != WEFT_OK)
         goto fail;
     job.samples_per_unit = weft_kernel_tiles_get_info(job.passes->tiles)->samples;
@@ -769,7 +486,7 @@ enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
     if (res == WEFT_OK)
         res = create_tiles(&job, limits->texels);
     if (res == WEFT_OK)
-        res = check_sums(&job);
+        res = weft_convolve_job_check_sums(&job);
     if (res == WEFT_OK)
         res = create_entries(&job, limits);
     if (res != WEFT_OK)
@@ -815,103 +532,4 @@ enum weft_result weft_convolve_plan_work(const struct weft_convolve_params *para
     return WEFT_OK;
 fail:
     return res;
-}
-
-// ---- from codes to values -----------------------------------------------------------------------
-
-// The kernel's weights along each axis: the derivative's along one, where the plan says so.
-struct axis_kernels {
-    struct weft_kernel kernel[3];
-    bool sums_are_one;
-};
-
-static void make_axis_kernels(const struct weft_convolve_job *job, struct axis_kernels *out)
-{
-    const struct weft_convolve_work *w = job->work;
-    for (int a = 0; a < 3; a++)
-        out->kernel[a] = w->kernel;
-    out->sums_are_one = w->derivative == 0 && (w->kernel.unit_sum || w->kernel.normalised);
-    if (w->derivative)
-        weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
-}
-
-static double add_up(const double *weights, int count)
-{
-    double sum = 0.0;
-    for (int i = 0; i < count; i++)
-        sum += weights[i];
-    return sum;
-}
-
-// Of the exact weights at a pixel, what constants are multiplied by.
-static double weight_sum(const struct weft_convolve_job *job, const struct axis_kernels *axes,
-                         const double at[3])
-{
-    double weights[WEFT_KERNEL_MAX_WEIGHTS], product = 1.0;
-    int64_t first[3];
-    if (axes->sums_are_one)
-        return 1.0;
-    if (weft_kernel_is_radial(&job->work->kernel, job->passes->dims))
-        return add_up(weights, weft_kernel_weights_nd(&job->work->kernel, job->passes->dims, at,
-                                                      weights, first));
-    for (int a = 0; a < job->passes->dims; a++) {
-        weft_kernel_weights(&axes->kernel[a], at[a], weights);
-        product *= add_up(weights, axes->kernel[a].width);
-    }
-    // Derivatives' weights cancel but for rounding, which a large `low` would show.
-    return fabs(product) < 1e-12 ? 0.0 : product;
-}
-
-static uint8_t marks_in_reach(const struct weft_convolve_job *job, const double at[3])
-{
-    const struct weft_samples *s = job->samples;
-    size_t from[3] = {0}, to[3] = {0};
-    for (int a = 0; a < job->passes->dims; a++) {
-        double fraction;
-        const int64_t first = first_tap(job, a, at[a], &fraction);
-        const int64_t last = first + job->work->kernel.width - 1;
-        from[a] = (size_t)(first > 0 ? first : 0);
-        to[a] = (size_t)(last < s->size[a] ? last : s->size[a] - 1);
-    }
-    uint8_t marks = 0;
-    for (size_t z = from[2]; z <= to[2]; z++)
-        for (size_t y = from[1]; y <= to[1]; y++)
-            for (size_t x = from[0]; x <= to[0]; x++)
-                marks |= job->not_finite[(z * (size_t)s->size[1] + y) * (size_t)s->size[0] + x];
-    return marks;
-}
-
-static double result_at(const struct weft_convolve_job *job, const void *result, size_t i)
-{
-    const double bias = job->passes->result_bias, scale = job->passes->result_scale;
-    if (job->floats)
-        return ((double)((const float *)result)[i] - bias) / scale;
-    const double code =
-        job->one <= 0xff ? ((const uint8_t *)result)[i] : ((const uint16_t *)result)[i];
-    return (code / job->one - bias) / scale;
-}
-
-void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
-                              float *const pixels[4], struct weft_convolve_report *report)
-{
-    const int width = job->grid->width, channels = job->work->channels;
-    struct axis_kernels axes;
-    make_axis_kernels(job, &axes);
-    for (size_t i = 0; i < job->pixels; i++) {
-        double at[3];
-        weft_convolve_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
-        const double base = job->low == 0.0 ? 0.0 : job->low * weight_sum(job, &axes, at);
-        const uint8_t marks = job->not_finite ? marks_in_reach(job, at) : 0;
-        for (int c = 0; c < channels; c++) {
-            const double r = result_at(job, result, i * (size_t)channels + (size_t)c);
-            pixels[c][i] = marks >> c & 1 ? NAN : (float)(base + job->width * r);
-        }
-        report->not_finite += marks != 0;
-    }
-    report->low = job->low;
-    report->high = job->high;
-    report->clamped = job->clamped;
-    report->source_bytes = job->source.bytes;
-    report->tile_bytes = job->tiles.bytes;
-    report->position_bytes = job->pixels * sizeof *job->entries;
 }

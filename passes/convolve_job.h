@@ -14,6 +14,7 @@ struct weft_convolve_work {
     struct weft_kernel kernel;
     int derivative; // as in struct weft_plan_info
     int channels;   // 1 or 4
+    bool portable;  // GL: no extensions (tests)
 };
 
 enum weft_value_type { WEFT_VALUE_UINT8, WEFT_VALUE_UINT16, WEFT_VALUE_FLOAT };
@@ -70,6 +71,7 @@ struct weft_convolve_job {
     size_t padded[3];              // texels of the source along the axes
     struct weft_job_values source; // dot4: component c of texel i is the sample at i + pattern[c]
     struct weft_job_values tiles;
+    bool signed_tiles;             // floats with dot4: tiles have their groups' signs
     struct weft_job_group *groups; // of the list's
     size_t pixels;
     struct weft_job_entry *entries;
@@ -88,6 +90,13 @@ static inline void weft_convolve_position(const struct weft_pixel_grid *grid, in
 enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
                                           const struct weft_convolve_params *params);
 
+// What creating is made of: checks and numbers that need the request only, and once tiles are laid
+// out, that no sum of a pass passes 32 bits (WEFT_ERR_LIMIT).
+enum weft_result weft_convolve_job_start(const struct weft_convolve_work *work,
+                                         const struct weft_convolve_params *params,
+                                         struct weft_convolve_job *job);
+enum weft_result weft_convolve_job_check_sums(const struct weft_convolve_job *job);
+
 // Checks everything, so that running can trust the job. `params` must outlive it; its plan is not
 // looked at. On failure there is nothing to destroy. Errors as of weft_convolve_run.
 enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
@@ -100,6 +109,27 @@ void weft_convolve_job_destroy(struct weft_convolve_job *job); // {0} is fine
 // the samples' own range. Fills the report's counts and sizes of what the job holds.
 void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
                               float *const pixels[4], struct weft_convolve_report *report);
+
+// Where positions lie far from the samples, all taps read the edge's value.
+static inline int64_t weft_job_first_tap(const struct weft_convolve_job *job, int a, double x,
+                                         double *fraction)
+{
+    const int64_t first = weft_kernel_first_tap(&job->work->kernel, x, fraction);
+    const int64_t low = 1 - job->work->kernel.width, high = job->samples->size[a] - 1;
+    return first < low ? low : first > high ? high : first;
+}
+
+static inline uint32_t weft_job_pack_position(const struct weft_convolve_job *job,
+                                              const uint32_t k[3])
+{
+    const uint32_t m = (uint32_t)job->samples_per_unit;
+    uint32_t position = 0;
+    for (int a = job->passes->dims - 1; a >= 0; a--)
+        position =
+            (job->positions == WEFT_JOB_PACKED ? position << job->position_bits : position * m) +
+            k[a];
+    return position;
+}
 
 static inline size_t weft_job_tile_texel(const struct weft_convolve_job *job,
                                          const struct weft_job_group *group, uint32_t position)
@@ -114,21 +144,21 @@ static inline size_t weft_job_tile_texel(const struct weft_convolve_job *job,
 }
 
 // What a pass multiplies s q of a group's component by: its sign, turned where the pass subtracts,
-// times 2^(shift + e). Of floats it is exact for divisors that are powers of two.
+// times 2^(shift + e).
 static inline int weft_convolve_job_factor(const struct weft_convolve_job *job,
                                            const struct weft_pass *pass,
                                            const struct weft_tap_group *group, int component)
 {
-    const int sign = group->tile[component] < 0 ? 0 : group->sign[component];
+    const int sign = group->tile[component] < 0 ? 0
+                     : job->signed_tiles        ? 1
+                                                : group->sign[component];
     const int scale = 1 << (job->passes->log_table ? 0 : group->shift[component] + job->extra_bits);
     return (pass->subtract ? -sign : sign) * scale;
 }
-static inline float weft_convolve_job_weight(const struct weft_convolve_job *job,
-                                             const struct weft_pass *pass,
-                                             const struct weft_tap_group *group, int component)
+// The same of floats, exact for divisors that are powers of two.
+static inline float weft_convolve_job_weight(const struct weft_pass *pass, int factor)
 {
-    const double factor = weft_convolve_job_factor(job, pass, group, component);
-    return (float)(factor / pass->divisor);
+    return (float)((double)factor / pass->divisor);
 }
 
 // Of a combining pass: what an input's code is multiplied by, and what the sum starts from, half a

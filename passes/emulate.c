@@ -227,7 +227,8 @@ static void sum_up_floats(struct emulator *e, const struct weft_pass *pass, int 
             fetch_floats(&e->job->source, e->passes->dot4 ? c : channel, e->sample_at, e->count,
                          e->float_samples);
             fetch_floats(&e->job->tiles, c, e->weight_at, e->count, e->float_weights);
-            add_float_products(e, weft_convolve_job_weight(e->job, pass, &e->passes->groups[g], c));
+            const int factor = weft_convolve_job_factor(e->job, pass, &e->passes->groups[g], c);
+            add_float_products(e, weft_convolve_job_weight(pass, factor));
         }
     }
 }

@@ -312,6 +312,7 @@ static inline struct hand_list *hand_random_list(enum weft_target_format target)
 {
     const struct hand_params p = random_params(target);
     struct hand_list *h = hand_list_create(&p);
+    h->work.portable = one_in(2);
     h->list.slot_count = 1 + random_below(4);
     h->list.result = random_below(h->list.slot_count);
     h->list.dot4 = p.channels == 1 && one_in(2);

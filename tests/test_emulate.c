@@ -246,133 +246,51 @@ static struct weft_tap_group tap(int sign, int shift)
 struct hand_case {
     int extra_bits;
     double range;
-    int initial, sample, divisor, bias, taps, sign, shift;
+    int part;
     bool subtract, reads_target;
-    enum weft_pass_part part;
-    int expected;
+    int initial, sample, divisor, bias, taps, sign, shift, expected;
 };
+enum { WHOLE = WEFT_PASS_WHOLE, HIGH = WEFT_PASS_HIGH, LOW = WEFT_PASS_LOW };
 
 static void parts_and_signs_by_hand(void **state)
 {
     (void)state;
     static const struct hand_case cases[] = {
         // 101 * 128 / 255 = 50.69..., rounded once.
-        {.sample = 101, .divisor = 255, .taps = 1, .sign = 1, .expected = 51},
+        {0, 0, WHOLE, false, false, 0, 101, 255, 0, 1, 1, 0, 51},
         // Twice that is 101.39; rounded one by one 102.
-        {.sample = 101, .divisor = 255, .taps = 2, .sign = 1, .expected = 101},
-        {.range = 8, .sample = 101, .divisor = 255, .taps = 2, .sign = 1, .expected = 102},
+        {0, 0, WHOLE, false, false, 0, 101, 255, 0, 2, 1, 0, 101},
+        {0, 8, WHOLE, false, false, 0, 101, 255, 0, 2, 1, 0, 102},
         // A half goes away from zero: 1 * 128 / 256.
-        {.sample = 1, .divisor = 256, .taps = 1, .sign = 1, .expected = 1},
-        {.sample = 1,
-         .divisor = 256,
-         .taps = 1,
-         .sign = -1,
-         .reads_target = true,
-         .initial = 10,
-         .expected = 9},
-        {.sample = 1,
-         .divisor = 256,
-         .taps = 1,
-         .sign = -1,
-         .subtract = true,
-         .initial = 10,
-         .expected = 9},
+        {0, 0, WHOLE, false, false, 0, 1, 256, 0, 1, 1, 0, 1},
+        {0, 0, WHOLE, false, true, 10, 1, 256, 0, 1, -1, 0, 9},
+        {0, 0, WHOLE, true, false, 10, 1, 256, 0, 1, -1, 0, 9},
         // A shift is a factor of two: 101 * 512 / 255 = 202.79.
-        {.sample = 101, .divisor = 255, .taps = 1, .sign = 1, .shift = 2, .expected = 203},
+        {0, 0, WHOLE, false, false, 0, 101, 255, 0, 1, 1, 2, 203},
         // Bias in 2^-e codes: with e = 4, 811 (of 50.69) + 20 = 831, 51.94.
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = 1,
-         .bias = 20,
-         .expected = 52},
+        {4, 0, WHOLE, false, false, 0, 101, 255, 20, 1, 1, 0, 52},
         // High and low parts of 811: 50 * 16 + 11.
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = 1,
-         .part = WEFT_PASS_HIGH,
-         .expected = 50},
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = 1,
-         .part = WEFT_PASS_LOW,
-         .expected = 11},
+        {4, 0, HIGH, false, false, 0, 101, 255, 0, 1, 1, 0, 50},
+        {4, 0, LOW, false, false, 0, 101, 255, 0, 1, 1, 0, 11},
         // -811 = -51 * 16 + 5.
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = -1,
-         .subtract = true,
-         .initial = 100,
-         .part = WEFT_PASS_HIGH,
-         .expected = 49},
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = -1,
-         .subtract = true,
-         .initial = 100,
-         .part = WEFT_PASS_LOW,
-         .expected = 105},
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = -1,
-         .reads_target = true,
-         .initial = 100,
-         .part = WEFT_PASS_HIGH,
-         .expected = 49},
-        {.extra_bits = 4,
-         .sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = -1,
-         .reads_target = true,
-         .initial = 100,
-         .part = WEFT_PASS_LOW,
-         .expected = 105},
+        {4, 0, HIGH, true, false, 100, 101, 255, 0, 1, -1, 0, 49},
+        {4, 0, LOW, true, false, 100, 101, 255, 0, 1, -1, 0, 105},
+        {4, 0, HIGH, false, true, 100, 101, 255, 0, 1, -1, 0, 49},
+        {4, 0, LOW, false, true, 100, 101, 255, 0, 1, -1, 0, 105},
         // A pass that subtracts turns its bias as well: 100 - (51 - 10).
-        {.sample = 101,
-         .divisor = 255,
-         .taps = 1,
-         .sign = -1,
-         .subtract = true,
-         .bias = 10,
-         .initial = 100,
-         .expected = 59},
-        // Saturation at 255 inside: four times 128 of 255, less 500 that come first.
-        {.range = 1,
-         .sample = 255,
-         .divisor = 255,
-         .taps = 4,
-         .sign = 1,
-         .reads_target = true,
-         .expected = 255},
-        {.range = 1,
-         .sample = 255,
-         .divisor = 255,
-         .taps = 3,
-         .sign = 1,
-         .reads_target = true,
-         .bias = -500,
-         .expected = 1},
+        {0, 0, WHOLE, true, false, 100, 101, 255, 10, 1, -1, 0, 59},
+        // Saturation at 255 inside: four times 128, and three times on top of -500.
+        {0, 1, WHOLE, false, true, 0, 255, 255, 0, 4, 1, 0, 255},
+        {0, 1, WHOLE, false, true, 0, 255, 255, -500, 3, 1, 0, 1},
         // Nothing but a bias.
-        {.sample = 0, .divisor = 7, .bias = 33, .initial = 5, .expected = 38},
+        {0, 0, WHOLE, false, false, 5, 0, 7, 33, 0, 1, 0, 38},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         const struct hand_case *k = &cases[i];
         struct hand_list *h = tent(k->extra_bits, k->range);
         hand_add_pass(h, (struct weft_pass){.clears = true,
                                             .initial = k->initial,
-                                            .part = k->part,
+                                            .part = (enum weft_pass_part)k->part,
                                             .subtract = k->subtract,
                                             .reads_target = k->reads_target,
                                             .bias = k->bias,
@@ -638,151 +556,90 @@ static void the_range_is_measured(void **state)
 
 // ---- refusals -----------------------------------------------------------------------------------
 
-enum spoil {
-    NOTHING,
-    NO_SAMPLES,
-    NO_GRID,
-    NO_PLANE,
-    NO_PIXELS,
-    WIDTH,
-    SIZE,
-    DEPTH,
-    RANGE,
-    INFINITE_RANGE,
-    POSITION,
-    STEP,
-    TILE,
-    SIGN,
-    SHIFT,
-    OFFSET,
-    OFFSET_PAST_DIMS,
-    SLOT,
-    RESULT,
-    GROUPS,
-    DIVISOR,
-    DENOMINATOR,
-    INPUT,
-    CHANNELS,
-    DIMS,
-    KERNEL,
-    EXTRA_BITS,
-    SCALE,
-    SPOILS
+// A request that is fine, and its list.
+struct request {
+    struct hand_list *h;
+    struct hand_request *r;
 };
 
-static void spoil(enum spoil what, struct hand_list *h, struct hand_request *r)
+static struct request make_request(void)
 {
-    struct weft_pass *pass = &h->passes[0], *last = &h->passes[h->list.pass_count - 1];
-    switch (what) {
-    case NO_SAMPLES:
-        r->params.samples = NULL;
-        break;
-    case NO_GRID:
-        r->params.grid = NULL;
-        break;
-    case NO_PLANE:
-        r->source.plane[0] = NULL;
-        break;
-    case NO_PIXELS:
-        r->params.pixels[0] = NULL;
-        break;
-    case WIDTH:
-        r->grid.width = 0;
-        break;
-    case SIZE:
-        r->source.size[1] = -1;
-        break;
-    case DEPTH:
-        r->source.size[2] = 2;
-        break;
-    case RANGE:
-        r->source.low = 2.0;
-        break;
-    case INFINITE_RANGE:
-        r->source.high = INFINITY;
-        break;
-    case POSITION:
-        r->grid.origin[0] = NAN;
-        break;
-    case STEP:
-        r->grid.du[0] = 1e308, r->grid.width = 20;
-        break;
-    case TILE:
-        h->groups[0].tile[0] = 1000;
-        break;
-    case SIGN:
-        h->groups[0].sign[0] = 2;
-        break;
-    case SHIFT:
-        h->groups[0].shift[0] = -1;
-        break;
-    case OFFSET:
-        h->groups[0].offset[0] = 1000;
-        break;
-    case OFFSET_PAST_DIMS:
-        h->groups[0].offset[2] = 1;
-        break;
-    case SLOT:
-        pass->target = 1;
-        break;
-    case RESULT:
-        h->list.result = 1;
-        break;
-    case GROUPS:
-        pass->group_count = 1000;
-        break;
-    case DIVISOR:
-        pass->divisor = 0;
-        break;
-    case DENOMINATOR:
-        last->denominator = 0;
-        break;
-    case INPUT:
-        last->input[0] = -1;
-        break;
-    case CHANNELS:
-        h->work.channels = 2;
-        break;
-    case DIMS:
-        h->list.dims = 3;
-        break;
-    case KERNEL:
-        h->work.kernel = kernel_named("linear");
-        break;
-    case EXTRA_BITS:
-        h->list.extra_bits = 25;
-        break;
-    case SCALE:
-        h->list.result_scale = 0.0;
-        break;
-    case NOTHING:
-    case SPOILS:
-        break;
+    struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
+    hand_add_all_tiles(h, false);
+    hand_add_pass(
+        h, (struct weft_pass){
+               .kind = WEFT_PASS_COMBINE, .input_count = 1, .numerator = {1}, .denominator = 1});
+    return (struct request){h, hand_request_create(h, 3, 3, 4, 4, 1)};
+}
+
+static void destroy_request(struct request *q)
+{
+    free(q->r);
+    hand_list_destroy(q->h);
+}
+
+static void assert_refused(const struct request *q, int number)
+{
+    struct message message = {0};
+    const struct weft_log log = {keep_message, &message};
+    q->r->params.log = &log;
+    const enum weft_result res = weft_emulate_run_work(&q->h->work, &q->r->params, NULL);
+    if (res != WEFT_ERR_ARGUMENT || message.count != 1)
+        fail_msg("number %d: result %d, '%s'", number, (int)res, message.text);
+}
+
+// Each in turn has a value that makes no sense.
+static void bad_numbers_are_refused(void **state)
+{
+    (void)state;
+    enum { INTEGERS = 18, REALS = 6, POINTERS = 4 };
+    for (int n = 0; n < INTEGERS + REALS + POINTERS; n++) {
+        struct request q = make_request();
+        struct weft_pass *pass = &q.h->passes[0];
+        struct weft_pass *last = &q.h->passes[q.h->list.pass_count - 1];
+        struct weft_tap_group *group = &q.h->groups[0];
+        const struct {
+            int *at, value;
+        } integers[INTEGERS] = {
+            {&q.r->grid.width, 0},       {&q.r->grid.height, -1},   {&q.r->source.size[1], 0},
+            {&q.r->source.size[2], 2},   {&group->tile[0], 1000},   {&group->sign[0], 2},
+            {&group->shift[0], -1},      {&group->offset[0], 1000}, {&group->offset[2], 1},
+            {&pass->target, 1},          {&pass->group_count, 999}, {&pass->divisor, 0},
+            {&last->denominator, 0},     {&last->input[0], -1},     {&q.h->list.result, 1},
+            {&q.h->list.extra_bits, 25}, {&q.h->list.dims, 3},      {&q.h->work.channels, 2},
+        };
+        const struct {
+            double *at, value;
+        } reals[REALS] = {
+            {&q.r->source.low, 2.0},        {&q.r->source.high, INFINITY},
+            {&q.r->grid.origin[0], NAN},    {&q.r->grid.du[1], 1e308},
+            {&q.h->list.result_scale, 0.0}, {&q.h->list.result_scale, INFINITY},
+        };
+        if (n < INTEGERS)
+            *integers[n].at = integers[n].value;
+        else if (n < INTEGERS + REALS)
+            *reals[n - INTEGERS].at = reals[n - INTEGERS].value;
+        else if (n == INTEGERS + REALS)
+            q.r->params.samples = NULL;
+        else if (n == INTEGERS + REALS + 1)
+            q.r->params.grid = NULL;
+        else if (n == INTEGERS + REALS + 2)
+            q.r->source.plane[0] = NULL;
+        else
+            q.r->params.pixels[0] = NULL;
+        assert_refused(&q, n);
+        destroy_request(&q);
     }
 }
 
-static void bad_requests_are_refused(void **state)
+static void other_bad_requests_are_refused(void **state)
 {
     (void)state;
-    for (int what = NOTHING; what < SPOILS; what++) {
-        struct message message = {0};
-        const struct weft_log log = {keep_message, &message};
-        struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
-        hand_add_all_tiles(h, false);
-        hand_add_pass(h, (struct weft_pass){.kind = WEFT_PASS_COMBINE,
-                                            .input_count = 1,
-                                            .numerator = {1},
-                                            .denominator = 1});
-        struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);
-        spoil((enum spoil)what, h, r);
-        r->params.log = &log;
-        const enum weft_result res = weft_emulate_run_work(&h->work, &r->params, NULL);
-        if (res != (what == NOTHING ? WEFT_OK : WEFT_ERR_ARGUMENT))
-            fail_msg("spoiled by %d: result %d", what, (int)res);
-        assert_int_equal(message.count, what != NOTHING);
-        free(r);
-        hand_list_destroy(h);
-    }
+    struct request q = make_request();
+    assert_int_equal(weft_emulate_run_work(&q.h->work, &q.r->params, NULL), WEFT_OK);
+    q.h->work.kernel = kernel_named("linear"); // the tiles are of another
+    assert_refused(&q, 0);
+    destroy_request(&q);
     struct weft_convolve_error error;
     assert_int_equal(weft_emulate_run(&(struct weft_convolve_params){0}, NULL), WEFT_ERR_ARGUMENT);
     assert_int_equal(weft_convolve_verify(&(struct weft_convolve_params){0}, &error),
@@ -847,7 +704,8 @@ int main(void)
         cmocka_unit_test(floats_reconstruct),
         cmocka_unit_test(constants_keep_their_range),
         cmocka_unit_test(the_range_is_measured),
-        cmocka_unit_test(bad_requests_are_refused),
+        cmocka_unit_test(bad_numbers_are_refused),
+        cmocka_unit_test(other_bad_requests_are_refused),
         cmocka_unit_test(sums_of_more_than_32_bits_are_refused),
         cmocka_unit_test(progress_can_cancel),
     };

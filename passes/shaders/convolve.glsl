@@ -1,8 +1,9 @@
 // Fragment shader: adds one sum of products to a target, in the arithmetic of passes/pass.h.
 // Defined: FLOATS (1: half and float targets), ONE (T), EXTRA_BITS (e), DIVISOR, GROUPS, DOT4,
 // SPLIT_DOT (1: R, G, B and A apart), FACTORS (4: one per component of a group), CHANNELS, DIMS,
-// PART (0 whole, 1 high, 2 low), SUBTRACT, READS_TARGET, EXACT, LIMIT (of sums, if there is one),
-// HAS_BIAS, LOGARITHMS, POSITIONS (0: packed in POSITION_BITS per axis, 1: linear, 2: linear, some
+// PART (0 whole, 1 high, 2 low), SUBTRACT, READS_TARGET (1: from a texture, 2: what is in the pixel,
+// by GL_EXT_shader_framebuffer_fetch), EXACT, LIMIT (of sums, if there is one), HAS_BIAS,
+// LOGARITHMS, POSITIONS (0: packed in POSITION_BITS per axis, 1: linear, 2: linear, some
 // mirrored). What can be a define is: llvmpipe takes as long for a uniform as for a division.
 
 uniform usamplerBuffer entries; // per pixel: source texel at the first tap, tile sample position
@@ -35,11 +36,19 @@ uniform ONE_NUMBER bias; // with EXACT integers in 1 / DIVISOR
 #else
 #define bias 0
 #endif
-#if READS_TARGET
+#if READS_TARGET == 1
 uniform sampler2D target;
 #endif
 #if LOGARITHMS
 uniform usamplerBuffer log_table;
+#endif
+
+#if READS_TARGET == 2
+#define OUT inout
+#define TARGET value
+#else
+#define OUT out
+#define TARGET texelFetch(target, pixel, 0).SWIZZLE
 #endif
 
 // A result per channel; texels of the source have that or, with dot4, four samples.
@@ -47,12 +56,12 @@ uniform usamplerBuffer log_table;
 #define NUMBERS FOUR_NUMBERS
 #define REAL vec4
 #define SWIZZLE rgba
-out vec4 value;
+OUT vec4 value;
 #else
 #define NUMBERS ONE_NUMBER
 #define REAL float
 #define SWIZZLE r
-out float value;
+OUT float value;
 #endif
 #if CHANNELS == 4 || DOT4
 #define SOURCE FOUR_NUMBERS
@@ -185,7 +194,7 @@ void main()
         n = add_group(n, g, entry);
 #if FLOATS
 #if READS_TARGET
-    n = texelFetch(target, pixel, 0).SWIZZLE CHANGED_BY n;
+    n = TARGET CHANGED_BY n;
 #endif
     value = n;
 #else
@@ -194,7 +203,7 @@ void main()
 #endif
     n = part(n);
 #if READS_TARGET
-    NUMBERS y = NUMBERS(texelFetch(target, pixel, 0).SWIZZLE * float(ONE) + 0.5);
+    NUMBERS y = NUMBERS(TARGET * float(ONE) + 0.5);
     n = clamp(y CHANGED_BY n, NUMBERS(0), NUMBERS(ONE));
 #endif
     value = REAL(n) / float(ONE); // a code: nothing is left to round
