@@ -12,26 +12,8 @@
 
 #include "common.h"
 #include "filter/check.h"
+#include "plans.h"
 #include "weft.h"
-
-static struct weft_profile profile_named(const char *text)
-{
-    struct weft_profile profile;
-    assert_int_equal(weft_profile_parse(&log_to_stderr, text, &profile), WEFT_OK);
-    return profile;
-}
-
-static weft_plan *make(const struct weft_plan_params *params)
-{
-    weft_plan *plan = NULL;
-    struct weft_plan_params p = *params;
-    p.log = &log_to_stderr;
-    if (weft_plan_create(&p, &plan) != WEFT_OK)
-        fail_msg("%s in %dD, profile %s, technique %s: no plan",
-                 p.kernel.info ? p.kernel.info->name : "catmull-rom", p.dims, p.profile.name,
-                 weft_technique_names[p.technique]);
-    return plan;
-}
 
 static const struct weft_plan_info *info_of(const weft_plan *plan)
 {
@@ -84,8 +66,8 @@ static void every_kernel_has_a_valid_plan(void **state)
         const struct weft_kernel kernel = kernel_named((*k)->name);
         for (int dims = 2; kernel.width <= 4 && dims <= 3; dims++) {
             weft_plan *plan =
-                make(weft_plan_params(.kernel = kernel, .dims = dims, .samples = dims > 2 ? 16 : 64,
-                                      .taps_per_pass = 1));
+                make_plan(weft_plan_params(.kernel = kernel, .dims = dims,
+                                           .samples = dims > 2 ? 16 : 64, .taps_per_pass = 1));
             const struct weft_plan_info *info = info_of(plan);
             print_message("%-22s %dD   %4d  %4d   %4d   %4d   %8.2f  %s  %7.3f s\n", (*k)->name,
                           dims, info->tap_count, info->tile_count, info->split_count,
@@ -113,9 +95,9 @@ static void four_taps_cover_every_tap_once(void **state)
                  {"lagrange5", 6, 9, 54}};
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         for (int dims = 2; dims <= 3; dims++) {
-            weft_plan *plan = make(weft_plan_params(.kernel = kernel_named(cases[i].kernel),
-                                                    .dims = dims, .samples = dims > 2 ? 4 : 16,
-                                                    .technique = WEFT_TECHNIQUE_DOT4));
+            weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named(cases[i].kernel),
+                                                         .dims = dims, .samples = dims > 2 ? 4 : 16,
+                                                         .technique = WEFT_TECHNIQUE_DOT4));
             const struct weft_plan_info *info = info_of(plan);
             const int expected = dims > 2 ? cases[i].groups_3d : cases[i].groups_2d;
             print_message("%-12s %dD: %d taps in %d groups, pattern (%d,%d,%d) (%d,%d,%d)\n",
@@ -134,7 +116,7 @@ static void four_taps_cover_every_tap_once(void **state)
 static void blending_keeps_the_signs_of_four_taps_apart(void **state)
 {
     (void)state;
-    weft_plan *plan = make(
+    weft_plan *plan = make_plan(
         weft_plan_params(.technique = WEFT_TECHNIQUE_DOT4, .profile = profile_named("radeon8500")));
     const struct weft_pass_list *list = info_of(plan)->passes;
     for (int n = 0; n < list->pass_count; n++) {
@@ -157,8 +139,8 @@ static void positive_kernels_never_subtract(void **state)
     (void)state;
     static const char *const names[] = {"nearest", "linear", "bspline", "gaussian", "notch"};
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
-        weft_plan *plan =
-            make(weft_plan_params(.kernel = kernel_named(names[i]), .worst_case = WEFT_WORST_ANY));
+        weft_plan *plan = make_plan(
+            weft_plan_params(.kernel = kernel_named(names[i]), .worst_case = WEFT_WORST_ANY));
         const struct weft_pass_list *list = info_of(plan)->passes;
         for (int n = 0; n < list->pass_count; n++)
             assert_false(list->passes[n].subtract || list->passes[n].reads_target);
@@ -283,15 +265,16 @@ static void a_planned_order_can_be_given(void **state)
 {
     (void)state;
     weft_plan *plan =
-        make(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1));
+        make_plan(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1));
     const struct weft_pass_list *list = info_of(plan)->passes;
     struct weft_plan_step steps[64];
     assert_true(list->group_count <= 64);
     for (int g = 0; g < list->group_count; g++)
         steps[g] = weft_plan_tile_step(plan, list->groups[g].tile[0]);
-    weft_plan *given = make(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1,
-                                             .order = WEFT_ORDER_GIVEN, .steps = steps,
-                                             .step_count = (size_t)list->group_count));
+    weft_plan *given =
+        make_plan(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1,
+                                   .order = WEFT_ORDER_GIVEN, .steps = steps,
+                                   .step_count = (size_t)list->group_count));
     assert_true(info_of(given)->valid);
     assert_int_equal(info_of(given)->passes->pass_count, list->pass_count);
     weft_plan_destroy(&given);
@@ -313,11 +296,11 @@ static void split_precision_keeps_what_carries_leave(void **state)
                  {"radeon8500", "bspline", 2, 1, 12, 33}, {"radeon8500", "bspline", 3, 1, 10, 129},
                  {"radeon8500", "bspline", 3, 3, 11, 45}, {"unorm8", "bspline", 3, 8, 12, 17}};
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        weft_plan *plan =
-            make(weft_plan_params(.kernel = kernel_named(cases[i].kernel), .dims = cases[i].dims,
-                                  .samples = 16, .taps_per_pass = cases[i].taps,
-                                  .profile = profile_named(cases[i].profile),
-                                  .technique = WEFT_TECHNIQUE_SPLIT_PRECISION));
+        weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named(cases[i].kernel),
+                                                     .dims = cases[i].dims, .samples = 16,
+                                                     .taps_per_pass = cases[i].taps,
+                                                     .profile = profile_named(cases[i].profile),
+                                                     .technique = WEFT_TECHNIQUE_SPLIT_PRECISION));
         const struct weft_plan_info *info = info_of(plan);
         print_message("%-10s %s %dD: %d passes keep %d bits\n", cases[i].profile, cases[i].kernel,
                       cases[i].dims, info->passes->pass_count, info->kept_bits);
@@ -335,9 +318,9 @@ static void hierarchies_use_a_stack_of_targets(void **state)
     static const char *const profiles[] = {"unorm8", "unorm16", "geforce3", "radeon8500",
                                            "unorm8,taps=1"};
     for (size_t i = 0; i < WEFT_COUNT(profiles); i++) {
-        weft_plan *plan =
-            make(weft_plan_params(.dims = 3, .samples = 8, .profile = profile_named(profiles[i]),
-                                  .technique = WEFT_TECHNIQUE_HIERARCHICAL));
+        weft_plan *plan = make_plan(weft_plan_params(.dims = 3, .samples = 8,
+                                                     .profile = profile_named(profiles[i]),
+                                                     .technique = WEFT_TECHNIQUE_HIERARCHICAL));
         const struct weft_pass_list *list = info_of(plan)->passes;
         bool holds[64] = {false};
         assert_true(list->slot_count <= 64);
@@ -409,8 +392,8 @@ static void bad_requests_are_refused(void **state)
 static void a_plan_prints_its_passes(void **state)
 {
     (void)state;
-    weft_plan *plan = make(weft_plan_params(.kernel = kernel_named("linear"), .samples = 4,
-                                            .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
+    weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named("linear"), .samples = 4,
+                                                 .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
     // Weights at (k + 0.5) / 4: up to 49/64, or 195/255. E2 is 0.469 by the next test's formula,
     // and what 8 bits add.
     assert_string_equal(
@@ -435,8 +418,8 @@ static void e2_is_that_of_the_cells(void **state)
     (void)state;
     for (int samples = 4; samples <= 64; samples *= 4) {
         weft_plan *plan =
-            make(weft_plan_params(.kernel = kernel_named("linear"),
-                                  .profile = profile_named("fp32"), .samples = samples));
+            make_plan(weft_plan_params(.kernel = kernel_named("linear"),
+                                       .profile = profile_named("fp32"), .samples = samples));
         // At the corner of the first cell: |(1 - a)^2 - 1| + 2 a (1 - a) + a^2 with a = 1 / (2 M).
         const double a = 0.5 / samples;
         assert_near(info_of(plan)->error.e2,
@@ -451,7 +434,7 @@ static void the_same_request_gives_the_same_plan(void **state)
     (void)state;
     const struct weft_plan_params *p =
         weft_plan_params(.dims = 3, .samples = 16, .kernel = kernel_named("cardinal"));
-    weft_plan *first = make(p), *second = make(p);
+    weft_plan *first = make_plan(p), *second = make_plan(p);
     assert_string_equal(info_of(first)->text, info_of(second)->text);
     weft_plan_destroy(&first);
     weft_plan_destroy(&second);

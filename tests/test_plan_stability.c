@@ -13,27 +13,12 @@
 
 #include "common.h"
 #include "filter/check.h"
+#include "plans.h"
 #include "weft.h"
 
 enum { SIDE = 8, M = 8, SHIFTED = SIDE * M };
 
 // ---- images -------------------------------------------------------------------------------------
-
-static struct weft_profile profile_named(const char *text)
-{
-    struct weft_profile profile;
-    assert_int_equal(weft_profile_parse(&log_to_stderr, text, &profile), WEFT_OK);
-    return profile;
-}
-
-static weft_plan *make(const struct weft_plan_params *params)
-{
-    weft_plan *plan = NULL;
-    struct weft_plan_params p = *params;
-    p.log = &log_to_stderr;
-    assert_int_equal(weft_plan_create(&p, &plan), WEFT_OK);
-    return plan;
-}
 
 struct result {
     float pixels[SHIFTED * SHIFTED];
@@ -82,13 +67,13 @@ static void naive_orders_clamp(void **state)
         struct weft_plan_params *p =
             weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
                              .order = WEFT_ORDER_NATURAL);
-        weft_plan *plan = make(p);
+        weft_plan *plan = make_plan(p);
         const struct weft_range_report range = weft_plan_get_info(plan)->range;
         assert_false(weft_plan_get_info(plan)->valid);
         emulate_constant(plan, 1.0f, &naive);
         weft_plan_destroy(&plan);
         p->order = WEFT_ORDER_PLANNED;
-        plan = make(p);
+        plan = make_plan(p);
         assert_true(weft_plan_get_info(plan)->valid);
         emulate_constant(plan, 1.0f, &planned);
         weft_plan_destroy(&plan);
@@ -108,7 +93,7 @@ static void wrong_orders_are_named(void **state)
 {
     (void)state;
     weft_plan *plan =
-        make(weft_plan_params(.samples = M, .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
+        make_plan(weft_plan_params(.samples = M, .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
     const struct weft_plan_info *info = weft_plan_get_info(plan);
     const struct weft_pass_list *list = info->passes;
     const int *at = info->range.position;
@@ -141,11 +126,11 @@ static void weights_rounded_singly_ripple(void **state)
     for (int dims = 2; dims <= 3; dims++) {
         struct weft_plan_params *p =
             weft_plan_params(.dims = dims, .samples = M, .round_singly = true);
-        weft_plan *plan = make(p);
+        weft_plan *plan = make_plan(p);
         emulate_constant(plan, 1.0f, &singly);
         weft_plan_destroy(&plan);
         p->round_singly = false;
-        plan = make(p);
+        plan = make_plan(p);
         emulate_constant(plan, 1.0f, &exact);
         weft_plan_destroy(&plan);
         print_message(
@@ -166,13 +151,13 @@ static void a_single_bias_clamps(void **state)
         struct weft_plan_params *p =
             weft_plan_params(.dims = dims, .derivative = 1, .samples = M, .taps_per_pass = 1,
                              .order = WEFT_ORDER_NATURAL, .single_bias = true);
-        weft_plan *plan = make(p);
+        weft_plan *plan = make_plan(p);
         const bool valid = weft_plan_get_info(plan)->valid;
         emulate_constant(plan, 1.0f, &single);
         weft_plan_destroy(&plan);
         p->order = WEFT_ORDER_PLANNED;
         p->single_bias = false;
-        plan = make(p);
+        plan = make_plan(p);
         emulate_constant(plan, 1.0f, &spread);
         print_message("gradient along x, %dD, of a constant: one bias of 0.5 in front %llu stores "
                       "clamp, gradient %.3f instead of 0; spread over the passes %llu, %.3f\n",
@@ -253,9 +238,9 @@ static void compare_long_sums(const char *name, const float *plane, int size)
     for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
         double rms[3], most[3];
         for (size_t t = 0; t < WEFT_COUNT(techniques); t++) {
-            weft_plan *plan =
-                make(weft_plan_params(.kernel = kernel_named(kernels[k]), .dims = 3, .samples = M,
-                                      .taps_per_pass = 1, .technique = techniques[t]));
+            weft_plan *plan = make_plan(
+                weft_plan_params(.kernel = kernel_named(kernels[k]), .dims = 3, .samples = M,
+                                 .taps_per_pass = 1, .technique = techniques[t]));
             const struct weft_plan_info *info = weft_plan_get_info(plan);
             emulate(plan, &samples, &result);
             const double width = result.report.high - result.report.low;
@@ -304,12 +289,12 @@ static void half_floats_drift(void **state)
     struct weft_plan_params *p =
         weft_plan_params(.kernel = kernel_named("bspline"), .dims = 3, .samples = M,
                          .taps_per_pass = 1, .profile = profile_named("fp16"));
-    weft_plan *plan = make(p);
+    weft_plan *plan = make_plan(p);
     emulate(plan, &samples, &half);
     const double bound = weft_plan_get_info(plan)->error.e3;
     weft_plan_destroy(&plan);
     p->profile = profile_named("fp32");
-    plan = make(p);
+    plan = make_plan(p);
     emulate(plan, &samples, &full);
     weft_plan_destroy(&plan);
     double mean = 0.0, most = 0.0;

@@ -437,7 +437,7 @@ static void any_input_takes_a_bias_and_a_scale(void **state)
     weft_kernel_tiles_destroy(&set);
 }
 
-// /work/shared/design.md: as much as 267/255.
+// Weights rounded one by one add up to as much as 267/255.
 static void weights_rounded_one_by_one_overflow(void **state)
 {
     (void)state;
