@@ -31,8 +31,8 @@ static void put(const struct weft_job_values *values, size_t i, double value)
 static double log_code(const struct weft_convolve_job *job, double x)
 {
     const int one = job->one;
-    const double code = x > 0.0 ? -log2(x) * (one - 1) / job->passes->log_octaves : one;
-    return code < one - 0.5 ? fmax(0.0, round(code)) : one;
+    const double octaves = job->passes->log_octaves;
+    return x < exp2(-octaves) ? one : fmax(0.0, round(-log2(x) * (one - 1) / octaves));
 }
 
 // ---- halves -------------------------------------------------------------------------------------

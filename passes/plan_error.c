@@ -114,7 +114,9 @@ static double tile_weight(const struct e2 *e, int tile, const int at[3])
     const double exact = weft_kernel_tiles_value(planner->plan->tiles, tile, at);
     const double step = list->log_octaves / (planner->full - 1);
     const double code = round(-log2(fabs(exact)) / step);
-    return code <= planner->full - 1 ? copysign(exp2(-fmax(code, 0.0) * step), exact) : 0.0;
+    if (fabs(exact) < exp2(-list->log_octaves))
+        return 0.0;
+    return copysign(exp2(-fmax(code, 0.0) * step), exact);
 }
 
 static void fill_taps(struct e2 *e, const int at[3])

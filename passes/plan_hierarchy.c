@@ -9,7 +9,7 @@
 #include "passes/accumulate/tree.h"
 #include "passes/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8, MOST_LEVEL = 20 };
+enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8 };
 
 // Atoms in a row of planner->atoms that share a target.
 struct leaf {
@@ -22,7 +22,8 @@ struct hierarchy {
     struct weft_planner *planner;
     int leaf_count;
     struct leaf leaf[MAX_LEAVES];
-    int64_t full; // values that are 1.0
+    int64_t full;   // values that are 1.0
+    int most_level; // the largest scale of a tile: divisors stay whole numbers
     size_t sampled;
     int32_t *value; // [atom][sampled]
 };
@@ -51,7 +52,7 @@ static int64_t scaled(int64_t value, int level)
 static int level_of(const struct hierarchy *h, int64_t largest)
 {
     int level = LEAST_LEVEL;
-    while (largest > 0 && scaled(largest, level + 1) <= h->full && level < MOST_LEVEL)
+    while (largest > 0 && scaled(largest, level + 1) <= h->full && level < h->most_level)
         level++;
     return level;
 }
@@ -355,7 +356,9 @@ static void choose_leaves(struct hierarchy *h)
 
 enum weft_result weft_planner_emit_hierarchy(struct weft_planner *planner)
 {
-    struct hierarchy h = {.planner = planner, .full = (int64_t)round(1.0 / planner->unit)};
+    const double one = weft_kernel_tiles_get_info(planner->plan->tiles)->one;
+    struct hierarchy h = {.planner = planner, .full = llround(1.0 / planner->unit)};
+    h.most_level = (int)lround(log2((double)h.full / one));
     sort_atoms(planner);
     enum weft_result res = sample(&h);
     if (res == WEFT_OK) {

@@ -44,8 +44,9 @@ static struct tile_place place_of(const struct weft_kernel_tiles_info *info,
 static int log_code(const struct weft_pass_list *list, double weight)
 {
     const int full = weft_target_one(list->target);
-    const double code = weight > 0.0 ? -log2(weight) * (full - 1) / list->log_octaves : full;
-    return code < full - 0.5 ? (int)fmax(0.0, round(code)) : full;
+    if (weight < exp2(-list->log_octaves))
+        return full;
+    return (int)fmax(0.0, round(-log2(weight) * (full - 1) / list->log_octaves));
 }
 
 static int32_t log_value(const struct weft_planner *planner, const struct weft_kernel_tile *tile,

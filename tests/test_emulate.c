@@ -67,8 +67,9 @@ static double sample(const struct pixel *p, int channel, const int offset[3], co
 static int log_code(const struct hand_list *h, double x)
 {
     const int one = weft_target_one(h->list.target);
-    const double code = x > 0.0 ? -log2(x) * (one - 1) / h->list.log_octaves : one;
-    return code < one - 0.5 ? (int)lround(fmax(code, 0.0)) : one;
+    if (x < exp2(-h->list.log_octaves))
+        return one;
+    return (int)fmax(0.0, round(-log2(x) * (one - 1) / h->list.log_octaves));
 }
 
 // sign s q 2^shift 2^e (unrounded), or of logarithms the product itself.
