@@ -170,17 +170,28 @@ static enum weft_result check_bits(const struct weft_planner *planner)
     return WEFT_OK;
 }
 
+static bool goes_on(void *priv, double fraction)
+{
+    (void)fraction;
+    return !weft_planner_cancelled(priv);
+}
+
+struct weft_progress weft_planner_watch(struct weft_planner *planner)
+{
+    return (struct weft_progress){goes_on, planner};
+}
+
 static enum weft_result simulate(struct weft_planner *planner)
 {
+    const struct weft_progress watch = weft_planner_watch(planner);
     struct weft_plan *plan = planner->plan;
     plan->ranges = calloc((size_t)plan->list.pass_count + 1, sizeof *plan->ranges);
     if (!plan->ranges) {
         weft_error(planner->p.log, "plan: not enough memory for %d ranges", plan->list.pass_count);
         return WEFT_ERR_MEMORY;
     }
-    enum weft_result res =
-        weft_range_simulate(planner->p.log, &plan->list, planner->p.worst_case, planner->p.progress,
-                            plan->ranges, &plan->info.range);
+    enum weft_result res = weft_range_simulate(planner->p.log, &plan->list, planner->p.worst_case,
+                                               &watch, plan->ranges, &plan->info.range);
     plan->info.valid = plan->info.range.valid;
     if (res != WEFT_OK || plan->info.valid || planner->p.order != WEFT_ORDER_PLANNED)
         return res;

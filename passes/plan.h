@@ -71,7 +71,7 @@ struct weft_plan_params {
     size_t step_count;
     const struct weft_plan_split *splits; // made first, in order
     size_t split_count;
-    const struct weft_progress *progress; // of the search; may be NULL
+    const struct weft_progress *progress; // asked now and then, its fraction stays 0; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
 #define WEFT_PLAN_DEFAULTS .dims = 2, .allow_splits = true, .allow_scale = true, .channels = 1,

@@ -155,12 +155,11 @@ static void compare_cell(struct e2 *e, const int at[3])
 
 static enum weft_result compare_all(struct e2 *e)
 {
-    const struct weft_progress *progress = e->planner->p.progress;
     const int m = e->info->samples;
     int at[3] = {0};
     for (at[2] = 0; at[2] < (e->info->dims > 2 ? m : 1); at[2]++)
         for (at[1] = 0; at[1] < m; at[1]++) {
-            if (progress && progress->report && !progress->report(progress->priv, 0.0))
+            if (weft_planner_cancelled(e->planner))
                 return WEFT_ERR_CANCELLED;
             for (at[0] = 0; at[0] < m; at[0]++)
                 compare_cell(e, at);
@@ -294,6 +293,7 @@ enum weft_result weft_planner_find_error(struct weft_planner *planner)
     struct weft_plan *plan = planner->plan;
     const double unit = 1.0 / (planner->full * plan->list.result_scale);
     struct weft_plan_error *error = &plan->info.error;
+    const struct weft_progress watch = weft_planner_watch(planner);
     struct slot_error declared = {0}, any = {0};
     struct weft_range_report report;
     double magnitude = 0.0;
@@ -304,8 +304,8 @@ enum weft_result weft_planner_find_error(struct weft_planner *planner)
     else
         weft_error(planner->p.log, "plan: not enough memory for %d ranges", plan->list.pass_count);
     if (res == WEFT_OK)
-        res = weft_range_simulate(planner->p.log, &plan->list, WEFT_WORST_ANY, planner->p.progress,
-                                  ranges, &report);
+        res = weft_range_simulate(planner->p.log, &plan->list, WEFT_WORST_ANY, &watch, ranges,
+                                  &report);
     if (res == WEFT_OK)
         res = find_e3(planner, ranges, magnitude, &any);
     if (res == WEFT_OK)

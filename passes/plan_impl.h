@@ -45,6 +45,16 @@ struct weft_planner {
     int pass_room, group_room;
 };
 
+// Planning does not know how far it is; it only asks whether to go on.
+static inline bool weft_planner_cancelled(const struct weft_planner *planner)
+{
+    const struct weft_progress *progress = planner->p.progress;
+    return progress && progress->report && !progress->report(progress->priv, 0.0);
+}
+
+// The same for what reports progress of its own, which would go back and forth.
+struct weft_progress weft_planner_watch(struct weft_planner *planner);
+
 // ---- plan_tiles.c -------------------------------------------------------------------------------
 
 // As the parameters say, with the splits that are given.

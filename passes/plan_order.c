@@ -70,8 +70,8 @@ struct search {
     int32_t *sums[2], *left[2]; // [state][position]
     uint64_t *used[2];          // [state][words]
     int words;
-    struct step *history;       // [item][state]
-    int best_place, best_state; // deepest reached
+    struct step *history; // [item][state]
+    int best_place;       // deepest reached; its best set is the first
 };
 
 // ---- items --------------------------------------------------------------------------------------
@@ -303,7 +303,6 @@ static void start(struct search *s)
             s->left[0][k] -= s->value[(size_t)i * n + k] < 0 ? s->value[(size_t)i * n + k] : 0;
     s->now[0] = (struct state){.parent = -1, .last_adding = -1, .steps_left = s->steps};
     s->best_place = -1;
-    s->best_state = 0;
 }
 
 // All items placed? The deepest set reached is kept either way.
@@ -327,7 +326,6 @@ static bool grow(struct search *s, struct trial *kept)
         swap_generations(s);
         states = count;
         s->best_place = place;
-        s->best_state = 0;
     }
     return true;
 }
@@ -337,7 +335,7 @@ static bool grow(struct search *s, struct trial *kept)
 // Items by place, and bias steps by place (0: before the first).
 static void trace_back(const struct search *s, int *item, int *steps)
 {
-    int state = s->best_state;
+    int state = 0;
     memset(steps, 0, ((size_t)s->item_count + 1) * sizeof *steps);
     for (int place = s->best_place; place >= 0; place--) {
         const struct step *step = &s->history[(size_t)place * (size_t)s->beam + (size_t)state];
@@ -387,12 +385,6 @@ static bool check_all(struct search *s, const int *item, const int *steps)
             }
     }
     return joined == 0;
-}
-
-static bool cancelled(const struct search *s)
-{
-    const struct weft_progress *progress = s->planner->p.progress;
-    return progress && progress->report && !progress->report(progress->priv, 0.0);
 }
 
 // ---- searching ----------------------------------------------------------------------------------
@@ -447,7 +439,7 @@ static enum weft_result search_items(struct search *s, int beams, int *item, int
     for (int b = 0; b < beams; b++) {
         s->beam = beam_widths[b];
         for (int round = 0; round < most_rounds[b]; round++) {
-            if (cancelled(s))
+            if (weft_planner_cancelled(s->planner))
                 return WEFT_ERR_CANCELLED;
             for (int i = 0; i < s->item_count; i++)
                 find_values(s, s->position, (size_t)s->positions, i,

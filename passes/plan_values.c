@@ -117,8 +117,7 @@ enum weft_result weft_planner_sums(const struct weft_planner *planner, struct we
         for (size_t i = 0; i < count; i++)
             positions[i] = (uint32_t)(first + i);
         sum_chunk(planner, count, positions, out);
-        const struct weft_progress *progress = planner->p.progress;
-        if (progress && progress->report && !progress->report(progress->priv, 0.0))
+        if (weft_planner_cancelled(planner))
             return WEFT_ERR_CANCELLED;
     }
     return WEFT_OK;
