@@ -310,3 +310,25 @@ struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel 
         .gain = maximum(kernel, gain_at, 0.0, 1.0),
     };
 }
+
+// Weights less those of linear interpolation, summed up twice: what is left after the last tap are
+// the differences of their sums and of their first moments. INFINITY where these are not 0.
+static double curvature_at(const struct weft_kernel *kernel, double x)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, second_sum = 0.0, total = 0.0;
+    const int64_t first = weft_kernel_weights(kernel, x, weights), below = (int64_t)floor(x);
+    const int64_t end = first + kernel->width;
+    for (int64_t k = first < below ? first : below; k < end || k < below + 2; k++) {
+        const double linear = fmax(0.0, 1.0 - fabs(x - (double)k));
+        sum += (k >= first && k < end ? weights[k - first] : 0.0) - linear;
+        second_sum += sum;
+        total += fabs(second_sum);
+    }
+    return fabs(sum) + fabs(second_sum) < 1e-9 ? total : INFINITY;
+}
+
+double weft_analysis_curvature(const struct weft_kernel *kernel)
+{
+    const double largest = maximum(kernel, curvature_at, 0.0, 1.0);
+    return isfinite(largest) ? largest : 0.0;
+}
