@@ -124,13 +124,13 @@ struct weft_slice_plan_info {
 };
 
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
-// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel),
-PLACEHOLDER(memory, index range), WEFT_ERR_UNSUPPORTED(radial kernels),
-    // WEFT_ERR_MEMORY,
-    // WEFT_ERR_CANCELLED, and what weft_volume_find returns.
-    WEFT_API enum weft_result
-    weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
-                           weft_slice_plan **out);
+// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
+// of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
+// WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
+// weft_volume_find returns.
+WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
+                                                 const struct weft_slice_params *params,
+                                                 weft_slice_plan **out);
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
 
