@@ -169,15 +169,15 @@ void main()
     }
 #if defined(CLAMP_FROM)
     // Comparisons with NaN are false: it stays.
-    float low = sample_at(at, start.x, ivec3(CLAMP_FROM)), high = low;
+    float least = sample_at(at, start.x, ivec3(CLAMP_FROM)), most = least;
     for (int z = CLAMP_FROM; z <= CLAMP_TO; z++)
         for (int y = CLAMP_FROM; y <= CLAMP_TO; y++)
             for (int x = CLAMP_FROM; x <= CLAMP_TO; x++) {
                 float s = sample_at(at, start.x, ivec3(x, y, z));
-                low = s < low ? s : low;
-                high = s > high ? s : high;
+                least = s < least ? s : least;
+                most = s > most ? s : most;
             }
-    sum = sum < low ? low : sum > high ? high : sum;
+    sum = sum < least ? least : sum > most ? most : sum;
 #endif
 #if MAPPED && UNIT_SUM
     sum = sum * mapping.x + mapping.y;
