@@ -23,6 +23,7 @@
 #include "passes/slice_passes.h"
 #include "passes/stability.h"
 #include "passes/tile_error.h"
+#include "passes/way.h"
 #include "tiles/image.h"
 #include "tiles/kernel_file.h"
 #include "tiles/kernel_tiles.h"

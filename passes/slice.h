@@ -134,11 +134,16 @@ WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
 
+enum { WEFT_MEASURE_DIFFERENCES = 4 };
+
 // What the voxels in reach of a slice are, as far as plans depend on it.
 struct weft_slice_measure {
     double low, high;    // of the finite voxels; 0 where there are none
     uint64_t voxels;     // of the bricks read
     uint64_t not_finite; // of those
+    // Largest |n-th difference| along an axis, n = 1 to 4, of neighbours in a brick: derivatives of
+    // the signal, as far as it is sampled well.
+    double difference[WEFT_MEASURE_DIFFERENCES];
 };
 // Reads all bricks of the plan's tiles. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
 // weft_volume_read returns.

@@ -167,15 +167,14 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
     int32_t min[3], max[3];
     int size[3], span[3], block_size[3] = {1, 1, 1};
     weft_slice_cell_box(plan, key, cell, min, max);
-    // Aligned rows begin where the cell does.
-    int lead = l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? cell->low[order[0]] : 0;
-    min[order[0]] -= lead;
     for (int a = 0; a < 3; a++)
         size[a] = max[a] - min[a] + 1;
     box_span(axes, &l->block_layout, span);
     for (int i = 0; i < (axes->summed ? 2 : 3); i++)
         block_size[i] = size[order[i]];
-    float *box = axes->summed ? l->box : l->block;
+    // Aligned rows begin where the cell does: zeros before what is in reach.
+    const int lead = l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? cell->low[order[0]] : 0;
+    float *block = l->block + lead, *box = axes->summed ? l->box : block;
     if (product(block_size) < product(block_span))
         memset(l->block, 0, sizeof *l->block * product(block_span));
     weft_brick_store_copy_box(store, min, size, span, box);
@@ -184,20 +183,15 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
     struct bounds range = {0};
     const bool constants = plan->info.savings & WEFT_SAVING_CONSTANT;
     if (constants || plan->smooth.error > 0.0) {
-        // Only what is in reach counts: not the lead.
-        struct samples reach = samples;
-        reach.at += lead * samples.pitch[order[0]];
-        reach.size[order[0]] -= lead;
-        range = range_of(&reach);
+        range = range_of(&samples);
         *value = range.low;
         if (constants && range.finite && range.low == range.high)
             return WEFT_CELL_CONSTANT;
     }
     if (axes->summed)
-        sum_planes(axes, &samples, block_span, l->block);
+        sum_planes(axes, &samples, block_span, block);
     if (plan->smooth.error > 0.0) {
-        samples = samples_of(l->block + lead, block_size, block_span);
-        samples.size[0] -= lead;
+        samples = samples_of(block, block_size, block_span);
         range = range_of(&samples);
         *value = (float)(0.5 * ((double)range.low + range.high));
         double half = 0.5 * ((double)range.high - range.low) + 0x1p-24 * fabs(*value);

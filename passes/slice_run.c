@@ -119,12 +119,14 @@ static enum weft_result find_program(struct runner *r, enum kind kind, bool cons
     const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
     char defines[512];
     snprintf(defines, sizeof defines,
-             "#define WIDTH %d\n#define GROUPS %d\n#define DEGREE %d\n#define SEGMENTS %d\n"
+             "#define WIDTH %d\n#define FIRST %d\n#define GROUPS %d\n#define DEGREE %d\n#define "
+             "SEGMENTS %d\n"
              "#define SUMMED %d\n#define CONSTANTS %d\n#define CONSTANTS_ONLY %d\n"
              "#define MAPPED %d\n#define UNIT_SUM %d\n#define LAYOUT_%s\n",
-             full ? tiles->width : 2, full ? tiles->groups : 1, full ? tiles->degree : 1,
-             full ? tiles->segments : 1, plan->axes.summed, constants, kind == KIND_CONSTANT,
-             plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum, layout_define[r->layout]);
+             full ? tiles->width : 2, full ? 0 : middle, full ? tiles->groups : 1,
+             full ? tiles->degree : 1, full ? tiles->segments : 1, plan->axes.summed, constants,
+             kind == KIND_CONSTANT, plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum,
+             layout_define[r->layout]);
     if (full && plan->clamp_to_samples && tiles->width > 1)
         snprintf(defines + strlen(defines), sizeof defines - strlen(defines),
                  "#define CLAMP_FROM %d\n#define CLAMP_TO %d\n", middle - odd, middle + 1);
@@ -379,8 +381,6 @@ static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
     static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
     const GladGLContext *gl = r->gl;
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
-    const GLint skip = kind == KIND_SMOOTH ? tiles->width / 2 - 1 : 0;
-    gl->Uniform3i(location(r, program, "skip"), skip, skip, r->plan->axes.summed ? 0 : skip);
     if (kind == KIND_SMOOTH)
         gl->Uniform4fv(location(r, program, "kernel"), 2, linear[0]);
     else if (tiles->segments > 1)

@@ -54,14 +54,14 @@ typedef struct weft_way_plan weft_way_plan; // Thread-safety: read-only once mad
 
 struct weft_way_plan_info {
     struct weft_way way;
-    char name[96];                             // weft_way_format
+    char name[96]; // weft_way_format
     const struct weft_slice_plan_info *slice;
-    const struct weft_plan_info *passes;       // NULL but for passes
-    double bound;    // of |result - exact|, in the volume's values: E2 and E3, and the source's codes
-    double e1;       // leading term of E1 for a signal that changes as its samples do: see
-                     // weft_way_e1
-    uint64_t bytes;  // voxels, layouts, tiles and targets while running
-    double fetches;  // per pixel, at most
+    const struct weft_plan_info *passes; // NULL but for passes
+    double bound; // of |result - exact|, in the volume's values: E2 and E3, and the source's codes
+    double e1;    // leading term of E1 for a signal that changes as its samples do: see
+                  // weft_way_e1
+    uint64_t bytes; // voxels, layouts, tiles and targets while running
+    double fetches; // per pixel, at most
 };
 
 // Returns what weft_slice_plan_create and weft_plan_create return, or WEFT_ERR_UNSUPPORTED (with a

@@ -1,16 +1,16 @@
 // Fragment shader: one tri-variate reconstruction per pixel.
-// Defined by the plan: WIDTH (taps along an axis), SUMMED (1 if blocks have no third axis), GROUPS (of
-// four taps), DEGREE and SEGMENTS of the kernel's polynomial tiles, CONSTANTS (1 if entries
-// may name constants), CONSTANTS_ONLY, MAPPED (1 if samples are mapped from their range), UNIT_SUM (1
-// if weights add up to one), one of LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN, and, for pixels
-// clamped to the samples next to them, CLAMP_FROM and CLAMP_TO, the taps of those.
+// Defined by the plan: WIDTH (taps along an axis), FIRST (samples from the first one in reach to the
+// first tap), SUMMED (1 if blocks have no third axis), GROUPS (of four taps), DEGREE and SEGMENTS of
+// the kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), CONSTANTS_ONLY, MAPPED
+// (1 if samples are mapped from their range), UNIT_SUM (1 if weights add up to one), one of
+// LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN, and, for pixels clamped to the samples next to
+// them, CLAMP_FROM and CLAMP_TO, the taps of those.
 // Axes are the block's: x along its rows.
 
 uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
 uniform samplerBuffer constants;
 uniform samplerBuffer source;
 uniform vec2 mapping;           // scale and offset of samples
-uniform ivec3 skip;             // samples from a block's first tap to the first one used here
 uniform ivec2 pitch;            // texels from row to row and from slice to slice of a block
 
 #if SEGMENTS > 1
@@ -86,11 +86,11 @@ float row(int at, float weight[ROW_WEIGHTS])
     }
 #else
     // Samples past the last tap are not touched: a NaN there must not get in.
-    for (int g = 0; g < GROUPS; g++) {
-        vec4 s = texelFetch(source, at + 4 * g);
+    for (int g = 0; g < (FIRST + WIDTH + 3) / 4; g++) {
+        vec4 s = texelFetch(source, at + 4 * g - FIRST);
         for (int i = 0; i < 4; i++)
-            if (4 * g + i < WIDTH)
-                sum += s[i] * weight[4 * g + i];
+            if (4 * g + i >= FIRST && 4 * g + i < FIRST + WIDTH)
+                sum += s[i] * weight[4 * g + i - FIRST];
     }
 #endif
     return sum;
@@ -104,8 +104,10 @@ float sample_at(int at, int start, ivec3 tap)
 #if defined(LAYOUT_ALIGNED)
     int x = (start & 3) + tap.x;
     return texelFetch(source, at + (x >> 2))[x & 3];
-#else
+#elif defined(LAYOUT_PLAIN)
     return texelFetch(source, at + tap.x).r;
+#else
+    return texelFetch(source, at + (tap.x & ~3))[tap.x & 3];
 #endif
 }
 #endif
@@ -139,7 +141,7 @@ void main()
     ivec2 p = window - block;
     ivec3 low = origin_low + p.x * du_low + p.y * dv_low;
     ivec3 position = origin + p.x * du + p.y * dv + (low >> low_bits);
-    ivec3 start = ((position >> 29) & 7) + skip;
+    ivec3 start = ((position >> 29) & 7) + FIRST;
     vec3 t = vec3((((position >> 4) & 0x1ffffff) + 1) >> 1) * (1.0 / 16777216.0);
 
     float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
@@ -167,6 +169,11 @@ void main()
             plane += wy[y] * row(at + z * pitch.y + y * pitch.x, row_weights);
         sum += wz[z] * plane;
     }
+#if MAPPED && UNIT_SUM
+    sum = sum * mapping.x + mapping.y;
+#elif MAPPED
+    sum = sum * mapping.x + mapping.y * (total(wx) * total(wy) * (SUMMED != 0 ? 1.0 : total(wz)));
+#endif
 #if defined(CLAMP_FROM)
     // Comparisons with NaN are false: it stays.
     float least = sample_at(at, start.x, ivec3(CLAMP_FROM)), most = least;
@@ -177,12 +184,11 @@ void main()
                 least = s < least ? s : least;
                 most = s > most ? s : most;
             }
-    sum = sum < least ? least : sum > most ? most : sum;
+#if MAPPED
+    least = least * mapping.x + mapping.y;
+    most = most * mapping.x + mapping.y;
 #endif
-#if MAPPED && UNIT_SUM
-    sum = sum * mapping.x + mapping.y;
-#elif MAPPED
-    sum = sum * mapping.x + mapping.y * (total(wx) * total(wy) * (SUMMED != 0 ? 1.0 : total(wz)));
+    sum = sum < least ? least : sum > most ? most : sum;
 #endif
     value = sum;
 }

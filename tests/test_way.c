@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "common.h"
+#include "contexts.h"
+#include "weft.h"
+
+enum { SIDE = 40, VOXELS = SIDE * SIDE * SIDE, JOBS = 150 };
+
+// ---- a random job -------------------------------------------------------------------------------
+
+struct random {
+    uint64_t state;
+};
+
+static double uniform(struct random *r) // splitmix64, in [0, 1)
+{
+    uint64_t h = r->state += UINT64_C(0x9e3779b97f4a7c15);
+    h = (h ^ h >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
+    h = (h ^ h >> 27) * UINT64_C(0x94d049bb133111eb);
+    return (double)((h ^ h >> 31) >> 11) * 0x1p-53;
+}
+
+static int below(struct random *r, int n)
+{
+    return (int)(uniform(r) * n);
+}
+
+// Smooth in one half, noise in a corner, constant in the rest; somewhere in the reals.
+static weft_volume *random_volume(struct random *r)
+{
+    float *data = malloc(VOXELS * sizeof *data);
+    assert_non_null(data);
+    const double scale = ldexp(1.0, below(r, 21) - 10), offset = scale * 4.0 * (uniform(r) - 0.5);
+    for (int i = 0; i < VOXELS; i++) {
+        const int x = i % SIDE, y = i / SIDE % SIDE, z = i / (SIDE * SIDE);
+        double value = 0.25;
+        if (x < SIDE / 2)
+            value = 0.5 + 0.2 * sin(0.11 * x + 0.07 * y) + 0.2 * cos(0.09 * z - 0.05 * x);
+        else if (y < SIDE / 2 && z < SIDE / 2)
+            value = uniform(r);
+        data[i] = (float)(offset + scale * value);
+    }
+    weft_volume *volume = NULL;
+    const struct weft_volume_params *params =
+        weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data, .log = &log_to_stderr,
+                           .background = uniform(r) < 0.5 ? NAN : (float)offset);
+    assert_int_equal(weft_volume_create(params, &volume), WEFT_OK);
+    free(data);
+    return volume;
+}
+
+// Oblique, turned about an axis, or along the axes; on the lattice at times.
+static struct weft_slice_geometry random_plane(struct random *r)
+{
+    struct weft_slice_geometry g = {.width = 8 + below(r, 90), .height = 8 + below(r, 70)};
+    const int kind = below(r, 3), axis = below(r, 3), p = (axis + 1) % 3, q = (axis + 2) % 3;
+    for (int a = 0; a < 3; a++) {
+        g.u[a] = kind == 0 ? SIDE * (uniform(r) - 0.5) : 0.0;
+        g.v[a] = kind == 0 ? SIDE * (uniform(r) - 0.5) : 0.0;
+    }
+    if (kind > 0) {
+        g.u[p] = SIDE * (0.2 + uniform(r));
+        g.v[q] = SIDE * (0.2 + uniform(r));
+    }
+    if (kind == 1) {
+        g.u[q] = 0.3 * g.v[q];
+        g.v[p] = -0.4 * g.u[p];
+    }
+    for (int a = 0; a < 3; a++)
+        g.origin[a] = SIDE * uniform(r) - 0.5 * (g.u[a] + g.v[a]);
+    if (below(r, 2))
+        g.origin[axis] = floor(g.origin[axis]);
+    return g;
+}
+
+static const char *const kernels[] = {"catmull-rom", "bspline3",  "linear",         "nearest",
+                                      "mitchell",    "bspline2",  "lanczos:3+unit", "lanczos:2",
+                                      "keys6",       "d-bspline", "blackman-sinc:2"};
+
+static struct weft_way random_fused(struct random *r)
+{
+    return (struct weft_way){.layout = (enum weft_layout)(1 + below(r, 3)),
+                             .source = (enum weft_source_format)below(r, 4),
+                             .lookup = (enum weft_lookup)below(r, 3),
+                             .samples = 1 << below(r, 10)};
+}
+
+// ---- tests --------------------------------------------------------------------------------------
+
+struct job {
+    weft_volume *volume;
+    struct weft_way_params params;
+};
+
+static void set_job(struct random *r, struct job *job)
+{
+    const struct weft_slice_geometry plane = random_plane(r);
+    *job = (struct job){.volume = random_volume(r)};
+    job->params.slice = (struct weft_slice_params){
+        .kernel = kernel_named(kernels[below(r, (int)WEFT_COUNT(kernels))]),
+        .space = WEFT_SPACE_INDEX,
+        .geometry = plane,
+        .log = &log_to_stderr};
+    weft_slice_plan *plan = NULL;
+    assert_int_equal(weft_slice_plan_create(job->volume, &job->params.slice, &plan), WEFT_OK);
+    assert_int_equal(weft_slice_measure(plan, job->volume, NULL, &job->params.measure), WEFT_OK);
+    weft_slice_plan_destroy(&plan);
+}
+
+// Runs one way and checks every pixel against the bound. Returns false where it is unsupported.
+static bool check(weft_context *context, const struct job *job, const char *what,
+                  struct weft_way_report *report, unsigned *savings, double *tightness)
+{
+    weft_way_plan *plan = NULL;
+    enum weft_result res = weft_way_plan_create(job->volume, &job->params, &plan);
+    if (res == WEFT_ERR_UNSUPPORTED)
+        return false;
+    assert_int_equal(res, WEFT_OK);
+    const struct weft_slice_geometry *g = &job->params.slice.geometry;
+    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
+    struct weft_slice_error error;
+    assert_non_null(pixels);
+    assert_int_equal(weft_way_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
+    assert_int_equal(
+        weft_slice_verify(weft_way_plan_get_slice(plan), job->volume, pixels, NULL, &error),
+        WEFT_OK);
+    if (!(error.maximum <= info->bound) || error.not_finite_mismatches)
+        fail_msg("%s: %s with %s: error %.3g at (%d, %d) of %dx%d, %.9g instead of %.9g; the bound "
+                 "is %.3g; %d not finite",
+                 what, info->name, job->params.slice.kernel.info->name, error.maximum, error.at_x,
+                 error.at_y, g->width, g->height, error.at_value, error.at_reference, info->bound,
+                 (int)error.not_finite_mismatches);
+    *savings |= info->slice->savings;
+    *tightness = fmin(*tightness, info->bound / error.maximum);
+    free(pixels);
+    weft_way_plan_destroy(&plan);
+    return true;
+}
+
+static void fused_ways_stay_within_their_bounds(void **state)
+{
+    (void)state;
+    struct random r = {5};
+    double tightness = INFINITY;
+    uint64_t constant = 0, smooth = 0;
+    unsigned savings = 0;
+    for (int i = 0; i < JOBS && (contexts[0] || contexts[1]); i++) {
+        struct job job;
+        struct weft_way_report report;
+        char what[32];
+        snprintf(what, sizeof what, "job %d", i);
+        set_job(&r, &job);
+        job.params.way = random_fused(&r);
+        job.params.slice.without = below(&r, 2) ? 0u : (unsigned)below(&r, WEFT_SAVING_ALL + 1);
+        job.params.slice.clamp_to_samples = below(&r, 6) == 0;
+        if (below(&r, 2))
+            job.params.slice.smooth_error =
+                (job.params.measure.high - job.params.measure.low) * ldexp(1.0, -4 - below(&r, 12));
+        weft_context *context = contexts[i % 2 && contexts[1] ? 1 : 0];
+        assert_true(
+            check(context ? context : contexts[1], &job, what, &report, &savings, &tightness));
+        constant += report.slice.cells_constant;
+        smooth += report.slice.cells_smooth;
+        weft_volume_destroy(&job.volume);
+    }
+    print_message("bound / error: least %.3g; cells found constant %d, smooth %d\n", tightness,
+                  (int)constant, (int)smooth);
+    assert_true(constant > 0 && smooth > 0);
+    assert_int_equal(savings, WEFT_SAVING_CONSTANT | WEFT_SAVING_AXIS | WEFT_SAVING_SMOOTH);
+}
+
+static void listed_ways_stay_within_their_bounds(void **state)
+{
+    (void)state;
+    struct random r = {11};
+    struct weft_way *ways = NULL;
+    size_t count = 0, ran = 0;
+    unsigned savings = 0;
+    double tightness = INFINITY;
+    assert_int_equal(weft_way_list(&log_to_stderr, &ways, &count), WEFT_OK);
+    for (size_t i = 0; i < count && contexts[0]; i++) {
+        struct job job;
+        struct weft_way_report report;
+        char what[32], name[96], other[96];
+        weft_way_format(&ways[i], name, sizeof name);
+        for (size_t k = 0; k < i; k++) {
+            weft_way_format(&ways[k], other, sizeof other);
+            assert_string_not_equal(name, other);
+        }
+        snprintf(what, sizeof what, "way %d", (int)i);
+        set_job(&r, &job);
+        job.params.way = ways[i];
+        // Planning others takes long with many taps or samples.
+        if (ways[i].method == WEFT_METHOD_PASSES) {
+            job.params.slice.kernel = kernel_named(i % 2 ? "linear" : "mitchell");
+            job.params.way.samples = 16;
+        }
+        ran += check(contexts[0], &job, what, &report, &savings, &tightness);
+        weft_volume_destroy(&job.volume);
+    }
+    print_message("%d of %d ways ran; bound / error: least %.3g\n", (int)ran, (int)count,
+                  tightness);
+    free(ways);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fused_ways_stay_within_their_bounds),
+        cmocka_unit_test(listed_ways_stay_within_their_bounds),
+    };
+    return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
+}
