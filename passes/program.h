@@ -9,6 +9,7 @@
 extern const char weft_shader_combine[];
 extern const char weft_shader_convolve[];
 extern const char weft_shader_full_target[];
+extern const char weft_shader_separable[];
 extern const char weft_shader_slice[];
 extern const char weft_shader_tile_lookup[];
 
