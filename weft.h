@@ -19,6 +19,7 @@
 #include "passes/plan.h"
 #include "passes/profile.h"
 #include "passes/range.h"
+#include "passes/separable.h"
 #include "passes/slice.h"
 #include "passes/slice_passes.h"
 #include "passes/stability.h"

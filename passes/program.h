@@ -12,6 +12,7 @@ extern const char weft_shader_full_target[];
 extern const char weft_shader_naive_frame[];
 extern const char weft_shader_naive_slice[];
 extern const char weft_shader_rectangles[];
+extern const char weft_shader_separable[];
 extern const char weft_shader_slice[];
 extern const char weft_shader_tile_lookup[];
 

@@ -15,6 +15,7 @@
 #include "filter/check.h"
 #include "passes/accumulate/tree.h"
 #include "passes/convolve.h"
+#include "passes/separable.h"
 #include "passes/slice.h"
 #include "tiles/image.h"
 #include "tiles/kernel_tiles.h"
@@ -112,6 +113,27 @@ static enum weft_result slice_volume(void)
     weft_slice_plan_destroy(&plan);
     weft_volume_destroy(&volume);
     return res;
+}
+
+// In several rectangles, through staging memory.
+static enum weft_result filter_plane(void)
+{
+    enum { PIXELS = 99 };
+    static float pixels[PIXELS * PIXELS];
+    static double at[PIXELS];
+    for (int i = 0; i < PIXELS; i++)
+        at[i] = i * 0.4;
+    return weft_separable_run(context,
+                              &(struct weft_separable_params){.size = {SIDE, SIDE},
+                                                              .samples = plane,
+                                                              .width = PIXELS,
+                                                              .height = PIXELS,
+                                                              .x = at,
+                                                              .y = at,
+                                                              .pixels = pixels,
+                                                              .memory_bytes = 40000,
+                                                              .log = &test_log},
+                              NULL);
 }
 
 static enum weft_result save_volume(void)
@@ -257,6 +279,8 @@ static void test_slices(void **state)
     if (weft_context_create(&params, &context) != WEFT_OK)
         print_message("[  SKIPPED ] no GL context: slices are planned, not run\n");
     run("weft_slice", slice_volume);
+    if (context)
+        run("weft_separable", filter_plane);
     weft_context_destroy(&context);
 }
 
