@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "filter/analysis.h"
+#include "passes/separable.h"
 #include "passes/slice_plan.h"
 
 // ---- axes ---------------------------------------------------------------------------------------
@@ -105,6 +106,15 @@ static double relative_bound(const struct weft_slice_plan *plan, double gain)
            pow(gain, axes);
 }
 
+// Of samples summed before, positions off by what fixed-point steps are.
+static double separable_bound(const struct weft_slice_plan *plan, double gain)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const double own = weft_separable_error_bound(kernel);
+    const double position = 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    return own * (1.0 + UNIT) + UNIT * gain * gain + 2.0 * gain * position * largest_slope(kernel);
+}
+
 // Sums along an axis reach this far.
 static void widen_range(const struct weft_slice_axes *axes, struct weft_source_range *range)
 {
@@ -137,6 +147,10 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
     for (int i = 0; i < plan->axes.kept; i++)
         along += fabs(plan->axes.weight[i]);
     set_smooth(plan, smooth_error, gain);
+    if (plan->axes.separable) {
+        plan->smooth.error = 0.0;
+        relative = separable_bound(plan, gain);
+    }
     info->error_absolute = plan->smooth.error;
     info->error_bound = relative * (plan->axes.summed ? along : 1.0);
     if (info->source == WEFT_SOURCE_FLOAT)

@@ -131,19 +131,18 @@ static bool is_smooth(const struct weft_slice_plan *plan, const struct samples *
     return error + axes * weight * 4.0 * 0x1p-24 * magnitude <= smooth->error;
 }
 
-// Sums the box along the axis of which every pixel has the same coordinate.
-static void sum_planes(const struct weft_slice_axes *axes, const struct samples *box,
-                       const int span[3], float *block)
+void weft_slice_sum_planes(const struct weft_slice_axes *axes, const float *box, const int size[3],
+                           const int span[3], float *out, int stride)
 {
     const int *order = axes->order;
-    const int along = box->pitch[order[2]];
-    for (int y = 0; y < box->size[order[1]]; y++) {
-        for (int x = 0; x < box->size[order[0]]; x++) {
-            const float *at = box->at + y * box->pitch[order[1]] + x * box->pitch[order[0]];
+    const size_t pitch[3] = {1, (size_t)span[0], (size_t)span[0] * (size_t)span[1]};
+    for (int y = 0; y < size[order[1]]; y++) {
+        for (int x = 0; x < size[order[0]]; x++) {
+            const float *at = box + (size_t)y * pitch[order[1]] + (size_t)x * pitch[order[0]];
             double sum = 0.0;
             for (int k = 0; k < axes->kept; k++)
-                sum += axes->weight[k] * at[k * along];
-            block[y * span[0] + x] = (float)sum;
+                sum += axes->weight[k] * at[(size_t)k * pitch[order[2]]];
+            out[(size_t)y * (size_t)stride + (size_t)x] = (float)sum;
         }
     }
 }
@@ -189,7 +188,7 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
             return WEFT_CELL_CONSTANT;
     }
     if (axes->summed)
-        sum_planes(axes, &samples, block_span, block);
+        weft_slice_sum_planes(axes, box, size, span, block, block_span[0]);
     if (plan->smooth.error > 0.0) {
         samples = samples_of(block, block_size, block_span);
         range = range_of(&samples);

@@ -231,6 +231,26 @@ static bool classify_cells(const struct planner *planner, enum weft_layout layou
     return true;
 }
 
+// The same for tiles without cells.
+static bool size_plane(const struct planner *planner, struct weft_slice_tile_plan *tile,
+                       struct weft_slice_tile *out)
+{
+    const struct weft_slice_plan *plan = planner->plan;
+    const int *order = plan->axes.order;
+    int32_t min[3], max[3];
+    weft_slice_separable_box(plan, out, min, max);
+    const uint64_t columns = (uint64_t)(max[order[0]] - min[order[0]] + 1);
+    const uint64_t rows = (uint64_t)(max[order[1]] - min[order[1]] + 1);
+    if (!need_bricks(planner, &tile->bricks, min, max))
+        return false;
+    out->bricks_read = tile->bricks.count;
+    out->memory_bytes = tile->bricks.count * BRICK_BYTES +
+                        columns * (rows + WEFT_BRICK_SIZE * (uint64_t)plan->axes.kept) * 4 +
+                        ((uint64_t)out->width + (uint64_t)out->height) * sizeof(double) +
+                        plan->separable_bytes;
+    return true;
+}
+
 static void tile_plan_destroy(struct weft_slice_tile_plan *tile)
 {
     weft_cell_map_destroy(&tile->map);
@@ -295,14 +315,18 @@ static enum weft_result plan_halves(struct planner *planner, enum weft_layout la
 static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
                                        int min_tile, struct weft_slice_tile rectangle)
 {
-    if (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile)
+    const bool separable = planner->plan->axes.separable;
+    if (!separable && (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile))
         return plan_halves(planner, layout, min_tile, &rectangle);
     struct weft_slice_tile_plan tile = {0};
     struct collector collector = {
         .planner = planner, .tile = &tile, .last_number = WEFT_CELL_NONE, .row = -1};
-    if (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
-                              rectangle.height, collect_run, &collector) ||
-        !classify_cells(planner, layout, &tile, &rectangle))
+    if (separable && !size_plane(planner, &tile, &rectangle))
+        goto fail;
+    if (!separable &&
+        (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
+                               rectangle.height, collect_run, &collector) ||
+         !classify_cells(planner, layout, &tile, &rectangle)))
         goto fail;
     if (rectangle.memory_bytes <= planner->memory_bytes &&
         (int64_t)tile.source_texels <= planner->max_texels) {
@@ -349,7 +373,9 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
         int min_tile;
     } tries[3] = {{asked, MIN_TILE}};
     int count = 1;
-    if (asked == WEFT_LAYOUT_AUTO) {
+    if (plan->axes.separable) {
+        tries[0].layout = WEFT_LAYOUT_PLAIN;
+    } else if (asked == WEFT_LAYOUT_AUTO) {
         // One or two taps a row use too little of a texel of four.
         tries[0].layout = width < 3 ? WEFT_LAYOUT_PLAIN : WEFT_LAYOUT_INTERLEAVED;
         tries[0].min_tile = width < 3 ? MIN_TILE : COMFORTABLE_TILE;
@@ -376,6 +402,24 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 }
 
 // ---- text ---------------------------------------------------------------------------------------
+
+static void print_plane(FILE *out, const struct weft_slice_plan *plan, int i)
+{
+    const struct weft_slice_tile *t = &plan->tiles[i];
+    const struct weft_slice_plan_info *info = &plan->info;
+    int32_t min[3], max[3];
+    const int *order = plan->axes.order, last = info->kernel.width - 1;
+    weft_slice_separable_box(plan, t, min, max);
+    fprintf(out,
+            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, a plane of %dx%d samples, "
+            "%.1f MB\n",
+            i, t->x, t->y, t->width, t->height, t->bricks_read, max[order[0]] - min[order[0]] + 1,
+            max[order[1]] - min[order[1]] + 1, 1e-6 * (double)t->memory_bytes);
+    fprintf(out,
+            "pass %02d: taps (0,0,0)-(%d,%d,%d), %d of them summed along %c before, one axis after "
+            "the other -> r32f\n",
+            i, last, last, last, info->summed_taps, "xyz"[info->summed_axis]);
+}
 
 static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
 {
@@ -431,7 +475,7 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
             plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
     print_savings(out, plan->info.savings);
     for (int i = 0; i < plan->info.tile_count; i++)
-        print_tile(out, plan, i);
+        (plan->axes.separable ? print_plane : print_tile)(out, plan, i);
     if (fclose(out) != 0)
         goto fail;
     plan->info.text = plan->text;
@@ -487,9 +531,14 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
         return res;
     info->samples = plan->kernel_tiles.segments;
     weft_slice_axes_set(plan, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples);
+    if (p->source == WEFT_SOURCE_FLOAT && p->lookup == WEFT_LOOKUP_POLYNOMIAL &&
+        !(p->without & WEFT_SAVING_SEPARABLE))
+        weft_slice_separable_set(plan);
     weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
+    if (plan->axes.separable)
+        info->savings |= WEFT_SAVING_SEPARABLE;
     // A constant convolved is that constant only where the weights sum to one.
-    if (p->kernel.unit_sum && !(p->without & WEFT_SAVING_CONSTANT))
+    else if (p->kernel.unit_sum && !(p->without & WEFT_SAVING_CONSTANT))
         info->savings |= WEFT_SAVING_CONSTANT;
     if (plan->axes.summed)
         info->savings |= WEFT_SAVING_AXIS;
@@ -505,6 +554,8 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
 {
     for (int i = 0; i < plan->info.tile_count; i++) {
         const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
+        if (plan->axes.separable && (tile->bricks.count || plan->topology.tile_count))
+            return false;
         for (size_t c = 0; c < tile->map.count; c++)
             if (!tile->cells[c].constant ||
                 memcmp(&tile->cells[c].value, &background, sizeof background) != 0)
@@ -522,7 +573,9 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->space = params->space;
     info->index_geometry = plan->grid.index;
     info->fetches_per_pixel =
-        plan->axes.taps[2] * width * weft_layout_row_fetches(info->layout, width);
+        plan->axes.separable
+            ? 2 * width
+            : plan->axes.taps[2] * width * weft_layout_row_fetches(info->layout, width);
     info->tiles = plan->tiles;
     info->memory_bytes = 0;
     for (int i = 0; i < info->tile_count; i++) {
@@ -600,6 +653,7 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
                           ? p.max_buffer_texels
                           : MAX_TEXELS,
     };
+    plan->separable_bytes = planner.memory_bytes / 2;
     res = plan_tiles(&planner, p.layout);
     if (res != WEFT_OK)
         goto fail;

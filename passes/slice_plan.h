@@ -28,6 +28,8 @@ struct weft_slice_tile_plan {
 struct weft_slice_axes {
     int order[3];    // rows, columns and depth of a block run along these
     bool summed;     // voxels are summed along order[2] before they are laid out
+    bool separable;  // rows and columns of the slice run along order[0] and order[1], and it is
+                     // done one axis after the other
     int taps[3];     // that a pixel needs, by axis of the block: the kernel's width, 1 where summed
     int first, kept; // of the kernel's taps along a summed axis: from the first to the last one
                      // whose weight is not 0
@@ -56,12 +58,15 @@ struct weft_slice_plan {
     struct weft_slice_tile *tiles;   // info.tile_count
     struct weft_slice_tile_plan *tile_plans;
     size_t tile_capacity;
+    uint64_t separable_bytes; // what the passes of one axis after the other may take
     char *text;
     const struct weft_log *log;
 };
 
 // The axes' part of a plan, from its kernel and grid.
 void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum);
+// Makes it separable where the slice can be and it pays.
+void weft_slice_separable_set(struct weft_slice_plan *plan);
 // The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params.
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 
@@ -83,5 +88,13 @@ void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_ke
 // Origins of a map's bricks, and their voxels. values: bricks->count * 512 floats.
 enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft_volume *volume,
                                         const struct weft_cell_map *bricks, float *values);
+
+// Of a separable plan: the voxels in reach of a tile, inclusive; and all of its tiles.
+void weft_slice_separable_box(const struct weft_slice_plan *plan,
+                              const struct weft_slice_tile *tile, int32_t min[3], int32_t max[3]);
+enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
+                                          weft_volume *volume, float *pixels,
+                                          const struct weft_progress *progress,
+                                          struct weft_slice_report *report);
 
 #endif

@@ -577,10 +577,10 @@ static void measure_pixels(const float *pixels, size_t count, struct weft_slice_
     report->maximum = report->not_finite < count ? maximum : NAN;
 }
 
-enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
-                                weft_volume *volume, float *pixels,
-                                const struct weft_progress *progress,
-                                struct weft_slice_report *report)
+static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan,
+                                  weft_volume *volume, float *pixels,
+                                  const struct weft_progress *progress,
+                                  struct weft_slice_report *report)
 {
     struct runner r = {
         .plan = plan,
@@ -611,17 +611,29 @@ enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *pl
         if (res == WEFT_OK)
             res = read_back(&r, i, pixels);
     }
-    const uint64_t cells_constant = r.cells.cells_constant, cells_smooth = r.cells.cells_smooth;
+    r.report.cells_constant = r.cells.cells_constant;
+    r.report.cells_smooth = r.cells.cells_smooth;
+    *report = r.report;
     destroy(&r);
     weft_context_leave(context);
+    return res;
+}
+
+enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
+                                weft_volume *volume, float *pixels,
+                                const struct weft_progress *progress,
+                                struct weft_slice_report *report)
+{
+    struct weft_slice_report own = {0};
+    enum weft_result res = (plan->axes.separable ? weft_slice_separable_run : run_cells)(
+        context, plan, volume, pixels, progress, &own);
     if (res != WEFT_OK)
         return res;
-    r.report.cells_constant = cells_constant;
-    r.report.cells_smooth = cells_smooth;
-    go_on(&r, 1.0);
+    if (progress && progress->report)
+        progress->report(progress->priv, 1.0);
     const struct weft_slice_geometry *g = &plan->grid.index;
-    measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &r.report);
+    measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &own);
     if (report)
-        *report = r.report;
+        *report = own;
     return WEFT_OK;
 }
