@@ -81,9 +81,17 @@ struct weft_slice_plan_info {
     uint64_t memory_bytes; // of the largest tile
     bool misses_volume;    // no pixel comes near an active voxel
     double error_bound;    // of |result - exact|, relative to the largest |voxel| in reach
-    const char *text;      // the plan as --explain prints it, one line per tile and pass
+    // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
+    // their coefficients depend on them; 0 for others.
+    int prefilter_overlap;
+    const char *text; // the plan as --explain prints it, one line per tile and pass
 };
 
+// A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which
+// weft_volume_prefilter computes: bricks, ranges and memory are then those of coefficients,
+// `volume` must outlive the plan, and runs take up to 64 MiB more. NaN and infinity stay in their
+// voxel.
+//
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
 // voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel),
 // WEFT_ERR_LIMIT (memory, index range), WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY,
@@ -129,7 +137,10 @@ struct weft_slice_error {
 
 // Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts
 // or the GPU's positions) and compares. Where a kernel jumps (nearest), a pixel within 2^-30 voxels
-// of the jump may take either side.
+// of the jump may take either side. For prefiltered kernels the reference trusts no coefficient: it
+// is the sum over the volume's voxels with the weights of the cardinal spline
+// (weft_prefilter_weights, cut off at 2^-32), which takes hundreds of times as long, so that fewer
+// pixels are checked.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,
                                             const struct weft_slice_verify_params *params,

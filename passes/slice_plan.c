@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "filter/analysis.h"
+#include "filter/prefilter.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
@@ -68,6 +69,11 @@ enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft
         weft_volume_read(volume, bricks->count, (const int32_t(*)[3])origin, values);
     free(origin);
     return res;
+}
+
+weft_volume *weft_slice_voxels(const struct weft_slice_plan *plan, weft_volume *volume)
+{
+    return plan->coefficients ? plan->coefficients : volume;
 }
 
 // ---- cells of a rectangle -----------------------------------------------------------------------
@@ -400,15 +406,24 @@ static double largest_slope(const struct weft_kernel *kernel)
     return largest;
 }
 
-// |result - exact| / largest |voxel| <= 3 weight errors, one an axis, and the sums' roundings.
+// |result - exact| / largest |voxel| <= 3 weight errors, one an axis, and the sums' roundings. The
+// voxels of prefiltered kernels are coefficients up to cube times the volume's, with errors of
+// their own (tiles/volume.h).
 static double error_bound(const struct weft_slice_plan *plan)
 {
-    const struct weft_kernel *kernel = &plan->info.kernel;
-    double gain = weft_analysis_overshoot(kernel).gain;
-    double weights = weight_error(plan, largest_slope(kernel));
+    struct weft_kernel kernel = plan->info.kernel;
+    kernel.prefiltered = false;
+    double gain = weft_analysis_overshoot(&kernel).gain;
+    double weights = weight_error(plan, largest_slope(&kernel));
     double one_more = gain + weights;
-    double sums = 3.0 * (kernel->width + 1) * 0x1p-24; // products and additions of three levels
-    return one_more * one_more * one_more * (1.0 + sums) - gain * gain * gain;
+    double sums = 3.0 * (kernel.width + 1) * 0x1p-24; // products and additions of three levels
+    double bound = one_more * one_more * one_more * (1.0 + sums) - gain * gain * gain;
+    struct weft_prefilter prefilter;
+    if (!plan->coefficients || weft_prefilter_compute(NULL, &kernel, &prefilter) != WEFT_OK)
+        return bound;
+    double square = prefilter.gain * prefilter.gain, cube = square * prefilter.gain;
+    double coefficients = 3.0 * square * WEFT_VOLUME_PREFILTER_ERROR + 0x1p-24 * cube;
+    return cube * bound + one_more * one_more * one_more * coefficients;
 }
 
 // ---- text ---------------------------------------------------------------------------------------
@@ -451,6 +466,9 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
             "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel|\n",
             weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
             plan->kernel_tiles.segments, plan->info.error_bound);
+    if (plan->coefficients)
+        fprintf(out, "prefilter: a coefficient depends on voxels up to %d away along each axis\n",
+                plan->info.prefilter_overlap);
     for (int i = 0; i < plan->info.tile_count; i++)
         print_tile(out, plan, i);
     if (fclose(out) != 0)
@@ -497,8 +515,7 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->error_bound = error_bound(plan);
 }
 
-// A clamped volume is asked for everything in its box that the slice's box reaches once clamped.
-static void clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
 {
     region->slab_count = 0;
     for (int a = 0; a < 3; a++) {
@@ -514,8 +531,21 @@ static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume 
     struct weft_region region;
     weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
     if (info->clamp_to_edge)
-        clamp_region(info, &region);
+        weft_slice_clamp_region(info, &region);
     return weft_volume_find(volume, &region, &plan->topology);
+}
+
+static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_volume *volume)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    struct weft_prefilter prefilter;
+    if (!kernel->prefiltered)
+        return WEFT_OK;
+    enum weft_result res = weft_prefilter_compute(plan->log, kernel, &prefilter);
+    if (res != WEFT_OK)
+        return res;
+    plan->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
+    return weft_volume_prefilter(volume, kernel, plan->log, &plan->coefficients);
 }
 
 enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
@@ -544,6 +574,11 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         goto fail;
     }
     plan->info.kernel = p.kernel;
+    res = create_coefficients(plan, volume);
+    if (res != WEFT_OK)
+        goto fail;
+    volume = weft_slice_voxels(plan, volume);
+    info = weft_volume_get_info(volume);
     res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
     if (res == WEFT_OK)
         res = weft_polynomial_tiles_create(p.log, &p.kernel, TILE_TOLERANCE, &plan->kernel_tiles);
@@ -593,6 +628,7 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
     free((*plan)->tile_plans);
     weft_polynomial_tiles_destroy(&(*plan)->kernel_tiles);
     weft_brick_list_clear(&(*plan)->topology);
+    weft_volume_destroy(&(*plan)->coefficients);
     free((*plan)->text);
     free(*plan);
     *plan = NULL;

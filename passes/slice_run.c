@@ -499,7 +499,7 @@ enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *pl
         .plan = plan,
         .context = context,
         .gl = &context->gl,
-        .volume = volume,
+        .volume = weft_slice_voxels(plan, volume),
         .log = plan->log,
         .progress = progress,
         .layout = plan->info.layout,

@@ -43,23 +43,6 @@ static int ring_count(const weft_volume *volume)
     return (volume->coefficients->overlap + WEFT_BRICK_SIZE - 1) / WEFT_BRICK_SIZE;
 }
 
-// Every base brick within the rings of a brick that meets the region meets this.
-static struct weft_region widen(const struct weft_region *region, int voxels)
-{
-    struct weft_region out = *region;
-    for (int a = 0; a < 3; a++) {
-        out.min[a] = clamp((int64_t)region->min[a] - voxels, -WEFT_INDEX_LIMIT, WEFT_INDEX_LIMIT);
-        out.max[a] = clamp((int64_t)region->max[a] + voxels, -WEFT_INDEX_LIMIT, WEFT_INDEX_LIMIT);
-    }
-    for (int s = 0; s < out.slab_count; s++) {
-        const double *n = out.slab[s].normal;
-        const double margin = voxels * (fabs(n[0]) + fabs(n[1]) + fabs(n[2]));
-        out.slab[s].lower -= margin;
-        out.slab[s].upper += margin;
-    }
-    return out;
-}
-
 static void child_origin(const int32_t origin[3], int32_t size, int child, int32_t out[3])
 {
     for (int a = 0; a < 3; a++)
@@ -207,7 +190,8 @@ static enum weft_result find_sparse(weft_volume *volume, const struct weft_regio
                                     struct weft_brick_list *out)
 {
     const int rings = ring_count(volume);
-    const struct weft_region wide = widen(region, rings * WEFT_BRICK_SIZE);
+    // Every base brick within the rings of a brick that meets the region meets this.
+    const struct weft_region wide = weft_region_widen(region, rings * WEFT_BRICK_SIZE);
     struct weft_brick_list base = {0};
     struct weft_cell_map map = {0};
     struct insides in = {region, &map, (rings + 1) * WEFT_BRICK_SIZE, out, 0};
