@@ -23,7 +23,7 @@ struct weft_slice_samples {
     struct weft_brick_list topology;
     weft_brick_store *store; // of the topology
     struct weft_cell_map map;
-    float *values; // by number
+    float *values, *largest; // by number: voxels, and their largest finite magnitude
     size_t capacity;
 };
 
@@ -35,6 +35,7 @@ void weft_slice_samples_destroy(weft_slice_samples **samples)
     weft_brick_store_destroy(&(*samples)->store);
     weft_cell_map_destroy(&(*samples)->map);
     free((*samples)->values);
+    free((*samples)->largest);
     free(*samples);
     *samples = NULL;
 }
@@ -113,6 +114,15 @@ static void set_axis(const weft_slice_samples *s, int a, double position, struct
         out->weight[clamp(first + k, low, high) - out->first] += weights[k];
 }
 
+static float find_largest(const float *values)
+{
+    float largest = 0.0f;
+    for (int i = 0; i < WEFT_BRICK_VOXELS; i++)
+        if (isfinite(values[i]) && fabsf(values[i]) > largest)
+            largest = fabsf(values[i]);
+    return largest;
+}
+
 // Reads the bricks of the map from number `known` on.
 static enum weft_result read_bricks(weft_slice_samples *s, size_t known)
 {
@@ -123,7 +133,9 @@ static enum weft_result read_bricks(weft_slice_samples *s, size_t known)
         const size_t capacity = 2 * s->map.count;
         float *values = realloc(s->values, capacity * WEFT_BRICK_VOXELS * sizeof *values);
         s->values = values ? values : s->values;
-        s->capacity = values ? capacity : s->capacity;
+        float *largest = realloc(s->largest, capacity * sizeof *largest);
+        s->largest = largest ? largest : s->largest;
+        s->capacity = values && largest ? capacity : s->capacity;
     }
     if (!origin || s->map.count > s->capacity) {
         weft_error(s->log, "not enough memory for %zu bricks", s->map.count);
@@ -134,6 +146,8 @@ static enum weft_result read_bricks(weft_slice_samples *s, size_t known)
             origin[i][a] = s->map.keys[known + i].at[a] * WEFT_BRICK_SIZE;
     res = weft_volume_read(s->volume, count, (const int32_t(*)[3])origin,
                            s->values + known * WEFT_BRICK_VOXELS);
+    for (size_t i = known; res == WEFT_OK && i < s->map.count; i++)
+        s->largest[i] = find_largest(s->values + i * WEFT_BRICK_VOXELS);
 fail:
     free(origin);
     return res;
@@ -169,7 +183,6 @@ static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3
                     value = sum->stand_in;
                 }
                 row += axis[0].weight[origin[0] + x - axis[0].first] * value;
-                sum->magnitude = fmax(sum->magnitude, fabs(value));
             }
             sum->total += across * row;
         }
@@ -225,10 +238,12 @@ static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, boo
                     weft_error(s->log, "not enough memory for %zu bricks", s->map.count);
                     return WEFT_ERR_MEMORY;
                 }
-                if (add)
-                    add_brick(sum, &at,
-                              there ? s->values + (size_t)number * WEFT_BRICK_VOXELS : NULL,
-                              constant);
+                if (!add)
+                    continue;
+                if (there)
+                    sum->magnitude = fmax(sum->magnitude, (double)s->largest[number]);
+                add_brick(sum, &at, there ? s->values + (size_t)number * WEFT_BRICK_VOXELS : NULL,
+                          constant);
             }
         }
     }

@@ -87,7 +87,7 @@ static void gather(struct facts *f)
 static bool needs_prefilter(const struct facts *f)
 {
     return f->kernel.info->derivation == 0 && !f->kernel.radial && !f->kernel.interpolating &&
-           f->order.prefiltered > f->order.order;
+           !f->kernel.prefiltered && f->order.prefiltered > f->order.order;
 }
 
 static double magnitude(struct weft_analysis_response h)
@@ -323,7 +323,11 @@ static void print_order(const struct facts *f)
     puts("");
     if (f->kernel.info->derivation)
         return;
-    if (needs_prefilter(f))
+    if (f->kernel.prefiltered)
+        puts("  prefilter        applied to the samples: it interpolates; the values below are of "
+             "the\n"
+             "                   coefficients' weights");
+    else if (needs_prefilter(f))
         printf("  prefilter        needed: raises the order to %d, RMS error %.5g T^%d |f^(%d)|\n",
                o->prefiltered, o->prefiltered_constant, o->prefiltered, o->prefiltered);
     else
