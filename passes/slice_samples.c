@@ -159,6 +159,11 @@ struct sum {
     bool meets_not_finite;
 };
 
+static bool is_tap(const struct axis *axis, int32_t at)
+{
+    return at >= axis->tap_first && at <= axis->tap_last;
+}
+
 // A brick's voxels from low to high (0 to 7) along each axis.
 static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3],
                        const int high[3], const float *values)
@@ -166,22 +171,19 @@ static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3
     const struct axis *axis = sum->axis;
     for (int z = low[2]; z <= high[2]; z++) {
         for (int y = low[1]; y <= high[1]; y++) {
-            const double across = axis[2].weight[origin[2] + z - axis[2].first] *
-                                  axis[1].weight[origin[1] + y - axis[1].first];
-            if (fabs(across) < NEGLIGIBLE)
+            const int32_t at_y = origin[1] + y, at_z = origin[2] + z;
+            const bool taps = is_tap(&axis[1], at_y) && is_tap(&axis[2], at_z);
+            const double across =
+                axis[2].weight[at_z - axis[2].first] * axis[1].weight[at_y - axis[1].first];
+            if (fabs(across) < NEGLIGIBLE && !taps)
                 continue;
             double row = 0.0;
             for (int x = low[0]; x <= high[0]; x++) {
                 const float voxel = values[z * 64 + y * 8 + x];
-                double value = (double)voxel;
-                if (!isfinite(voxel)) {
-                    const int32_t at[3] = {origin[0] + x, origin[1] + y, origin[2] + z};
-                    bool met = true;
-                    for (int a = 0; a < 3; a++)
-                        met = met && at[a] >= axis[a].tap_first && at[a] <= axis[a].tap_last;
-                    sum->meets_not_finite = sum->meets_not_finite || met;
-                    value = sum->stand_in;
-                }
+                const bool finite = isfinite(voxel);
+                const double value = finite ? (double)voxel : sum->stand_in;
+                if (!finite && taps && is_tap(&axis[0], origin[0] + x))
+                    sum->meets_not_finite = true;
                 row += axis[0].weight[origin[0] + x - axis[0].first] * value;
             }
             sum->total += across * row;
@@ -265,6 +267,8 @@ enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const d
         res = read_bricks(samples, known);
     if (res == WEFT_OK)
         res = visit_bricks(samples, &sum, true);
+    else
+        weft_cell_map_destroy(&samples->map); // it names bricks that were not read
     *out = (struct weft_reference_value){
         .value = sum.meets_not_finite ? (double)NAN : sum.total,
         .magnitude = sum.magnitude,

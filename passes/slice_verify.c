@@ -57,8 +57,8 @@ static struct weft_reference_value refer_at(struct verifier *v, const double pos
     struct weft_reference_value value = {NAN, 0.0};
     if (!v->samples)
         return weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, &v->cursor);
-    const enum weft_result res = weft_slice_samples_compute(v->samples, position, &value);
-    v->failure = v->failure == WEFT_OK ? res : v->failure;
+    if (v->failure == WEFT_OK)
+        v->failure = weft_slice_samples_compute(v->samples, position, &value);
     return value;
 }
 

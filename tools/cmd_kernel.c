@@ -242,6 +242,7 @@ static enum weft_result print_json(const struct facts *f)
         "continuity", k->continuity, "symmetry", f->symmetry, "radial", k->radial, "interpolating",
         k->interpolating, "unit_sum", f->unit_sum, "needs_prefilter", needs_prefilter(f),
         "derivative", k->info->derivation);
+    json_object_set_new(root, "prefiltered", json_boolean(k->prefiltered));
     json_object_set_new(root, "order",
                         json_pack("{s:i,s:o,s:o,s:i,s:o}", "order", o->order, "constant",
                                   json_number(o->constant), "largest", json_number(o->largest),
@@ -324,9 +325,9 @@ static void print_order(const struct facts *f)
     if (f->kernel.info->derivation)
         return;
     if (f->kernel.prefiltered)
-        puts("  prefilter        applied to the samples: it interpolates; the values below are of "
-             "the\n"
-             "                   coefficients' weights");
+        puts(
+            "  prefilter        applied: it interpolates; h is the weight of coefficients, order,\n"
+            "                   moments, response and overshoot are those for samples");
     else if (needs_prefilter(f))
         printf("  prefilter        needed: raises the order to %d, RMS error %.5g T^%d |f^(%d)|\n",
                o->prefiltered, o->prefiltered_constant, o->prefiltered, o->prefiltered);
