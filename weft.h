@@ -22,6 +22,7 @@
 #include "passes/range.h"
 #include "passes/slice.h"
 #include "passes/slice_passes.h"
+#include "passes/stability.h"
 #include "passes/tile_error.h"
 #include "tiles/image.h"
 #include "tiles/kernel_file.h"

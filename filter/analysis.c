@@ -394,3 +394,28 @@ struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel 
         .gain = maximum(kernel, &prefilter, gain_at, 0.0, 1.0),
     };
 }
+
+// Weights less those of linear interpolation, summed up twice: what is left after the last tap are
+// the differences of their sums and of their first moments. INFINITY where these are not 0.
+static double curvature_at(const struct weft_kernel *kernel, const struct weft_prefilter *prefilter,
+                           double x)
+{
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS], sum = 0.0, second_sum = 0.0, total = 0.0;
+    int count;
+    const int64_t first = sample_weights(kernel, prefilter, x, weights, &count);
+    const int64_t below = (int64_t)floor(x), end = first + count;
+    for (int64_t k = first < below ? first : below; k < end || k < below + 2; k++) {
+        const double linear = fmax(0.0, 1.0 - fabs(x - (double)k));
+        sum += (k >= first && k < end ? weights[k - first] : 0.0) - linear;
+        second_sum += sum;
+        total += fabs(second_sum);
+    }
+    return fabs(sum) + fabs(second_sum) < 1e-9 ? total : INFINITY;
+}
+
+double weft_analysis_curvature(const struct weft_kernel *kernel)
+{
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    const double largest = maximum(kernel, &prefilter, curvature_at, 0.0, 1.0);
+    return isfinite(largest) ? largest : 0.0;
+}

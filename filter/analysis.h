@@ -59,5 +59,10 @@ struct weft_analysis_overshoot {
 };
 WEFT_API struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel);
 
+// The largest c(t) = sum_m |g_m(t)| over t with which the kernel's weights less those of linear
+// interpolation are second differences, so that |(h - linear) * f| <= c max |f_k-1 - 2 f_k +
+// f_k+1|. 0 where they are not: where the weights do not reproduce constants and ramps.
+WEFT_API double weft_analysis_curvature(const struct weft_kernel *kernel);
+
 WEFT_END_DECLS
 #endif

@@ -27,15 +27,46 @@ struct weft_slice_geometry {
     int width, height; // pixels
 };
 
+// How the kernel's weights are had for a fraction: from polynomial tiles, exact to single
+// precision, or from tiles of `samples` samples.
+enum weft_lookup { WEFT_LOOKUP_POLYNOMIAL, WEFT_LOOKUP_LINEAR, WEFT_LOOKUP_NEAREST };
+// NULL-ended, in the order of the enum: "polynomial", "linear", "nearest".
+WEFT_API extern const char *const weft_lookup_names[];
+
+// What a slice may save, as bits. All is saved that can be unless it is asked to do without.
+enum weft_saving {
+    WEFT_SAVING_CONSTANT = 1,  // cells whose voxels in reach are all the same are not convolved,
+                               // where the kernel's weights add up to one: the value is exact
+    WEFT_SAVING_AXIS = 2,      // where all pixels have one coordinate along an axis, voxels are
+                               // summed along it once, those with a weight; the rest is 2D
+    WEFT_SAVING_SEPARABLE = 4, // where moreover rows and columns run along the other two axes, the
+                               // slice is magnified along one after the other
+    WEFT_SAVING_SMOOTH = 8,    // cells that linear interpolation, or one value, does within
+                               // smooth_error, by a bound from their second differences (range)
+    WEFT_SAVING_ALL = 15,
+};
+// NULL-ended, in the order of the bits: "constant", "axis", "separable", "smooth".
+WEFT_API extern const char *const weft_saving_names[];
+
 struct weft_slice_params {
     struct weft_kernel kernel;           // default (info NULL): catmull-rom
     enum weft_space space;               // of the geometry
     struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
     enum weft_layout layout;
-    uint64_t memory_bytes;     // voxels, layouts and GL memory while running (default 1 GiB); the
-                               // caller's pixels are not counted
-    int max_target_size;       // of the GL to run on, pixels along a side (default 4096)
-    int64_t max_buffer_texels; // likewise; see struct weft_context_info (default 2^26)
+    enum weft_source_format source;
+    double low, high; // of a source that is not float: the range it holds, finite and low < high;
+                      // voxels outside are clamped to it (see weft_slice_measure)
+    enum weft_lookup lookup;
+    int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
+    unsigned without;      // bits of enum weft_saving
+    double smooth_error;   // by which cheaper pieces may be off, in the volume's values (default 0:
+                           // no such pieces)
+    bool clamp_to_samples; // each pixel to the range of the samples next to it (2 along each axis,
+                           // 3 for kernels of odd width): no ringing. Not with savings along axes
+    uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
+                           // caller's pixels are not counted
+    int max_target_size;   // of the GL to run on, pixels along a side (default 4096)
+    int64_t max_buffer_texels;            // likewise; see struct weft_context_info (default 2^26)
     const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
@@ -80,33 +111,57 @@ struct weft_slice_plan_info {
     uint64_t bricks_read;  // sum over tiles
     uint64_t memory_bytes; // of the largest tile
     bool misses_volume;    // no pixel comes near an active voxel
-    double error_bound;    // of |result - exact|, relative to the largest |voxel| in reach
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
+    // |result - exact| <= error_bound * largest |voxel| in reach + error_absolute: arithmetic and
+    // weights (E2, E3), and what the source's format and cheaper pieces add.
+    double error_bound, error_absolute;
+    enum weft_source_format source;
+    enum weft_lookup lookup;
+    int samples;      // of tiles that are sampled, else segments of polynomials
+    unsigned savings; // bits of enum weft_saving: those that can save something here
+    int summed_axis;  // 0 to 2: voxels are summed along it before; -1: none
+    int summed_taps;  // of the kernel's along that axis, those with a weight
     const char *text; // the plan as --explain prints it, one line per tile and pass
 };
 
 // A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which
 // weft_volume_prefilter computes: bricks, ranges and memory are then those of coefficients,
 // `volume` must outlive the plan, and runs take up to 64 MiB more. NaN and infinity stay in their
-// voxel.
+// voxel. Not with clamp_to_samples; source formats hold a range of coefficients.
 //
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
-// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel),
-// WEFT_ERR_LIMIT (memory, index range), WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY,
-// WEFT_ERR_CANCELLED, and what weft_volume_find returns.
+// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
+// of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
+// WEFT_ERR_UNSUPPORTED (radial kernels; see above), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
+// weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
                                                  weft_slice_plan **out);
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
 
+// What the voxels in reach of a slice are, as far as plans depend on it.
+struct weft_slice_measure {
+    double low, high;    // of the finite voxels; 0 where there are none
+    uint64_t voxels;     // of the bricks read
+    uint64_t not_finite; // of those
+};
+// Reads all bricks of the plan's tiles. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
+// weft_volume_read returns.
+WEFT_API enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
+                                             const struct weft_progress *progress,
+                                             struct weft_slice_measure *out);
+
 struct weft_slice_report {
     double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
     uint64_t uploaded_bytes;
-    uint64_t peak_bytes;    // of voxels, layouts and GL memory
-    int passes;             // draws
+    uint64_t peak_bytes; // of voxels, layouts and GL memory
+    int passes;          // draws
+    uint64_t cells_constant,
+        cells_smooth;       // found so in the voxels, beside the plan's constant ones
+    uint64_t fetches;       // of the source, over all pixels
     float minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;    // pixels that are NaN or infinite
     bool plain_fallback;    // aligned layout replaced: it would spread NaN past the kernel's reach
@@ -114,7 +169,8 @@ struct weft_slice_report {
 
 // Runs a plan into the caller's memory: pixels[y * width + x]. The same plan and volume give the
 // same bytes, whatever the number of threads. progress and report may be NULL.
-// Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
+// Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite),
+// WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
 WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
                                          weft_volume *volume, float *pixels,
                                          const struct weft_progress *progress,

@@ -139,7 +139,7 @@ static bool note_cells(const struct runner *r, const struct reach *reach, size_t
 {
     for (size_t i = from; i < to; i++) {
         int32_t min[3], max[3];
-        weft_slice_cell_box(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
+        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
         if (!note_bricks(r, min, max, bricks))
             return false;
     }
@@ -151,7 +151,7 @@ static void set_box(const struct runner *r, struct reach *reach)
     int32_t last[3];
     for (size_t i = 0; i < reach->map.count; i++) {
         int32_t min[3], max[3];
-        weft_slice_cell_box(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
+        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
         for (int a = 0; a < 3; a++) {
             reach->min[a] = i && reach->min[a] < min[a] ? reach->min[a] : min[a];
             last[a] = i && last[a] > max[a] ? last[a] : max[a];
@@ -231,7 +231,7 @@ static enum weft_result measure_cells(struct runner *r, const struct reach *reac
             : out_of_memory(r, (bricks.count + 1) * sizeof *bricks.keys, "a list of bricks");
     for (size_t i = from; res == WEFT_OK && i < to; i++) {
         int32_t min[3], max[3];
-        weft_slice_cell_box(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
+        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
         measure_cell(r, store, min, max);
     }
     weft_brick_store_destroy(&store);
@@ -293,7 +293,7 @@ static enum weft_result fill_box(struct runner *r, const weft_brick_store *store
         int32_t min[3], max[3];
         int size[3];
         size_t at[3];
-        weft_slice_cell_box(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
+        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
         for (int a = 0; a < 3; a++) {
             size[a] = max[a] - min[a] + 1;
             at[a] = (size_t)(min[a] - reach->min[a]);

@@ -7,8 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/analysis.h"
 #include "filter/prefilter.h"
+
+const char *const weft_lookup_names[] = {"polynomial", "linear", "nearest", NULL};
+const char *const weft_saving_names[] = {"constant", "axis", "separable", "smooth", NULL};
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
@@ -145,13 +147,24 @@ static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)
     return true;
 }
 
-void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
-                         const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
+void weft_slice_cell_reach(const struct weft_slice_plan *plan, struct weft_cell_key key,
+                           const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
 {
     for (int a = 0; a < 3; a++) {
         int32_t start = key.at[a] * WEFT_BRICK_SIZE - plan->grid.tap_offset;
         min[a] = start + cell->low[a];
         max[a] = start + cell->high[a] + plan->info.kernel.width - 1;
+    }
+}
+
+void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
+                         const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
+{
+    weft_slice_cell_reach(plan, key, cell, min, max);
+    if (plan->axes.summed) {
+        int a = plan->axes.order[2];
+        min[a] += plan->axes.first;
+        max[a] = min[a] + plan->axes.kept - 1;
     }
 }
 
@@ -194,35 +207,34 @@ static bool classify_cells(const struct planner *planner, enum weft_layout layou
                            struct weft_slice_tile_plan *tile, struct weft_slice_tile *out)
 {
     const struct weft_slice_plan *plan = planner->plan;
+    const int *order = plan->axes.order;
     int starts[3] = {1, 1, 1};
     for (size_t i = 0; i < tile->map.count; i++) {
         struct weft_slice_cell *cell = &tile->cells[i];
         int32_t min[3], max[3];
         weft_slice_cell_box(plan, tile->map.keys[i], cell, min, max);
         // A constant convolved is that constant only where the weights sum to one.
-        cell->constant = plan->info.kernel.unit_sum &&
+        cell->constant = plan->info.savings & WEFT_SAVING_CONSTANT &&
                          weft_brick_store_box_constant(planner->store, min, max, &cell->value);
-        if (cell->constant) {
-            tile->constant_count++;
+        if (cell->constant)
             continue;
-        }
         out->cells_laid_out++;
-        for (int a = 0; a < 3; a++)
-            if (cell->high[a] - cell->low[a] + 1 > starts[a])
-                starts[a] = cell->high[a] - cell->low[a] + 1;
+        for (int i = 0; i < 3; i++)
+            if (cell->high[order[i]] - cell->low[order[i]] + 1 > starts[i])
+                starts[i] = cell->high[order[i]] - cell->low[order[i]] + 1;
         if (!need_bricks(planner, &tile->bricks, min, max))
             return false;
     }
-    weft_block_layout_init(&tile->layout, layout, plan->info.kernel.width, starts);
-    size_t room = weft_block_layout_offset(&tile->layout, (const int[]){7, 7, 7}) + 1;
-    tile->head_texels = tile->constant_count > room ? tile->constant_count : room;
+    weft_block_layout_init(&tile->layout, layout, plan->info.source, plan->axes.taps, starts);
+    int last = plan->axes.summed ? 0 : 7;
+    tile->head_texels = weft_block_layout_offset(&tile->layout, (const int[]){7, 7, last}) + 1;
     tile->source_texels = tile->head_texels + out->cells_laid_out * tile->layout.block_texels;
     out->cells = tile->map.count;
     out->bricks_read = tile->bricks.count;
     out->memory_bytes = tile->bricks.count * BRICK_BYTES +
                         tile->source_texels * tile->layout.texel_bytes +
                         (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
-                        tile->map.count * (sizeof *tile->cells + sizeof *tile->map.keys + 8);
+                        tile->map.count * (sizeof *tile->cells + sizeof *tile->map.keys + 16);
     return true;
 }
 
@@ -370,62 +382,6 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
     return res;
 }
 
-// ---- error bound --------------------------------------------------------------------------------
-
-// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
-static double weight_error(const struct weft_slice_plan *plan, double slope)
-{
-    const double u = 0x1p-24; // unit roundoff of single precision
-    const struct weft_polynomial_tiles *t = &plan->kernel_tiles;
-    double largest = 0.0;
-    size_t stride = 4 * (size_t)t->groups, segment_size = stride * (size_t)(t->degree + 1);
-    for (int s = 0; s < t->segments; s++) {
-        double sum = 0.0;
-        for (size_t i = 0; i < segment_size; i++)
-            sum += fabs(t->coefficients[(size_t)s * segment_size + i]);
-        largest = fmax(largest, sum);
-    }
-    // Horner's rule: 2 degree + 1 roundings, coefficients included, each of at most sum |c|.
-    double horner = (2 * t->degree + 1) * u * largest;
-    double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
-    return horner + t->width * t->error + position * slope;
-}
-
-static double largest_slope(const struct weft_kernel *kernel)
-{
-    enum { POSITIONS = 256 };
-    double largest = 0.0;
-    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
-        double sum = 0.0, fraction;
-        int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
-        for (int tap = 0; tap < kernel->width; tap++)
-            sum +=
-                fabs(weft_kernel_derivative(kernel, (i + 0.5) / POSITIONS - (double)(first + tap)));
-        largest = fmax(largest, sum);
-    }
-    return largest;
-}
-
-// |result - exact| / largest |voxel| <= 3 weight errors, one an axis, and the sums' roundings. The
-// voxels of prefiltered kernels are coefficients up to cube times the volume's, with errors of
-// their own (tiles/volume.h).
-static double error_bound(const struct weft_slice_plan *plan)
-{
-    struct weft_kernel kernel = plan->info.kernel;
-    kernel.prefiltered = false;
-    double gain = weft_analysis_overshoot(&kernel).gain;
-    double weights = weight_error(plan, largest_slope(&kernel));
-    double one_more = gain + weights;
-    double sums = 3.0 * (kernel.width + 1) * 0x1p-24; // products and additions of three levels
-    double bound = one_more * one_more * one_more * (1.0 + sums) - gain * gain * gain;
-    struct weft_prefilter prefilter;
-    if (!plan->coefficients || weft_prefilter_compute(NULL, &kernel, &prefilter) != WEFT_OK)
-        return bound;
-    double square = prefilter.gain * prefilter.gain, cube = square * prefilter.gain;
-    double coefficients = 3.0 * square * WEFT_VOLUME_PREFILTER_ERROR + 0x1p-24 * cube;
-    return cube * bound + one_more * one_more * one_more * coefficients;
-}
-
 // ---- text ---------------------------------------------------------------------------------------
 
 static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
@@ -440,9 +396,22 @@ static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
             t->cells - t->cells_laid_out, t->cells_laid_out, p->layout.span[0], p->layout.span[1],
             p->layout.span[2], 1e-6 * (double)t->memory_bytes);
     int w = info->kernel.width;
-    fprintf(out, "pass %02d: taps (0,0,0)-(%d,%d,%d), %d %s fetches a pixel, fused -> r32f\n", i,
-            w - 1, w - 1, w - 1, info->fetches_per_pixel,
-            p->layout.texel_bytes == 16 ? "rgba32f" : "r32f");
+    fprintf(out, "pass %02d: taps (0,0,0)-(%d,%d,%d)", i, w - 1, w - 1, w - 1);
+    if (plan->axes.summed)
+        fprintf(out, ", %d of them summed along %c before", info->summed_taps,
+                "xyz"[info->summed_axis]);
+    fprintf(out, ", %d %s%s fetches a pixel, fused -> r32f\n", info->fetches_per_pixel,
+            p->layout.kind == WEFT_LAYOUT_PLAIN ? "r" : "rgba",
+            weft_source_format_name(info->source));
+}
+
+static void print_savings(FILE *out, unsigned savings)
+{
+    fprintf(out, "savings:");
+    for (int i = 0; weft_saving_names[i]; i++)
+        if (savings & 1u << i)
+            fprintf(out, " %s", weft_saving_names[i]);
+    fprintf(out, savings ? "\n" : " none\n");
 }
 
 static enum weft_result print_plan(struct weft_slice_plan *plan,
@@ -463,9 +432,11 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
             g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0], g->v[1],
             g->v[2]);
     fprintf(out,
-            "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel|\n",
+            "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel| + "
+            "%.2g\n",
             weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
-            plan->kernel_tiles.segments, plan->info.error_bound);
+            plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
+    print_savings(out, plan->info.savings);
     if (plan->coefficients)
         fprintf(out, "prefilter: a coefficient depends on voxels up to %d away along each axis\n",
                 plan->info.prefilter_overlap);
@@ -478,6 +449,63 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
 fail:
     weft_error(plan->log, "not enough memory for the text of the plan");
     return WEFT_ERR_MEMORY;
+}
+
+// ---- the request --------------------------------------------------------------------------------
+
+static enum weft_result check_request(const struct weft_slice_params *p)
+{
+    const double most = 1e37; // so that widths and sums of a range are single precision too
+    if (p->source != WEFT_SOURCE_FLOAT &&
+        !(p->low < p->high && fabs(p->low) <= most && fabs(p->high) <= most)) {
+        weft_error(p->log, "a source of format %s needs a range: %g to %g is none",
+                   weft_source_format_name(p->source), p->low, p->high);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (!(p->smooth_error >= 0.0) || isinf(p->smooth_error)) {
+        weft_error(p->log, "the error of cheaper pieces must be 0 or more: %g", p->smooth_error);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result create_kernel_tiles(struct weft_slice_plan *plan,
+                                            const struct weft_slice_params *p)
+{
+    enum { DEFAULT_SAMPLES = 64 };
+    if (p->lookup == WEFT_LOOKUP_POLYNOMIAL)
+        return weft_polynomial_tiles_create(p->log, &p->kernel, TILE_TOLERANCE,
+                                            &plan->kernel_tiles);
+    return weft_polynomial_tiles_sample(p->log, &p->kernel,
+                                        p->samples ? p->samples : DEFAULT_SAMPLES,
+                                        p->lookup == WEFT_LOOKUP_LINEAR, &plan->kernel_tiles);
+}
+
+// Everything but what lies where.
+static enum weft_result set_request(struct weft_slice_plan *plan, const struct weft_slice_params *p)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    enum weft_result res = check_request(p);
+    info->kernel = p->kernel;
+    info->source = p->source;
+    info->lookup = p->lookup;
+    plan->range = (struct weft_source_range){p->low, p->high};
+    plan->clamp_to_samples = p->clamp_to_samples;
+    if (res == WEFT_OK)
+        res = create_kernel_tiles(plan, p);
+    if (res != WEFT_OK)
+        return res;
+    info->samples = plan->kernel_tiles.segments;
+    weft_slice_axes_set(plan, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples);
+    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
+    // A constant convolved is that constant only where the weights sum to one.
+    if (p->kernel.unit_sum && !(p->without & WEFT_SAVING_CONSTANT))
+        info->savings |= WEFT_SAVING_CONSTANT;
+    if (plan->axes.summed)
+        info->savings |= WEFT_SAVING_AXIS;
+    if (plan->smooth.error > 0.0)
+        info->savings |= WEFT_SAVING_SMOOTH;
+    return WEFT_OK;
 }
 
 // ---- plans --------------------------------------------------------------------------------------
@@ -503,7 +531,8 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->geometry = params->geometry;
     info->space = params->space;
     info->index_geometry = plan->grid.index;
-    info->fetches_per_pixel = width * width * weft_layout_row_fetches(info->layout, width);
+    info->fetches_per_pixel =
+        plan->axes.taps[2] * width * weft_layout_row_fetches(info->layout, width);
     info->tiles = plan->tiles;
     info->memory_bytes = 0;
     for (int i = 0; i < info->tile_count; i++) {
@@ -512,7 +541,6 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
             info->memory_bytes = plan->tiles[i].memory_bytes;
     }
     info->misses_volume = sees_background_only(plan, volume->background);
-    info->error_bound = error_bound(plan);
 }
 
 void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
@@ -535,17 +563,21 @@ static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume 
     return weft_volume_find(volume, &region, &plan->topology);
 }
 
-static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_volume *volume)
+static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_volume *volume,
+                                            const struct weft_slice_params *p)
 {
-    const struct weft_kernel *kernel = &plan->info.kernel;
     struct weft_prefilter prefilter;
-    if (!kernel->prefiltered)
-        return WEFT_OK;
-    enum weft_result res = weft_prefilter_compute(plan->log, kernel, &prefilter);
+    if (p->clamp_to_samples) {
+        weft_error(p->log,
+                   "kernel %si: coefficients are no samples that pixels could be clamped to",
+                   p->kernel.info->name);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    enum weft_result res = weft_prefilter_compute(p->log, &p->kernel, &prefilter);
     if (res != WEFT_OK)
         return res;
     plan->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
-    return weft_volume_prefilter(volume, kernel, plan->log, &plan->coefficients);
+    return weft_volume_prefilter(volume, &p->kernel, p->log, &plan->coefficients);
 }
 
 enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
@@ -573,15 +605,14 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         res = WEFT_ERR_UNSUPPORTED;
         goto fail;
     }
-    plan->info.kernel = p.kernel;
-    res = create_coefficients(plan, volume);
+    res = p.kernel.prefiltered ? create_coefficients(plan, volume, &p) : WEFT_OK;
     if (res != WEFT_OK)
         goto fail;
     volume = weft_slice_voxels(plan, volume);
     info = weft_volume_get_info(volume);
     res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
     if (res == WEFT_OK)
-        res = weft_polynomial_tiles_create(p.log, &p.kernel, TILE_TOLERANCE, &plan->kernel_tiles);
+        res = set_request(plan, &p);
     if (res == WEFT_OK)
         res = find_topology(plan, volume);
     if (res == WEFT_OK)
@@ -637,4 +668,60 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
 const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan)
 {
     return &plan->info;
+}
+
+// ---- measuring ----------------------------------------------------------------------------------
+
+static void measure_voxels(const float *values, size_t count, struct weft_slice_measure *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(values[i])) {
+            out->not_finite++;
+            continue;
+        }
+        out->low = fmin(out->low, values[i]);
+        out->high = fmax(out->high, values[i]);
+    }
+    out->voxels += count;
+}
+
+// Constant tiles and the background count too.
+static void measure_constants(const struct weft_slice_plan *plan,
+                              const struct weft_volume_info *info, struct weft_slice_measure *out)
+{
+    measure_voxels(&info->background, isfinite(info->background) ? 1 : 0, out);
+    for (size_t i = 0; i < plan->topology.tile_count; i++)
+        measure_voxels(&plan->topology.tiles[i].value, 1, out);
+}
+
+enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
+                                    const struct weft_progress *progress,
+                                    struct weft_slice_measure *out)
+{
+    enum weft_result res = WEFT_OK;
+    size_t most = 0;
+    *out = (struct weft_slice_measure){.low = INFINITY, .high = -INFINITY};
+    volume = weft_slice_voxels(plan, volume);
+    for (int i = 0; i < plan->info.tile_count; i++)
+        most = plan->tile_plans[i].bricks.count > most ? plan->tile_plans[i].bricks.count : most;
+    float *values = malloc((most + 1) * WEFT_BRICK_VOXELS * sizeof *values);
+    if (!values) {
+        weft_error(plan->log, "not enough memory to measure %zu bricks", most);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++) {
+        const struct weft_cell_map *bricks = &plan->tile_plans[i].bricks;
+        if (progress && progress->report &&
+            !progress->report(progress->priv, (double)i / plan->info.tile_count))
+            res = WEFT_ERR_CANCELLED;
+        if (res == WEFT_OK)
+            res = weft_slice_read_bricks(plan, volume, bricks, values);
+        if (res == WEFT_OK)
+            measure_voxels(values, bricks->count * WEFT_BRICK_VOXELS, out);
+    }
+    free(values);
+    measure_constants(plan, weft_volume_get_info(volume), out);
+    if (out->low > out->high)
+        out->low = out->high = 0.0;
+    return res;
 }

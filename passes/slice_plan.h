@@ -14,19 +14,43 @@ struct weft_slice_cell {
     float value;
 };
 
-// Resident data of one rectangle. Source buffer: `head_texels` of constants (and room, so that no
-// block's entry is negative), then a block for each other cell, in the cells' order.
+// Resident data of one rectangle. Source buffer: `head_texels` of room, so that no block's entry is
+// negative, then a block for each cell that is not constant, in the cells' order.
 struct weft_slice_tile_plan {
     struct weft_cell_map map;      // numbers the cells
     struct weft_slice_cell *cells; // by number
     struct weft_cell_map bricks;   // to read; keys in units of 8 voxels
     struct weft_block_layout layout;
-    size_t constant_count, head_texels, source_texels;
+    size_t head_texels, source_texels;
+};
+
+// How the volume's axes become those of blocks.
+struct weft_slice_axes {
+    int order[3];    // rows, columns and depth of a block run along these
+    bool summed;     // voxels are summed along order[2] before they are laid out
+    int taps[3];     // that a pixel needs, by axis of the block: the kernel's width, 1 where summed
+    int first, kept; // of the kernel's taps along a summed axis: from the first to the last one
+                     // whose weight is not 0
+    double weight[WEFT_KERNEL_MAX_WIDTH]; // of the kept ones
+    int64_t plane;                        // index of the first kept one along order[2]
+};
+
+// What a cell's samples have to stay within for a cheaper piece. With n axes to convolve along:
+// half their range times gain^n for one value; for linear interpolation, the sum over the axes
+// i = 1..n of `curvature` gain^(n - i) times the largest second difference along axis i.
+struct weft_slice_smooth {
+    double error;     // 0: no cheaper pieces
+    double gain;      // largest sum of |weight|
+    double curvature; // 0: not by linear interpolation
 };
 
 struct weft_slice_plan {
     struct weft_slice_plan_info info;
     struct weft_slice_grid grid;
+    struct weft_slice_axes axes;
+    struct weft_slice_smooth smooth;
+    struct weft_source_range range; // of stored samples
+    bool clamp_to_samples;
     struct weft_polynomial_tiles kernel_tiles;
     struct weft_brick_list topology; // of everything near the slice
     weft_volume *coefficients; // prefiltered kernels: what is read in place of the volume, or NULL
@@ -42,6 +66,10 @@ weft_volume *weft_slice_voxels(const struct weft_slice_plan *plan, weft_volume *
 
 // The part of a clamped volume's box that a region reaches once clamped, without slabs.
 void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region);
+// The axes' part of a plan, from its kernel and grid.
+void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum);
+// The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params.
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 
 // A store over `topology`'s tiles, and its bricks where values (of the listed bricks, in that
 // order) are given; clamped where the volume is.
@@ -51,7 +79,10 @@ enum weft_result weft_slice_store_create(const struct weft_log *log,
                                          const struct weft_cell_map *bricks, const float *values,
                                          weft_brick_store **out);
 
-// The voxels that a cell's taps reach, inclusive.
+// The voxels that a cell's taps reach, inclusive; and of these the ones that the plan needs, which
+// are fewer along a summed axis.
+void weft_slice_cell_reach(const struct weft_slice_plan *plan, struct weft_cell_key key,
+                           const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3]);
 void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
                          const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3]);
 

@@ -6,7 +6,14 @@
 
 #include "passes/context_backend.h"
 #include "passes/program.h"
-#include "passes/slice_plan.h"
+#include "passes/slice_layout.h"
+
+// Shaders for pixels that need less: a software GL runs both sides of a branch.
+enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
+
+// Pixels are sorted into squares of this size, on the fixed grid of the output, of which each is
+// drawn with the cheapest shader that does for all of it.
+enum { SQUARE = 32, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
 
 // Everything that a run holds, sized for the plan's largest tile before the first one runs.
 struct runner {
@@ -18,16 +25,13 @@ struct runner {
     const struct weft_progress *progress;
     struct weft_slice_report report;
 
-    enum weft_layout layout; // the plan's, unless it had to fall back
-    float *values;           // voxels of the tile's bricks
-    float *block;            // voxels of one cell's block
-    int32_t *cell_entries;   // by cell number
-    int32_t *entries;        // by pixel, while the buffer is mapped
-    bool *block_constants;   // by block of the tile: some pixel's entry names a constant
-    struct weft_block_layout block_layout; // of the tile
-    struct weft_gl_buffer source, entry_buffer, kernel;
-    // Without and with constants: pixels that need no branch are drawn faster without one.
-    GLuint programs[2]; // the context's
+    enum weft_layout layout;        // the plan's, unless it had to fall back
+    float *values;                  // voxels of the tile's bricks
+    struct weft_slice_layout cells; // of the tile
+    int32_t *entries;               // by pixel, while the buffer is mapped
+    uint8_t *squares;               // of the tile: bits of the classes that its pixels have
+    struct weft_gl_buffer source, entry_buffer, constants, kernel;
+    GLuint programs[KIND_COUNT][2]; // the context's; without and with constants among the pixels
     GLuint target, framebuffer, vertex_array;
 };
 
@@ -39,7 +43,7 @@ static bool go_on(const struct runner *r, double fraction)
 // ---- set-up -------------------------------------------------------------------------------------
 
 struct sizes {
-    size_t bricks, cells, block_voxels, source_bytes, entries, blocks;
+    size_t bricks, cells, source_texels, source_bytes, entries, squares;
     int width, height;
 };
 
@@ -48,15 +52,22 @@ static size_t larger(size_t a, size_t b)
     return a > b ? a : b;
 }
 
-// Blocks are numbered from the one that holds the tile's first pixel.
-static int first_block(int start)
+// Squares and blocks of a tile are numbered from the one that holds its first pixel.
+static int count_cut(int start, int length, int size)
 {
-    return start / WEFT_GRID_BLOCK;
+    return (start + length - 1) / size - start / size + 1;
 }
 
-static int last_block(int start, int length)
+static size_t square_number(const struct weft_slice_tile *tile, int x, int y)
 {
-    return (start + length - 1) / WEFT_GRID_BLOCK - first_block(start);
+    size_t row = (size_t)count_cut(tile->x, tile->width, SQUARE);
+    return (size_t)(y / SQUARE - tile->y / SQUARE) * row + (size_t)(x / SQUARE - tile->x / SQUARE);
+}
+
+static size_t square_count(const struct weft_slice_tile *tile)
+{
+    return (size_t)count_cut(tile->x, tile->width, SQUARE) *
+           (size_t)count_cut(tile->y, tile->height, SQUARE);
 }
 
 // What the tiles need at most; a fallback to the plain layout never needs more.
@@ -66,15 +77,12 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
     for (int i = 0; i < plan->info.tile_count; i++) {
         const struct weft_slice_tile *tile = &plan->tiles[i];
         const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
-        const int *span = p->layout.span;
         s.bricks = larger(s.bricks, p->bricks.count);
         s.cells = larger(s.cells, p->map.count);
-        s.block_voxels =
-            larger(s.block_voxels, (size_t)span[0] * (size_t)span[1] * (size_t)span[2]);
+        s.source_texels = larger(s.source_texels, p->source_texels);
         s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
         s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
-        s.blocks = larger(s.blocks, (size_t)(last_block(tile->x, tile->width) + 1) *
-                                        (size_t)(last_block(tile->y, tile->height) + 1));
+        s.squares = larger(s.squares, square_count(tile));
         s.width = tile->width > s.width ? tile->width : s.width;
         s.height = tile->height > s.height ? tile->height : s.height;
     }
@@ -84,36 +92,44 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
 static enum weft_result check_limits(const struct runner *r, const struct sizes *s)
 {
     const struct weft_context_info *info = &r->context->info;
-    size_t texels = s->source_bytes / (r->layout == WEFT_LAYOUT_PLAIN ? 4 : 16);
     if (s->width > info->max_target_size || s->height > info->max_target_size ||
-        (int64_t)texels > info->max_buffer_texels ||
+        (int64_t)s->source_texels > info->max_buffer_texels ||
         (int64_t)s->entries > info->max_buffer_texels) {
         weft_error(r->log,
                    "a tile of %d x %d pixels and %zu texels is over the context's limits of %d and "
                    "%lld; plan with its max_target_size and max_buffer_texels",
-                   s->width, s->height, texels, info->max_target_size,
+                   s->width, s->height, s->source_texels, info->max_target_size,
                    (long long)info->max_buffer_texels);
         return WEFT_ERR_LIMIT;
     }
     return WEFT_OK;
 }
 
-static enum weft_result find_program(struct runner *r, bool constants)
+static enum weft_result find_program(struct runner *r, enum kind kind, bool constants)
 {
     static const char *const layout_define[] = {
         [WEFT_LAYOUT_INTERLEAVED] = "INTERLEAVED",
         [WEFT_LAYOUT_ALIGNED] = "ALIGNED",
         [WEFT_LAYOUT_PLAIN] = "PLAIN",
     };
-    const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
-    char defines[256];
+    const struct weft_slice_plan *plan = r->plan;
+    const struct weft_polynomial_tiles *tiles = &plan->kernel_tiles;
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const bool full = kind == KIND_FULL;
+    const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
+    char defines[512];
     snprintf(defines, sizeof defines,
              "#define WIDTH %d\n#define GROUPS %d\n#define DEGREE %d\n#define SEGMENTS %d\n"
-             "#define CONSTANTS %d\n#define LAYOUT_%s\n",
-             tiles->width, tiles->groups, tiles->degree, tiles->segments, constants,
-             layout_define[r->layout]);
-    return weft_program_get(r->context, "slice", defines, weft_shader_full_target,
-                            weft_shader_slice, &r->programs[constants]);
+             "#define SUMMED %d\n#define CONSTANTS %d\n#define CONSTANTS_ONLY %d\n"
+             "#define MAPPED %d\n#define UNIT_SUM %d\n#define LAYOUT_%s\n",
+             full ? tiles->width : 2, full ? tiles->groups : 1, full ? tiles->degree : 1,
+             full ? tiles->segments : 1, plan->axes.summed, constants, kind == KIND_CONSTANT,
+             plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum, layout_define[r->layout]);
+    if (full && plan->clamp_to_samples && tiles->width > 1)
+        snprintf(defines + strlen(defines), sizeof defines - strlen(defines),
+                 "#define CLAMP_FROM %d\n#define CLAMP_TO %d\n", middle - odd, middle + 1);
+    return weft_program_get(r->context, "slice", defines, weft_shader_rectangles, weft_shader_slice,
+                            &r->programs[kind][constants]);
 }
 
 static enum weft_result create_target(struct runner *r, const struct sizes *s)
@@ -154,28 +170,40 @@ static enum weft_result create_kernel(struct runner *r)
     return weft_gl_check(r->log, r->gl, "uploading the kernel tiles");
 }
 
+static GLenum source_format(enum weft_source_format format, enum weft_layout layout)
+{
+    static const GLenum formats[WEFT_SOURCE_FORMATS][2] = {
+        [WEFT_SOURCE_FLOAT] = {GL_RGBA32F, GL_R32F},
+        [WEFT_SOURCE_HALF] = {GL_RGBA16F, GL_R16F},
+        [WEFT_SOURCE_UNORM16] = {GL_RGBA16, GL_R16},
+        [WEFT_SOURCE_UNORM8] = {GL_RGBA8, GL_R8},
+    };
+    return formats[format][layout == WEFT_LAYOUT_PLAIN];
+}
+
 static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
 {
-    GLenum format = r->layout == WEFT_LAYOUT_PLAIN ? GL_R32F : GL_RGBA32F;
+    GLenum format = source_format(r->plan->info.source, r->layout);
     // malloc(0) may be NULL: one more than needed.
     r->values = malloc((s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values);
-    r->block = malloc(s->block_voxels * sizeof *r->block);
-    r->cell_entries = malloc((s->cells + 1) * sizeof *r->cell_entries);
-    r->block_constants = malloc(s->blocks * sizeof *r->block_constants);
-    if (!r->values || !r->block || !r->cell_entries || !r->block_constants) {
+    r->squares = malloc(s->squares * sizeof *r->squares);
+    if (!r->values || !r->squares) {
         weft_error(r->log, "not enough memory for the voxels of %zu bricks", s->bricks);
         return WEFT_ERR_MEMORY;
     }
-    enum weft_result res = weft_gl_buffer_create(
-        r->log, r->gl, format, s->source_bytes / (format == GL_R32F ? 4 : 16), &r->source);
+    enum weft_result res = weft_slice_layout_create(r->plan, &r->cells);
+    if (res == WEFT_OK)
+        res = weft_gl_buffer_create(r->log, r->gl, format, s->source_texels, &r->source);
     if (res == WEFT_OK)
         res = weft_gl_buffer_create(r->log, r->gl, GL_R32I, s->entries, &r->entry_buffer);
+    if (res == WEFT_OK)
+        res = weft_gl_buffer_create(r->log, r->gl, GL_R32F, s->cells + 1, &r->constants);
     if (res == WEFT_OK)
         res = create_kernel(r);
     if (res == WEFT_OK)
         res = create_target(r, s);
     r->report.peak_bytes = (s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values +
-                           s->source_bytes + s->entries * 4 +
+                           s->source_bytes + s->entries * 4 + s->cells * 4 +
                            (size_t)s->width * (size_t)s->height * 4;
     return res;
 }
@@ -185,6 +213,7 @@ static void destroy(struct runner *r)
     const GladGLContext *gl = r->gl;
     weft_gl_buffer_destroy(gl, &r->source);
     weft_gl_buffer_destroy(gl, &r->entry_buffer);
+    weft_gl_buffer_destroy(gl, &r->constants);
     weft_gl_buffer_destroy(gl, &r->kernel);
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     if (r->framebuffer)
@@ -193,10 +222,9 @@ static void destroy(struct runner *r)
         gl->DeleteTextures(1, &r->target);
     if (r->vertex_array)
         gl->DeleteVertexArrays(1, &r->vertex_array);
+    weft_slice_layout_destroy(&r->cells);
     free(r->values);
-    free(r->block);
-    free(r->cell_entries);
-    free(r->block_constants);
+    free(r->squares);
 }
 
 // ---- one tile's data ----------------------------------------------------------------------------
@@ -211,70 +239,27 @@ static bool all_finite(const float *values, size_t count)
 }
 
 // Aligned rows multiply samples beside the kernel's reach by zero, which only finite ones stand.
-static void choose_layout(struct runner *r, size_t value_count)
+static enum weft_result choose_layout(struct runner *r, size_t value_count)
 {
-    if (r->layout != WEFT_LAYOUT_ALIGNED || all_finite(r->values, value_count))
-        return;
+    const enum weft_source_format source = r->plan->info.source;
+    const bool holds_all = source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF;
+    if ((r->layout != WEFT_LAYOUT_ALIGNED && holds_all) || all_finite(r->values, value_count))
+        return WEFT_OK;
+    if (!holds_all) {
+        weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
+                   weft_source_format_name(source));
+        return WEFT_ERR_UNSUPPORTED;
+    }
     weft_note(r->log, "the volume holds NaN or infinity: layout plain instead of aligned");
     r->report.plain_fallback = true;
     r->layout = WEFT_LAYOUT_PLAIN;
     // The same memory, read as single samples.
-    r->source.format = GL_R32F;
-    r->source.texel_bytes = 4;
+    r->source.format = source_format(source, r->layout);
+    r->source.texel_bytes /= 4;
     r->gl->BindTexture(GL_TEXTURE_BUFFER, r->source.texture);
-    r->gl->TexBuffer(GL_TEXTURE_BUFFER, GL_R32F, r->source.buffer);
-    r->programs[0] = r->programs[1] = 0;
-}
-
-static void write_block(const struct runner *r, const struct weft_brick_store *store,
-                        const struct weft_block_layout *layout, struct weft_cell_key key,
-                        const struct weft_slice_cell *cell, void *texels)
-{
-    int32_t min[3], max[3];
-    int size[3];
-    weft_slice_cell_box(r->plan, key, cell, min, max);
-    if (layout->kind == WEFT_LAYOUT_ALIGNED)
-        min[0] -= cell->low[0];
-    for (int a = 0; a < 3; a++)
-        size[a] = max[a] - min[a] + 1;
-    if (size[0] < layout->span[0] || size[1] < layout->span[1] || size[2] < layout->span[2])
-        memset(r->block, 0,
-               sizeof *r->block * (size_t)layout->span[0] * (size_t)layout->span[1] *
-                   (size_t)layout->span[2]);
-    weft_brick_store_copy_box(store, min, size, layout->span, r->block);
-    weft_block_layout_write(layout, r->block, texels);
-}
-
-// Fills the source buffer and cell_entries. All cells of a tile share one layout.
-static void lay_out(struct runner *r, const struct weft_slice_tile_plan *tile,
-                    const struct weft_brick_store *store, const struct weft_block_layout *layout,
-                    char *source)
-{
-    // The head holds the constants; a plain fallback has the same head in smaller texels.
-    size_t constants = 0, at = tile->head_texels;
-    if (layout->kind == WEFT_LAYOUT_PLAIN && tile->layout.kind == WEFT_LAYOUT_ALIGNED)
-        at = larger(tile->constant_count, weft_block_layout_offset(layout, (int[]){7, 7, 7}) + 1);
-    memset(source, 0, at * layout->texel_bytes);
-    for (size_t i = 0; i < tile->map.count; i++) {
-        const struct weft_slice_cell *cell = &tile->cells[i];
-        if (cell->constant) {
-            memcpy(source + constants * layout->texel_bytes, &cell->value, sizeof cell->value);
-            r->cell_entries[i] = ~(int32_t)constants++;
-            continue;
-        }
-        int low[3] = {cell->low[0], cell->low[1], cell->low[2]};
-        if (layout->kind == WEFT_LAYOUT_ALIGNED)
-            low[0] = 0;
-        write_block(r, store, layout, tile->map.keys[i], cell, source + at * layout->texel_bytes);
-        r->cell_entries[i] = (int32_t)(at - weft_block_layout_offset(layout, low));
-        at += layout->block_texels;
-    }
-}
-
-static size_t block_number(const struct weft_slice_tile *tile, int bx, int by)
-{
-    size_t row = (size_t)last_block(tile->x, tile->width) + 1;
-    return (size_t)(by - first_block(tile->y)) * row + (size_t)(bx - first_block(tile->x));
+    r->gl->TexBuffer(GL_TEXTURE_BUFFER, r->source.format, r->source.buffer);
+    memset(r->programs, 0, sizeof r->programs);
+    return WEFT_OK;
 }
 
 struct entry_writer {
@@ -287,15 +272,25 @@ static bool write_entries(void *priv, const struct weft_slice_run_of_pixels *run
 {
     const struct entry_writer *w = priv;
     int64_t number = weft_cell_map_find(&w->tile_plan->map, run->cell);
-    int32_t entry = w->r->cell_entries[number];
-    if (entry < 0)
-        w->r->block_constants[block_number(w->tile, run->x / WEFT_GRID_BLOCK,
-                                           run->y / WEFT_GRID_BLOCK)] = true;
+    int32_t entry = w->r->cells.entries[number];
+    uint8_t bit = (uint8_t)(1u << w->r->cells.classes[number]);
     int32_t *out = w->r->entries + (size_t)(run->y - w->tile->y) * (size_t)w->tile->width +
                    (run->x - w->tile->x);
     for (int i = 0; i < run->count; i++)
         out[i] = entry;
+    for (int x = run->x; x < run->x + run->count; x = (x / SQUARE + 1) * SQUARE)
+        w->r->squares[square_number(w->tile, x, run->y)] |= bit;
     return true;
+}
+
+static void write_constants(struct runner *r)
+{
+    size_t bytes = r->cells.constant_count * sizeof *r->cells.constants;
+    void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->constants, bytes) : NULL;
+    if (memory) {
+        memcpy(memory, r->cells.constants, bytes);
+        weft_gl_buffer_unmap(r->gl, &r->constants);
+    }
 }
 
 static enum weft_result load_tile(struct runner *r, int index)
@@ -307,7 +302,7 @@ static enum weft_result load_tile(struct runner *r, int index)
     enum weft_result res = weft_slice_read_bricks(r->plan, r->volume, &p->bricks, r->values);
     double read = weft_now_seconds();
     if (res == WEFT_OK)
-        choose_layout(r, p->bricks.count * WEFT_BRICK_VOXELS);
+        res = choose_layout(r, p->bricks.count * WEFT_BRICK_VOXELS);
     if (res == WEFT_OK)
         res = weft_slice_store_create(r->log, weft_volume_get_info(r->volume), &r->plan->topology,
                                       &p->bricks, r->values, &store);
@@ -315,12 +310,6 @@ static enum weft_result load_tile(struct runner *r, int index)
         goto fail;
 
     // The layouts are written straight into GL's memory: upload is mapping and unmapping.
-    struct weft_block_layout *layout = &r->block_layout;
-    *layout = p->layout;
-    if (r->layout != layout->kind)
-        weft_block_layout_init(layout, r->layout, p->layout.width,
-                               (int[]){WEFT_BRICK_SIZE, p->layout.span[1] - p->layout.width + 1,
-                                       p->layout.span[2] - p->layout.width + 1});
     res = WEFT_ERR_GL;
     size_t source_bytes = p->source_texels * p->layout.texel_bytes;
     size_t entry_bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
@@ -329,13 +318,11 @@ static enum weft_result load_tile(struct runner *r, int index)
     double mapped = weft_now_seconds();
     if (source && r->entries) {
         struct entry_writer writer = {r, p, tile};
-        lay_out(r, p, store, layout, source);
-        memset(r->block_constants, 0,
-               block_number(tile, first_block(tile->x) + last_block(tile->x, tile->width),
-                            first_block(tile->y) + last_block(tile->y, tile->height)) +
-                   1);
+        weft_slice_layout_write(&r->cells, p, store, r->layout, source);
+        memset(r->squares, 0, square_count(tile));
         weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
+        write_constants(r);
     }
     double laid_out = weft_now_seconds();
     if (source && r->entries && weft_gl_buffer_unmap(r->gl, &r->source) &&
@@ -367,9 +354,10 @@ static void set_fixed(const struct runner *r, GLuint program, const char *name,
 {
     int low_bits = r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
     GLint word[3], low[3];
-    for (int a = 0; a < 3; a++) {
-        word[a] = (GLint)(uint32_t)(value[a] >> low_bits);
-        low[a] = (GLint)(value[a] & ((INT64_C(1) << low_bits) - 1));
+    for (int i = 0; i < 3; i++) {
+        int64_t v = value[r->plan->axes.order[i]];
+        word[i] = (GLint)(uint32_t)(v >> low_bits);
+        low[i] = (GLint)(v & ((INT64_C(1) << low_bits) - 1));
     }
     r->gl->Uniform3iv(location(r, program, name), 1, word);
     r->gl->Uniform3iv(location(r, program, low_name), 1, low);
@@ -384,66 +372,163 @@ static void bind_buffer(const struct runner *r, GLuint program, GLuint unit, con
     r->gl->ActiveTexture(GL_TEXTURE0);
 }
 
-static void bind_tile(const struct runner *r, GLuint program, const struct weft_slice_tile *tile)
+// The weights of the full kernel, or those of linear interpolation, whose first tap is not the
+// full kernel's.
+static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
 {
+    static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
     const GladGLContext *gl = r->gl;
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
-    gl->UseProgram(program);
-    bind_buffer(r, program, 0, "source", &r->source);
-    bind_buffer(r, program, 1, "entries", &r->entry_buffer);
-    if (tiles->segments > 1)
-        bind_buffer(r, program, 2, "kernel", &r->kernel);
+    const GLint skip = kind == KIND_SMOOTH ? tiles->width / 2 - 1 : 0;
+    gl->Uniform3i(location(r, program, "skip"), skip, skip, r->plan->axes.summed ? 0 : skip);
+    if (kind == KIND_SMOOTH)
+        gl->Uniform4fv(location(r, program, "kernel"), 2, linear[0]);
+    else if (tiles->segments > 1)
+        bind_buffer(r, program, 3, "kernel", &r->kernel);
     else
         gl->Uniform4fv(location(r, program, "kernel"), (GLsizei)(tiles->coefficient_count / 4),
                        tiles->coefficients);
-    gl->Uniform2i(location(r, program, "pitch"), r->block_layout.row_texels,
-                  r->block_layout.row_texels * r->block_layout.span[1]);
+}
+
+static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
+                      const struct weft_slice_tile *tile)
+{
+    const GladGLContext *gl = r->gl;
+    const struct weft_block_layout *layout = &r->cells.block_layout;
+    double scale, offset;
+    weft_source_range_mapping(r->plan->info.source, &r->plan->range, &scale, &offset);
+    gl->UseProgram(program);
+    bind_buffer(r, program, 0, "source", &r->source);
+    bind_buffer(r, program, 1, "entries", &r->entry_buffer);
+    bind_buffer(r, program, 2, "constants", &r->constants);
+    bind_kernel(r, program, kind);
+    gl->Uniform2f(location(r, program, "mapping"), (float)scale, (float)offset);
+    gl->Uniform2i(location(r, program, "pitch"), layout->row_texels,
+                  layout->row_texels * layout->span[1]);
     gl->Uniform1i(location(r, program, "row_entries"), tile->width);
+    gl->Uniform2f(location(r, program, "viewport"), (float)tile->width, (float)tile->height);
     gl->Uniform1i(location(r, program, "low_bits"),
                   r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
     set_fixed(r, program, "du", "du_low", r->plan->grid.du);
     set_fixed(r, program, "dv", "dv_low", r->plan->grid.dv);
 }
 
-// Draws the part of block (bx, by) that lies in the tile.
-static void draw_block(struct runner *r, GLuint program, const struct weft_slice_tile *tile, int bx,
-                       int by)
+// The shader that a square's classes need, and whether constants are among them.
+static enum kind square_kind(uint8_t classes, bool *constants)
 {
-    const GladGLContext *gl = r->gl;
-    int x0 = bx * WEFT_GRID_BLOCK - tile->x, y0 = by * WEFT_GRID_BLOCK - tile->y;
-    int x1 = x0 + WEFT_GRID_BLOCK, y1 = y0 + WEFT_GRID_BLOCK;
-    int from_x = x0 > 0 ? x0 : 0, from_y = y0 > 0 ? y0 : 0;
-    int to_x = x1 < tile->width ? x1 : tile->width, to_y = y1 < tile->height ? y1 : tile->height;
+    *constants = classes & 1u << WEFT_CELL_CONSTANT;
+    return classes & 1u << WEFT_CELL_FULL     ? KIND_FULL
+           : classes & 1u << WEFT_CELL_SMOOTH ? KIND_SMOOTH
+                                              : KIND_CONSTANT;
+}
+
+// Rectangles in window coordinates: left, bottom, right, top.
+struct rectangles {
+    int count;
+    GLint at[SQUARES_PER_BLOCK * SQUARES_PER_BLOCK][4];
+};
+
+// Adds a row's rectangle, or stretches the one below it.
+static void add_rectangle(struct rectangles *list, int x0, int y0, int x1, int y1)
+{
+    for (int i = 0; i < list->count; i++) {
+        GLint *below = list->at[i];
+        if (below[0] == x0 && below[2] == x1 && below[3] == y0) {
+            below[3] = y1;
+            return;
+        }
+    }
+    memcpy(list->at[list->count++], (GLint[4]){x0, y0, x1, y1}, sizeof list->at[0]);
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int next_square(int at, int limit)
+{
+    return smaller((at / SQUARE + 1) * SQUARE, limit);
+}
+
+// The squares of block (bx, by) within the tile that want this shader, neighbours joined.
+static void find_rectangles(const struct runner *r, const struct weft_slice_tile *tile, int bx,
+                            int by, enum kind kind, bool constants, struct rectangles *out)
+{
+    const int from_x = bx * WEFT_GRID_BLOCK > tile->x ? bx * WEFT_GRID_BLOCK : tile->x;
+    const int from_y = by * WEFT_GRID_BLOCK > tile->y ? by * WEFT_GRID_BLOCK : tile->y;
+    const int to_x = smaller((bx + 1) * WEFT_GRID_BLOCK, tile->x + tile->width);
+    const int to_y = smaller((by + 1) * WEFT_GRID_BLOCK, tile->y + tile->height);
+    out->count = 0;
+    for (int y = from_y; y < to_y; y = next_square(y, to_y)) {
+        int start = -1;
+        for (int x = from_x; x < to_x; x = next_square(x, to_x)) {
+            bool mixed;
+            bool wanted = square_kind(r->squares[square_number(tile, x, y)], &mixed) == kind &&
+                          (mixed == constants || kind == KIND_CONSTANT);
+            if (wanted && start < 0)
+                start = x;
+            if (start >= 0 && !wanted) {
+                add_rectangle(out, start - tile->x, y - tile->y, x - tile->x,
+                              next_square(y, to_y) - tile->y);
+                start = -1;
+            }
+        }
+        if (start >= 0)
+            add_rectangle(out, start - tile->x, y - tile->y, to_x - tile->x,
+                          next_square(y, to_y) - tile->y);
+    }
+}
+
+static void count_fetches(struct runner *r, const struct rectangles *list, enum kind kind)
+{
+    const struct weft_slice_plan_info *info = &r->plan->info;
+    const int depth = r->plan->axes.summed ? 1 : 2;
+    const int fetches = kind == KIND_FULL     ? info->fetches_per_pixel
+                        : kind == KIND_SMOOTH ? 2 * depth * weft_layout_row_fetches(r->layout, 2)
+                                              : 0;
+    for (int i = 0; i < list->count; i++)
+        r->report.fetches += (uint64_t)(list->at[i][2] - list->at[i][0]) *
+                             (uint64_t)(list->at[i][3] - list->at[i][1]) * (uint64_t)fetches;
+}
+
+static void draw_rectangles(struct runner *r, GLuint program, const struct weft_slice_tile *tile,
+                            int bx, int by, const struct rectangles *list)
+{
     struct weft_slice_block block;
     weft_slice_grid_block(&r->plan->grid, bx, by, &block);
     set_fixed(r, program, "origin", "origin_low", block.position);
-    gl->Uniform2i(location(r, program, "block"), x0, y0);
-    gl->Viewport(from_x, from_y, to_x - from_x, to_y - from_y);
-    gl->Scissor(from_x, from_y, to_x - from_x, to_y - from_y);
-    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    r->gl->Uniform2i(location(r, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
+                     by * WEFT_GRID_BLOCK - tile->y);
+    r->gl->Uniform4iv(location(r, program, "rectangles"), list->count, list->at[0]);
+    r->gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, list->count);
     r->report.passes++;
 }
 
-// Draws the blocks with or without constants.
-static enum weft_result draw_blocks(struct runner *r, const struct weft_slice_tile *tile,
-                                    bool constants)
+// Draws what wants one kind of shader.
+static enum weft_result draw_kind(struct runner *r, const struct weft_slice_tile *tile,
+                                  enum kind kind, bool constants)
 {
+    const int columns = count_cut(tile->x, tile->width, WEFT_GRID_BLOCK);
+    const int rows = count_cut(tile->y, tile->height, WEFT_GRID_BLOCK);
     bool bound = false;
-    for (int y = 0; y <= last_block(tile->y, tile->height); y++) {
-        for (int x = 0; x <= last_block(tile->x, tile->width); x++) {
-            int bx = first_block(tile->x) + x, by = first_block(tile->y) + y;
-            if (r->block_constants[block_number(tile, bx, by)] != constants)
-                continue;
-            if (!r->programs[constants]) {
-                enum weft_result res = find_program(r, constants);
-                if (res != WEFT_OK)
-                    return res;
-            }
-            if (!bound)
-                bind_tile(r, r->programs[constants], tile);
-            bound = true;
-            draw_block(r, r->programs[constants], tile, bx, by);
+    for (int i = 0; i < rows * columns; i++) {
+        struct rectangles list;
+        int bx = tile->x / WEFT_GRID_BLOCK + i % columns;
+        int by = tile->y / WEFT_GRID_BLOCK + i / columns;
+        find_rectangles(r, tile, bx, by, kind, constants, &list);
+        if (list.count == 0)
+            continue;
+        if (!r->programs[kind][constants]) {
+            enum weft_result res = find_program(r, kind, constants);
+            if (res != WEFT_OK)
+                return res;
         }
+        if (!bound)
+            bind_tile(r, r->programs[kind][constants], kind, tile);
+        bound = true;
+        draw_rectangles(r, r->programs[kind][constants], tile, bx, by, &list);
+        count_fetches(r, &list, kind);
     }
     return WEFT_OK;
 }
@@ -452,10 +537,12 @@ static enum weft_result draw_tile(struct runner *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
-    r->gl->Enable(GL_SCISSOR_TEST);
-    enum weft_result res = draw_blocks(r, tile, false);
+    enum weft_result res = WEFT_OK;
+    r->gl->Viewport(0, 0, tile->width, tile->height);
+    for (int i = 0; res == WEFT_OK && i < 2 * KIND_CONSTANT; i++)
+        res = draw_kind(r, tile, (enum kind)(i / 2), i % 2);
     if (res == WEFT_OK)
-        res = draw_blocks(r, tile, true);
+        res = draw_kind(r, tile, KIND_CONSTANT, true);
     r->gl->Finish();
     r->report.pass_seconds += weft_now_seconds() - start;
     return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "drawing a tile") : res;
@@ -524,10 +611,13 @@ enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *pl
         if (res == WEFT_OK)
             res = read_back(&r, i, pixels);
     }
+    const uint64_t cells_constant = r.cells.cells_constant, cells_smooth = r.cells.cells_smooth;
     destroy(&r);
     weft_context_leave(context);
     if (res != WEFT_OK)
         return res;
+    r.report.cells_constant = cells_constant;
+    r.report.cells_smooth = cells_smooth;
     go_on(&r, 1.0);
     const struct weft_slice_geometry *g = &plan->grid.index;
     measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &r.report);

@@ -15,6 +15,7 @@ static const double NEGLIGIBLE = 1e-13;
 
 struct weft_slice_samples {
     const struct weft_log *log;
+    const struct weft_slice_plan *plan;
     weft_volume *volume;
     struct weft_kernel kernel;
     struct weft_prefilter prefilter;
@@ -52,6 +53,7 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
         goto fail;
     }
     s->log = plan->log;
+    s->plan = plan;
     s->volume = volume;
     s->kernel = plan->info.kernel;
     s->stand_in = isfinite(info->background) ? (double)info->background : 0.0;
@@ -107,8 +109,14 @@ static void set_axis(const weft_slice_samples *s, int a, double position, struct
         weft_prefilter_weights(&s->prefilter, &s->kernel, s->overlap, position, weights);
     out->first = clamp(first, low, high);
     out->count = clamp(first + count - 1, low, high) - out->first + 1;
-    out->tap_first = clamp(first + s->overlap, low, high);
-    out->tap_last = clamp(first + count - 1 - s->overlap, low, high);
+    int64_t taps = s->kernel.width, tap = first + s->overlap;
+    const struct weft_slice_axes *axes = &s->plan->axes;
+    if (axes->summed && axes->order[2] == a) { // without planes that have no weight
+        tap = axes->plane;
+        taps = axes->kept;
+    }
+    out->tap_first = clamp(tap, low, high);
+    out->tap_last = clamp(tap + taps - 1, low, high);
     memset(out->weight, 0, (size_t)out->count * sizeof *out->weight);
     for (int k = 0; k < count; k++)
         out->weight[clamp(first + k, low, high) - out->first] += weights[k];

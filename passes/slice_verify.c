@@ -31,9 +31,52 @@ struct verifier {
     struct weft_slice_error error;
 };
 
+// Planes that have no weight are not read, whatever they hold.
 static double fetch(void *priv, const int64_t index[3])
 {
-    return weft_brick_cursor_voxel(priv, (int32_t)index[0], (int32_t)index[1], (int32_t)index[2]);
+    struct verifier *v = priv;
+    const struct weft_slice_axes *axes = &v->plan->axes;
+    const int64_t plane = axes->summed ? index[axes->order[2]] - axes->plane : 0;
+    if (axes->summed && (plane < 0 || plane >= axes->kept))
+        return 0.0;
+    return weft_brick_cursor_voxel(&v->cursor, (int32_t)index[0], (int32_t)index[1],
+                                   (int32_t)index[2]);
+}
+
+// Clamps the reference as the plan does: to the samples next to the position.
+static void clamp_reference(struct verifier *v, const double position[3],
+                            struct weft_reference_value *reference)
+{
+    const struct weft_kernel *kernel = &v->plan->info.kernel;
+    const int middle = (kernel->width - 1) / 2, odd = kernel->width % 2;
+    int64_t from[3], at[3];
+    double fraction, low = INFINITY, high = -INFINITY;
+    for (int a = 0; a < 3; a++)
+        from[a] = weft_kernel_first_tap(kernel, position[a], &fraction) + middle - odd;
+    for (int i = 0; i < (odd ? 27 : 8); i++) {
+        const int side = odd ? 3 : 2;
+        at[0] = from[0] + i % side;
+        at[1] = from[1] + i / side % side;
+        at[2] = from[2] + i / (side * side);
+        const double sample = fetch(v, at);
+        low = fmin(low, sample);
+        high = fmax(high, sample);
+    }
+    if (isfinite(reference->value))
+        reference->value = fmin(fmax(reference->value, low), high);
+}
+
+static struct weft_reference_value refer_at(struct verifier *v, const double position[3])
+{
+    struct weft_reference_value reference = {NAN, 0.0};
+    if (v->samples && v->failure == WEFT_OK)
+        v->failure = weft_slice_samples_compute(v->samples, position, &reference);
+    if (v->samples)
+        return reference;
+    reference = weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, v);
+    if (v->plan->clamp_to_samples && v->plan->info.kernel.width > 1)
+        clamp_reference(v, position, &reference);
+    return reference;
 }
 
 // A fixed random number in [0, 1) for every pixel (splitmix64 of its coordinates).
@@ -50,16 +93,6 @@ static double pixel_random(int x, int y)
 static double difference(double value, double reference)
 {
     return value == reference ? 0.0 : fabs(value - reference);
-}
-
-static struct weft_reference_value refer_at(struct verifier *v, const double position[3])
-{
-    struct weft_reference_value value = {NAN, 0.0};
-    if (!v->samples)
-        return weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, &v->cursor);
-    if (v->failure == WEFT_OK)
-        v->failure = weft_slice_samples_compute(v->samples, position, &value);
-    return value;
 }
 
 // The reference at a pixel. Where that is not close, the pixel may lie on a cell's border: then the
@@ -79,7 +112,7 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, doubl
             moved[a] = position[a] + (corner >> a & 1 ? margin : -margin);
         struct weft_reference_value other = refer_at(v, moved);
         best.magnitude = fmax(best.magnitude, other.magnitude);
-        if (kernel->continuity < 0 &&
+        if ((kernel->continuity < 0 || v->plan->clamp_to_samples) &&
             difference(value, other.value) < difference(value, best.value))
             best.value = other.value;
     }

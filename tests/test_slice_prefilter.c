@@ -210,6 +210,39 @@ static void verification_sees_blur(void **state)
     weft_volume_destroy(&volume);
 }
 
+// Axis slices sum along their axis first, formats store coefficients, and clamping has no samples.
+static void savings_and_formats_work_on_coefficients(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE_AND_NAN, N, 0.0f);
+    const struct weft_slice_geometry plane = {
+        .origin = {-4, -4, 12}, .u = {32, 0, 0}, .v = {0, 32, 0}, .width = 50, .height = 50};
+    struct weft_slice_params params = {
+        .kernel = kernel_named("bspline3i"), .space = WEFT_SPACE_INDEX, .geometry = plane};
+    struct result r = slice(contexts[0], volume, &params, true);
+    assert_true(r.error.relative_maximum <= 2e-6);
+    assert_int_equal(r.error.not_finite_mismatches, 0);
+    free(r.pixels);
+    weft_volume_destroy(&volume);
+
+    volume = make_volume(NOISE, N, 0.0f);
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_measure range;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    assert_int_equal(weft_slice_measure(plan, volume, NULL, &range), WEFT_OK);
+    weft_slice_plan_destroy(&plan);
+    assert_true(range.high > 1.5f && range.low < -1.5f);
+    params.source = WEFT_SOURCE_UNORM16;
+    params.low = (double)range.low;
+    params.high = (double)range.high;
+    r = slice(contexts[0], volume, &params, true);
+    assert_true(r.error.maximum <= 2e-4); // the range is 20 wide
+    free(r.pixels);
+    params.clamp_to_samples = true;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_ERR_UNSUPPORTED);
+    weft_volume_destroy(&volume);
+}
+
 // The largest error against the function itself, well inside the volume.
 static double function_error(const char *kernel, double scale)
 {
@@ -327,6 +360,7 @@ int main(void)
         cmocka_unit_test(tiles_change_no_byte),
         cmocka_unit_test(not_finite_voxels_stay_in_reach),
         cmocka_unit_test(verification_sees_blur),
+        cmocka_unit_test(savings_and_formats_work_on_coefficients),
         cmocka_unit_test(errors_fall_with_the_fourth_power),
         cmocka_unit_test(passes_run_on_coefficients),
         cmocka_unit_test(real_volumes_are_verified),

@@ -37,7 +37,20 @@ enum weft_result weft_gl_check(const struct weft_log *log, const GladGLContext *
 
 static size_t format_bytes(GLenum format)
 {
-    return format == GL_RGBA32F ? 16 : 4;
+    switch (format) {
+    case GL_RGBA32F:
+        return 16;
+    case GL_RGBA16F:
+    case GL_RGBA16:
+        return 8;
+    case GL_R16F:
+    case GL_R16:
+        return 2;
+    case GL_R8:
+        return 1;
+    default: // GL_RGBA8, GL_R32F, GL_R32I
+        return 4;
+    }
 }
 
 enum weft_result weft_gl_buffer_create(const struct weft_log *log, const GladGLContext *gl,

@@ -16,7 +16,7 @@ enum weft_result weft_gl_check(const struct weft_log *log, const GladGLContext *
 // A buffer read by shaders through a texture.
 struct weft_gl_buffer {
     GLuint buffer, texture;
-    GLenum format;      // GL_RGBA32F, GL_R32F, GL_R32I
+    GLenum format;      // GL_RGBA or GL_R with 32F, 16F, 16 or 8; GL_R32I
     size_t texel_bytes; // of the format
     size_t size_bytes;  // allocated
 };

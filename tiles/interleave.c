@@ -35,18 +35,20 @@ int weft_layout_row_fetches(enum weft_layout kind, int width)
     }
 }
 
-void weft_block_layout_init(struct weft_block_layout *layout, enum weft_layout kind, int width,
-                            const int starts[3])
+void weft_block_layout_init(struct weft_block_layout *layout, enum weft_layout kind,
+                            enum weft_source_format format, const int taps[3], const int starts[3])
 {
     // Aligned rows begin at the cell's own start, whose samples are multiples of four apart.
     int starts_x = kind == WEFT_LAYOUT_ALIGNED ? WEFT_BRICK_SIZE : starts[0];
+    int samples = kind == WEFT_LAYOUT_PLAIN ? 1 : 4;
     *layout = (struct weft_block_layout){
         .kind = kind,
-        .width = width,
-        .span = {starts_x + width - 1, starts[1] + width - 1, starts[2] + width - 1},
-        .texel_bytes = kind == WEFT_LAYOUT_PLAIN ? 4 : 16,
+        .format = format,
+        .taps = {taps[0], taps[1], taps[2]},
+        .span = {starts_x + taps[0] - 1, starts[1] + taps[1] - 1, starts[2] + taps[2] - 1},
+        .texel_bytes = (size_t)(samples * weft_source_format_bytes(format)),
     };
-    int fetches = weft_layout_row_fetches(kind, width);
+    int fetches = weft_layout_row_fetches(kind, taps[0]);
     switch (kind) {
     case WEFT_LAYOUT_INTERLEAVED:
         layout->row_texels = starts_x + 4 * (fetches - 1);
@@ -69,23 +71,126 @@ size_t weft_block_layout_offset(const struct weft_block_layout *layout, const in
            (size_t)x;
 }
 
-void weft_block_layout_write(const struct weft_block_layout *layout, const float *voxels,
+// ---- formats ------------------------------------------------------------------------------------
+
+static const struct {
+    const char *name;
+    int bytes;
+    double error;
+} formats[WEFT_SOURCE_FORMATS] = {
+    [WEFT_SOURCE_FLOAT] = {"32f", 4, 0.0},
+    // Halves in [1/2, 1] are 2^-11 apart, and 1 stands for half the width. Mapped in single
+    // precision: 2^-23 more, in all.
+    [WEFT_SOURCE_HALF] = {"16f", 2, 0x1p-13 + 0x1p-23},
+    [WEFT_SOURCE_UNORM16] = {"unorm16", 2, 0.5 / 65535 + 0x1p-23},
+    [WEFT_SOURCE_UNORM8] = {"unorm8", 1, 0.5 / 255 + 0x1p-23},
+};
+
+const char *weft_source_format_name(enum weft_source_format format)
+{
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].name : "unknown";
+}
+
+int weft_source_format_bytes(enum weft_source_format format)
+{
+    return formats[format].bytes;
+}
+
+double weft_source_format_error(enum weft_source_format format)
+{
+    return formats[format].error;
+}
+
+void weft_source_range_mapping(enum weft_source_format format,
+                               const struct weft_source_range *range, double *scale, double *offset)
+{
+    double width = range->high - range->low;
+    *scale = format == WEFT_SOURCE_HALF ? 0.5 * width : width;
+    *offset = format == WEFT_SOURCE_HALF ? range->low + 0.5 * width : range->low;
+}
+
+static float clamped(float value, float least)
+{
+    return value < least ? least : value > 1.0f ? 1.0f : value; // NaN stays
+}
+
+static void encode_unorm8(const float *values, int count, float scale, float offset, void *out)
+{
+    uint8_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = (uint8_t)(int)(clamped((values[i] - offset) * scale, 0.0f) * 255.0f + 0.5f);
+}
+
+static void encode_unorm16(const float *values, int count, float scale, float offset, void *out)
+{
+    uint16_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = (uint16_t)(int)(clamped((values[i] - offset) * scale, 0.0f) * 65535.0f + 0.5f);
+}
+
+// To nearest even, of |x| <= 1 or NaN. Adding a number whose last bit weighs as much as a half's
+// rounds subnormals.
+static uint16_t half_from(float x)
+{
+    union {
+        float f;
+        uint32_t u;
+    } v = {.f = x}, small;
+    uint32_t sign = v.u >> 16 & 0x8000u, magnitude = v.u & 0x7fffffffu;
+    if (magnitude > 0x7f800000u)
+        return (uint16_t)(sign | 0x7e00u);
+    if (magnitude < 0x38800000u) {
+        small.u = magnitude;
+        small.f += 0.5f;
+        return (uint16_t)(sign | (small.u - 0x3f000000u));
+    }
+    magnitude += 0xfffu + (magnitude >> 13 & 1u);
+    return (uint16_t)(sign | ((magnitude - 0x38000000u) >> 13));
+}
+
+static void encode_half(const float *values, int count, float scale, float offset, void *out)
+{
+    uint16_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = half_from(clamped((values[i] - offset) * scale, -1.0f));
+}
+
+static void encode(const struct weft_block_layout *layout, const struct weft_source_range *range,
+                   const float *values, int count, void *out)
+{
+    double scale, offset;
+    if (layout->format == WEFT_SOURCE_FLOAT) {
+        memcpy(out, values, (size_t)count * sizeof *values);
+        return;
+    }
+    weft_source_range_mapping(layout->format, range, &scale, &offset);
+    float reciprocal = scale > 0.0 ? (float)(1.0 / scale) : 0.0f, from = (float)offset;
+    if (layout->format == WEFT_SOURCE_HALF)
+        encode_half(values, count, reciprocal, from, out);
+    else if (layout->format == WEFT_SOURCE_UNORM16)
+        encode_unorm16(values, count, reciprocal, from, out);
+    else
+        encode_unorm8(values, count, reciprocal, from, out);
+}
+
+void weft_block_layout_write(const struct weft_block_layout *layout,
+                             const struct weft_source_range *range, const float *voxels,
                              void *texels)
 {
     enum { MAX_ROW = 64 };
     float row[MAX_ROW] = {0}; // zeros past the span
-    float *out = texels;
+    size_t sample = (size_t)weft_source_format_bytes(layout->format);
+    char *out = texels, *code = (char *)row;
     size_t rows = (size_t)layout->span[1] * (size_t)layout->span[2];
     size_t span = (size_t)layout->span[0], row_texels = (size_t)layout->row_texels;
     for (size_t r = 0; r < rows; r++, voxels += span) {
-        memcpy(row, voxels, span * sizeof *row);
+        encode(layout, range, voxels, layout->span[0], row);
         if (layout->kind == WEFT_LAYOUT_INTERLEAVED) {
-            for (size_t i = 0; i < row_texels; i++, out += 4)
-                memcpy(out, row + i, 4 * sizeof *row);
+            for (size_t i = 0; i < row_texels; i++, out += 4 * sample)
+                memcpy(out, code + i * sample, 4 * sample);
         } else {
-            size_t count = row_texels * layout->texel_bytes / sizeof *row;
-            memcpy(out, row, count * sizeof *row);
-            out += count;
+            memcpy(out, row, row_texels * layout->texel_bytes);
+            out += row_texels * layout->texel_bytes;
         }
     }
 }

@@ -10,19 +10,21 @@
 #include "tiles/brick_store.h"
 #include "tiles/layout.h"
 
-// One shape for all blocks of a tile, so that a shader needs one row and one slice pitch.
+// One shape for all blocks of a tile, so that a shader needs one row and one slice pitch. Its axes
+// are those of the block: a row of it may run along any axis of the volume.
 struct weft_block_layout {
     enum weft_layout kind; // not AUTO
-    int width;             // taps of the kernel along an axis
-    int span[3];           // voxels that a block covers along x, y, z
+    enum weft_source_format format;
+    int taps[3]; // of the kernel along each axis; 1 along the last where that is summed up
+    int span[3]; // voxels that a block covers along each axis
     int row_texels;
     size_t block_texels; // row_texels * span[1] * span[2]
-    size_t texel_bytes;  // 16 or 4
+    size_t texel_bytes;  // 4 or 1 samples
 };
 
 // starts[a]: how many first-tap positions of any one cell are used along axis a, 1 to 8.
-void weft_block_layout_init(struct weft_block_layout *layout, enum weft_layout kind, int width,
-                            const int starts[3]);
+void weft_block_layout_init(struct weft_block_layout *layout, enum weft_layout kind,
+                            enum weft_source_format format, const int taps[3], const int starts[3]);
 
 // Texel fetches for one row of taps: what the shader does, and what the planner reports.
 int weft_layout_row_fetches(enum weft_layout kind, int width);
@@ -31,9 +33,21 @@ int weft_layout_row_fetches(enum weft_layout kind, int width);
 // covered) begins in.
 size_t weft_block_layout_offset(const struct weft_block_layout *layout, const int start[3]);
 
+// The range that a format other than float holds; what is outside is clamped to it.
+struct weft_source_range {
+    double low, high;
+};
+
 // Lays out voxels [z][y][x] of layout->span into block_texels texels. Samples past the span are 0.
-void weft_block_layout_write(const struct weft_block_layout *layout, const float *voxels,
+// range: not used by floats.
+void weft_block_layout_write(const struct weft_block_layout *layout,
+                             const struct weft_source_range *range, const float *voxels,
                              void *texels);
+
+// A shader's sum r of stored samples by weights that add up to S is r * scale + S * offset.
+void weft_source_range_mapping(enum weft_source_format format,
+                               const struct weft_source_range *range, double *scale,
+                               double *offset);
 
 // Copies the box of voxels at `min` of `size` (each at most `pitch`) to out[z][y][x], whose rows
 // and slices are pitch[0] and pitch[0] * pitch[1] apart.

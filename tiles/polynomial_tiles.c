@@ -41,41 +41,65 @@ static double evaluate(int degree, const double *coefficient, double u)
     return sum;
 }
 
-// Fits one segment of one tap; returns the largest error at points between the nodes.
-static double fit_segment(const struct weft_kernel *kernel, int tap, int segment, int segments,
-                          int degree, double *coefficient)
+enum { PROBES = 17 };
+
+// What lies between two neighbouring probes can be this much worse, where it is no polynomial.
+static const double PROBED = 1.02;
+
+// Weight of a tap at u in a segment, the ends as seen from inside.
+static double weight_at(const struct weft_kernel *kernel, int tap, int segment, int segments,
+                        double u)
 {
-    double offset = weft_kernel_offset(kernel) - tap;
-    double node[MAX_NODES], value[MAX_NODES], error = 0.0;
-    for (int i = 0; i <= degree; i++) {
-        node[i] = 0.5 - 0.5 * cos(M_PI * (2 * i + 1) / (2.0 * (degree + 1)));
-        value[i] = weft_kernel_weight(kernel, (segment + node[i]) / segments + offset);
-    }
-    interpolate(degree, node, value, coefficient);
-    enum { PROBES = 17 };
-    for (int i = 0; i < PROBES; i++) {
-        double u = (i + 0.5) / PROBES;
-        double h = weft_kernel_weight(kernel, (segment + u) / segments + offset);
-        error = fmax(error, fabs(evaluate(degree, coefficient, u) - h));
-    }
-    return error;
+    double inside = fmin(fmax(u, 1e-12), 1.0 - 1e-12);
+    return weft_kernel_weight(kernel,
+                              (segment + inside) / segments + weft_kernel_offset(kernel) - tap);
 }
 
-static double fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *tiles)
+static double node_at(const struct weft_polynomial_tiles *tiles, int i)
 {
-    double error = 0.0;
+    if (tiles->ends)
+        return i;
+    return 0.5 - 0.5 * cos(M_PI * (2 * i + 1) / (2.0 * (tiles->degree + 1)));
+}
+
+// Fits one segment of one tap; errors at points between the nodes are added to `error`.
+static double fit_segment(const struct weft_kernel *kernel,
+                          const struct weft_polynomial_tiles *tiles, int tap, int segment,
+                          double *coefficient, double error[PROBES])
+{
+    double node[MAX_NODES], value[MAX_NODES], largest = 0.0;
+    for (int i = 0; i <= tiles->degree; i++) {
+        node[i] = node_at(tiles, i);
+        value[i] = weight_at(kernel, tap, segment, tiles->segments, node[i]);
+    }
+    interpolate(tiles->degree, node, value, coefficient);
+    for (int i = 0; i < PROBES; i++) {
+        double u = i / (PROBES - 1.0);
+        double h = weight_at(kernel, tap, segment, tiles->segments, u);
+        double off = fabs(evaluate(tiles->degree, coefficient, u) - h);
+        error[i] += off;
+        largest = fmax(largest, off);
+    }
+    return largest;
+}
+
+static void fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *tiles)
+{
     int stride = 4 * tiles->groups;
+    tiles->error = tiles->sum_error = 0.0;
     for (int segment = 0; segment < tiles->segments; segment++) {
+        double errors[PROBES] = {0};
         for (int tap = 0; tap < tiles->width; tap++) {
             double coefficient[MAX_NODES];
-            error = fmax(error, fit_segment(kernel, tap, segment, tiles->segments, tiles->degree,
-                                            coefficient));
+            tiles->error =
+                fmax(tiles->error, fit_segment(kernel, tiles, tap, segment, coefficient, errors));
             float *out = &tiles->coefficients[segment * (tiles->degree + 1) * stride + tap];
             for (int p = 0; p <= tiles->degree; p++)
                 out[p * stride] = (float)coefficient[p];
         }
+        for (int i = 0; i < PROBES; i++)
+            tiles->sum_error = fmax(tiles->sum_error, PROBED * errors[i]);
     }
-    return error;
 }
 
 // Of the exact polynomials, where the weights are such; dividing by their sum makes them others.
@@ -86,33 +110,59 @@ static int polynomial_degree(const struct weft_kernel *kernel)
     return exact ? degree : FALLBACK_DEGREE;
 }
 
+static struct weft_polynomial_tiles tiles_of(const struct weft_kernel *kernel, int degree)
+{
+    return (struct weft_polynomial_tiles){
+        .width = kernel->width,
+        .groups = (kernel->width + 3) / 4,
+        .degree = degree,
+    };
+}
+
+static enum weft_result fit_segments(const struct weft_log *log, const struct weft_kernel *kernel,
+                                     int segments, struct weft_polynomial_tiles *tiles)
+{
+    size_t count = (size_t)segments * (size_t)(tiles->degree + 1) * 4 * (size_t)tiles->groups;
+    free(tiles->coefficients);
+    tiles->coefficients = calloc(count, sizeof *tiles->coefficients);
+    if (!tiles->coefficients) {
+        weft_error(log, "not enough memory for %zu tile coefficients", count);
+        return WEFT_ERR_MEMORY;
+    }
+    tiles->segments = segments;
+    tiles->coefficient_count = count;
+    fit(kernel, tiles);
+    return WEFT_OK;
+}
+
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,
                                               struct weft_polynomial_tiles *out)
 {
-    *out = (struct weft_polynomial_tiles){
-        .width = kernel->width,
-        .groups = (kernel->width + 3) / 4,
-        .degree = polynomial_degree(kernel),
-    };
+    *out = tiles_of(kernel, polynomial_degree(kernel));
     for (int segments = 1; segments <= WEFT_POLYNOMIAL_MAX_SEGMENTS; segments *= 2) {
-        size_t count = (size_t)segments * (size_t)(out->degree + 1) * 4 * (size_t)out->groups;
-        free(out->coefficients);
-        out->coefficients = calloc(count, sizeof *out->coefficients);
-        if (!out->coefficients) {
-            weft_error(log, "not enough memory for %zu tile coefficients", count);
-            return WEFT_ERR_MEMORY;
-        }
-        out->segments = segments;
-        out->coefficient_count = count;
-        out->error = fit(kernel, out);
-        if (out->error <= tolerance)
-            return WEFT_OK;
+        enum weft_result res = fit_segments(log, kernel, segments, out);
+        if (res != WEFT_OK || out->error <= tolerance)
+            return res;
     }
     weft_error(log, "kernel %s: %d segments a tile leave an error of %.3g, over %.3g",
                kernel->info->name, out->segments, out->error, tolerance);
     weft_polynomial_tiles_destroy(out);
     return WEFT_ERR_LIMIT;
+}
+
+enum weft_result weft_polynomial_tiles_sample(const struct weft_log *log,
+                                              const struct weft_kernel *kernel, int samples,
+                                              bool linear, struct weft_polynomial_tiles *out)
+{
+    *out = tiles_of(kernel, linear ? 1 : 0);
+    out->ends = linear;
+    if (samples < 1 || samples > WEFT_POLYNOMIAL_MAX_SEGMENTS) {
+        weft_error(log, "%d samples a kernel tile: there must be 1 to %d", samples,
+                   WEFT_POLYNOMIAL_MAX_SEGMENTS);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return fit_segments(log, kernel, samples, out);
 }
 
 void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles)

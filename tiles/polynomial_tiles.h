@@ -17,7 +17,10 @@ struct weft_polynomial_tiles {
     int groups; // of four taps, the last one padded with zero weights
     int degree;
     int segments; // per tile
-    double error; // largest |polynomial - h| found between the nodes
+    bool ends;    // the two nodes of degree 1 are the segment's ends
+    // Largest |polynomial - h| found between the nodes, and largest sum of it over the taps of a
+    // position.
+    double error, sum_error;
     // [segment][power][4 * groups taps]; weight = sum_p c[p] u^p, u = fraction of the segment.
     float *coefficients;
     size_t coefficient_count;
@@ -29,6 +32,12 @@ struct weft_polynomial_tiles {
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,
                                               struct weft_polynomial_tiles *out);
+// Tiles of M samples (1 to WEFT_POLYNOMIAL_MAX_SEGMENTS) instead, whatever their error: nearest
+// look-up is a constant over each segment, that of its middle; linear look-up goes straight from
+// the weights at one end to those at the other. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY.
+enum weft_result weft_polynomial_tiles_sample(const struct weft_log *log,
+                                              const struct weft_kernel *kernel, int samples,
+                                              bool linear, struct weft_polynomial_tiles *out);
 void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles); // {0} is fine
 
 #endif

@@ -6,9 +6,9 @@
 #include "report.h"
 #include "verb.h"
 
-static const struct verb *const verbs[] = {&verb_slice,    &verb_info,     &verb_make,
-                                           &verb_resample, &verb_kernel,   &verb_table,
-                                           &verb_plan,     &verb_validate, NULL};
+static const struct verb *const verbs[] = {&verb_slice,     &verb_info,  &verb_make, &verb_resample,
+                                           &verb_kernel,    &verb_table, &verb_plan, &verb_validate,
+                                           &verb_stability, NULL};
 
 static const struct verb *find_verb(const char *name)
 {
@@ -23,13 +23,13 @@ static void print_help(void)
     puts("weft - reconstruction filtering of volumes on OpenGL, without a window\n\n"
          "usage: weft VERB ...\n");
     for (int i = 0; verbs[i]; i++)
-        printf("  weft %-8s %s\n", verbs[i]->name, verbs[i]->summary);
+        printf("  weft %-9s %s\n", verbs[i]->name, verbs[i]->summary);
     puts("\n  weft help VERB | weft VERB --help    what a verb does, and its options\n"
          "  weft --version\n\n"
          "exit codes:\n"
          "  0  done\n"
          "  1  failed: out of memory, a GL error, no gnuplot for a plot, interrupted;\n"
-         "     weft validate: invalid\n"
+         "     weft validate: invalid; weft stability: a case fails\n"
          "  2  wrong usage: options, names, geometry\n"
          "  3  unreadable or refused input: missing, damaged, unsupported, over a limit\n"
          "  4  output not written\n"

@@ -1,10 +1,16 @@
 // Fragment shader: one tri-variate reconstruction per pixel.
-// Defined by the plan: WIDTH (taps along an axis), GROUPS (of four taps), DEGREE and SEGMENTS of the
-// kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), and one of
-// LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN.
+// Defined by the plan: WIDTH (taps along an axis), SUMMED (1 if blocks have no third axis), GROUPS (of
+// four taps), DEGREE and SEGMENTS of the kernel's polynomial tiles, CONSTANTS (1 if entries
+// may name constants), CONSTANTS_ONLY, MAPPED (1 if samples are mapped from their range), UNIT_SUM (1
+// if weights add up to one), one of LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN, and, for pixels
+// clamped to the samples next to them, CLAMP_FROM and CLAMP_TO, the taps of those.
+// Axes are the block's: x along its rows.
 
 uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
+uniform samplerBuffer constants;
 uniform samplerBuffer source;
+uniform vec2 mapping;           // scale and offset of samples
+uniform ivec3 skip;             // samples from a block's first tap to the first one used here
 uniform ivec2 pitch;            // texels from row to row and from slice to slice of a block
 
 #if SEGMENTS > 1
@@ -23,6 +29,7 @@ uniform int row_entries;
 
 out float value;
 
+const int DEPTH = SUMMED != 0 ? 1 : WIDTH;
 const int ROW_FETCHES = (WIDTH + 3 + 3) / 4; // aligned rows
 
 void kernel_weights(float t, out float weight[4 * GROUPS])
@@ -89,42 +96,94 @@ float row(int at, float weight[ROW_WEIGHTS])
     return sum;
 }
 
+#if defined(CLAMP_FROM)
+// The sample of one tap, of a row whose first tap's sample is number `start` of the block's row.
+float sample_at(int at, int start, ivec3 tap)
+{
+    at += tap.z * pitch.y + tap.y * pitch.x;
+#if defined(LAYOUT_ALIGNED)
+    int x = (start & 3) + tap.x;
+    return texelFetch(source, at + (x >> 2))[x & 3];
+#else
+    return texelFetch(source, at + tap.x).r;
+#endif
+}
+#endif
+
+#if MAPPED && !UNIT_SUM
+float total(float weight[4 * GROUPS])
+{
+    float sum = 0.0;
+    for (int i = 0; i < WIDTH; i++)
+        sum += weight[i];
+    return sum;
+}
+#endif
+
 void main()
 {
     ivec2 window = ivec2(gl_FragCoord.xy);
     int entry = texelFetch(entries, window.y * row_entries + window.x).r;
 #if CONSTANTS
     if (entry < 0) {
-        value = texelFetch(source, ~entry).r;
+        value = texelFetch(constants, ~entry).r;
         return;
     }
 #endif
+#if CONSTANTS_ONLY
+    value = 0.0;
+}
+#else
 
     // Fixed point with carry. The first tap's place in the cell, and the fraction rounded to 24 bits.
     ivec2 p = window - block;
     ivec3 low = origin_low + p.x * du_low + p.y * dv_low;
     ivec3 position = origin + p.x * du + p.y * dv + (low >> low_bits);
-    ivec3 start = (position >> 29) & 7;
+    ivec3 start = ((position >> 29) & 7) + skip;
     vec3 t = vec3((((position >> 4) & 0x1ffffff) + 1) >> 1) * (1.0 / 16777216.0);
 
     float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
     kernel_weights(t.x, wx);
     kernel_weights(t.y, wy);
+#if !SUMMED
     kernel_weights(t.z, wz);
+#else
+    start.z = 0;
+    wz[0] = 1.0;
+#endif
 
 #if defined(LAYOUT_ALIGNED)
     float row_weights[ROW_WEIGHTS];
     shift_weights(wx, start.x & 3, row_weights);
-    start.x >>= 2;
-#define wx row_weights
-#endif
+    int at = entry + start.z * pitch.y + start.y * pitch.x + (start.x >> 2);
+#else
+#define row_weights wx
     int at = entry + start.z * pitch.y + start.y * pitch.x + start.x;
+#endif
     float sum = 0.0;
-    for (int z = 0; z < WIDTH; z++) {
+    for (int z = 0; z < DEPTH; z++) {
         float plane = 0.0;
         for (int y = 0; y < WIDTH; y++)
-            plane += wy[y] * row(at + z * pitch.y + y * pitch.x, wx);
+            plane += wy[y] * row(at + z * pitch.y + y * pitch.x, row_weights);
         sum += wz[z] * plane;
     }
+#if defined(CLAMP_FROM)
+    // Comparisons with NaN are false: it stays.
+    float low = sample_at(at, start.x, ivec3(CLAMP_FROM)), high = low;
+    for (int z = CLAMP_FROM; z <= CLAMP_TO; z++)
+        for (int y = CLAMP_FROM; y <= CLAMP_TO; y++)
+            for (int x = CLAMP_FROM; x <= CLAMP_TO; x++) {
+                float s = sample_at(at, start.x, ivec3(x, y, z));
+                low = s < low ? s : low;
+                high = s > high ? s : high;
+            }
+    sum = sum < low ? low : sum > high ? high : sum;
+#endif
+#if MAPPED && UNIT_SUM
+    sum = sum * mapping.x + mapping.y;
+#elif MAPPED
+    sum = sum * mapping.x + mapping.y * (total(wx) * total(wy) * (SUMMED != 0 ? 1.0 : total(wz)));
+#endif
     value = sum;
 }
+#endif

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a slice's plan knows of its kernel: axes that need no convolution, and error bounds.
+#include <math.h>
+
+#include "filter/analysis.h"
+#include "filter/prefilter.h"
+#include "passes/slice_plan.h"
+
+// ---- axes ---------------------------------------------------------------------------------------
+
+// The axis along which every pixel has the same coordinate; -1: none.
+static int constant_axis(const struct weft_slice_geometry *g)
+{
+    for (int a = 0; a < 3; a++)
+        if (g->u[a] == 0.0 && g->v[a] == 0.0)
+            return a;
+    return -1;
+}
+
+void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    struct weft_slice_axes *axes = &plan->axes;
+    int axis = may_sum ? constant_axis(&plan->grid.index) : -1;
+    *axes = (struct weft_slice_axes){.order = {0, 1, 2}, .summed = axis >= 0};
+    for (int i = 0; i < 3; i++)
+        axes->taps[i] = kernel->width;
+    plan->info.summed_axis = axis;
+    if (axis < 0)
+        return;
+    axes->taps[2] = 1;
+    axes->order[0] = axis == 0 ? 1 : 0;
+    axes->order[1] = axis == 2 ? 1 : 2;
+    axes->order[2] = axis;
+    // The fraction as the shader would have it: the same first tap, whatever rounding did.
+    struct weft_slice_block block;
+    weft_slice_grid_block(&plan->grid, 0, 0, &block);
+    int64_t one = INT64_C(1) << plan->grid.fraction_bits;
+    double fraction = (double)(block.position[axis] & (one - 1)) / (double)one;
+    double weight[WEFT_KERNEL_MAX_WIDTH];
+    weft_kernel_weights(kernel, fraction - plan->grid.tap_shift, weight);
+    int last = kernel->width - 1;
+    while (axes->first < last && weight[axes->first] == 0.0)
+        axes->first++;
+    while (last > axes->first && weight[last] == 0.0)
+        last--;
+    axes->kept = last - axes->first + 1;
+    for (int i = 0; i < axes->kept; i++)
+        axes->weight[i] = weight[axes->first + i];
+    axes->plane = block.base[axis] + (block.position[axis] >> plan->grid.fraction_bits) -
+                  plan->grid.tap_offset + axes->first;
+    plan->info.summed_taps = axes->kept;
+}
+
+// ---- error bound --------------------------------------------------------------------------------
+
+static const double UNIT = 0x1p-24; // unit roundoff of single precision
+
+// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
+static double weight_error(const struct weft_slice_plan *plan, double slope)
+{
+    const struct weft_polynomial_tiles *t = &plan->kernel_tiles;
+    double largest = 0.0;
+    size_t stride = 4 * (size_t)t->groups, segment_size = stride * (size_t)(t->degree + 1);
+    for (int s = 0; s < t->segments; s++) {
+        double sum = 0.0;
+        for (size_t i = 0; i < segment_size; i++)
+            sum += fabs(t->coefficients[(size_t)s * segment_size + i]);
+        largest = fmax(largest, sum);
+    }
+    // Horner's rule: 2 degree + 1 roundings, coefficients included, each of at most sum |c|.
+    double horner = (2 * t->degree + 1) * UNIT * largest;
+    double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    return horner + t->sum_error + position * slope;
+}
+
+static double largest_slope(const struct weft_kernel *kernel)
+{
+    enum { POSITIONS = 256 };
+    double largest = 0.0;
+    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
+        double sum = 0.0, fraction;
+        int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
+        for (int tap = 0; tap < kernel->width; tap++)
+            sum +=
+                fabs(weft_kernel_derivative(kernel, (i + 0.5) / POSITIONS - (double)(first + tap)));
+        largest = fmax(largest, sum);
+    }
+    return largest;
+}
+
+static int convolved_axes(const struct weft_slice_plan *plan)
+{
+    return plan->axes.summed ? 2 : 3;
+}
+
+// |result - exact| / largest |sample| <= weight errors, one an axis, and the sums' roundings; sums
+// along an axis beforehand are rounded once.
+static double relative_bound(const struct weft_slice_plan *plan, double gain)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    double weights = weight_error(plan, largest_slope(kernel));
+    int axes = convolved_axes(plan);
+    double sums = axes * (kernel->width + 1) * UNIT; // products and additions of each level
+    return pow(gain + weights, axes) * (1.0 + sums) * (1.0 + (plan->axes.summed ? UNIT : 0.0)) -
+           pow(gain, axes);
+}
+
+// Sums along an axis reach this far.
+static void widen_range(const struct weft_slice_axes *axes, struct weft_source_range *range)
+{
+    struct weft_source_range wide = {0.0, 0.0};
+    for (int i = 0; i < axes->kept; i++) {
+        double w = axes->weight[i];
+        wide.low += w * (w > 0.0 ? range->low : range->high);
+        wide.high += w * (w > 0.0 ? range->high : range->low);
+    }
+    *range = wide;
+}
+
+static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *kernel, double error,
+                       double gain)
+{
+    plan->smooth = (struct weft_slice_smooth){.gain = gain};
+    if (!kernel->unit_sum)
+        return;
+    plan->smooth.error = error;
+    // The first of two taps is known from that of an even number of taps only.
+    if (kernel->width % 2 == 0 && kernel->width > 2)
+        plan->smooth.curvature = weft_analysis_curvature(kernel);
+}
+
+// What a prefiltered kernel reads are coefficients: up to gain^3 times the voxels, and off by what
+// tiles/volume.h says. Their weights are those of the plain kernel.
+static void add_prefilter(struct weft_slice_plan *plan, double whole)
+{
+    struct weft_prefilter prefilter;
+    if (!plan->coefficients ||
+        weft_prefilter_compute(NULL, &plan->info.kernel, &prefilter) != WEFT_OK)
+        return;
+    const double square = prefilter.gain * prefilter.gain, cube = square * prefilter.gain;
+    const double coefficients = 3.0 * square * WEFT_VOLUME_PREFILTER_ERROR + UNIT * cube;
+    plan->info.error_bound = cube * plan->info.error_bound + whole * coefficients;
+}
+
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    struct weft_kernel plain = info->kernel;
+    plain.prefiltered = false;
+    double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, convolved_axes(plan));
+    double relative = relative_bound(plan, gain), along = 0.0;
+    for (int i = 0; i < plan->axes.kept; i++)
+        along += fabs(plan->axes.weight[i]);
+    set_smooth(plan, &plain, smooth_error, gain);
+    info->error_absolute = plan->smooth.error;
+    info->error_bound = relative * (plan->axes.summed ? along : 1.0);
+    if (info->source == WEFT_SOURCE_FLOAT) {
+        add_prefilter(plan, (whole + relative) * (plan->axes.summed ? along : 1.0));
+        return;
+    }
+    // Everything is relative to the range then: samples and sums of at most its width, and what
+    // subtracting its offset and adding it again round.
+    if (plan->axes.summed)
+        widen_range(&plan->axes, &plan->range);
+    double width = plan->range.high - plan->range.low;
+    double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
+    info->error_bound = 0.0;
+    add_prefilter(plan, whole + relative);
+    info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
+                                     relative + 2.0 * UNIT * whole) +
+                            4.0 * UNIT * whole * offset;
+}

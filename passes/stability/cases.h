@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/stability/cases.h - the cases, and what they share (not installed).
+#ifndef WEFT_PASSES_STABILITY_CASES_H
+#define WEFT_PASSES_STABILITY_CASES_H
+
+#include "passes/convolve.h"
+#include "passes/slice.h"
+#include "passes/stability.h"
+#include "tiles/gl.h"
+
+extern const struct weft_stability_case weft_stability_order_2d, weft_stability_order_3d,
+    weft_stability_gradient_bias, weft_stability_ripple_2d, weft_stability_ripple_3d;
+extern const struct weft_stability_case weft_stability_blend_8, weft_stability_mean_8,
+    weft_stability_half_sum, weft_stability_half_passes, weft_stability_half_overflow;
+extern const struct weft_stability_case weft_stability_filter_weights, weft_stability_texel_centres,
+    weft_stability_on_lattice, weft_stability_odd_width;
+extern const struct weft_stability_case weft_stability_far_away, weft_stability_degenerate,
+    weft_stability_one_voxel, weft_stability_wide_kernel;
+extern const struct weft_stability_case weft_stability_wide_range, weft_stability_not_finite,
+    weft_stability_denormals, weft_stability_ringing;
+
+// One line of the result.
+void weft_stability_say(struct weft_stability_result *result, const char *unit, const char *format,
+                        ...) __attribute__((format(printf, 3, 4)));
+
+// A repeatable value in [-1, 1] for every voxel.
+float weft_stability_noise(int x, int y, int z);
+void weft_stability_fill_noise(float *data, const int size[3]);
+
+// ---- slices -------------------------------------------------------------------------------------
+
+// Voxels in memory, clamped to the edge, and a slice through them in index space.
+struct weft_stability_slice {
+    const char *kernel;
+    const float *data; // [z][y][x], x fastest
+    int size[3];
+    int32_t first[3]; // index coordinates of the first voxel
+    struct weft_slice_geometry geometry;
+    bool clamp; // pixels to the samples next to them
+};
+
+// A plane tilted against every axis, through the middle of the box from `first` on.
+struct weft_slice_geometry weft_stability_oblique(const int32_t first[3], double length, int width,
+                                                  int height);
+
+// Pixels of weft_slice_run, and the bound of their error relative to the largest voxel in reach.
+enum weft_result weft_stability_slice_run(const struct weft_stability_params *params,
+                                          const struct weft_stability_slice *slice, float *pixels,
+                                          double *bound);
+
+// From filter/reference.h's pixels.
+struct weft_stability_error {
+    double absolute;
+    double relative;     // to the largest voxel in reach, or to `smallest` where that is less
+    uint64_t mismatches; // pixels that are finite here and not there
+};
+enum weft_result weft_stability_compare(const struct weft_log *log,
+                                        const struct weft_stability_slice *slice,
+                                        const float *pixels, double smallest,
+                                        struct weft_stability_error *out);
+// INFINITY with mismatches.
+double weft_stability_relative(const struct weft_stability_error *error);
+
+// ---- passes of plans ----------------------------------------------------------------------------
+
+// On GL, or emulated without a context.
+enum weft_result weft_stability_passes_run(const struct weft_stability_params *params,
+                                           const struct weft_plan_params *plan_params,
+                                           const struct weft_samples *samples,
+                                           const struct weft_pixel_grid *grid, float *pixels,
+                                           struct weft_convolve_error *error,
+                                           struct weft_plan_error *bounds);
+
+// ---- naive ways ---------------------------------------------------------------------------------
+
+// A slice as one writes it first: a fragment shader, positions in single precision, weights from
+// a formula (Catmull-Rom), a sampler or a padded row of four.
+struct weft_naive_slice {
+    enum weft_naive_lookup {
+        WEFT_NAIVE_CATMULL_ROM,
+        WEFT_NAIVE_LINEAR_OF_FOUR,
+        WEFT_NAIVE_SAMPLER, // GL_LINEAR at (position + 0.5) / size
+        WEFT_NAIVE_CORNERS, // GL_LINEAR at position / (size - 1)
+    } lookup;
+    GLenum source, target; // internal formats, red only
+    bool mapped; // samples to [0, 1] and pixels back, by a scale formed in single precision
+};
+enum weft_result weft_naive_slice_run(const struct weft_stability_params *params,
+                                      const struct weft_stability_slice *slice,
+                                      const struct weft_naive_slice *naive, float *pixels);
+
+// The same in double on the CPU, with one of the mistakes.
+enum weft_naive_mistake {
+    WEFT_NAIVE_FLOOR,      // the first tap of odd widths is found as that of even ones is
+    WEFT_NAIVE_DROP,       // taps outside are left out
+    WEFT_NAIVE_NORMALISED, // coordinates go through [0, 1], divided by the size less 1
+};
+enum weft_result weft_naive_convolve(const struct weft_log *log,
+                                     const struct weft_stability_slice *slice,
+                                     enum weft_naive_mistake mistake, float *pixels);
+
+// Frames of `width` pixels, one after the other, blended into a target.
+struct weft_naive_blend {
+    GLenum target;
+    const float *frames; // [frame][x]
+    int width, frame_count;
+    // Each times the factor, added; 0: frame k is mixed in by 1 / k.
+    double factor;
+};
+enum weft_result weft_naive_blend_run(const struct weft_stability_params *params,
+                                      const struct weft_naive_blend *blend, float *pixels);
+
+#endif

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What one writes first, in OpenGL.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "passes/program.h"
+#include "passes/stability/cases.h"
+
+struct target {
+    GLuint texture, framebuffer, vertex_array, source;
+};
+
+// Leaves program, target and source texture bound.
+static enum weft_result set_up(const struct weft_stability_params *params, const char *name,
+                               const char *defines, const char *fragment, GLenum format, int width,
+                               int height, struct target *t, GLuint *program)
+{
+    const GladGLContext *gl = &params->context->gl;
+    enum weft_result res = weft_program_get(params->context, name, defines, weft_shader_full_target,
+                                            fragment, program);
+    if (res != WEFT_OK)
+        return res;
+    gl->UseProgram(*program);
+    gl->GenVertexArrays(1, &t->vertex_array);
+    gl->BindVertexArray(t->vertex_array);
+    gl->ActiveTexture(GL_TEXTURE0);
+    gl->GenTextures(1, &t->texture);
+    gl->BindTexture(GL_TEXTURE_2D, t->texture);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, (GLint)format, width, height, 0, GL_RED, GL_FLOAT, NULL);
+    gl->GenFramebuffers(1, &t->framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->texture, 0);
+    gl->Viewport(0, 0, width, height);
+    gl->Disable(GL_SCISSOR_TEST);
+    gl->ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    gl->Clear(GL_COLOR_BUFFER_BIT);
+    gl->GenTextures(1, &t->source);
+    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
+    return weft_gl_check(params->log, gl, "setting a naive way up");
+}
+
+static void clear(const GladGLContext *gl, struct target *t)
+{
+    gl->Disable(GL_BLEND);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl->DeleteFramebuffers(1, &t->framebuffer);
+    gl->DeleteTextures(1, &t->texture);
+    gl->DeleteTextures(1, &t->source);
+    gl->DeleteVertexArrays(1, &t->vertex_array);
+}
+
+// ---- slices -------------------------------------------------------------------------------------
+
+struct mapping {
+    float low, width, scale;
+};
+
+// Formed as naive code forms it.
+static struct mapping map_range(const float *data, size_t count)
+{
+    float low = data[0], high = data[0];
+    for (size_t i = 1; i < count; i++) {
+        low = fminf(low, data[i]);
+        high = fmaxf(high, data[i]);
+    }
+    return (struct mapping){low, high - low, 1.0f / (high - low)};
+}
+
+static void upload(const GladGLContext *gl, const struct weft_stability_slice *s,
+                   const struct weft_naive_slice *naive, GLuint texture, const float *data)
+{
+    const bool linear = naive->lookup >= WEFT_NAIVE_SAMPLER;
+    gl->BindTexture(GL_TEXTURE_3D, texture);
+    gl->TexImage3D(GL_TEXTURE_3D, 0, (GLint)naive->source, s->size[0], s->size[1], s->size[2], 0,
+                   GL_RED, GL_FLOAT, data);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, linear ? GL_LINEAR : GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAX_LEVEL, 0);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl->TexParameteri(GL_TEXTURE_3D, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+}
+
+static void set_vector(const GladGLContext *gl, GLuint program, const char *name,
+                       const double value[3], double divisor)
+{
+    gl->Uniform3f(gl->GetUniformLocation(program, name), (float)(value[0] / divisor),
+                  (float)(value[1] / divisor), (float)(value[2] / divisor));
+}
+
+static void draw_slice(const GladGLContext *gl, const struct weft_stability_slice *s,
+                       GLuint program, float *pixels)
+{
+    const struct weft_slice_geometry *g = &s->geometry;
+    const double first[3] = {s->first[0], s->first[1], s->first[2]};
+    gl->Uniform1i(gl->GetUniformLocation(program, "source"), 0);
+    set_vector(gl, program, "origin", g->origin, 1.0);
+    set_vector(gl, program, "du", g->u, g->width);
+    set_vector(gl, program, "dv", g->v, g->height);
+    set_vector(gl, program, "first", first, 1.0);
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->ReadPixels(0, 0, g->width, g->height, GL_RED, GL_FLOAT, pixels);
+}
+
+enum weft_result weft_naive_slice_run(const struct weft_stability_params *params,
+                                      const struct weft_stability_slice *slice,
+                                      const struct weft_naive_slice *naive, float *pixels)
+{
+    const GladGLContext *gl = &params->context->gl;
+    const size_t count = (size_t)slice->size[0] * (size_t)slice->size[1] * (size_t)slice->size[2];
+    const size_t pixel_count = (size_t)slice->geometry.width * (size_t)slice->geometry.height;
+    struct mapping map = {0.0f, 1.0f, 1.0f};
+    struct target target = {0};
+    GLuint program = 0;
+    char defines[32];
+    float *mapped = malloc(count * sizeof *mapped);
+    enum weft_result res = mapped ? weft_context_enter(params->context) : WEFT_ERR_MEMORY;
+    if (res != WEFT_OK)
+        goto fail;
+    if (naive->mapped)
+        map = map_range(slice->data, count);
+    for (size_t i = 0; i < count; i++)
+        mapped[i] = naive->mapped ? (slice->data[i] - map.low) * map.scale : slice->data[i];
+    snprintf(defines, sizeof defines, "#define LOOKUP %d\n", (int)naive->lookup);
+    res = set_up(params, "naive slice", defines, weft_shader_naive_slice, naive->target,
+                 slice->geometry.width, slice->geometry.height, &target, &program);
+    if (res == WEFT_OK) {
+        upload(gl, slice, naive, target.source, mapped);
+        draw_slice(gl, slice, program, pixels);
+        res = weft_gl_check(params->log, gl, "drawing a naive slice");
+    }
+    for (size_t i = 0; naive->mapped && i < pixel_count; i++)
+        pixels[i] = pixels[i] * map.width + map.low;
+    clear(gl, &target);
+    weft_context_leave(params->context);
+fail:
+    free(mapped);
+    return res;
+}
+
+// ---- blending -----------------------------------------------------------------------------------
+
+static void draw_frames(const GladGLContext *gl, const struct weft_naive_blend *blend,
+                        GLuint program)
+{
+    gl->Uniform1i(gl->GetUniformLocation(program, "frames"), 0);
+    gl->Enable(GL_BLEND);
+    gl->BlendEquation(GL_FUNC_ADD);
+    if (blend->factor > 0.0)
+        gl->BlendFunc(GL_CONSTANT_ALPHA, GL_ONE);
+    else
+        gl->BlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+    for (int k = 0; k < blend->frame_count; k++) {
+        const double factor = blend->factor > 0.0 ? blend->factor : 1.0 / (k + 1);
+        gl->BlendColor(0.0f, 0.0f, 0.0f, (float)factor);
+        gl->Uniform1i(gl->GetUniformLocation(program, "frame"), k);
+        gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    }
+}
+
+enum weft_result weft_naive_blend_run(const struct weft_stability_params *params,
+                                      const struct weft_naive_blend *blend, float *pixels)
+{
+    const GladGLContext *gl = &params->context->gl;
+    struct target target = {0};
+    GLuint program = 0;
+    enum weft_result res = weft_context_enter(params->context);
+    if (res != WEFT_OK)
+        return res;
+    res = set_up(params, "naive frame", "", weft_shader_naive_frame, blend->target, blend->width, 1,
+                 &target, &program);
+    if (res == WEFT_OK) {
+        gl->BindTexture(GL_TEXTURE_2D, target.source);
+        gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+        gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, blend->width, blend->frame_count, 0, GL_RED,
+                       GL_FLOAT, blend->frames);
+        draw_frames(gl, blend, program);
+        gl->ReadPixels(0, 0, blend->width, 1, GL_RED, GL_FLOAT, pixels);
+        res = weft_gl_check(params->log, gl, "blending frames");
+    }
+    clear(gl, &target);
+    weft_context_leave(params->context);
+    return res;
+}

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cases of long sums: frames averaged on 8 bits and in half floats, many passes in half floats.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "passes/accumulate/tree.h"
+#include "passes/stability/cases.h"
+
+// ---- averages of frames -------------------------------------------------------------------------
+
+enum { WIDTH = 64 };
+
+// Frames of codes, `one` standing for 1.0.
+struct frames {
+    int count, one;
+    uint16_t *codes;
+    float *values;
+};
+
+static void destroy_frames(struct frames *f)
+{
+    free(f->codes);
+    free(f->values);
+}
+
+static enum weft_result create_frames(struct frames *f, int count, int one,
+                                      int (*code)(int frame, int x))
+{
+    *f = (struct frames){count, one, malloc((size_t)count * WIDTH * sizeof *f->codes),
+                         malloc((size_t)count * WIDTH * sizeof *f->values)};
+    if (!f->codes || !f->values)
+        return WEFT_ERR_MEMORY;
+    for (int i = 0; i < count * WIDTH; i++) {
+        f->codes[i] = (uint16_t)code(i / WIDTH, i % WIDTH);
+        f->values[i] = (float)f->codes[i] / (float)one;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result hand_out(void *priv, int leaf, size_t count, uint16_t *codes)
+{
+    const struct frames *f = priv;
+    memcpy(codes, f->codes + (size_t)leaf * count, count * sizeof *codes);
+    return WEFT_OK;
+}
+
+// Largest distance from the exact average, in codes; results are out[x] codes.
+static double frames_error(const struct frames *f, const double *out)
+{
+    double largest = 0.0;
+    for (int x = 0; x < WIDTH; x++) {
+        double sum = 0.0;
+        for (int i = 0; i < f->count; i++)
+            sum += f->codes[i * WIDTH + x];
+        largest = fmax(largest, fabs(out[x] - sum / f->count));
+    }
+    return largest;
+}
+
+static enum weft_result run_tree(const struct weft_stability_params *params, struct frames *f,
+                                 struct weft_stability_result *result)
+{
+    uint16_t codes[WIDTH];
+    double out[WIDTH];
+    weft_tree *tree = NULL;
+    enum weft_result res = weft_tree_create(
+        &(struct weft_tree_params){
+            .leaf_count = f->count, .branching = WEFT_TREE_MAX_INPUTS, .log = params->log},
+        &tree);
+    if (res == WEFT_OK)
+        res = weft_tree_run_codes(tree, &(struct weft_tree_source){hand_out, f}, WIDTH, codes);
+    if (res == WEFT_OK) {
+        for (int x = 0; x < WIDTH; x++)
+            out[x] = codes[x];
+        result->ours = frames_error(f, out);
+        // Half a code for every node above a leaf: what the tree promises.
+        result->limit = weft_tree_get_info(tree)->error_bound_lsb;
+    }
+    weft_tree_destroy(&tree);
+    return res;
+}
+
+// Blends as said, and runs the tree. Errors are in codes.
+static enum weft_result compare(const struct weft_stability_params *params, struct frames *f,
+                                GLenum target, double factor, struct weft_stability_result *result)
+{
+    float pixels[WIDTH];
+    double out[WIDTH];
+    const struct weft_naive_blend blend = {.target = target,
+                                           .frames = f->values,
+                                           .width = WIDTH,
+                                           .frame_count = f->count,
+                                           .factor = factor};
+    enum weft_result res = weft_naive_blend_run(params, &blend, pixels);
+    for (int x = 0; res == WEFT_OK && x < WIDTH; x++)
+        out[x] = (double)pixels[x] * f->one;
+    if (res == WEFT_OK) {
+        result->naive = frames_error(f, out);
+        res = run_tree(params, f, result);
+    }
+    return res;
+}
+
+// A level for every pixel, and noise.
+static int noisy_code(int frame, int x)
+{
+    return 8 + (239 * x) / (WIDTH - 1) + (int)(8.0f * weft_stability_noise(frame, x, 0));
+}
+
+static enum weft_result measure_blend_8(const struct weft_stability_params *params,
+                                        struct weft_stability_result *result)
+{
+    struct frames f;
+    enum weft_result res = create_frames(&f, 256, 255, noisy_code);
+    if (res == WEFT_OK)
+        res = compare(params, &f, GL_R8, 1.0 / 256, result);
+    destroy_frames(&f);
+    weft_stability_say(result, "LSB",
+                       "256 frames: blending is off by up to %.0f codes, the tree "
+                       "by %.2f",
+                       result->naive, result->ours);
+    return res;
+}
+
+// Light that fades in: what counts comes late.
+static int fading_code(int frame, int x)
+{
+    return frame * 255 / 999 * (x + 1) / WIDTH;
+}
+
+static enum weft_result measure_mean_8(const struct weft_stability_params *params,
+                                       struct weft_stability_result *result)
+{
+    struct frames f;
+    enum weft_result res = create_frames(&f, 1000, 255, fading_code);
+    if (res == WEFT_OK)
+        res = compare(params, &f, GL_R8, 0.0, result);
+    destroy_frames(&f);
+    weft_stability_say(result, "LSB",
+                       "1000 frames that fade in: the running mean is off by up to "
+                       "%.0f codes, the tree by %.2f",
+                       result->naive, result->ours);
+    return res;
+}
+
+const struct weft_stability_case weft_stability_blend_8 = {
+    .name = "blend-8",
+    .failure = "256 frames averaged on 8 bits",
+    .naive = "blending, each frame times 1/256",
+    .ours = "an accumulation tree of 16 inputs a node",
+    .source = "Lagae, Suykens and Dutre, report CW 369, 2003, section 2",
+    .needs_context = true,
+    .measure = measure_blend_8,
+};
+
+const struct weft_stability_case weft_stability_mean_8 = {
+    .name = "mean-8",
+    .failure = "1000 frames averaged on 8 bits: late frames change nothing",
+    .naive = "a running mean, frame k mixed in by 1/k",
+    .ours = "an accumulation tree of 16 inputs a node",
+    .source = "Lagae, Suykens and Dutre, report CW 369, 2003, section 2",
+    .needs_context = true,
+    .measure = measure_mean_8,
+};
+
+static int full_code(int frame, int x)
+{
+    (void)frame;
+    (void)x;
+    return 65535;
+}
+
+// Errors as fractions of 1.0.
+static enum weft_result measure_half_sum(const struct weft_stability_params *params,
+                                         struct weft_stability_result *result)
+{
+    struct frames f;
+    enum weft_result res = create_frames(&f, 100, 65535, full_code);
+    if (res == WEFT_OK)
+        res = compare(params, &f, GL_R16F, 0.01, result);
+    destroy_frames(&f);
+    result->naive /= 65535.0;
+    result->ours /= 65535.0;
+    result->limit /= 65535.0;
+    weft_stability_say(result, "relative", "100 times 0.01: half floats are off by %.2f %%",
+                       100.0 * result->naive);
+    return res;
+}
+
+const struct weft_stability_case weft_stability_half_sum = {
+    .name = "half-sum",
+    .failure = "100 frames averaged in half floats: sums drift",
+    .naive = "blending into a half-float target, each frame times 0.01",
+    .ours = "an accumulation tree on codes of 16 bits",
+    .source = "Mesa 22.3, lp_bld_conv.c: stores to half floats truncate",
+    .needs_context = true,
+    .measure = measure_half_sum,
+};
+
+// ---- passes in half floats ----------------------------------------------------------------------
+
+enum { SIDE = 16, SHIFTED = 48, PIXELS = SHIFTED * SHIFTED };
+
+static enum weft_result run_profile(const struct weft_stability_params *params, const char *name,
+                                    const float *plane, float *pixels,
+                                    struct weft_convolve_error *error,
+                                    struct weft_plan_error *bounds)
+{
+    const struct weft_samples samples = {
+        .size = {SIDE, SIDE, SIDE}, .plane = {plane}, .low = 0.0, .high = 1.0};
+    const struct weft_pixel_grid grid = {.width = SHIFTED,
+                                         .height = SHIFTED,
+                                         .origin = {4.0625, 4.0625, 7.5625},
+                                         .du = {0.125},
+                                         .dv = {0, 0.125}};
+    struct weft_plan_params *plan = weft_plan_params(.dims = 3, .samples = 8, .taps_per_pass = 1,
+                                                     .profile = *weft_profile_find(name));
+    const enum weft_result res = weft_kernel_parse(params->log, "bspline", &plan->kernel);
+    return res == WEFT_OK
+               ? weft_stability_passes_run(params, plan, &samples, &grid, pixels, error, bounds)
+               : res;
+}
+
+// All samples near 1, where a half float has steps of 2^-11.
+static enum weft_result measure_half_passes(const struct weft_stability_params *params,
+                                            struct weft_stability_result *result)
+{
+    const int size[3] = {SIDE, SIDE, SIDE};
+    struct weft_convolve_error half = {0}, full = {0};
+    struct weft_plan_error bounds = {0};
+    float *plane = malloc((SIDE * SIDE * SIDE + PIXELS) * sizeof *plane);
+    if (!plane)
+        return WEFT_ERR_MEMORY;
+    float *pixels = plane + SIDE * SIDE * SIDE;
+    weft_stability_fill_noise(plane, size);
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++)
+        plane[i] = 0.95f + 0.05f * plane[i];
+    enum weft_result res = run_profile(params, "fp16", plane, pixels, &half, &bounds);
+    if (res == WEFT_OK)
+        res = run_profile(params, "fp32", plane, pixels, &full, &bounds);
+    free(plane);
+    if (res != WEFT_OK)
+        return res;
+    result->naive = half.maximum;
+    result->ours = full.maximum;
+    // Positions are those of the tiles' samples, so that of the plan's bound the arithmetic counts,
+    // and the rounding of weights to single precision: 2^-24 of a sum of weights that is 1; as much
+    // for the samples, and for the result.
+    result->limit = bounds.e3 + 3.0 * 0x1p-24;
+    weft_stability_say(result, "of 1.0",
+                       "64 passes of a tap each: half floats lose up to %.2g, "
+                       "single precision %.2g",
+                       result->naive, result->ours);
+    return WEFT_OK;
+}
+
+const struct weft_stability_case weft_stability_half_passes = {
+    .name = "half-passes",
+    .failure = "a tri-cubic kernel in 64 passes on a half-float target",
+    .naive = "sums in half floats",
+    .ours = "the planner's fp32 profile, held to its bound",
+    .source = "Mesa 22.3, lp_bld_conv.c: stores to half floats truncate",
+    .measure = measure_half_passes,
+};
+
+// ---- values beyond half floats ------------------------------------------------------------------
+
+enum { WIDE = 16, SHOWN = 32 };
+
+static enum weft_result half_naive(const struct weft_stability_params *params, const float *plane,
+                                   float *pixels, double *error)
+{
+    const struct weft_stability_slice slice = {.kernel = "catmull-rom",
+                                               .data = plane,
+                                               .size = {WIDE, WIDE, 1},
+                                               .geometry = {.origin = {2.0, 2.0, 0.0},
+                                                            .u = {12.0, 0.0, 0.0},
+                                                            .v = {0.0, 12.0, 0.0},
+                                                            .width = SHOWN,
+                                                            .height = SHOWN}};
+    const struct weft_naive_slice naive = {.source = GL_R16F, .target = GL_R16F};
+    struct weft_stability_error e = {0};
+    enum weft_result res = weft_naive_slice_run(params, &slice, &naive, pixels);
+    if (res == WEFT_OK)
+        res = weft_stability_compare(params->log, &slice, pixels, 0.0, &e);
+    *error = weft_stability_relative(&e);
+    return res;
+}
+
+static enum weft_result half_ours(const struct weft_stability_params *params, const float *plane,
+                                  float *pixels, struct weft_stability_result *result)
+{
+    const double step = 12.0 / SHOWN, high = 1e5;
+    const struct weft_samples samples = {
+        .size = {WIDE, WIDE, 1}, .plane = {plane}, .low = 0.0, .high = high};
+    const struct weft_pixel_grid grid = {.width = SHOWN,
+                                         .height = SHOWN,
+                                         .origin = {2.0 + 0.5 * step, 2.0 + 0.5 * step},
+                                         .du = {step},
+                                         .dv = {0, step}};
+    struct weft_convolve_error error = {0};
+    struct weft_plan_error bounds = {0};
+    const enum weft_result res =
+        weft_stability_passes_run(params, weft_plan_params(.profile = *weft_profile_find("fp16")),
+                                  &samples, &grid, pixels, &error, &bounds);
+    result->ours = error.maximum / high;
+    // The plan's, for any input, in units of the range that was mapped; and the result's rounding.
+    result->limit = bounds.bound_any + 0x1p-24;
+    return res;
+}
+
+static enum weft_result measure_half_overflow(const struct weft_stability_params *params,
+                                              struct weft_stability_result *result)
+{
+    const int size[3] = {WIDE, WIDE, 1};
+    float plane[WIDE * WIDE], pixels[SHOWN * SHOWN];
+    int infinite = 0;
+    weft_stability_fill_noise(plane, size);
+    for (int i = 0; i < WIDE * WIDE; i++)
+        plane[i] = 5e4f + 5e4f * plane[i];
+    enum weft_result res = half_naive(params, plane, pixels, &result->naive);
+    for (int i = 0; res == WEFT_OK && i < SHOWN * SHOWN; i++)
+        infinite += !isfinite(pixels[i]);
+    if (res == WEFT_OK)
+        res = half_ours(params, plane, pixels, result);
+    weft_stability_say(result, "relative", "samples up to 100000: %d of %d pixels are not finite",
+                       infinite, SHOWN * SHOWN);
+    return res;
+}
+
+const struct weft_stability_case weft_stability_half_overflow = {
+    .name = "half-overflow",
+    .failure = "samples beyond 65504, the largest half float",
+    .naive = "half-float texture and target, values as they are",
+    .ours = "the planner's fp16 profile, the range mapped to [0, 1]",
+    .source = "IEEE 754, binary16",
+    .needs_context = true,
+    .measure = measure_half_overflow,
+};
