@@ -10,6 +10,7 @@
 #include "filter/kernel.h"
 #include "filter/kernel_nd.h"
 #include "filter/kernel_table.h"
+#include "filter/prefilter.h"
 #include "filter/reference.h"
 #include "filter/signal.h"
 #include "passes/accumulate/tree.h"

@@ -6,6 +6,7 @@
 
 #include "filter/check.h"
 #include "filter/kernel_nd.h"
+#include "filter/prefilter.h"
 
 enum { NODES = 16, PIECES_PER_UNIT = 8, STEPS_PER_UNIT = 1024 };
 
@@ -82,7 +83,48 @@ static double integrate_kernel(const struct weft_kernel *kernel, integrand *f, c
     return integrate(&rule, kernel->support, f, priv, -reach, reach, pieces_per_unit);
 }
 
-static double taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
+// ---- prefiltered kernels
+// --------------------------------------------------------------------------
+
+// Zero poles for other kernels.
+static struct weft_prefilter prefilter_of(const struct weft_kernel *kernel)
+{
+    struct weft_prefilter prefilter = {0};
+    if (kernel->prefiltered)
+        weft_prefilter_compute(NULL, kernel, &prefilter);
+    return prefilter;
+}
+
+// sum_k k^n r(k) / n! of the inverse filter r, which is even.
+static double inverse_moment(const struct weft_prefilter *prefilter, int n)
+{
+    if (prefilter->poles == 0 || n == 0)
+        return n == 0;
+    double sum = 0.0;
+    for (int i = 0; i < prefilter->poles && n % 2 == 0; i++) {
+        const double z = prefilter->pole[i];
+        // Past the maximum of k^n |z|^k, until nothing is left.
+        for (int k = 1; k < 4 * n || pow(k, n) * pow(-z, k) > 1e-30; k++)
+            sum += 2.0 * prefilter->factor[i] * pow(z, k) * pow(k, n);
+    }
+    return sum / tgamma(n + 1.0);
+}
+
+// The weights that samples have at t, at most WEFT_PREFILTER_MAX_WEIGHTS; returns the first index.
+static int64_t sample_weights(const struct weft_kernel *kernel,
+                              const struct weft_prefilter *prefilter, double t, double *weights,
+                              int *count)
+{
+    const int overlap = prefilter->poles ? weft_prefilter_overlap(prefilter, 0x1p-50) : 0;
+    *count = kernel->width + 2 * overlap;
+    return prefilter->poles ? weft_prefilter_weights(prefilter, kernel, overlap, t, weights)
+                            : weft_kernel_weights(kernel, t, weights);
+}
+
+// ---- integrals over kernels
+// -----------------------------------------------------------------------
+
+static double plain_taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
 {
     double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, size = 0.0;
     const int64_t first = weft_kernel_weights(kernel, t, weights);
@@ -92,14 +134,29 @@ static double taylor(const struct weft_kernel *kernel, int n, double t, double *
         size += fabs(term);
     }
     const double factorial = tgamma(n + 1.0);
-    if (magnitude)
-        *magnitude = size / factorial;
+    *magnitude = size / factorial;
     return sum / factorial;
+}
+
+// Of the cardinal spline sum_l r(l) h(x - l), by the binomial theorem.
+static double taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
+{
+    double size, sum = plain_taylor(kernel, n, t, magnitude);
+    if (!kernel->prefiltered)
+        return sum;
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    for (int p = 2; p <= n; p += 2) {
+        const double moment = inverse_moment(&prefilter, p);
+        sum += moment * plain_taylor(kernel, n - p, t, &size);
+        *magnitude += fabs(moment) * size;
+    }
+    return sum;
 }
 
 double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t)
 {
-    return taylor(kernel, n, t, NULL);
+    double magnitude;
+    return taylor(kernel, n, t, &magnitude);
 }
 
 struct power_of {
@@ -114,22 +171,29 @@ static double moment_at(const void *priv, double x)
     return pow(x, p->n) * weft_kernel_weight(p->kernel, x);
 }
 
+// As taylor.
 double weft_analysis_moment(const struct weft_kernel *kernel, int n)
 {
-    const struct power_of p = {.kernel = kernel, .n = n};
-    return integrate_kernel(kernel, moment_at, &p, PIECES_PER_UNIT);
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    double sum = 0.0;
+    for (int p = 0; p <= (prefilter.poles ? n : 0); p += 2) {
+        const struct power_of power = {.kernel = kernel, .n = n - p};
+        sum += inverse_moment(&prefilter, p) / tgamma(n - p + 1.0) *
+               integrate_kernel(kernel, moment_at, &power, PIECES_PER_UNIT);
+    }
+    return sum * tgamma(n + 1.0);
 }
 
 static double taylor_at(const void *priv, double t)
 {
     const struct power_of *p = priv;
-    return taylor(p->kernel, p->n, t, NULL);
+    return weft_analysis_taylor(p->kernel, p->n, t);
 }
 
 static double taylor_square_at(const void *priv, double t)
 {
     const struct power_of *p = priv;
-    const double a = taylor(p->kernel, p->n, t, NULL) - p->shift;
+    const double a = weft_analysis_taylor(p->kernel, p->n, t) - p->shift;
     return a * a;
 }
 
@@ -217,9 +281,15 @@ struct weft_analysis_response weft_analysis_response(const struct weft_kernel *k
     const struct wave_of w = {.kernel = kernel, .rate = 2.0 * M_PI * frequency};
     // At most half a cycle per piece.
     const double pieces = fmax(PIECES_PER_UNIT, 2.0 * fmin(fabs(frequency), 1e6));
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    double inverse = 1.0;
+    for (int i = 0; i < prefilter.poles; i++) {
+        const double z = prefilter.pole[i];
+        inverse *= (1.0 - z) * (1.0 - z) / (1.0 + z * z - 2.0 * z * cos(w.rate));
+    }
     return (struct weft_analysis_response){
-        .re = integrate_kernel(kernel, cosine_at, &w, pieces),
-        .im = -integrate_kernel(kernel, sine_at, &w, pieces),
+        .re = inverse * integrate_kernel(kernel, cosine_at, &w, pieces),
+        .im = -inverse * integrate_kernel(kernel, sine_at, &w, pieces),
     };
 }
 
@@ -229,10 +299,16 @@ static double power_at(const void *priv, double frequency)
     return h.re * h.re + h.im * h.im;
 }
 
-static double square_at(const void *priv, double x)
+// The integral of h^2 is that of this over [0, 1].
+static double square_sum_at(const void *priv, double t)
 {
-    const double h = weft_kernel_weight(priv, x);
-    return h * h;
+    const struct weft_prefilter prefilter = prefilter_of(priv);
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS], sum = 0.0;
+    int count;
+    sample_weights(priv, &prefilter, t, weights, &count);
+    for (int j = 0; j < count; j++)
+        sum += weights[j] * weights[j];
+    return sum;
 }
 
 // The tensor product's energies are powers of those in one dimension; all of it by Parseval.
@@ -243,7 +319,8 @@ struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *ker
     const struct rule rule = gauss_legendre();
     const double inside =
         2.0 * integrate_smooth(&rule, power_at, kernel, 0.0, 0.5, (kernel->width + 7) / 8 * 2);
-    const double all = integrate_kernel(kernel, square_at, kernel, PIECES_PER_UNIT);
+    const double all =
+        integrate(&rule, kernel->support, square_sum_at, kernel, 0.0, 1.0, PIECES_PER_UNIT);
     return (struct weft_analysis_metrics){
         .smoothing = 1.0 - pow(inside, dims),
         .postaliasing = pow(all, dims) - pow(inside, dims),
@@ -251,38 +328,44 @@ struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *ker
 }
 
 // Samples are 1 from tap 0 on; t is the position.
-static double step_at(const struct weft_kernel *kernel, double t)
+static double step_at(const struct weft_kernel *kernel, const struct weft_prefilter *prefilter,
+                      double t)
 {
-    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
-    const int64_t first = weft_kernel_weights(kernel, t, weights);
-    for (int j = 0; j < kernel->width; j++)
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS], sum = 0.0;
+    int count;
+    const int64_t first = sample_weights(kernel, prefilter, t, weights, &count);
+    for (int j = 0; j < count; j++)
         sum += first + j >= 0 ? weights[j] : 0.0;
     return sum;
 }
 
-static double minus_step_at(const struct weft_kernel *kernel, double t)
+static double minus_step_at(const struct weft_kernel *kernel,
+                            const struct weft_prefilter *prefilter, double t)
 {
-    return -step_at(kernel, t);
+    return -step_at(kernel, prefilter, t);
 }
 
-static double gain_at(const struct weft_kernel *kernel, double t)
+static double gain_at(const struct weft_kernel *kernel, const struct weft_prefilter *prefilter,
+                      double t)
 {
-    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
-    weft_kernel_weights(kernel, t, weights);
-    for (int j = 0; j < kernel->width; j++)
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS], sum = 0.0;
+    int count;
+    sample_weights(kernel, prefilter, t, weights, &count);
+    for (int j = 0; j < count; j++)
         sum += fabs(weights[j]);
     return sum;
 }
 
 // The maximum over [from, to]: the best of many steps, then a golden-section search beside it.
-static double maximum(const struct weft_kernel *kernel,
-                      double (*f)(const struct weft_kernel *kernel, double t), double from,
-                      double to)
+static double maximum(const struct weft_kernel *kernel, const struct weft_prefilter *prefilter,
+                      double (*f)(const struct weft_kernel *kernel,
+                                  const struct weft_prefilter *prefilter, double t),
+                      double from, double to)
 {
     const double step = 1.0 / STEPS_PER_UNIT, golden = 0.61803398874989485;
     double best = -INFINITY, at = from;
     for (int i = 0; i <= (int)((to - from) * STEPS_PER_UNIT); i++) {
-        const double value = f(kernel, from + i * step);
+        const double value = f(kernel, prefilter, from + i * step);
         if (value > best) {
             best = value;
             at = from + i * step;
@@ -291,7 +374,7 @@ static double maximum(const struct weft_kernel *kernel,
     double a = at - step, b = at + step;
     for (int i = 0; i < 60; i++) {
         const double left = b - golden * (b - a), right = a + golden * (b - a);
-        const double at_left = f(kernel, left), at_right = f(kernel, right);
+        const double at_left = f(kernel, prefilter, left), at_right = f(kernel, prefilter, right);
         best = fmax(best, fmax(at_left, at_right));
         if (at_left > at_right)
             b = right;
@@ -303,21 +386,24 @@ static double maximum(const struct weft_kernel *kernel,
 
 struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel)
 {
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
     const double reach = kernel->width;
     return (struct weft_analysis_overshoot){
-        .above = maximum(kernel, step_at, -reach, reach) - 1.0,
-        .below = maximum(kernel, minus_step_at, -reach, reach),
-        .gain = maximum(kernel, gain_at, 0.0, 1.0),
+        .above = maximum(kernel, &prefilter, step_at, -reach, reach) - 1.0,
+        .below = maximum(kernel, &prefilter, minus_step_at, -reach, reach),
+        .gain = maximum(kernel, &prefilter, gain_at, 0.0, 1.0),
     };
 }
 
 // Weights less those of linear interpolation, summed up twice: what is left after the last tap are
 // the differences of their sums and of their first moments. INFINITY where these are not 0.
-static double curvature_at(const struct weft_kernel *kernel, double x)
+static double curvature_at(const struct weft_kernel *kernel, const struct weft_prefilter *prefilter,
+                           double x)
 {
-    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, second_sum = 0.0, total = 0.0;
-    const int64_t first = weft_kernel_weights(kernel, x, weights), below = (int64_t)floor(x);
-    const int64_t end = first + kernel->width;
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS], sum = 0.0, second_sum = 0.0, total = 0.0;
+    int count;
+    const int64_t first = sample_weights(kernel, prefilter, x, weights, &count);
+    const int64_t below = (int64_t)floor(x), end = first + count;
     for (int64_t k = first < below ? first : below; k < end || k < below + 2; k++) {
         const double linear = fmax(0.0, 1.0 - fabs(x - (double)k));
         sum += (k >= first && k < end ? weights[k - first] : 0.0) - linear;
@@ -329,6 +415,7 @@ static double curvature_at(const struct weft_kernel *kernel, double x)
 
 double weft_analysis_curvature(const struct weft_kernel *kernel)
 {
-    const double largest = maximum(kernel, curvature_at, 0.0, 1.0);
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    const double largest = maximum(kernel, &prefilter, curvature_at, 0.0, 1.0);
     return isfinite(largest) ? largest : 0.0;
 }

@@ -2,7 +2,8 @@
 // filter/analysis.h - what a kernel does to a signal, from its definition alone.
 // Numbers are good to about 1e-12 for kernels that are smooth between half integers, shifted ends
 // +-r + k and nowhere else (all of the catalogue). Radial kernels are analysed as what they are in
-// 1D. Allocates nothing, thread-safe.
+// 1D, prefiltered ones (weft_kernel_make_prefiltered) as what they do to samples: in place of h
+// stands the cardinal spline. Allocates nothing, thread-safe.
 #ifndef WEFT_FILTER_ANALYSIS_H
 #define WEFT_FILTER_ANALYSIS_H
 

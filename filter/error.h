@@ -64,7 +64,8 @@ WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kern
                                                     struct weft_error_kernel *out);
 
 // The leading term of E1 for a signal whose derivative of the kernel's order stays below a bound
-// along each axis, at sample distance 1 (weft_analysis_order). NAN for radial kernels in 2D and 3D.
+// along each axis, at sample distance 1 (weft_analysis_order). Of prefiltered kernels it is the
+// interpolating spline's, not the blur of the plain one. NAN for radial kernels in 2D and 3D.
 WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
 
 // E2 <= eps_h max |f|, with eps_h the sum over all taps (eq. 4). Eq. 15 has the error of a single

@@ -164,12 +164,65 @@ enum weft_result weft_kernel_make_radial(const struct weft_log *log, struct weft
                    kernel->info->name);
         goto fail;
     }
+    if (kernel->prefiltered) {
+        weft_error(log, "kernel %si: prefiltered splines are products, not radial",
+                   kernel->info->name);
+        goto fail;
+    }
     kernel->radial = true;
     kernel->unit_sum = kernel->normalised;
     kernel->order = kernel->order_prefiltered = kernel->normalised ? 1 : 0;
     // At a sample, the nearest tap that h(k) = 0 says nothing about is sqrt(2) away.
     kernel->interpolating = kernel->interpolating && kernel->support <= M_SQRT2;
     res = WEFT_OK;
+fail:
+    return res;
+}
+
+// What a record is, or is the derivative of.
+static const struct weft_kernel_info *primitive_of(const struct weft_kernel_info *info)
+{
+    return info->primitive ? info->primitive : info;
+}
+
+// Splines of the highest order that their degree allows; interpolating ones need no filter.
+static bool has_prefilter(const struct weft_kernel_info *info)
+{
+    const struct weft_kernel_info *spline = primitive_of(info);
+    return !spline->interpolating && spline->degree >= 2 &&
+           spline->order_prefiltered == spline->degree + 1;
+}
+
+enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
+                                             const struct weft_kernel_info *info)
+{
+    if (has_prefilter(info))
+        return WEFT_OK;
+    char names[300] = "";
+    size_t used = 0;
+    for (size_t i = 0; weft_kernel_list[i]; i++)
+        if (!weft_kernel_list[i]->primitive && has_prefilter(weft_kernel_list[i]))
+            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "",
+                                     weft_kernel_list[i]->name);
+    weft_error(log, "kernel %s has no prefilter; %s and their derivatives have", info->name, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result weft_kernel_make_prefiltered(const struct weft_log *log,
+                                              struct weft_kernel *kernel)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, kernel && kernel->info);
+    res = weft_kernel_check_prefilter(log, kernel->info);
+    if (res != WEFT_OK)
+        goto fail;
+    if (kernel->radial) {
+        weft_error(log, "kernel %s: radial kernels have no prefilter", kernel->info->name);
+        res = WEFT_ERR_ARGUMENT;
+        goto fail;
+    }
+    kernel->prefiltered = true;
+    kernel->order = primitive_of(kernel->info)->order_prefiltered - kernel->info->derivation;
 fail:
     return res;
 }
@@ -209,8 +262,9 @@ enum weft_result weft_kernel_derive(const struct weft_log *log, const struct wef
     if (weft_kernel_create(log, info, given.param, &derived) != WEFT_OK)
         goto fail;
     weft_require(log, derived.width == given.width);
-    *out = derived;
-    res = WEFT_OK;
+    res = given.prefiltered ? weft_kernel_make_prefiltered(log, &derived) : WEFT_OK;
+    if (!res)
+        *out = derived;
 fail:
     return res;
 }
@@ -228,6 +282,14 @@ static void log_unknown(const struct weft_log *log, const char *name, size_t len
     }
     weft_error(log, "no kernel '%.*s'; there are %s; for derivatives d-NAME, dd-NAME",
                (int)(length < 32 ? length : 32), name, names);
+}
+
+static const struct weft_kernel_info *find_or_prefiltered(const char *name, size_t length,
+                                                          bool *prefiltered)
+{
+    const struct weft_kernel_info *info = find(name, length);
+    *prefiltered = !info && length > 0 && name[length - 1] == 'i';
+    return *prefiltered ? find(name, length - 1) : info;
 }
 
 static enum weft_result parse_params(const struct weft_log *log,
@@ -266,8 +328,9 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
         goto fail;
     }
     const size_t length = strcspn(text, ":+");
-    const struct weft_kernel_info *info = find(text, length);
     struct weft_kernel_flags flags = {0};
+    bool prefiltered;
+    const struct weft_kernel_info *info = find_or_prefiltered(text, length, &prefiltered);
     if (!info || (text[length] == '+' && !weft_kernel_read_flags(text + length, &flags))) {
         log_unknown(log, text, length);
         goto fail;
@@ -278,6 +341,8 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
     res = text[length] == ':' ? parse_params(log, info, text + length + 1, param, &flags) : WEFT_OK;
     if (!res)
         res = weft_kernel_create(log, info, param, out);
+    if (!res && prefiltered)
+        res = weft_kernel_make_prefiltered(log, out);
     if (!res)
         res = weft_kernel_apply_flags(log, flags, out);
 fail:
@@ -310,8 +375,8 @@ int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size
     }
     uselocale(before);
     freelocale(c_locale);
-    return snprintf(text, size, "%s%s%s%s", kernel->info->name, list,
-                    kernel->radial ? "+radial" : "", kernel->normalised ? "+unit" : "");
+    return snprintf(text, size, "%s%s%s%s%s", kernel->info->name, kernel->prefiltered ? "i" : "",
+                    list, kernel->radial ? "+radial" : "", kernel->normalised ? "+unit" : "");
 }
 
 // Splits x into an integer and the distance past it in [0, 1): x - floor(x) rounds to 1 where x is

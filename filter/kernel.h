@@ -46,8 +46,9 @@ struct weft_kernel_info {
     int continuity; // continuous derivatives: 0 is continuous, -1 jumps
     // Order of approximation by eq. 1: the error falls as (sample distance)^order; 0: not at all.
     int order;
-    // The same after the samples are prefiltered so that the result interpolates or is the best in
-    // the space of the kernel's shifts (Strang and Fix); 0: none, or not an ordinary record.
+    // The same after the samples are prefiltered so that the result interpolates
+    // (weft_kernel_make_prefiltered) or is the best in the space of the kernel's shifts (Strang and
+    // Fix); 0: none, or not an ordinary record.
     int order_prefiltered;
     bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
     bool unit_sum;      // sum_k h(x - k) = 1 for every x
@@ -64,6 +65,9 @@ struct weft_kernel {
     bool interpolating, unit_sum;
     bool normalised; // divided by sum_k h(x - k), see weft_kernel_normalise
     bool radial;     // h(|d|) in 2D and 3D, see weft_kernel_make_radial
+    // The samples are to be replaced by coefficients, see weft_kernel_make_prefiltered. `order` is
+    // then that of the two together; `interpolating` stays what h itself is.
+    bool prefiltered;
 };
 
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
@@ -90,13 +94,23 @@ WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
 // lost, as far as 2D and 3D go: call weft_kernel_normalise after this, not before, to divide by the
 // sum of all width^dims weights, which brings constants back but no more. `interpolating` stays
 // where r <= sqrt(2). Not all can be normalised: weft_kernel_radial_sums.
-// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative.
+// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative, and prefiltered kernels.
 WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
                                                   struct weft_kernel *kernel);
 
+// Marks a kernel whose samples are to be replaced by coefficients, so that the reconstruction
+// passes through the samples (filter/prefilter.h): B-splines of degree 2 and more, o-Moms, and
+// their derivatives, which are then those of the interpolating spline. Support, width and weights
+// stay those of h, here and wherever samples are handed over directly (weft_reference_compute,
+// weft_convolve_run, kernel tiles): these take coefficients. Slices and `weft resample` filter what
+// they read; filter/analysis.h and weft_error_e1 speak of samples.
+// Returns WEFT_ERR_ARGUMENT for other records and for radial kernels.
+WEFT_API enum weft_result weft_kernel_make_prefiltered(const struct weft_log *log,
+                                                       struct weft_kernel *kernel);
+
 // Makes the kernel of weights h'(x), with the same parameters and width: by the record of the
-// catalogue that is the first derivative of the kernel's ("d-lanczos:2" for "lanczos:2"). `out` may
-// be `kernel`; it is all zero on failure.
+// catalogue that is the first derivative of the kernel's ("d-lanczos:2" for "lanczos:2"). It is
+// prefiltered where the kernel is. `out` may be `kernel`; it is all zero on failure.
 // Returns WEFT_ERR_ARGUMENT where there is no such record (nearest; derivatives; records that are
 // not the catalogue's) and for normalised kernels, whose derivative is not the record's, or
 // WEFT_ERR_UNSUPPORTED for radial ones.
@@ -106,8 +120,9 @@ WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
 
 // Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+radial" behind it
 // for weft_kernel_make_radial, "+unit" for weft_kernel_normalise ("lanczos:3+unit") or both, in
-// either order; up to 255 bytes, whatever the locale. Trailing parameters may be left out. An
-// unknown name is logged with the list of names.
+// either order; up to 255 bytes, whatever the locale. An "i" right behind NAME ("bspline3i") is for
+// weft_kernel_make_prefiltered. Trailing parameters may be left out. An unknown name is logged with
+// the list of names.
 // Returns WEFT_ERR_ARGUMENT.
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);

@@ -51,6 +51,9 @@ struct weft_kernel_flags {
 bool weft_kernel_read_flags(const char *text, struct weft_kernel_flags *flags);
 enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft_kernel_flags flags,
                                          struct weft_kernel *kernel);
+// WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
+enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
+                                             const struct weft_kernel_info *info);
 // fraction + shift, never rounded up onto the next knot, where the kernel may jump.
 double weft_kernel_argument(double fraction, double shift);
 

@@ -17,8 +17,9 @@
 
 WEFT_BEGIN_DECLS
 
-// Samples [z][y][x], x fastest, tightly packed, at integer coordinates; beyond them the nearest
-// sample's value holds. Sizes along axes past the plan's dims are 1.
+// Samples (of a prefiltered kernel, coefficients) [z][y][x], x fastest, tightly packed, at integer
+// coordinates; beyond them the nearest sample's value holds. Sizes along axes past the plan's dims
+// are 1.
 struct weft_samples {
     int size[3];
     const float *plane[4]; // as many as the plan has channels; borrowed

@@ -111,9 +111,15 @@ struct weft_slice_plan_info {
     uint64_t bricks_read;  // sum over tiles
     uint64_t memory_bytes; // of the largest tile
     bool misses_volume;    // no pixel comes near an active voxel
+    // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
+    // their coefficients depend on them; 0 for others.
+    int prefilter_overlap;
     // |result - exact| <= error_bound * largest |voxel| in reach + error_absolute: arithmetic and
     // weights (E2, E3), and what the source's format and cheaper pieces add.
     double error_bound, error_absolute;
+    // The same as error_bound, relative to the largest |value| that weft_slice_measure finds:
+    // prefiltered kernels read coefficients. And what these add to any plan's error, likewise.
+    double error_measured, prefilter_error;
     enum weft_source_format source;
     enum weft_lookup lookup;
     int samples;      // of tiles that are sampled, else segments of polynomials
@@ -123,10 +129,15 @@ struct weft_slice_plan_info {
     const char *text; // the plan as --explain prints it, one line per tile and pass
 };
 
+// A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which
+// weft_volume_prefilter computes: bricks, ranges and memory are then those of coefficients,
+// `volume` must outlive the plan, and runs take up to 64 MiB more. NaN and infinity stay in their
+// voxel. Not with clamp_to_samples; source formats hold a range of coefficients.
+//
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
 // voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
 // of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
-// WEFT_ERR_UNSUPPORTED (radial kernels), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
+// WEFT_ERR_UNSUPPORTED (radial kernels; see above), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
 // weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
@@ -138,7 +149,7 @@ enum { WEFT_MEASURE_DIFFERENCES = 4 };
 
 // What the voxels in reach of a slice are, as far as plans depend on it.
 struct weft_slice_measure {
-    double low, high;    // of the finite voxels; 0 where there are none
+    double low, high;    // of the finite voxels, or coefficients; 0 where there are none
     uint64_t voxels;     // of the bricks read
     uint64_t not_finite; // of those
     // Largest |n-th difference| along an axis, n = 1 to 4, of neighbours in a brick: derivatives of
@@ -190,7 +201,10 @@ struct weft_slice_error {
 
 // Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts
 // or the GPU's positions) and compares. Where a kernel jumps (nearest), a pixel within 2^-30 voxels
-// of the jump may take either side.
+// of the jump may take either side. For prefiltered kernels the reference trusts no coefficient: it
+// is the sum over the volume's voxels with the weights of the cardinal spline
+// (weft_prefilter_weights, cut off at 2^-32), which takes hundreds of times as long, so that fewer
+// pixels are checked.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,
                                             const struct weft_slice_verify_params *params,

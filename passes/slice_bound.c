@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "filter/analysis.h"
+#include "filter/prefilter.h"
 #include "passes/separable.h"
 #include "passes/slice_plan.h"
 
@@ -127,9 +128,9 @@ static void widen_range(const struct weft_slice_axes *axes, struct weft_source_r
     *range = wide;
 }
 
-static void set_smooth(struct weft_slice_plan *plan, double error, double gain)
+static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *kernel, double error,
+                       double gain)
 {
-    const struct weft_kernel *kernel = &plan->info.kernel;
     plan->smooth = (struct weft_slice_smooth){.gain = gain};
     if (!kernel->unit_sum)
         return;
@@ -139,30 +140,50 @@ static void set_smooth(struct weft_slice_plan *plan, double error, double gain)
         plan->smooth.curvature = weft_analysis_curvature(kernel);
 }
 
+// What a prefiltered kernel reads are coefficients: up to gain^3 times the voxels, and off by what
+// tiles/volume.h says. Their weights, whose sums are up to `whole`, are those of the plain kernel.
+static void add_prefilter(struct weft_slice_plan *plan, double whole)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    struct weft_prefilter prefilter;
+    info->error_measured = info->error_bound;
+    if (!plan->coefficients || weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
+        return;
+    const double square = prefilter.gain * prefilter.gain, cube = square * prefilter.gain;
+    const double off = 3.0 * square * WEFT_VOLUME_PREFILTER_ERROR;
+    info->prefilter_error = whole * (off + UNIT);
+    info->error_measured += info->prefilter_error;
+    info->error_bound = cube * info->error_bound + whole * (off + UNIT * cube);
+}
+
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
 {
     struct weft_slice_plan_info *info = &plan->info;
-    double gain = weft_analysis_overshoot(&info->kernel).gain;
+    struct weft_kernel plain = info->kernel;
+    plain.prefiltered = false;
+    double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, convolved_axes(plan));
     double relative = relative_bound(plan, gain), along = 0.0;
     for (int i = 0; i < plan->axes.kept; i++)
         along += fabs(plan->axes.weight[i]);
-    set_smooth(plan, smooth_error, gain);
+    set_smooth(plan, &plain, smooth_error, gain);
     if (plan->axes.separable) {
         plan->smooth.error = 0.0;
         relative = separable_bound(plan, gain);
     }
     info->error_absolute = plan->smooth.error;
     info->error_bound = relative * (plan->axes.summed ? along : 1.0);
-    if (info->source == WEFT_SOURCE_FLOAT)
+    if (info->source == WEFT_SOURCE_FLOAT) {
+        add_prefilter(plan, (whole + relative) * (plan->axes.summed ? along : 1.0));
         return;
+    }
     // Everything is relative to the range then: samples and sums of at most its width, and what
     // subtracting its offset and adding it again round.
     if (plan->axes.summed)
         widen_range(&plan->axes, &plan->range);
     double width = plan->range.high - plan->range.low;
-    double whole = pow(gain, convolved_axes(plan));
     double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
     info->error_bound = 0.0;
+    add_prefilter(plan, whole + relative);
     info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
                                      relative + 2.0 * UNIT * whole) +
                             4.0 * UNIT * whole * offset;

@@ -58,6 +58,7 @@ enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *vo
     enum weft_result res = WEFT_OK;
     size_t most = 0;
     *out = (struct weft_slice_measure){.low = INFINITY, .high = -INFINITY};
+    volume = weft_slice_voxels(plan, volume);
     for (int i = 0; i < plan->info.tile_count; i++)
         most = plan->tile_plans[i].bricks.count > most ? plan->tile_plans[i].bricks.count : most;
     float *values = malloc((most + 1) * WEFT_BRICK_VOXELS * sizeof *values);

@@ -494,7 +494,8 @@ static enum weft_result find_range(struct runner *r)
 
 static bool same_kernel(const struct weft_kernel *a, const struct weft_kernel *b)
 {
-    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial;
+    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
+                a->prefiltered == b->prefiltered;
     for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
         same = same && (!a->info->params[i].name || a->param[i] == b->param[i]);
     return same;
@@ -542,8 +543,10 @@ enum weft_result weft_slice_passes_run(weft_context *context,
     enum weft_result res = check_params(params);
     if (res != WEFT_OK)
         return res;
+    struct weft_slice_passes_params p = *params;
+    p.volume = weft_slice_voxels(p.slice, p.volume);
     struct runner r = {
-        .p = params,
+        .p = &p,
         .slice = params->slice,
         .plan = weft_plan_get_info(params->plan),
         .context = context,
@@ -553,8 +556,8 @@ enum weft_result weft_slice_passes_run(weft_context *context,
     r.pixels = malloc(pixel_bytes);
     if (!r.pixels)
         return out_of_memory(&r, pixel_bytes, "a rectangle's pixels");
-    res = weft_slice_store_create(params->log, weft_volume_get_info(params->volume),
-                                  &r.slice->topology, NULL, NULL, &r.topology);
+    res = weft_slice_store_create(params->log, weft_volume_get_info(p.volume), &r.slice->topology,
+                                  NULL, NULL, &r.topology);
     if (res == WEFT_OK)
         res = find_range(&r);
     if (res == WEFT_OK)

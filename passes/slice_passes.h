@@ -20,7 +20,8 @@ struct weft_slice_passes_params {
     const weft_plan *plan;        // required: in 3D, of one channel and the slice's kernel
     weft_volume *volume;          // required: the one that the slice was planned for
     // The range mapped to [0, 1]; voxels outside are clamped to it. NAN (both): the finite minimum
-    // and maximum of the voxels in reach, which are read once more for it.
+    // and maximum of the voxels in reach, which are read once more for it. With a prefiltered
+    // kernel voxels are coefficients, whose range is wider.
     double low, high;
     uint64_t memory_bytes; // bricks, boxes, textures, targets and tiles while running (default
                            // 1 GiB); the caller's pixels are not counted

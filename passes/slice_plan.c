@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/prefilter.h"
+
 const char *const weft_lookup_names[] = {"polynomial", "linear", "nearest", NULL};
 const char *const weft_saving_names[] = {"constant", "axis", "separable", "smooth", NULL};
 
@@ -69,6 +71,11 @@ enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft
         weft_volume_read(volume, bricks->count, (const int32_t(*)[3])origin, values);
     free(origin);
     return res;
+}
+
+weft_volume *weft_slice_voxels(const struct weft_slice_plan *plan, weft_volume *volume)
+{
+    return plan->coefficients ? plan->coefficients : volume;
 }
 
 // ---- cells of a rectangle -----------------------------------------------------------------------
@@ -474,6 +481,9 @@ static enum weft_result print_plan(struct weft_slice_plan *plan,
             weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
             plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
     print_savings(out, plan->info.savings);
+    if (plan->coefficients)
+        fprintf(out, "prefilter: a coefficient depends on voxels up to %d away along each axis\n",
+                plan->info.prefilter_overlap);
     for (int i = 0; i < plan->info.tile_count; i++)
         (plan->axes.separable ? print_plane : print_tile)(out, plan, i);
     if (fclose(out) != 0)
@@ -586,8 +596,7 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->misses_volume = sees_background_only(plan, volume->background);
 }
 
-// A clamped volume is asked for everything in its box that the slice's box reaches once clamped.
-static void clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
 {
     region->slab_count = 0;
     for (int a = 0; a < 3; a++) {
@@ -603,8 +612,25 @@ static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume 
     struct weft_region region;
     weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
     if (info->clamp_to_edge)
-        clamp_region(info, &region);
+        weft_slice_clamp_region(info, &region);
     return weft_volume_find(volume, &region, &plan->topology);
+}
+
+static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_volume *volume,
+                                            const struct weft_slice_params *p)
+{
+    struct weft_prefilter prefilter;
+    if (p->clamp_to_samples) {
+        weft_error(p->log,
+                   "kernel %si: coefficients are no samples that pixels could be clamped to",
+                   p->kernel.info->name);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    enum weft_result res = weft_prefilter_compute(p->log, &p->kernel, &prefilter);
+    if (res != WEFT_OK)
+        return res;
+    plan->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
+    return weft_volume_prefilter(volume, &p->kernel, p->log, &plan->coefficients);
 }
 
 enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
@@ -632,6 +658,11 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         res = WEFT_ERR_UNSUPPORTED;
         goto fail;
     }
+    res = p.kernel.prefiltered ? create_coefficients(plan, volume, &p) : WEFT_OK;
+    if (res != WEFT_OK)
+        goto fail;
+    volume = weft_slice_voxels(plan, volume);
+    info = weft_volume_get_info(volume);
     res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
     if (res == WEFT_OK)
         res = set_request(plan, &p);
@@ -682,6 +713,7 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
     free((*plan)->tile_plans);
     weft_polynomial_tiles_destroy(&(*plan)->kernel_tiles);
     weft_brick_list_clear(&(*plan)->topology);
+    weft_volume_destroy(&(*plan)->coefficients);
     free((*plan)->text);
     free(*plan);
     *plan = NULL;

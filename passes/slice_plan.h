@@ -55,7 +55,8 @@ struct weft_slice_plan {
     bool clamp_to_samples;
     struct weft_polynomial_tiles kernel_tiles;
     struct weft_brick_list topology; // of everything near the slice
-    struct weft_slice_tile *tiles;   // info.tile_count
+    weft_volume *coefficients; // prefiltered kernels: what is read in place of the volume, or NULL
+    struct weft_slice_tile *tiles; // info.tile_count
     struct weft_slice_tile_plan *tile_plans;
     size_t tile_capacity;
     uint64_t separable_bytes; // what the passes of one axis after the other may take
@@ -63,6 +64,11 @@ struct weft_slice_plan {
     const struct weft_log *log;
 };
 
+// What a slice's taps read: the volume, or the plan's coefficients of it.
+weft_volume *weft_slice_voxels(const struct weft_slice_plan *plan, weft_volume *volume);
+
+// The part of a clamped volume's box that a region reaches once clamped, without slabs.
+void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region);
 // The axes' part of a plan, from its kernel and grid.
 void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum);
 // Makes it separable where the slice can be and it pays.

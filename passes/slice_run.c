@@ -586,7 +586,7 @@ static enum weft_result run_cells(weft_context *context, const weft_slice_plan *
         .plan = plan,
         .context = context,
         .gl = &context->gl,
-        .volume = volume,
+        .volume = weft_slice_voxels(plan, volume),
         .log = plan->log,
         .progress = progress,
         .layout = plan->info.layout,

@@ -229,6 +229,7 @@ enum weft_result weft_slice_separable_run(weft_context *context, const struct we
     struct part part = {progress, 0, plan->info.tile_count};
     const struct weft_progress own = {report_part, &part};
     enum weft_result res = WEFT_OK;
+    volume = weft_slice_voxels(plan, volume);
     for (; res == WEFT_OK && part.done < part.count; part.done++) {
         res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)

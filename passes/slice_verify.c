@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "filter/reference.h"
-#include "passes/slice_plan.h"
+#include "passes/slice_samples.h"
 
 static const double DEFAULT_SECONDS = 10.0;
 
@@ -22,6 +22,8 @@ struct verifier {
     const struct weft_slice_verify_params *params;
     const float *pixels;
     struct weft_brick_cursor cursor;
+    weft_slice_samples *samples; // of prefiltered kernels, in place of the cursor
+    enum weft_result failure;    // of reading them
     double square_sum;
     double share; // of pixels to check, 1 = all
     uint64_t timed_pixels;
@@ -66,8 +68,12 @@ static void clamp_reference(struct verifier *v, const double position[3],
 
 static struct weft_reference_value refer_at(struct verifier *v, const double position[3])
 {
-    struct weft_reference_value reference =
-        weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, v);
+    struct weft_reference_value reference = {NAN, 0.0};
+    if (v->samples && v->failure == WEFT_OK)
+        v->failure = weft_slice_samples_compute(v->samples, position, &reference);
+    if (v->samples)
+        return reference;
+    reference = weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, v);
     if (v->plan->clamp_to_samples && v->plan->info.kernel.width > 1)
         clamp_reference(v, position, &reference);
     return reference;
@@ -139,13 +145,18 @@ static void check_pixel(struct verifier *v, int x, int y)
     }
 }
 
+static double time_limit(const struct verifier *v)
+{
+    return v->params->max_seconds > 0.0 ? v->params->max_seconds : DEFAULT_SECONDS;
+}
+
 // After the first pixels, how many of the rest can be afforded.
 static void set_share(struct verifier *v)
 {
     enum { TIMED_PIXELS = 20000 };
-    if (v->timed_pixels++ != TIMED_PIXELS)
+    if (v->samples || v->timed_pixels++ != TIMED_PIXELS)
         return;
-    double limit = v->params->max_seconds > 0.0 ? v->params->max_seconds : DEFAULT_SECONDS;
+    double limit = time_limit(v);
     double each = (weft_now_seconds() - v->started) / TIMED_PIXELS;
     v->share = fmin(1.0, limit / (each * (double)v->error.pixels_total));
 }
@@ -159,7 +170,9 @@ static bool go_on(const struct verifier *v, double fraction)
 static enum weft_result check_tile(struct verifier *v, int index)
 {
     const struct weft_slice_tile *tile = &v->plan->tiles[index];
-    const struct weft_cell_map *bricks = &v->plan->tile_plans[index].bricks;
+    // Samples are read as they are needed.
+    static const struct weft_cell_map none;
+    const struct weft_cell_map *bricks = v->samples ? &none : &v->plan->tile_plans[index].bricks;
     weft_brick_store *store = NULL;
     enum weft_result res = WEFT_ERR_MEMORY;
     float *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values);
@@ -176,10 +189,12 @@ static enum weft_result check_tile(struct verifier *v, int index)
     v->cursor = (struct weft_brick_cursor){.store = store};
     for (int y = tile->y; y < tile->y + tile->height; y++) {
         double rows = (double)(y - tile->y) / tile->height;
-        if (!go_on(v, (index + rows) / v->plan->info.tile_count)) {
+        if (!go_on(v, (index + rows) / v->plan->info.tile_count))
             res = WEFT_ERR_CANCELLED;
+        if (res == WEFT_OK)
+            res = v->failure;
+        if (res != WEFT_OK)
             goto fail;
-        }
         for (int x = tile->x; x < tile->x + tile->width; x++) {
             if (v->share >= 1.0 || pixel_random(x, y) < v->share) {
                 check_pixel(v, x, y);
@@ -210,8 +225,15 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     };
     enum weft_result res = WEFT_OK;
     v.started = weft_now_seconds();
+    if (plan->info.kernel.prefiltered)
+        res = weft_slice_samples_create(plan, volume, &v.samples);
+    if (v.samples)
+        v.share =
+            time_limit(&v) / (weft_slice_samples_seconds(v.samples) * (double)v.error.pixels_total);
     for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
         res = check_tile(&v, i);
+    res = res == WEFT_OK ? v.failure : res;
+    weft_slice_samples_destroy(&v.samples);
     if (res != WEFT_OK)
         return res;
     v.error.rms = v.error.pixels_checked ? sqrt(v.square_sum / (double)v.error.pixels_checked) : 0;

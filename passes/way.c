@@ -162,7 +162,8 @@ static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_p
     plan->info.way.bits = weft_target_bits(way->profile.target) > 0 ? info->bits : 0;
     // Mapping to [0, 1] and back rounds in single precision.
     plan->info.bound =
-        info->error.bound_any * width + 4.0 * 0x1p-24 * largest_magnitude(&p->measure);
+        info->error.bound_any * width +
+        (4.0 * 0x1p-24 + plan->info.slice->prefilter_error) * largest_magnitude(&p->measure);
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *
                                                (uint64_t)p->slice.geometry.height;
@@ -227,7 +228,7 @@ enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
     plan->info.bound =
-        info->error_bound * largest_magnitude(&params->measure) + info->error_absolute;
+        info->error_measured * largest_magnitude(&params->measure) + info->error_absolute;
     plan->info.e1 = leading_e1(&info->kernel, &params->measure);
     if (params->way.method == WEFT_METHOD_PASSES)
         res = plan_passes(plan, params);

@@ -94,6 +94,8 @@ static enum weft_result create_volume(weft_volume **volume)
                               volume);
 }
 
+static const char *slice_kernel;
+
 // From voxels in memory to pixels, in several tiles.
 static enum weft_result slice_volume(void)
 {
@@ -102,7 +104,10 @@ static enum weft_result slice_volume(void)
     weft_volume *volume = NULL;
     weft_slice_plan *plan = NULL;
     struct weft_slice_params params = {.max_target_size = 200, .log = &test_log};
-    enum weft_result res = create_volume(&volume);
+    struct weft_slice_error error;
+    enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
+    if (res == WEFT_OK)
+        res = create_volume(&volume);
     if (res == WEFT_OK)
         res = weft_slice_axis_geometry(&test_log, volume, WEFT_SPACE_WORLD, 2, NAN, PIXELS, PIXELS,
                                        &params.geometry);
@@ -110,6 +115,9 @@ static enum weft_result slice_volume(void)
         res = weft_slice_plan_create(volume, &params, &plan);
     if (res == WEFT_OK && context)
         res = weft_slice_run(context, plan, volume, pixels, NULL, NULL);
+    if (res == WEFT_OK && params.kernel.prefiltered)
+        res = weft_slice_verify(plan, volume, pixels,
+                                &(struct weft_slice_verify_params){.max_seconds = 1e-2}, &error);
     weft_slice_plan_destroy(&plan);
     weft_volume_destroy(&volume);
     return res;
@@ -278,9 +286,12 @@ static void test_slices(void **state)
     struct weft_context_params params = {.kind = WEFT_CONTEXT_AUTO, .log = &test_log};
     if (weft_context_create(&params, &context) != WEFT_OK)
         print_message("[  SKIPPED ] no GL context: slices are planned, not run\n");
+    slice_kernel = "catmull-rom";
     run("weft_slice", slice_volume);
     if (context)
         run("weft_separable", filter_plane);
+    slice_kernel = "bspline3i";
+    run("weft_slice, prefiltered", slice_volume);
     weft_context_destroy(&context);
 }
 

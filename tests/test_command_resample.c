@@ -225,6 +225,50 @@ static void pixels_lie_where_they_should(void **state)
     unlink("out.exr");
 }
 
+// At the input's own size, with tiles so fine that looking them up costs little.
+static double resampling_error(const char *kernel)
+{
+    struct weft_image in, out;
+    double worst = 0.0;
+    command_succeeds("resample", "grey.exr", "-o", "same.exr", "--size", "37x23", "--kernel",
+                     kernel, "--resolution", "1024");
+    load("grey.exr", &in);
+    load("same.exr", &out);
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        worst =
+            fmax(worst, fabs((double)out.channels[0].plane[i] - (double)in.channels[0].plane[i]));
+    weft_image_clear(&in);
+    weft_image_clear(&out);
+    return worst;
+}
+
+static void prefiltered_kernels_return_the_image(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    assert_true(resampling_error("bspline3") > 1e-2);
+    assert_true(resampling_error("bspline3i") < 1e-3);
+    assert_true(resampling_error("bspline5i") < 1e-3);
+    json_t *root = parse(command_succeeds("resample", "rgba.exr", "--kernel", "bspline3i", "--json",
+                                          "--verify", "--together"));
+    assert_true(number(root, "prefilter_overlap") == 15);
+    assert_string_equal(text(root, "kernel"), "bspline3i");
+    json_decref(root);
+}
+
+static void prefiltered_slices_are_verified(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    json_t *root = parse(command_succeeds("slice", "ml.vdb", "--kernel", "bspline3i", "--verify",
+                                          "--json", "--size", "64x64"));
+    assert_string_equal(text(root, "kernel"), "bspline3i");
+    assert_true(number(root, "prefilter_overlap") == 15);
+    assert_true(number(part(root, "verify"), "relative_maximum") < 2e-6);
+    json_decref(root);
+    command_fails(2, "has no prefilter", "slice", "ml.vdb", "--kernel", "mitchelli", "--json");
+}
+
 static void channels_can_be_chosen(void **state)
 {
     (void)state;
@@ -659,6 +703,8 @@ int main(void)
         cmocka_unit_test(plans_are_explained_without_gl),
         cmocka_unit_test(every_channel_is_written),
         cmocka_unit_test(pixels_lie_where_they_should),
+        cmocka_unit_test(prefiltered_kernels_return_the_image),
+        cmocka_unit_test(prefiltered_slices_are_verified),
         cmocka_unit_test(channels_can_be_chosen),
         cmocka_unit_test(errors_are_within_bounds),
         cmocka_unit_test(emulation_writes_the_same_pixels),

@@ -81,12 +81,14 @@ static struct weft_slice_geometry random_plane(struct random *r)
     return g;
 }
 
-static const char *const kernels[] = {"catmull-rom", "bspline3",  "linear",         "nearest",
-                                      "mitchell",    "bspline2",  "lanczos:3+unit", "lanczos:2",
-                                      "keys6",       "d-bspline", "blackman-sinc:2"};
+static const char *const kernels[] = {"catmull-rom", "bspline3", "linear",    "bspline3i",
+                                      "nearest",     "mitchell", "bspline2",  "lanczos:3+unit",
+                                      "lanczos:2",   "keys6",    "d-bspline", "blackman-sinc:2"};
 
-static struct weft_way random_fused(struct random *r)
+static struct weft_way random_way(struct random *r)
 {
+    if (below(r, 6) == 0)
+        return (struct weft_way){.method = WEFT_METHOD_SEPARABLE};
     return (struct weft_way){.layout = (enum weft_layout)(1 + below(r, 3)),
                              .source = (enum weft_source_format)below(r, 4),
                              .lookup = (enum weft_lookup)below(r, 3),
@@ -153,21 +155,22 @@ static void fused_ways_stay_within_their_bounds(void **state)
     double tightness = INFINITY;
     uint64_t constant = 0, smooth = 0;
     unsigned savings = 0;
-    for (int i = 0; i < JOBS && (contexts[0] || contexts[1]); i++) {
+    for (int i = 0; i < JOBS; i++) {
         struct job job;
         struct weft_way_report report;
         char what[32];
         snprintf(what, sizeof what, "job %d", i);
         set_job(&r, &job);
-        job.params.way = random_fused(&r);
+        job.params.way = random_way(&r);
         job.params.slice.without = below(&r, 2) ? 0u : (unsigned)below(&r, WEFT_SAVING_ALL + 1);
-        job.params.slice.clamp_to_samples = below(&r, 6) == 0;
+        job.params.slice.clamp_to_samples =
+            below(&r, 6) == 0 && !job.params.slice.kernel.prefiltered;
         if (below(&r, 2))
             job.params.slice.smooth_error =
                 (job.params.measure.high - job.params.measure.low) * ldexp(1.0, -4 - below(&r, 12));
-        weft_context *context = contexts[i % 2 && contexts[1] ? 1 : 0];
-        assert_true(
-            check(context ? context : contexts[1], &job, what, &report, &savings, &tightness));
+        weft_context *context = contexts[contexts[1] ? i % 2 : 0];
+        if (!check(context, &job, what, &report, &savings, &tightness))
+            report = (struct weft_way_report){0}; // the slice is not along the axes
         constant += report.slice.cells_constant;
         smooth += report.slice.cells_smooth;
         weft_volume_destroy(&job.volume);
@@ -175,7 +178,7 @@ static void fused_ways_stay_within_their_bounds(void **state)
     print_message("bound / error: least %.3g; cells found constant %d, smooth %d\n", tightness,
                   (int)constant, (int)smooth);
     assert_true(constant > 0 && smooth > 0);
-    assert_int_equal(savings, WEFT_SAVING_CONSTANT | WEFT_SAVING_AXIS | WEFT_SAVING_SMOOTH);
+    assert_int_equal(savings, WEFT_SAVING_ALL);
 }
 
 static void listed_ways_stay_within_their_bounds(void **state)

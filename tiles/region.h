@@ -42,5 +42,24 @@ static inline bool weft_region_meets(const struct weft_region *region, const int
     return weft_region_meets_box(region, first, last);
 }
 
+// What meets a region after moving by up to `voxels` along every axis meets the widened one.
+static inline struct weft_region weft_region_widen(const struct weft_region *region, int voxels)
+{
+    struct weft_region out = *region;
+    for (int i = 0; i < 3; i++) {
+        out.min[i] = region->min[i] > -WEFT_INDEX_LIMIT + voxels ? region->min[i] - voxels
+                                                                 : -WEFT_INDEX_LIMIT;
+        out.max[i] =
+            region->max[i] < WEFT_INDEX_LIMIT - voxels ? region->max[i] + voxels : WEFT_INDEX_LIMIT;
+    }
+    for (int s = 0; s < out.slab_count; s++) {
+        const double *n = out.slab[s].normal;
+        const double margin = voxels * (fabs(n[0]) + fabs(n[1]) + fabs(n[2]));
+        out.slab[s].lower -= margin;
+        out.slab[s].upper += margin;
+    }
+    return out;
+}
+
 WEFT_END_DECLS
 #endif

@@ -377,6 +377,7 @@ void weft_volume_destroy(weft_volume **volume)
         return;
     weft_reader_stop(&(*volume)->reader);
     weft_brick_store_destroy(&(*volume)->store);
+    free((*volume)->coefficients);
     free((*volume)->brick_origin);
     free((*volume)->values);
     free((*volume)->tiles);
@@ -392,11 +393,9 @@ const struct weft_volume_info *weft_volume_get_info(const weft_volume *volume)
 
 // ---- looking ------------------------------------------------------------------------------------
 
-// A brick at the face of a clamp-to-edge volume stands for everything beyond that face.
-static bool brick_meets(const weft_volume *volume, const struct weft_region *region,
-                        const int32_t origin[3])
+bool weft_volume_brick_meets(const struct weft_volume_info *info, const struct weft_region *region,
+                             const int32_t origin[3])
 {
-    const struct weft_volume_info *info = &volume->info;
     int64_t first[3], last[3];
     for (int i = 0; i < 3; i++) {
         first[i] = origin[i];
@@ -421,7 +420,7 @@ static enum weft_result find_in_memory(const weft_volume *volume, const struct w
         return WEFT_ERR_MEMORY;
     }
     for (size_t i = 0; i < volume->brick_count; i++)
-        if (brick_meets(volume, region, volume->brick_origin[i]))
+        if (weft_volume_brick_meets(&volume->info, region, volume->brick_origin[i]))
             memcpy(list.brick_origin[list.brick_count++], volume->brick_origin[i],
                    sizeof *list.brick_origin);
     for (size_t i = 0; i < volume->tile_count; i++)
@@ -443,6 +442,8 @@ enum weft_result weft_volume_find(weft_volume *volume, const struct weft_region 
                               isfinite(slab->normal[2]));
         weft_require(log, !isnan(slab->lower) && !isnan(slab->upper));
     }
+    if (volume->coefficients)
+        return weft_volume_prefilter_find(volume, region, out);
     return volume->reader ? weft_volume_file_find(volume, region, out)
                           : find_in_memory(volume, region, out);
 fail:
@@ -461,6 +462,8 @@ enum weft_result weft_volume_read(weft_volume *volume, size_t count,
 {
     const struct weft_log *log = volume->log;
     weft_require(log, !count || (brick_origin && values));
+    if (volume->coefficients)
+        return weft_volume_prefilter_read(volume, count, brick_origin, values);
     if (volume->reader)
         return weft_volume_file_read(volume, count, brick_origin, values);
     for (size_t i = 0; i < count; i++) {

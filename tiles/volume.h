@@ -9,6 +9,7 @@
 #include <math.h>
 
 #include "filter/base.h"
+#include "filter/kernel.h"
 #include "tiles/limits.h"
 
 WEFT_BEGIN_DECLS
@@ -123,9 +124,35 @@ struct weft_volume_save_params {
 
 // Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the
 // same folder, then renamed. Level sets get their inside filled (signed flood fill). Returns
-// WEFT_ERR_ARGUMENT for a file-backed volume, WEFT_ERR_WRITE, _READER, _LIMIT.
+// WEFT_ERR_ARGUMENT for a volume that is not in memory, WEFT_ERR_WRITE, _READER, _LIMIT.
 WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
                                            const struct weft_volume_save_params *params);
+
+// ---- coefficients -------------------------------------------------------------------------------
+
+// What cutting the inverse filter off changes a coefficient by, along one axis, relative to the
+// largest |voxel|: the overlap is weft_prefilter_overlap of it (15 voxels for cubics).
+#define WEFT_VOLUME_PREFILTER_ERROR 0x1p-28
+
+// A volume whose voxels are the coefficients by which `kernel` interpolates the given volume's
+// (filter/prefilter.h), computed in double when they are read and rounded to float. Each depends on
+// the voxels within the overlap along the axes and on nothing else: its bytes are the same whatever
+// else is read. Along one axis errors are within 2^-28 of the largest |voxel|; in 3D they are
+// within 3 gain^2 2^-28 and half a unit of the last place of coefficients of up to gain^3 times it.
+//
+// Data reaches farther: bricks within the overlap of others are listed, and active_min and _max are
+// wider by it, the other counts being the given volume's. Constant regions stay what they are, to
+// the bit. A clamp-to-edge volume holds its edge before filtering; its coefficients go on changing
+// beyond the box for the length of the overlap, and the wider box is clamped to its edge.
+// A voxel that is not finite stays so, in its place; to all others it counts as the background, or
+// as 0 where that is not finite.
+//
+// Borrows `volume`, which must outlive the result and be used by the same thread. Reading takes up
+// to 64 MiB on the way. Returns WEFT_ERR_ARGUMENT (weft_prefilter_compute), _LIMIT (index range) or
+// _MEMORY.
+WEFT_API enum weft_result weft_volume_prefilter(weft_volume *volume,
+                                                const struct weft_kernel *kernel,
+                                                const struct weft_log *log, weft_volume **out);
 
 WEFT_API void weft_volume_destroy(weft_volume **volume); // accepts &NULL, leaves NULL behind
 

@@ -377,7 +377,7 @@ enum weft_result weft_volume_save(const weft_volume *volume,
     bool created = false;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, params->path != NULL);
-    weft_require(log, volume->reader == NULL);
+    weft_require(log, volume->reader == NULL && volume->coefficients == NULL);
     res = weft_output_file_create(log, params->path, params->no_clobber, &file);
     if (res)
         goto fail;

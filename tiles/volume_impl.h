@@ -22,6 +22,9 @@ struct weft_volume {
     // In a file.
     weft_reader *reader;
     uint64_t output_bytes; // limit of one answer
+
+    // Computed from another volume (volume_prefilter.c).
+    struct weft_volume_coefficients *coefficients;
 };
 
 // Sorts by z, y, x.
@@ -34,6 +37,16 @@ enum weft_result weft_volume_file_find(weft_volume *volume, const struct weft_re
                                        struct weft_brick_list *out);
 enum weft_result weft_volume_file_read(weft_volume *volume, size_t count,
                                        const int32_t (*brick_origin)[3], float *values);
+
+enum weft_result weft_volume_prefilter_find(weft_volume *volume, const struct weft_region *region,
+                                            struct weft_brick_list *out);
+enum weft_result weft_volume_prefilter_read(weft_volume *volume, size_t count,
+                                            const int32_t (*brick_origin)[3], float *values);
+
+// Whether a brick meets a region; one at the face of a clamp-to-edge volume stands for everything
+// beyond that face.
+bool weft_volume_brick_meets(const struct weft_volume_info *info, const struct weft_region *region,
+                             const int32_t origin[3]);
 
 WEFT_END_DECLS
 #endif

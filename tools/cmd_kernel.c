@@ -87,7 +87,7 @@ static void gather(struct facts *f)
 static bool needs_prefilter(const struct facts *f)
 {
     return f->kernel.info->derivation == 0 && !f->kernel.radial && !f->kernel.interpolating &&
-           f->order.prefiltered > f->order.order;
+           !f->kernel.prefiltered && f->order.prefiltered > f->order.order;
 }
 
 static double magnitude(struct weft_analysis_response h)
@@ -242,6 +242,7 @@ static enum weft_result print_json(const struct facts *f)
         "continuity", k->continuity, "symmetry", f->symmetry, "radial", k->radial, "interpolating",
         k->interpolating, "unit_sum", f->unit_sum, "needs_prefilter", needs_prefilter(f),
         "derivative", k->info->derivation);
+    json_object_set_new(root, "prefiltered", json_boolean(k->prefiltered));
     json_object_set_new(root, "order",
                         json_pack("{s:i,s:o,s:o,s:i,s:o}", "order", o->order, "constant",
                                   json_number(o->constant), "largest", json_number(o->largest),
@@ -323,7 +324,11 @@ static void print_order(const struct facts *f)
     puts("");
     if (f->kernel.info->derivation)
         return;
-    if (needs_prefilter(f))
+    if (f->kernel.prefiltered)
+        puts(
+            "  prefilter        applied: it interpolates; h is the weight of coefficients, order,\n"
+            "                   moments, response and overshoot are those for samples");
+    else if (needs_prefilter(f))
         printf("  prefilter        needed: raises the order to %d, RMS error %.5g T^%d |f^(%d)|\n",
                o->prefiltered, o->prefiltered_constant, o->prefiltered, o->prefiltered);
     else

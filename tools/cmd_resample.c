@@ -347,7 +347,8 @@ static enum weft_result run_stages(struct resample_job *job)
     static const stage planning[] = {check_options, check_outputs,   load_image,
                                      choose_size,   set_windows,     resample_choose_channels,
                                      make_plans,    allocate_pixels, NULL};
-    static const stage computing[] = {create_context, resample_run, write_outputs, NULL};
+    static const stage computing[] = {create_context, resample_prefilter, resample_run,
+                                      write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
@@ -363,6 +364,7 @@ static void destroy(struct resample_job *job)
     weft_context_destroy(&job->context);
     weft_plan_destroy(&job->single);
     weft_plan_destroy(&job->together);
+    resample_prefilter_clear(job);
     weft_image_clear(&job->image);
     weft_image_clear(&job->result);
     weft_kernel_file_destroy(&job->kernel_file);
@@ -398,6 +400,8 @@ static const char *const epilogue[] = {
     "and mapped back; --verify tells the plan's bound beside the error. NaN and infinities make "
     "NaN "
     "of the pixels in whose reach they are, and of no others.",
+    "With a kernel that interpolates by a prefilter (bspline3i) coefficients take the place of "
+    "the pixels first; ranges and --verify are then of coefficients.",
     "The data and display windows grow with the image, rounded to whole pixels. Attributes are "
     "carried over as text, without those of an earlier weft. The same request gives the same "
     "bytes, "

@@ -68,7 +68,10 @@ void kernels_print(void)
          "to R,\n                     or with `whole` from -R to R; `cubic` instead of linear "
          "between them\n"
          "\nNAME+unit divides the weights at every position by their sum; NAME+radial is h of the "
-         "distance\nin 2D and 3D, for tiles, not for slices. Trailing parameters may be left out.");
+         "distance\nin 2D and 3D, for tiles, not for slices. NAMEi (bspline3i, omomsi) first "
+         "replaces the samples by\n"
+         "coefficients, so that B-splines of degree 2 and more interpolate instead of blurring.\n"
+         "Trailing parameters may be left out.");
 }
 
 static json_t *params_json(const struct weft_kernel_info *info)

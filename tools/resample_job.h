@@ -52,6 +52,10 @@ struct resample_job {
     struct weft_image image;  // the input; without planes when only explained
     struct weft_image result; // the channels asked for, in the input's order
     size_t *source;           // of each, its channel of the input
+    // Prefiltered kernels: what is sampled in place of the input, by the result's channels, with
+    // `pad` more values on every side. NULL and 0 for others.
+    float **coefficients;
+    int pad;
     struct resample_group *group;
     size_t group_count;
     weft_plan *single, *together; // of one channel and of four; NULL where none needs it
@@ -69,6 +73,11 @@ struct resample_job {
 enum weft_result resample_choose_channels(struct resample_job *job);
 // Which of them go together. Returns WEFT_ERR_ARGUMENT (--together, and no four that could).
 enum weft_result resample_make_groups(struct resample_job *job);
+
+// Fills the coefficients where the kernel asks for them. A value that is not finite stays so, and
+// counts as 0 to all others. Returns WEFT_ERR_MEMORY after an error line.
+enum weft_result resample_prefilter(struct resample_job *job);
+void resample_prefilter_clear(struct resample_job *job); // before the result's channels are
 
 // Range, tiles, passes, error: fills the result's planes and the groups.
 enum weft_result resample_run(struct resample_job *job);

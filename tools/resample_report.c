@@ -220,6 +220,8 @@ enum weft_result resample_print_json(const struct resample_job *job)
                              "image", json_text(job->input), "kernel", json_text(kernel), "from",
                              windows_json(&job->image), "to", windows_json(&job->result), "plans",
                              plans, "groups", groups_json(job));
+    if (job->coefficients)
+        json_object_set_new(root, "prefilter_overlap", json_integer(job->pad));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         set_run(root, job);
     return json_print(root);

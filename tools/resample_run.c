@@ -29,6 +29,8 @@ struct runner {
 static const float *source_plane(const struct runner *r, int c)
 {
     const struct resample_job *job = r->job;
+    if (job->coefficients)
+        return job->coefficients[r->group->channel[c]];
     return job->image.channels[job->source[r->group->channel[c]]].plane;
 }
 
@@ -40,6 +42,12 @@ static float *result_plane(const struct runner *r, int c)
 static size_t image_pixels(const struct weft_image *image)
 {
     return (size_t)image->width * (size_t)image->height;
+}
+
+// Samples of a source plane along an axis.
+static int source_size(const struct runner *r, int axis)
+{
+    return (axis ? r->job->image.height : r->job->image.width) + 2 * r->job->pad;
 }
 
 // ---- progress -----------------------------------------------------------------------------------
@@ -57,7 +65,7 @@ static double position(const struct runner *r, int axis, int pixel)
 {
     const double from = axis ? r->job->image.height : r->job->image.width;
     const double to = axis ? r->job->result.height : r->job->result.width;
-    return (pixel + 0.5) / to * from - 0.5;
+    return (pixel + 0.5) / to * from - 0.5 + r->job->pad;
 }
 
 static int tile_side(const struct runner *r, int axis)
@@ -77,7 +85,7 @@ static int tile_count(const struct runner *r, int axis)
 // Samples from the first pixel's first tap to the last one's last, and one more for rounding.
 static void set_reach(const struct runner *r, int axis, int first, int count, struct tile *tile)
 {
-    const int limit = axis ? r->job->image.height : r->job->image.width;
+    const int limit = source_size(r, axis);
     const struct weft_kernel *kernel = &weft_plan_get_info(r->group->plan)->kernel;
     double fraction;
     int64_t from = weft_kernel_first_tap(kernel, position(r, axis, first), &fraction) - 1;
@@ -109,7 +117,7 @@ static enum weft_result create_tile(const struct runner *r, int column, int row,
         }
         for (int y = 0; y < out->size[1]; y++)
             memcpy(out->plane[c] + (size_t)y * (size_t)out->size[0],
-                   source_plane(r, c) + (size_t)(out->from[1] + y) * (size_t)r->job->image.width +
+                   source_plane(r, c) + (size_t)(out->from[1] + y) * (size_t)source_size(r, 0) +
                        out->from[0],
                    (size_t)out->size[0] * sizeof(float));
     }
@@ -248,7 +256,7 @@ static void set_range(const struct runner *r)
 {
     struct resample_group *g = r->group;
     const struct option_value *range = &r->job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
-    const size_t count = image_pixels(&r->job->image);
+    const size_t count = (size_t)source_size(r, 0) * (size_t)source_size(r, 1);
     g->low = range->given ? range->number[0] : INFINITY;
     g->high = range->given ? range->number[1] : -INFINITY;
     for (int c = 0; c < g->count; c++) {

@@ -129,6 +129,8 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
+    if (plan->kernel.prefiltered)
+        json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
     if (job->passes) {
         json_object_set_new(root, "pass_plan", resample_plan_json(job->passes));
         return;

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/slice_samples.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/prefilter.h"
+#include "tiles/region.h"
+
+enum { MAX_BRICKS = 1 << 15 }; // kept between positions
+static const double WEIGHTS_ERROR = 0x1p-32;
+// Products of two axes' weights below this change nothing that single precision shows.
+static const double NEGLIGIBLE = 1e-13;
+
+struct weft_slice_samples {
+    const struct weft_log *log;
+    const struct weft_slice_plan *plan;
+    weft_volume *volume;
+    struct weft_kernel kernel;
+    struct weft_prefilter prefilter;
+    int overlap;
+    double stand_in; // for voxels that are not finite
+    struct weft_brick_list topology;
+    weft_brick_store *store; // of the topology
+    struct weft_cell_map map;
+    float *values, *largest; // by number: voxels, and their largest finite magnitude
+    size_t capacity;
+};
+
+void weft_slice_samples_destroy(weft_slice_samples **samples)
+{
+    if (!*samples)
+        return;
+    weft_brick_list_clear(&(*samples)->topology);
+    weft_brick_store_destroy(&(*samples)->store);
+    weft_cell_map_destroy(&(*samples)->map);
+    free((*samples)->values);
+    free((*samples)->largest);
+    free(*samples);
+    *samples = NULL;
+}
+
+enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
+                                           weft_slice_samples **out)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    enum weft_result res = WEFT_ERR_MEMORY;
+    weft_slice_samples *s = calloc(1, sizeof *s);
+    *out = NULL;
+    if (!s) {
+        weft_error(plan->log, "not enough memory to verify the slice");
+        goto fail;
+    }
+    s->log = plan->log;
+    s->plan = plan;
+    s->volume = volume;
+    s->kernel = plan->info.kernel;
+    s->stand_in = isfinite(info->background) ? (double)info->background : 0.0;
+    res = weft_prefilter_compute(plan->log, &s->kernel, &s->prefilter);
+    if (res != WEFT_OK)
+        goto fail;
+    s->overlap = weft_prefilter_overlap(&s->prefilter, WEIGHTS_ERROR);
+    struct weft_region region;
+    weft_slice_grid_region(&plan->grid, s->kernel.width, &region);
+    region = weft_region_widen(&region, s->overlap);
+    if (info->clamp_to_edge)
+        weft_slice_clamp_region(info, &region);
+    res = weft_volume_find(volume, &region, &s->topology);
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(plan->log, info, &s->topology, NULL, NULL, &s->store);
+    if (res != WEFT_OK)
+        goto fail;
+    *out = s;
+    return WEFT_OK;
+fail:
+    weft_slice_samples_destroy(&s);
+    return res;
+}
+
+double weft_slice_samples_seconds(const weft_slice_samples *samples)
+{
+    const double side = samples->kernel.width + 2 * samples->overlap;
+    return 1.5e-9 * side * side * side;
+}
+
+// ---- one position -------------------------------------------------------------------------------
+
+// Weights along an axis, those beyond a clamped volume's box added to its edge.
+struct axis {
+    int32_t first, count;
+    int32_t tap_first, tap_last; // the kernel's own taps
+    double weight[WEFT_PREFILTER_MAX_WEIGHTS];
+};
+
+static int32_t clamp(int64_t x, int64_t low, int64_t high)
+{
+    return (int32_t)(x < low ? low : x > high ? high : x);
+}
+
+static void set_axis(const weft_slice_samples *s, int a, double position, struct axis *out)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(s->volume);
+    const int64_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
+    const int64_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
+    double weights[WEFT_PREFILTER_MAX_WEIGHTS];
+    const int count = s->kernel.width + 2 * s->overlap;
+    const int64_t first =
+        weft_prefilter_weights(&s->prefilter, &s->kernel, s->overlap, position, weights);
+    out->first = clamp(first, low, high);
+    out->count = clamp(first + count - 1, low, high) - out->first + 1;
+    int64_t taps = s->kernel.width, tap = first + s->overlap;
+    const struct weft_slice_axes *axes = &s->plan->axes;
+    if (axes->summed && axes->order[2] == a) { // without planes that have no weight
+        tap = axes->plane;
+        taps = axes->kept;
+    }
+    out->tap_first = clamp(tap, low, high);
+    out->tap_last = clamp(tap + taps - 1, low, high);
+    memset(out->weight, 0, (size_t)out->count * sizeof *out->weight);
+    for (int k = 0; k < count; k++)
+        out->weight[clamp(first + k, low, high) - out->first] += weights[k];
+}
+
+static float find_largest(const float *values)
+{
+    float largest = 0.0f;
+    for (int i = 0; i < WEFT_BRICK_VOXELS; i++)
+        if (isfinite(values[i]) && fabsf(values[i]) > largest)
+            largest = fabsf(values[i]);
+    return largest;
+}
+
+// Reads the bricks of the map from number `known` on.
+static enum weft_result read_bricks(weft_slice_samples *s, size_t known)
+{
+    const size_t count = s->map.count - known;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    int32_t(*origin)[3] = malloc(count * sizeof *origin + 1);
+    if (origin && s->map.count > s->capacity) {
+        const size_t capacity = 2 * s->map.count;
+        float *values = realloc(s->values, capacity * WEFT_BRICK_VOXELS * sizeof *values);
+        s->values = values ? values : s->values;
+        float *largest = realloc(s->largest, capacity * sizeof *largest);
+        s->largest = largest ? largest : s->largest;
+        s->capacity = values && largest ? capacity : s->capacity;
+    }
+    if (!origin || s->map.count > s->capacity) {
+        weft_error(s->log, "not enough memory for %zu bricks", s->map.count);
+        goto fail;
+    }
+    for (size_t i = 0; i < count; i++)
+        for (int a = 0; a < 3; a++)
+            origin[i][a] = s->map.keys[known + i].at[a] * WEFT_BRICK_SIZE;
+    res = weft_volume_read(s->volume, count, (const int32_t(*)[3])origin,
+                           s->values + known * WEFT_BRICK_VOXELS);
+    for (size_t i = known; res == WEFT_OK && i < s->map.count; i++)
+        s->largest[i] = find_largest(s->values + i * WEFT_BRICK_VOXELS);
+fail:
+    free(origin);
+    return res;
+}
+
+struct sum {
+    const struct axis *axis;
+    double stand_in, total, magnitude;
+    bool meets_not_finite;
+};
+
+static bool is_tap(const struct axis *axis, int32_t at)
+{
+    return at >= axis->tap_first && at <= axis->tap_last;
+}
+
+// A brick's voxels from low to high (0 to 7) along each axis.
+static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3],
+                       const int high[3], const float *values)
+{
+    const struct axis *axis = sum->axis;
+    for (int z = low[2]; z <= high[2]; z++) {
+        for (int y = low[1]; y <= high[1]; y++) {
+            const int32_t at_y = origin[1] + y, at_z = origin[2] + z;
+            const bool taps = is_tap(&axis[1], at_y) && is_tap(&axis[2], at_z);
+            const double across =
+                axis[2].weight[at_z - axis[2].first] * axis[1].weight[at_y - axis[1].first];
+            if (fabs(across) < NEGLIGIBLE && !taps)
+                continue;
+            double row = 0.0;
+            for (int x = low[0]; x <= high[0]; x++) {
+                const float voxel = values[z * 64 + y * 8 + x];
+                const bool finite = isfinite(voxel);
+                const double value = finite ? (double)voxel : sum->stand_in;
+                if (!finite && taps && is_tap(&axis[0], origin[0] + x))
+                    sum->meets_not_finite = true;
+                row += axis[0].weight[origin[0] + x - axis[0].first] * value;
+            }
+            sum->total += across * row;
+        }
+    }
+}
+
+static void add_brick(struct sum *sum, const struct weft_cell_key *key, const float *values,
+                      float constant)
+{
+    float filled[WEFT_BRICK_VOXELS];
+    int32_t origin[3];
+    int low[3], high[3];
+    double product = 1.0;
+    for (int a = 0; a < 3; a++) {
+        const struct axis *axis = &sum->axis[a];
+        origin[a] = key->at[a] * WEFT_BRICK_SIZE;
+        low[a] = axis->first > origin[a] ? axis->first - origin[a] : 0;
+        high[a] = axis->first + axis->count - 1 - origin[a];
+        high[a] = high[a] < WEFT_BRICK_SIZE - 1 ? high[a] : WEFT_BRICK_SIZE - 1;
+        double weights = 0.0;
+        for (int i = low[a]; i <= high[a]; i++)
+            weights += axis->weight[origin[a] + i - axis->first];
+        product *= weights;
+    }
+    if (!values && isfinite(constant)) {
+        sum->total += product * (double)constant;
+        sum->magnitude = fmax(sum->magnitude, fabs((double)constant));
+        return;
+    }
+    for (int i = 0; i < WEFT_BRICK_VOXELS && !values; i++)
+        filled[i] = constant;
+    add_voxels(sum, origin, low, high, values ? values : filled);
+}
+
+// One round notes the bricks that are not there yet, another one adds all of them up.
+static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, bool add)
+{
+    struct weft_cell_key from, to, at;
+    for (int a = 0; a < 3; a++) {
+        from.at[a] = sum->axis[a].first >> 3;
+        to.at[a] = (sum->axis[a].first + sum->axis[a].count - 1) >> 3;
+    }
+    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
+        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
+            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
+                const int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
+                const float *values;
+                float constant;
+                const bool there = weft_brick_store_find(s->store, origin, &values, &constant) ==
+                                   WEFT_BRICK_VALUES;
+                const int64_t number = there ? weft_cell_map_add(&s->map, at) : 0;
+                if (number == WEFT_CELL_NONE) {
+                    weft_error(s->log, "not enough memory for %zu bricks", s->map.count);
+                    return WEFT_ERR_MEMORY;
+                }
+                if (!add)
+                    continue;
+                if (there)
+                    sum->magnitude = fmax(sum->magnitude, (double)s->largest[number]);
+                add_brick(sum, &at, there ? s->values + (size_t)number * WEFT_BRICK_VOXELS : NULL,
+                          constant);
+            }
+        }
+    }
+    return WEFT_OK;
+}
+
+enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
+                                            struct weft_reference_value *out)
+{
+    struct axis axis[3];
+    struct sum sum = {.axis = axis, .stand_in = samples->stand_in};
+    for (int a = 0; a < 3; a++)
+        set_axis(samples, a, position[a], &axis[a]);
+    if (samples->map.count >= MAX_BRICKS)
+        weft_cell_map_destroy(&samples->map);
+    const size_t known = samples->map.count;
+    enum weft_result res = visit_bricks(samples, &sum, false);
+    if (res == WEFT_OK && samples->map.count > known)
+        res = read_bricks(samples, known);
+    if (res == WEFT_OK)
+        res = visit_bricks(samples, &sum, true);
+    else
+        weft_cell_map_destroy(&samples->map); // it names bricks that were not read
+    *out = (struct weft_reference_value){
+        .value = sum.meets_not_finite ? (double)NAN : sum.total,
+        .magnitude = sum.magnitude,
+    };
+    return res;
+}

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/slice_samples.h - what a prefiltered kernel makes of the voxels themselves, without
+// coefficients: the truth for slices (not installed).
+#ifndef WEFT_PASSES_SLICE_SAMPLES_H
+#define WEFT_PASSES_SLICE_SAMPLES_H
+
+#include "filter/reference.h"
+#include "passes/slice_plan.h"
+
+typedef struct weft_slice_samples weft_slice_samples;
+
+// Finds which of the volume's bricks the plan's slice depends on; they are read when needed, and
+// kept up to 64 MiB. plan and volume are borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are
+// not prefiltered, WEFT_ERR_MEMORY, and what weft_volume_find returns.
+enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
+                                           weft_slice_samples **out);
+void weft_slice_samples_destroy(weft_slice_samples **samples); // accepts &NULL
+
+// The sum over voxels at a position in index coordinates; magnitude is over the bricks of those
+// that a coefficient in reach depends on. Where the kernel's own taps meet a voxel that is not
+// finite the value is NAN; elsewhere such a voxel counts as weft_volume_prefilter says. Returns
+// WEFT_ERR_MEMORY and what weft_volume_read returns.
+enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
+                                            struct weft_reference_value *out);
+
+// About how long one takes.
+double weft_slice_samples_seconds(const weft_slice_samples *samples);
+
+#endif

@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Slices with prefiltered kernels: coefficients on GL, against the cardinal spline over voxels.
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "common.h"
+#include "contexts.h"
+#include "weft.h"
+
+static float noise(int x, int y, int z)
+{
+    uint32_t h = (uint32_t)x * 73856093u ^ (uint32_t)y * 19349663u ^ (uint32_t)z * 83492791u;
+    h = (h ^ h >> 16) * 0x7feb352du;
+    h = (h ^ h >> 15) * 0x846ca68bu;
+    return (float)((double)(h ^ h >> 16) / 2147483647.5 - 1.0);
+}
+
+static const double wave[3] = {0.5, 0.4, -0.3};
+static double wave_scale = 1.0;
+
+static double smooth(double x, double y, double z)
+{
+    return cos(wave_scale * (wave[0] * x + wave[1] * y + wave[2] * z) + 0.3);
+}
+
+enum content { NOISE, WAVE, NOISE_AND_NAN };
+
+enum { N = 24 };
+
+static weft_volume *make_volume(enum content content, int side, float background)
+{
+    float *data = malloc((size_t)side * (size_t)side * (size_t)side * sizeof *data);
+    assert_non_null(data);
+    for (int i = 0; i < side * side * side; i++) {
+        const int x = i % side, y = i / side % side, z = i / side / side;
+        data[i] = content == WAVE ? (float)smooth(x, y, z) : noise(x, y, z);
+    }
+    if (content == NOISE_AND_NAN) {
+        data[(12 * side + 12) * side + 9] = NAN;
+        data[(13 * side + 4) * side + 17] = INFINITY;
+    }
+    weft_volume *volume = NULL;
+    assert_int_equal(weft_volume_create(weft_volume_params(.size = {side, side, side}, .data = data,
+                                                           .background = background),
+                                        &volume),
+                     WEFT_OK);
+    free(data);
+    return volume;
+}
+
+static struct weft_slice_geometry oblique(double n, int width, int height)
+{
+    struct weft_slice_geometry g = {.width = width, .height = height};
+    const double u[3] = {0.9, 0.4, 0.2}, v[3] = {-0.3, 0.8, 0.5};
+    for (int a = 0; a < 3; a++) {
+        g.u[a] = u[a] * n;
+        g.v[a] = v[a] * n;
+        g.origin[a] = 0.5 * n - 0.5 * (g.u[a] + g.v[a]);
+    }
+    return g;
+}
+
+struct result {
+    float *pixels; // to be freed
+    double bound;
+    int overlap, tiles;
+    struct weft_slice_error error;
+};
+
+static struct result slice(weft_context *context, weft_volume *volume,
+                           const struct weft_slice_params *params, bool verify)
+{
+    struct result r = {.pixels = NULL};
+    weft_slice_plan *plan = NULL;
+    assert_int_equal(weft_slice_plan_create(volume, params, &plan), WEFT_OK);
+    const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
+    r.bound = info->error_bound;
+    r.overlap = info->prefilter_overlap;
+    r.tiles = info->tile_count;
+    r.pixels =
+        malloc((size_t)params->geometry.width * (size_t)params->geometry.height * sizeof(float));
+    assert_non_null(r.pixels);
+    assert_int_equal(weft_slice_run(context, plan, volume, r.pixels, NULL, NULL), WEFT_OK);
+    if (verify)
+        assert_int_equal(weft_slice_verify(plan, volume, r.pixels, NULL, &r.error), WEFT_OK);
+    weft_slice_plan_destroy(&plan);
+    return r;
+}
+
+// Noise: the largest error measured is 4e-7 for the cubic, and grows with the gain's cube.
+static void slices_meet_the_cardinal_spline(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *kernel;
+        double tolerance;
+    } cases[] = {{"bspline2i", 2e-6},   {"bspline3i", 2e-6},   {"bspline4i", 4e-6},
+                 {"bspline5i", 8e-6},   {"bspline6i", 2e-5},   {"bspline7i", 4e-5},
+                 {"omomsi", 4e-6},      {"d-bspline3i", 2e-5}, {"bsplinei", 2e-6},
+                 {"d-bspline2i", 2e-5}, {"dd-bspline5i", 4e-4}};
+    static const float backgrounds[] = {0.25f, NAN};
+    for (size_t b = 0; b < WEFT_COUNT(backgrounds); b++) {
+        weft_volume *volume = make_volume(NOISE, N, backgrounds[b]);
+        for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+            for (int c = 0; c < 2 && contexts[c]; c++) {
+                const struct weft_slice_params params = {.kernel = kernel_named(cases[i].kernel),
+                                                         .space = WEFT_SPACE_INDEX,
+                                                         .geometry = oblique(N + 12, 19, 17)};
+                struct result r = slice(contexts[c], volume, &params, true);
+                assert_true(r.error.pixels_checked == r.error.pixels_total);
+                if (!(r.error.relative_maximum <= cases[i].tolerance &&
+                      r.error.relative_maximum <= r.bound))
+                    fail_msg("%s, background %g: error %.3g, bound %.3g", cases[i].kernel,
+                             (double)backgrounds[b], r.error.relative_maximum, r.bound);
+                assert_true(r.overlap > 0);
+                free(r.pixels);
+            }
+        }
+        weft_volume_destroy(&volume);
+    }
+}
+
+static void slices_pass_through_the_voxels(void **state)
+{
+    (void)state;
+    static const char *const kernels[] = {"bspline2i", "bspline3i", "omomsi"};
+    weft_volume *volume = make_volume(NOISE, N, 0.0f);
+    for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
+        const struct weft_slice_params params = {.kernel = kernel_named(kernels[k]),
+                                                 .space = WEFT_SPACE_INDEX,
+                                                 .geometry = {.origin = {-0.5, -0.5, 7.0},
+                                                              .u = {N, 0, 0},
+                                                              .v = {0, N, 0},
+                                                              .width = N,
+                                                              .height = N}};
+        struct result r = slice(contexts[0], volume, &params, false);
+        for (int i = 0; i < N * N; i++)
+            assert_near((double)r.pixels[i], (double)noise(i % N, i / N, 7), 1e-6, kernels[k]);
+        free(r.pixels);
+    }
+    weft_volume_destroy(&volume);
+}
+
+static void tiles_change_no_byte(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE, 70, 0.0f);
+    struct weft_slice_params params = {.kernel = kernel_named("bspline3i"),
+                                       .space = WEFT_SPACE_INDEX,
+                                       .geometry = oblique(70, 300, 290)};
+    struct result whole = slice(contexts[0], volume, &params, false);
+    params.max_target_size = 64;
+    struct result tiled = slice(contexts[0], volume, &params, false);
+    assert_true(tiled.tiles > whole.tiles);
+    assert_memory_equal(whole.pixels, tiled.pixels, 300 * 290 * sizeof(float));
+    free(whole.pixels);
+    free(tiled.pixels);
+    weft_volume_destroy(&volume);
+}
+
+// Where the plain kernel's taps meet one, and nowhere else.
+static void not_finite_voxels_stay_in_reach(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE_AND_NAN, N, 0.0f);
+    struct weft_slice_params params = {.kernel = kernel_named("bspline3i"),
+                                       .space = WEFT_SPACE_INDEX,
+                                       .geometry = oblique(N, 90, 90)};
+    struct result r = slice(contexts[0], volume, &params, true);
+    params.kernel = kernel_named("bspline3");
+    struct result plain = slice(contexts[0], volume, &params, false);
+    int count = 0;
+    for (int i = 0; i < 90 * 90; i++) {
+        assert_true(isfinite(r.pixels[i]) == isfinite(plain.pixels[i]));
+        count += !isfinite(r.pixels[i]);
+    }
+    assert_true(count > 0 && count < 90 * 90 / 4);
+    assert_int_equal(r.error.not_finite_mismatches, 0);
+    assert_true(r.error.relative_maximum <= 2e-6);
+    free(r.pixels);
+    free(plain.pixels);
+    weft_volume_destroy(&volume);
+}
+
+// Verification that believed the coefficients would not see the plain B-spline's blur.
+static void verification_sees_blur(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE, N, 0.0f);
+    struct weft_slice_params params = {.kernel = kernel_named("bspline3"),
+                                       .space = WEFT_SPACE_INDEX,
+                                       .geometry = oblique(N, 40, 40)};
+    struct result plain = slice(contexts[0], volume, &params, false);
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_error error;
+    params.kernel = kernel_named("bspline3i");
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    assert_int_equal(weft_slice_verify(plan, volume, plain.pixels, NULL, &error), WEFT_OK);
+    assert_true(error.relative_maximum > 0.1);
+    weft_slice_plan_destroy(&plan);
+    free(plain.pixels);
+    weft_volume_destroy(&volume);
+}
+
+// Axis slices sum along their axis first, formats store coefficients, and clamping has no samples.
+static void savings_and_formats_work_on_coefficients(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE_AND_NAN, N, 0.0f);
+    const struct weft_slice_geometry plane = {
+        .origin = {-4, -4, 12}, .u = {32, 0, 0}, .v = {0, 32, 0}, .width = 50, .height = 50};
+    struct weft_slice_params params = {
+        .kernel = kernel_named("bspline3i"), .space = WEFT_SPACE_INDEX, .geometry = plane};
+    struct result r = slice(contexts[0], volume, &params, true);
+    assert_true(r.error.relative_maximum <= 2e-6);
+    assert_int_equal(r.error.not_finite_mismatches, 0);
+    free(r.pixels);
+    weft_volume_destroy(&volume);
+
+    volume = make_volume(NOISE, N, 0.0f);
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_measure range;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    assert_int_equal(weft_slice_measure(plan, volume, NULL, &range), WEFT_OK);
+    weft_slice_plan_destroy(&plan);
+    assert_true(range.high > 1.5f && range.low < -1.5f);
+    params.source = WEFT_SOURCE_UNORM16;
+    params.low = (double)range.low;
+    params.high = (double)range.high;
+    r = slice(contexts[0], volume, &params, true);
+    assert_true(r.error.maximum <= 2e-4); // the range is 20 wide
+    free(r.pixels);
+    params.clamp_to_samples = true;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_ERR_UNSUPPORTED);
+    weft_volume_destroy(&volume);
+}
+
+// The largest error against the function itself, well inside the volume.
+static double function_error(const char *kernel, double scale)
+{
+    enum { SIDE = 56, PIXELS = 60 };
+    wave_scale = scale;
+    weft_volume *volume = make_volume(WAVE, SIDE, 0.0f);
+    const struct weft_slice_params params = {.kernel = kernel_named(kernel),
+                                             .space = WEFT_SPACE_INDEX,
+                                             .geometry = {.origin = {22, 22, 27.4},
+                                                          .u = {11, 0, 1},
+                                                          .v = {0, 11, 0},
+                                                          .width = PIXELS,
+                                                          .height = PIXELS}};
+    struct result r = slice(contexts[0], volume, &params, false);
+    double worst = 0.0;
+    for (int i = 0; i < PIXELS * PIXELS; i++) {
+        const double s = (i % PIXELS + 0.5) / PIXELS, t = (i / PIXELS + 0.5) / PIXELS;
+        worst = fmax(
+            worst, fabs((double)r.pixels[i] - smooth(22.0 + 11.0 * s, 22.0 + 11.0 * t, 27.4 + s)));
+    }
+    free(r.pixels);
+    weft_volume_destroy(&volume);
+    return worst;
+}
+
+static void errors_fall_with_the_fourth_power(void **state)
+{
+    (void)state;
+    const double error = function_error("bspline3i", 2.0), half = function_error("bspline3i", 1.0);
+    const double plain = function_error("bspline3", 2.0);
+    const double plain_half = function_error("bspline3", 1.0);
+    print_message("bspline3i: %.3g, %.3g; bspline3: %.3g, %.3g\n", error, half, plain, plain_half);
+    assert_near(log2(error / half), 4.0, 0.3, "order of bspline3i");
+    assert_near(log2(plain / plain_half), 2.0, 0.3, "order of bspline3");
+    assert_true(half < 0.01 * plain_half);
+}
+
+static void passes_run_on_coefficients(void **state)
+{
+    (void)state;
+    weft_volume *volume = make_volume(NOISE, N, NAN);
+    const struct weft_slice_params params = {.kernel = kernel_named("bspline3i"),
+                                             .space = WEFT_SPACE_INDEX,
+                                             .geometry = oblique(N, 20, 20)};
+    static const struct {
+        const char *profile;
+        int samples;
+    } cases[] = {{"fp32", 16}, {"unorm8", 8}};
+    weft_slice_plan *slice_plan = NULL;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &slice_plan), WEFT_OK);
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        float pixels[20 * 20];
+        weft_plan *plan = NULL;
+        struct weft_slice_passes_report report;
+        struct weft_slice_error error;
+        struct weft_plan_params *plan_params =
+            weft_plan_params(.kernel = params.kernel, .dims = 3, .samples = cases[i].samples);
+        assert_int_equal(weft_profile_parse(NULL, cases[i].profile, &plan_params->profile),
+                         WEFT_OK);
+        assert_int_equal(weft_plan_create(plan_params, &plan), WEFT_OK);
+        assert_int_equal(
+            weft_slice_passes_run(contexts[0],
+                                  weft_slice_passes_params(.slice = slice_plan, .plan = plan,
+                                                           .volume = volume, .pixels = pixels),
+                                  &report),
+            WEFT_OK);
+        // Coefficients of noise reach farther than its voxels.
+        assert_true(report.high > 1.5 && report.low < -1.5);
+        assert_int_equal(weft_slice_verify(slice_plan, volume, pixels, NULL, &error), WEFT_OK);
+        const double width = report.high - report.low;
+        const double bound = weft_plan_get_info(plan)->error.bound_any * width + 1e-5;
+        if (!(error.maximum <= bound))
+            fail_msg("%s: error %.3g, bound %.3g", cases[i].profile, error.maximum, bound);
+        weft_plan_destroy(&plan);
+    }
+    weft_slice_plan_destroy(&slice_plan);
+    weft_volume_destroy(&volume);
+}
+
+static void real_volumes_are_verified(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"smoke.vdb", "mri.vdb"};
+    int missing = 0;
+    for (size_t i = 0; i < WEFT_COUNT(names); i++) {
+        char path[512];
+        weft_volume *volume = NULL;
+        snprintf(path, sizeof path, "%s/%s", WEFT_TEST_DATA, names[i]);
+        if (access(path, R_OK) != 0) {
+            print_message("[  SKIPPED ] %s is not here\n", path);
+            missing++;
+            continue;
+        }
+        assert_int_equal(weft_volume_open(&(struct weft_volume_open_params){.path = path}, &volume),
+                         WEFT_OK);
+        struct weft_slice_params params = {.kernel = kernel_named("bspline3i"),
+                                           .space = WEFT_SPACE_INDEX};
+        params.geometry = oblique(weft_volume_get_info(volume)->active_max[1], 64, 64);
+        struct result r = slice(contexts[0], volume, &params, true);
+        print_message("%s: %.3g\n", names[i], r.error.relative_maximum);
+        assert_true(r.error.relative_maximum <= 2e-6);
+        free(r.pixels);
+        weft_volume_destroy(&volume);
+    }
+    if (missing == WEFT_COUNT(names))
+        skip();
+}
+
+int main(void)
+{
+    setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(slices_meet_the_cardinal_spline),
+        cmocka_unit_test(slices_pass_through_the_voxels),
+        cmocka_unit_test(tiles_change_no_byte),
+        cmocka_unit_test(not_finite_voxels_stay_in_reach),
+        cmocka_unit_test(verification_sees_blur),
+        cmocka_unit_test(savings_and_formats_work_on_coefficients),
+        cmocka_unit_test(errors_fall_with_the_fourth_power),
+        cmocka_unit_test(passes_run_on_coefficients),
+        cmocka_unit_test(real_volumes_are_verified),
+    };
+    return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
+}
