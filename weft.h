@@ -16,6 +16,7 @@
 #include "passes/accumulate/tree.h"
 #include "passes/context.h"
 #include "passes/convolve.h"
+#include "passes/cost.h"
 #include "passes/pass.h"
 #include "passes/plan.h"
 #include "passes/profile.h"

@@ -122,11 +122,13 @@ struct weft_slice_plan_info {
     double error_measured, prefilter_error;
     enum weft_source_format source;
     enum weft_lookup lookup;
-    int samples;      // of tiles that are sampled, else segments of polynomials
-    unsigned savings; // bits of enum weft_saving: those that can save something here
-    int summed_axis;  // 0 to 2: voxels are summed along it before; -1: none
-    int summed_taps;  // of the kernel's along that axis, those with a weight
-    const char *text; // the plan as --explain prints it, one line per tile and pass
+    int samples;        // of tiles that are sampled, else segments of polynomials
+    int weight_vectors; // of four coefficients, that a pixel's weights along an axis are made of
+    uint64_t source_texels; // laid out, or summed samples of planes; over all tiles
+    unsigned savings;       // bits of enum weft_saving: those that can save something here
+    int summed_axis;        // 0 to 2: voxels are summed along it before; -1: none
+    int summed_taps;        // of the kernel's along that axis, those with a weight
+    const char *text;       // the plan as --explain prints it, one line per tile and pass
 };
 
 // A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which

@@ -250,6 +250,7 @@ static bool size_plane(const struct planner *planner, struct weft_slice_tile_pla
     const uint64_t rows = (uint64_t)(max[order[1]] - min[order[1]] + 1);
     if (!need_bricks(planner, &tile->bricks, min, max))
         return false;
+    tile->source_texels = columns * rows;
     out->bricks_read = tile->bricks.count;
     out->memory_bytes = tile->bricks.count * BRICK_BYTES +
                         columns * (rows + WEFT_BRICK_SIZE * (uint64_t)plan->axes.kept) * 4 +
@@ -540,6 +541,7 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
     if (res != WEFT_OK)
         return res;
     info->samples = plan->kernel_tiles.segments;
+    info->weight_vectors = (plan->kernel_tiles.degree + 1) * plan->kernel_tiles.groups;
     weft_slice_axes_set(plan, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples);
     if (p->source == WEFT_SOURCE_FLOAT && p->lookup == WEFT_LOOKUP_POLYNOMIAL &&
         !(p->without & WEFT_SAVING_SEPARABLE))
@@ -589,6 +591,7 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->tiles = plan->tiles;
     info->memory_bytes = 0;
     for (int i = 0; i < info->tile_count; i++) {
+        info->source_texels += plan->tile_plans[i].source_texels;
         info->bricks_read += plan->tiles[i].bricks_read;
         if (plan->tiles[i].memory_bytes > info->memory_bytes)
             info->memory_bytes = plan->tiles[i].memory_bytes;
