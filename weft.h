@@ -14,6 +14,7 @@
 #include "filter/reference.h"
 #include "filter/signal.h"
 #include "passes/accumulate/tree.h"
+#include "passes/choose.h"
 #include "passes/context.h"
 #include "passes/convolve.h"
 #include "passes/cost.h"

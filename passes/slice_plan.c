@@ -250,12 +250,16 @@ static bool size_plane(const struct planner *planner, struct weft_slice_tile_pla
     const uint64_t rows = (uint64_t)(max[order[1]] - min[order[1]] + 1);
     if (!need_bricks(planner, &tile->bricks, min, max))
         return false;
+    // Samples, what is between the passes, and the result as a target and as it is read back.
+    const uint64_t width = (uint64_t)out->width, height = (uint64_t)out->height;
+    const uint64_t between = width * rows > height * columns ? width * rows : height * columns;
+    const uint64_t passes = 4 * (columns * rows + 2 * between + 2 * width * height);
     tile->source_texels = columns * rows;
     out->bricks_read = tile->bricks.count;
     out->memory_bytes = tile->bricks.count * BRICK_BYTES +
                         columns * (rows + WEFT_BRICK_SIZE * (uint64_t)plan->axes.kept) * 4 +
-                        ((uint64_t)out->width + (uint64_t)out->height) * sizeof(double) +
-                        plan->separable_bytes;
+                        (width + height) * sizeof(double) +
+                        (passes < plan->separable_bytes ? passes : plan->separable_bytes);
     return true;
 }
 
@@ -409,93 +413,6 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
     return res;
 }
 
-// ---- text ---------------------------------------------------------------------------------------
-
-static void print_plane(FILE *out, const struct weft_slice_plan *plan, int i)
-{
-    const struct weft_slice_tile *t = &plan->tiles[i];
-    const struct weft_slice_plan_info *info = &plan->info;
-    int32_t min[3], max[3];
-    const int *order = plan->axes.order, last = info->kernel.width - 1;
-    weft_slice_separable_box(plan, t, min, max);
-    fprintf(out,
-            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, a plane of %dx%d samples, "
-            "%.1f MB\n",
-            i, t->x, t->y, t->width, t->height, t->bricks_read, max[order[0]] - min[order[0]] + 1,
-            max[order[1]] - min[order[1]] + 1, 1e-6 * (double)t->memory_bytes);
-    fprintf(out,
-            "pass %02d: taps (0,0,0)-(%d,%d,%d), %d of them summed along %c before, one axis after "
-            "the other -> r32f\n",
-            i, last, last, last, info->summed_taps, "xyz"[info->summed_axis]);
-}
-
-static void print_tile(FILE *out, const struct weft_slice_plan *plan, int i)
-{
-    const struct weft_slice_tile *t = &plan->tiles[i];
-    const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
-    const struct weft_slice_plan_info *info = &plan->info;
-    fprintf(out,
-            "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, %" PRIu64 " cells: %" PRIu64
-            " constant, %" PRIu64 " in blocks of %dx%dx%d voxels, %.1f MB\n",
-            i, t->x, t->y, t->width, t->height, t->bricks_read, t->cells,
-            t->cells - t->cells_laid_out, t->cells_laid_out, p->layout.span[0], p->layout.span[1],
-            p->layout.span[2], 1e-6 * (double)t->memory_bytes);
-    int w = info->kernel.width;
-    fprintf(out, "pass %02d: taps (0,0,0)-(%d,%d,%d)", i, w - 1, w - 1, w - 1);
-    if (plan->axes.summed)
-        fprintf(out, ", %d of them summed along %c before", info->summed_taps,
-                "xyz"[info->summed_axis]);
-    fprintf(out, ", %d %s%s fetches a pixel, fused -> r32f\n", info->fetches_per_pixel,
-            p->layout.kind == WEFT_LAYOUT_PLAIN ? "r" : "rgba",
-            weft_source_format_name(info->source));
-}
-
-static void print_savings(FILE *out, unsigned savings)
-{
-    fprintf(out, "savings:");
-    for (int i = 0; weft_saving_names[i]; i++)
-        if (savings & 1u << i)
-            fprintf(out, " %s", weft_saving_names[i]);
-    fprintf(out, savings ? "\n" : " none\n");
-}
-
-static enum weft_result print_plan(struct weft_slice_plan *plan,
-                                   const struct weft_volume_info *volume)
-{
-    char kernel[64];
-    size_t size;
-    FILE *out = open_memstream(&plan->text, &size);
-    if (!out)
-        goto fail;
-    const struct weft_slice_geometry *g = &plan->grid.index;
-    weft_kernel_format(&plan->info.kernel, kernel, sizeof kernel);
-    fprintf(out, "slice %dx%d of grid %s (%s, %" PRIu64 " bricks), kernel %s, %d taps\n", g->width,
-            g->height, volume->name, volume->type, volume->bricks, kernel,
-            plan->info.kernel.width * plan->info.kernel.width * plan->info.kernel.width);
-    fprintf(out,
-            "index space: origin (%.9g, %.9g, %.9g), u (%.9g, %.9g, %.9g), v (%.9g, %.9g, %.9g)\n",
-            g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0], g->v[1],
-            g->v[2]);
-    fprintf(out,
-            "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel| + "
-            "%.2g\n",
-            weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
-            plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
-    print_savings(out, plan->info.savings);
-    if (plan->coefficients)
-        fprintf(out, "prefilter: a coefficient depends on voxels up to %d away along each axis\n",
-                plan->info.prefilter_overlap);
-    for (int i = 0; i < plan->info.tile_count; i++)
-        (plan->axes.separable ? print_plane : print_tile)(out, plan, i);
-    if (fclose(out) != 0)
-        goto fail;
-    plan->info.text = plan->text;
-    return WEFT_OK;
-fail:
-    weft_error(plan->log, "not enough memory for the text of the plan");
-    return WEFT_ERR_MEMORY;
-}
-
 // ---- the request --------------------------------------------------------------------------------
 
 static enum weft_result check_request(const struct weft_slice_params *p)
@@ -636,12 +553,11 @@ static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_v
     return weft_volume_prefilter(volume, &p->kernel, p->log, &plan->coefficients);
 }
 
-enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
-                                        weft_slice_plan **out)
+enum weft_result weft_slice_request_create(weft_volume *volume,
+                                           const struct weft_slice_params *params,
+                                           struct weft_slice_plan **out)
 {
     *out = NULL;
-    const struct weft_volume_info *info = weft_volume_get_info(volume);
-    weft_brick_store *store = NULL;
     enum weft_result res = WEFT_ERR_MEMORY;
     struct weft_slice_params p = *params;
     struct weft_slice_plan *plan = calloc(1, sizeof *plan);
@@ -662,41 +578,58 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         goto fail;
     }
     res = p.kernel.prefiltered ? create_coefficients(plan, volume, &p) : WEFT_OK;
-    if (res != WEFT_OK)
-        goto fail;
-    volume = weft_slice_voxels(plan, volume);
-    info = weft_volume_get_info(volume);
-    res = weft_slice_grid_create(p.log, &p, info, &plan->grid);
+    if (res == WEFT_OK)
+        res = weft_slice_grid_create(p.log, &p, weft_volume_get_info(volume), &plan->grid);
     if (res == WEFT_OK)
         res = set_request(plan, &p);
+    if (res != WEFT_OK)
+        goto fail;
+    *out = plan;
+    return WEFT_OK;
+fail:
+    weft_slice_plan_destroy(&plan);
+    return res;
+}
+
+enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
+                                        weft_slice_plan **out)
+{
+    *out = NULL;
+    const struct weft_slice_params *p = params;
+    weft_brick_store *store = NULL;
+    struct weft_slice_plan *plan = NULL;
+    enum weft_result res = weft_slice_request_create(volume, params, &plan);
+    if (res != WEFT_OK)
+        return res;
+    volume = weft_slice_voxels(plan, volume);
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    res = find_topology(plan, volume);
     if (res == WEFT_OK)
-        res = find_topology(plan, volume);
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(p.log, info, &plan->topology, NULL, NULL, &store);
+        res = weft_slice_store_create(p->log, info, &plan->topology, NULL, NULL, &store);
     if (res != WEFT_OK)
         goto fail;
     struct planner planner = {
         .plan = plan,
         .volume = info,
         .store = store,
-        .progress = p.progress,
-        .memory_bytes = p.memory_bytes ? p.memory_bytes : DEFAULT_MEMORY,
+        .progress = p->progress,
+        .memory_bytes = p->memory_bytes ? p->memory_bytes : DEFAULT_MEMORY,
         .max_tile =
-            p.max_target_size > 0 && p.max_target_size < MAX_TILE ? p.max_target_size : MAX_TILE,
-        .max_texels = p.max_buffer_texels > 0 && p.max_buffer_texels < MAX_TEXELS
-                          ? p.max_buffer_texels
+            p->max_target_size > 0 && p->max_target_size < MAX_TILE ? p->max_target_size : MAX_TILE,
+        .max_texels = p->max_buffer_texels > 0 && p->max_buffer_texels < MAX_TEXELS
+                          ? p->max_buffer_texels
                           : MAX_TEXELS,
     };
     plan->separable_bytes = planner.memory_bytes / 2;
-    res = plan_tiles(&planner, p.layout);
+    res = plan_tiles(&planner, p->layout);
     if (res != WEFT_OK)
         goto fail;
-    fill_info(plan, &p, info);
-    res = print_plan(plan, info);
+    fill_info(plan, p, info);
+    res = weft_slice_text_print(plan, info);
     if (res != WEFT_OK)
         goto fail;
     if (plan->info.misses_volume)
-        weft_warn(p.log, "the slice misses grid %s: every pixel is the background, %g", info->name,
+        weft_warn(p->log, "the slice misses grid %s: every pixel is the background, %g", info->name,
                   info->background);
     weft_brick_store_destroy(&store);
     *out = plan;

@@ -103,4 +103,14 @@ enum weft_result weft_slice_separable_run(weft_context *context, const struct we
                                           const struct weft_progress *progress,
                                           struct weft_slice_report *report);
 
+// What of a plan does not depend on where the voxels lie: kernel, grid, axes, savings and bounds,
+// without tiles. Returns as weft_slice_plan_create.
+enum weft_result weft_slice_request_create(weft_volume *volume,
+                                           const struct weft_slice_params *params,
+                                           struct weft_slice_plan **out);
+
+// Fills text and info.text. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
+                                       const struct weft_volume_info *volume);
+
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/way.h"
+#include "passes/way_impl.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,7 +9,6 @@
 #include "filter/analysis.h"
 #include "filter/check.h"
 #include "filter/error.h"
-#include "passes/slice_passes.h"
 
 const char *const weft_method_names[] = {"fused", "separable", "passes", NULL};
 
@@ -85,7 +84,7 @@ static bool can_run(const struct weft_profile *profile, enum weft_technique tech
 
 static void add_passes(struct list *list)
 {
-    enum { MIDDLE_SAMPLES = 32, MOST_SAMPLES = 64 };
+    enum { MIDDLE_SAMPLES = 32, MOST_SAMPLES = 64, MANY_BITS = 12 };
     static const char *const profiles[] = {"fp32", "fp16", "unorm16", "unorm8"};
     for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
         for (int technique = 0; weft_technique_names[technique]; technique++) {
@@ -95,7 +94,12 @@ static void add_passes(struct list *list)
                                        .profile = *weft_profile_find(profiles[p]),
                                        .technique = (enum weft_technique)technique};
                 const bool usual = technique <= WEFT_TECHNIQUE_DOT4;
-                if (can_run(&way.profile, way.technique) && (usual || samples == MIDDLE_SAMPLES))
+                if (!can_run(&way.profile, way.technique) || !(usual || samples == MIDDLE_SAMPLES))
+                    continue;
+                add(list, way);
+                // Finer weights than the target's codes, as far as products have room.
+                way.bits = MANY_BITS;
+                if (usual && way.profile.target == WEFT_TARGET_UNORM8)
                     add(list, way);
             }
         }
@@ -121,7 +125,7 @@ enum weft_result weft_way_list(const struct weft_log *log, struct weft_way **out
 // ---- plans --------------------------------------------------------------------------------------
 
 // What the way decides of the slice.
-static struct weft_slice_params slice_params(const struct weft_way_params *p)
+struct weft_slice_params weft_way_slice_params(const struct weft_way_params *p)
 {
     struct weft_slice_params slice = p->slice;
     const struct weft_way *way = &p->way;
@@ -171,6 +175,12 @@ static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_p
     return WEFT_OK;
 }
 
+double weft_way_slice_bound(const struct weft_slice_plan_info *info,
+                            const struct weft_slice_measure *measure)
+{
+    return info->error_measured * largest_magnitude(measure) + info->error_absolute;
+}
+
 // The leading term, for a signal whose derivatives are as large as its samples' differences.
 static double leading_e1(const struct weft_kernel *kernel, const struct weft_slice_measure *measure)
 {
@@ -180,7 +190,7 @@ static double leading_e1(const struct weft_kernel *kernel, const struct weft_sli
     return weft_error_e1(kernel, 3, measure->difference[order - 1]);
 }
 
-static enum weft_result check_way(const struct weft_way_params *p)
+enum weft_result weft_way_check(const struct weft_way_params *p)
 {
     const struct weft_way *way = &p->way;
     const bool unorm = way->method == WEFT_METHOD_FUSED && way->source >= WEFT_SOURCE_UNORM16;
@@ -200,11 +210,11 @@ enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way
                                       weft_way_plan **out)
 {
     *out = NULL;
-    enum weft_result res = check_way(params);
+    enum weft_result res = weft_way_check(params);
     weft_way_plan *plan = NULL;
     if (res != WEFT_OK)
         return res;
-    const struct weft_slice_params slice = slice_params(params);
+    const struct weft_slice_params slice = weft_way_slice_params(params);
     res = WEFT_ERR_MEMORY;
     plan = calloc(1, sizeof *plan);
     if (!plan) {
@@ -227,8 +237,7 @@ enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way
     }
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
-    plan->info.bound =
-        info->error_measured * largest_magnitude(&params->measure) + info->error_absolute;
+    plan->info.bound = weft_way_slice_bound(info, &params->measure);
     plan->info.e1 = leading_e1(&info->kernel, &params->measure);
     if (params->way.method == WEFT_METHOD_PASSES)
         res = plan_passes(plan, params);
@@ -260,6 +269,11 @@ const struct weft_way_plan_info *weft_way_plan_get_info(const weft_way_plan *pla
 const weft_slice_plan *weft_way_plan_get_slice(const weft_way_plan *plan)
 {
     return plan->slice;
+}
+
+const weft_plan *weft_way_plan_get_passes(const weft_way_plan *plan)
+{
+    return plan->passes;
 }
 
 // ---- runs ---------------------------------------------------------------------------------------
@@ -296,6 +310,7 @@ static enum weft_result run_passes(weft_context *context, const weft_way_plan *p
         .minimum = report.minimum,
         .maximum = report.maximum,
         .not_finite = report.not_finite,
+        .passes_report = report,
     };
     return WEFT_OK;
 }

@@ -9,7 +9,7 @@
 #define WEFT_PASSES_WAY_H
 
 #include "passes/plan.h"
-#include "passes/slice.h"
+#include "passes/slice_passes.h"
 
 WEFT_BEGIN_DECLS
 
@@ -72,8 +72,9 @@ WEFT_API enum weft_result weft_way_plan_create(weft_volume *volume,
                                                weft_way_plan **out);
 WEFT_API void weft_way_plan_destroy(weft_way_plan **plan); // accepts &NULL
 WEFT_API const struct weft_way_plan_info *weft_way_plan_get_info(const weft_way_plan *plan);
-// For weft_slice_verify; the way's own.
+// For weft_slice_verify; the way's own. NULL but for passes: their plan.
 WEFT_API const weft_slice_plan *weft_way_plan_get_slice(const weft_way_plan *plan);
+WEFT_API const weft_plan *weft_way_plan_get_passes(const weft_way_plan *plan);
 
 struct weft_way_report {
     double seconds; // the whole run: reading voxels, layout, upload, passes, reading back
@@ -83,6 +84,7 @@ struct weft_way_report {
     float minimum, maximum; // of the finite pixels
     uint64_t not_finite;
     struct weft_slice_report slice; // fused and separable: what was saved
+    struct weft_slice_passes_report passes_report;
 };
 
 // As weft_slice_run.

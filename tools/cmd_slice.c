@@ -9,11 +9,12 @@
 #include "plan_options.h"
 #include "preview.h"
 #include "report.h"
-#include "slice_job.h"
+#include "slice_budget.h"
 #include "verb.h"
 
 static const char *const axes[] = {"x", "y", "z", NULL};
 static const char *const spaces[] = {"world", "index", NULL}; // in the order of enum weft_space
+static const char *const sources[] = {"32f", "16f", "unorm16", "unorm8", NULL};         // likewise
 static const char *const layouts[] = {"auto", "interleaved", "aligned", "plain", NULL}; // likewise
 
 static const struct option_spec options[SLICE_OPTION_COUNT] = {
@@ -78,6 +79,38 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "how voxels lie in the texture buffer: fastest with 4 times the memory, "
                       "a row of four at a time, one by one (default auto, by memory)",
                       layouts},
+    [SLICE_SOURCE] = {.name = "source",
+                      0,
+                      OPTION_CHOICE,
+                      "32f|16f|unorm16|unorm8",
+                      "how voxels are stored there (default 32f); the others hold the range of the "
+                      "voxels in reach, or --source-range",
+                      sources},
+    [SLICE_LOOKUP] = {.name = "lookup",
+                      0,
+                      OPTION_CHOICE,
+                      "polynomial|linear|nearest",
+                      "how the kernel's weights are had: exactly (default), or from tiles of "
+                      "--resolution M samples an axis",
+                      weft_lookup_names},
+    [SLICE_WITHOUT] = {.name = "without",
+                       0,
+                       OPTION_TEXT,
+                       "NAME,...",
+                       "do without what a scene need not pay for: constant, axis, separable, "
+                       "smooth, or all; to compare"},
+    [SLICE_CLAMP] = {.name = "clamp",
+                     0,
+                     OPTION_FLAG,
+                     NULL,
+                     "clamp each pixel to the range of the voxels next to it: no ringing"},
+    [SLICE_MAX_ERROR] = {.name = "max-error",
+                         0,
+                         OPTION_TEXT,
+                         "E|8bit|12bit|16bit",
+                         "take the cheapest way whose error bound is at most E, or half a code of "
+                         "the voxels' range; with --profile, the cheapest plan on that. "
+                         "--explain lists what was considered"},
     [SLICE_MEMORY] = {.name = "memory",
                       0,
                       OPTION_BYTES,
@@ -129,6 +162,33 @@ static struct preview_options preview_options(const struct slice_job *job)
                                     .no_clobber = o[SLICE_NO_CLOBBER].given};
 }
 
+// Of the options that say how passes are planned, two go with fused slices too.
+static const char *passes_conflict(const struct option_value *o)
+{
+    const bool profile = o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given;
+    const bool chosen = o[SLICE_MAX_ERROR].given;
+    const bool fused = o[SLICE_SOURCE].given || o[SLICE_LOOKUP].given;
+    const bool sampled = o[SLICE_LOOKUP].given && o[SLICE_LOOKUP].integer[0] != 0;
+    const bool stored = o[SLICE_SOURCE].given && o[SLICE_SOURCE].integer[0] != 0;
+    if (profile && (fused || o[SLICE_CLAMP].given))
+        return "--source, --lookup and --clamp are of slices without --profile";
+    if (chosen && fused)
+        return "--max-error chooses what --source and --lookup say";
+    for (int i = RESAMPLE_PLAN_PROFILE + 1; i < RESAMPLE_PLAN_OPTION_COUNT; i++) {
+        if (!o[SLICE_PASSES + i].given)
+            continue;
+        if (chosen)
+            return "--max-error chooses what --technique, --resolution, --bits, --taps-per-pass, "
+                   "--worst-case, --order and --source-range say";
+        if (!profile && !(i == RESAMPLE_PLAN_RESOLUTION && sampled) &&
+            !(i == RESAMPLE_PLAN_SOURCE_RANGE && stored))
+            return "--technique, --resolution, --bits, --taps-per-pass, --worst-case, --order and "
+                   "--source-range need --profile NAME (--resolution: or --lookup; "
+                   "--source-range: or --source)";
+    }
+    return NULL;
+}
+
 static const char *option_conflict(const struct option_value *o)
 {
     bool plane = o[SLICE_ORIGIN].given || o[SLICE_U].given || o[SLICE_V].given;
@@ -142,10 +202,9 @@ static const char *option_conflict(const struct option_value *o)
         return "--range and --colour-map need --preview OUT.png";
     if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given && o[SLICE_LAYOUT].given)
         return "--layout is of slices without --profile";
-    for (int i = 0; i < RESAMPLE_PLAN_OPTION_COUNT; i++)
-        if (o[SLICE_PASSES + i].given && !o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
-            return "--technique, --resolution, --bits, --taps-per-pass, --worst-case, --order and "
-                   "--source-range need --profile NAME";
+    const char *conflict = passes_conflict(o);
+    if (conflict)
+        return conflict;
     if (!o[SLICE_OUTPUT].given && !o[SLICE_PREVIEW].given && !o[SLICE_EXPLAIN].given &&
         !o[SLICE_VERIFY].given && !o[SLICE_JSON].given)
         return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
@@ -224,32 +283,91 @@ static enum weft_result choose_geometry(struct slice_job *job)
     return weft_slice_size_compute(report_log(), job->volume, space, out);
 }
 
+// "constant,smooth" as bits.
+static enum weft_result read_without(const char *text, unsigned *out)
+{
+    for (*out = 0; text && *text; text += strcspn(text, ",") + (strchr(text, ',') != NULL)) {
+        const size_t length = strcspn(text, ",");
+        int i = 0;
+        while (weft_saving_names[i] && (strlen(weft_saving_names[i]) != length ||
+                                        strncmp(weft_saving_names[i], text, length) != 0))
+            i++;
+        const bool all = length == 3 && strncmp(text, "all", 3) == 0;
+        if (!weft_saving_names[i] && !all) {
+            report_error("--without %.*s: there are constant, axis, separable, smooth and all",
+                         (int)length, text);
+            return WEFT_ERR_ARGUMENT;
+        }
+        *out |= all ? WEFT_SAVING_ALL : 1u << i;
+    }
+    return WEFT_OK;
+}
+
+// A source that is not float needs the voxels' range before it is planned.
+static enum weft_result find_range(struct slice_job *job, struct weft_slice_params *params)
+{
+    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    struct weft_slice_params plain = *params;
+    weft_slice_plan *plan = NULL;
+    if (params->source == WEFT_SOURCE_FLOAT)
+        return WEFT_OK;
+    if (range->given) {
+        params->low = range->number[0];
+        params->high = range->number[1];
+        return WEFT_OK;
+    }
+    plain.source = WEFT_SOURCE_FLOAT;
+    enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
+    struct weft_slice_measure measure = {0};
+    if (res == WEFT_OK)
+        res = weft_slice_measure(plan, job->volume, report_progress("measuring"), &measure);
+    weft_slice_plan_destroy(&plan);
+    params->low = measure.low;
+    params->high = measure.high > measure.low ? measure.high : measure.low + 1.0;
+    return res;
+}
+
 static enum weft_result make_plan(struct slice_job *job)
 {
     double start = report_now_seconds();
     const struct option_value *o = job->option;
-    const struct weft_slice_params params = {
+    struct weft_slice_params *params = &job->slice_params;
+    *params = (struct weft_slice_params){
         .kernel = job->kernel,
         .space = (enum weft_space)o[SLICE_SPACE].integer[0],
         .geometry = job->geometry,
         .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
+        .source = (enum weft_source_format)o[SLICE_SOURCE].integer[0],
+        .lookup = (enum weft_lookup)o[SLICE_LOOKUP].integer[0],
+        .samples = (int)o[SLICE_PASSES + RESAMPLE_PLAN_RESOLUTION].number[0],
+        .clamp_to_samples = o[SLICE_CLAMP].given,
         .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
         .progress = report_progress("planning"),
         .log = report_log(),
     };
-    enum weft_result res = weft_slice_plan_create(job->volume, &params, &job->plan);
+    enum weft_result res = read_without(o[SLICE_WITHOUT].text, &params->without);
+    // Passes take every tap's voxels, whatever its weight.
+    if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+        params->without |= WEFT_SAVING_AXIS;
+    if (res == WEFT_OK)
+        res = find_range(job, params);
+    if (res == WEFT_OK)
+        res = weft_slice_plan_create(job->volume, params, &job->own_plan);
+    job->plan = job->own_plan;
     job->plan_seconds = report_now_seconds() - start;
     return res;
 }
 
 static enum weft_result plan_passes(struct slice_job *job)
 {
-    if (!job->option[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+    if (!job->option[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given ||
+        job->option[SLICE_MAX_ERROR].given)
         return WEFT_OK;
     double start = report_now_seconds();
     const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
     enum weft_result res =
-        resample_plan_create(&job->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->passes);
+        resample_plan_create(&job->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->own_passes);
+    job->passes = job->own_passes;
     job->plan_seconds += report_now_seconds() - start;
     return res;
 }
@@ -332,24 +450,10 @@ static enum weft_result write_outputs(struct slice_job *job)
     return res;
 }
 
-static enum weft_result run_passes(struct slice_job *job)
+// What both kinds of run tell, and the plan's bound for what it was run on.
+static void set_passes_report(struct slice_job *job)
 {
-    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
-    const struct weft_slice_passes_params params = {
-        .slice = job->plan,
-        .plan = job->passes,
-        .volume = job->volume,
-        .low = range->given ? range->number[0] : NAN,
-        .high = range->given ? range->number[1] : NAN,
-        .memory_bytes = (uint64_t)job->option[SLICE_MEMORY].integer[0],
-        .pixels = job->pixels,
-        .progress = report_progress("slicing"),
-        .log = report_log(),
-    };
-    struct weft_slice_passes_report *r = &job->passes_report;
-    enum weft_result res = weft_slice_passes_run(job->context, &params, r);
-    if (res != WEFT_OK)
-        return res;
+    const struct weft_slice_passes_report *r = &job->passes_report;
     job->report = (struct weft_slice_report){
         .read_seconds = r->read_seconds + r->measure_seconds,
         .layout_seconds = r->layout_seconds + r->prepare_seconds,
@@ -366,11 +470,47 @@ static enum weft_result run_passes(struct slice_job *job)
     // Where no pixel is finite, both are NAN.
     job->bound =
         resample_bound_of(job->passes, r->low, r->high, fmax(0.0, fmax(-r->minimum, r->maximum)));
-    return WEFT_OK;
+}
+
+static enum weft_result run_passes(struct slice_job *job)
+{
+    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    const struct weft_slice_passes_params params = {
+        .slice = job->plan,
+        .plan = job->passes,
+        .volume = job->volume,
+        .low = range->given ? range->number[0] : NAN,
+        .high = range->given ? range->number[1] : NAN,
+        .memory_bytes = (uint64_t)job->option[SLICE_MEMORY].integer[0],
+        .pixels = job->pixels,
+        .progress = report_progress("slicing"),
+        .log = report_log(),
+    };
+    enum weft_result res = weft_slice_passes_run(job->context, &params, &job->passes_report);
+    if (res == WEFT_OK)
+        set_passes_report(job);
+    return res;
+}
+
+static enum weft_result run_chosen(struct slice_job *job)
+{
+    struct weft_way_report report;
+    enum weft_result res = weft_way_run(job->context, job->choice.plan, job->volume, job->pixels,
+                                        report_progress("slicing"), &report);
+    if (res != WEFT_OK)
+        return res;
+    job->report = report.slice;
+    if (!job->passes)
+        return WEFT_OK;
+    job->passes_report = report.passes_report;
+    set_passes_report(job);
+    return res;
 }
 
 static enum weft_result run_slice(struct slice_job *job)
 {
+    if (job->choice.plan)
+        return run_chosen(job);
     if (job->passes)
         return run_passes(job);
     return weft_slice_run(job->context, job->plan, job->volume, job->pixels,
@@ -381,8 +521,9 @@ static enum weft_result run_slice(struct slice_job *job)
 static enum weft_result run_stages(struct slice_job *job)
 {
     typedef enum weft_result (*stage)(struct slice_job * job);
-    static const stage planning[] = {check_options,   check_outputs, open_volume, choose_geometry,
-                                     allocate_pixels, make_plan,     plan_passes, NULL};
+    static const stage planning[] = {check_options,   check_outputs,   open_volume,
+                                     choose_geometry, allocate_pixels, make_plan,
+                                     plan_passes,     slice_choose,    NULL};
     static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
@@ -412,8 +553,9 @@ static int run(const char *operand, const struct option_value *values)
         slice_print_text(&job);
     free(job.pixels);
     weft_context_destroy(&job.context);
-    weft_plan_destroy(&job.passes);
-    weft_slice_plan_destroy(&job.plan);
+    weft_choice_clear(&job.choice);
+    weft_plan_destroy(&job.own_passes);
+    weft_slice_plan_destroy(&job.own_plan);
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);
     return report_finish(res);

@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_SLICE_JOB_H
 #define WEFT_TOOLS_SLICE_JOB_H
 
+#include "budget.h"
 #include "options.h"
 #include "resample_plan.h"
 #include "weft.h"
@@ -21,6 +22,11 @@ enum slice_option {
     SLICE_SPACE,
     SLICE_CONTEXT,
     SLICE_LAYOUT,
+    SLICE_SOURCE,
+    SLICE_LOOKUP,
+    SLICE_WITHOUT,
+    SLICE_CLAMP,
+    SLICE_MAX_ERROR,
     SLICE_MEMORY,
     SLICE_PASSES, // the first of enum resample_plan_option
     SLICE_RANGE = SLICE_PASSES + RESAMPLE_PLAN_OPTION_COUNT,
@@ -44,8 +50,15 @@ struct slice_job {
 
     struct weft_slice_geometry geometry; // as asked, with the size chosen
     weft_volume *volume;
-    weft_slice_plan *plan;
-    weft_plan *passes;     // NULL without --profile
+    struct weft_slice_params slice_params; // as planned
+    weft_slice_plan *own_plan;
+    weft_plan *own_passes;
+    const weft_slice_plan *plan; // the job's own, or the chosen way's
+    const weft_plan *passes;     // likewise; NULL: none
+    // With --max-error.
+    double max_error; // in the volume's values
+    struct weft_cost_model model;
+    struct weft_choice choice;
     weft_context *context; // NULL when only explained
     float *pixels;
 

@@ -9,7 +9,7 @@
 #include "kernels.h"
 #include "paths.h"
 #include "report.h"
-#include "slice_job.h"
+#include "slice_budget.h"
 
 static const char *space_name(enum weft_space space)
 {
@@ -116,6 +116,21 @@ static json_t *tiles_json(const struct weft_slice_plan_info *plan)
     return tiles;
 }
 
+static json_t *savings_json(const struct slice_job *job)
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_slice_report *r = &job->report;
+    json_t *names = json_array();
+    for (int i = 0; weft_saving_names[i]; i++)
+        if (plan->savings & 1u << i)
+            json_array_append_new(names, json_text(weft_saving_names[i]));
+    return json_pack("{s:o,s:i,s:i,s:o,s:o,s:o,s:o}", "kinds", names, "summed_axis",
+                     plan->summed_axis, "summed_taps", plan->summed_taps, "source_texels",
+                     json_count(plan->source_texels), "cells_constant",
+                     json_count(r->cells_constant), "cells_smooth", json_count(r->cells_smooth),
+                     "fetches", json_count(r->fetches));
+}
+
 static void set_plan(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
@@ -131,10 +146,16 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
     if (plan->kernel.prefiltered)
         json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
+    if (job->choice.plan)
+        json_object_set_new(root, "budget", slice_budget_json(job));
     if (job->passes) {
         json_object_set_new(root, "pass_plan", resample_plan_json(job->passes));
         return;
     }
+    json_object_set_new(root, "source", json_text(weft_source_format_name(plan->source)));
+    json_object_set_new(root, "lookup", json_text(weft_lookup_names[plan->lookup]));
+    json_object_set_new(root, "savings", savings_json(job));
+    json_object_set_new(root, "error_absolute", json_number(plan->error_absolute));
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
     json_object_set_new(root, "error_bound", json_number(plan->error_bound));
@@ -286,6 +307,8 @@ void slice_print_text(const struct slice_job *job)
     if (!job->context) {
         const char *text = weft_slice_plan_get_info(job->plan)->text;
         size_t size = strlen(text);
+        if (job->choice.plan)
+            slice_budget_print(job);
         printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
         if (job->passes)
             resample_plan_print(job->passes);

@@ -5,7 +5,7 @@
 
 #include "options.h"
 
-enum { VERB_MAX_OPTIONS = 32 };
+enum { VERB_MAX_OPTIONS = 48 };
 
 struct verb {
     const char *name;

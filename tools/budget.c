@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "budget.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "report.h"
+
+enum { MAX_BITS = 24 };
+
+enum weft_result budget_parse(const char *text, struct budget *out)
+{
+    char *end = NULL;
+    const double value = strtod(text, &end);
+    *out = (struct budget){.error = value};
+    if (end != text && *end == '\0' && isfinite(value) && value >= 0.0)
+        return WEFT_OK;
+    if (end != text && strcmp(end, "bit") == 0 && value >= 1.0 && value <= MAX_BITS &&
+        value == floor(value)) {
+        *out = (struct budget){.error = NAN, .bits = (int)value};
+        return WEFT_OK;
+    }
+    report_error("--max-error %s: a number from 0 on, or 8bit, 12bit, 16bit (1 to %d) for half a "
+                 "code of the source's range",
+                 text, MAX_BITS);
+    return WEFT_ERR_ARGUMENT;
+}
+
+double budget_error(const struct budget *budget, double low, double high)
+{
+    return budget->bits ? 0.5 * (high - low) / (ldexp(1.0, budget->bits) - 1.0) : budget->error;
+}
