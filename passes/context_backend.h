@@ -23,7 +23,7 @@ extern const struct weft_context_backend weft_backend_egl_surfaceless;
 
 // Programs once linked stay for the context's life: a slice needs two, compiling takes longer than
 // drawing. The oldest gives way.
-enum { WEFT_PROGRAM_CACHE = 16 };
+enum { WEFT_PROGRAM_CACHE = 64 };
 struct weft_cached_program {
     char *key; // what it was made from
     GLuint program;

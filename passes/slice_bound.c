@@ -57,22 +57,47 @@ void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
 
 static const double UNIT = 0x1p-24; // unit roundoff of single precision
 
+// What Horner's rule rounds for one tap at u in a segment: each step's product and sum by what they
+// are there (a running error), and the coefficients by half a unit each.
+static double horner_error(const struct weft_polynomial_tiles *t, const float *coefficients,
+                           double u)
+{
+    const size_t stride = 4 * (size_t)t->groups;
+    double value = coefficients[(size_t)t->degree * stride];
+    double error = t->exact ? 0.0 : UNIT * fabs(value);
+    for (int p = t->degree - 1; p >= 0; p--) {
+        const double c = coefficients[(size_t)p * stride], product = value * u;
+        value = product + c;
+        error = error * u + UNIT * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
+    }
+    return error;
+}
+
+// The largest sum of these over the taps, found at points a little apart.
+static double rounding_of_weights(const struct weft_polynomial_tiles *t)
+{
+    enum { POINTS = 512 };
+    const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
+    const int points = t->segments < POINTS ? POINTS / t->segments : 1;
+    double largest = 0.0;
+    for (int i = 0; i <= t->segments * points - (points == 1); i++) {
+        const int segment = i / points < t->segments ? i / points : t->segments - 1;
+        const double u = points == 1 ? 1.0 : (double)(i - segment * points) / points;
+        double sum = 0.0;
+        for (int tap = 0; tap < t->width; tap++)
+            sum += horner_error(t, t->coefficients + (size_t)segment * segment_size + tap, u);
+        largest = fmax(largest, sum);
+    }
+    // Between two points it can be a little more.
+    return 1.05 * largest;
+}
+
 // Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
 static double weight_error(const struct weft_slice_plan *plan, double slope)
 {
-    const struct weft_polynomial_tiles *t = &plan->kernel_tiles;
-    double largest = 0.0;
-    size_t stride = 4 * (size_t)t->groups, segment_size = stride * (size_t)(t->degree + 1);
-    for (int s = 0; s < t->segments; s++) {
-        double sum = 0.0;
-        for (size_t i = 0; i < segment_size; i++)
-            sum += fabs(t->coefficients[(size_t)s * segment_size + i]);
-        largest = fmax(largest, sum);
-    }
-    // Horner's rule: 2 degree + 1 roundings, coefficients included, each of at most sum |c|.
-    double horner = (2 * t->degree + 1) * UNIT * largest;
-    double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
-    return horner + t->sum_error + position * slope;
+    const double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
+           position * slope;
 }
 
 static double largest_slope(const struct weft_kernel *kernel)
@@ -102,7 +127,8 @@ static double relative_bound(const struct weft_slice_plan *plan, double gain)
     const struct weft_kernel *kernel = &plan->info.kernel;
     double weights = weight_error(plan, largest_slope(kernel));
     int axes = convolved_axes(plan);
-    double sums = axes * (kernel->width + 1) * UNIT; // products and additions of each level
+    // A product and the additions after it, on each level; the first one is to 0.
+    double sums = axes * kernel->width * UNIT;
     return pow(gain + weights, axes) * (1.0 + sums) * (1.0 + (plan->axes.summed ? UNIT : 0.0)) -
            pow(gain, axes);
 }

@@ -10,80 +10,9 @@
 
 #include "common.h"
 #include "contexts.h"
-#include "weft.h"
+#include "slice_jobs.h"
 
-enum { SIDE = 40, VOXELS = SIDE * SIDE * SIDE, JOBS = 150 };
-
-// ---- a random job -------------------------------------------------------------------------------
-
-struct random {
-    uint64_t state;
-};
-
-static double uniform(struct random *r) // splitmix64, in [0, 1)
-{
-    uint64_t h = r->state += UINT64_C(0x9e3779b97f4a7c15);
-    h = (h ^ h >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    h = (h ^ h >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (double)((h ^ h >> 31) >> 11) * 0x1p-53;
-}
-
-static int below(struct random *r, int n)
-{
-    return (int)(uniform(r) * n);
-}
-
-// Smooth in one half, noise in a corner, constant in the rest; somewhere in the reals.
-static weft_volume *random_volume(struct random *r)
-{
-    float *data = malloc(VOXELS * sizeof *data);
-    assert_non_null(data);
-    const double scale = ldexp(1.0, below(r, 21) - 10), offset = scale * 4.0 * (uniform(r) - 0.5);
-    for (int i = 0; i < VOXELS; i++) {
-        const int x = i % SIDE, y = i / SIDE % SIDE, z = i / (SIDE * SIDE);
-        double value = 0.25;
-        if (x < SIDE / 2)
-            value = 0.5 + 0.2 * sin(0.11 * x + 0.07 * y) + 0.2 * cos(0.09 * z - 0.05 * x);
-        else if (y < SIDE / 2 && z < SIDE / 2)
-            value = uniform(r);
-        data[i] = (float)(offset + scale * value);
-    }
-    weft_volume *volume = NULL;
-    const struct weft_volume_params *params =
-        weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data, .log = &log_to_stderr,
-                           .background = uniform(r) < 0.5 ? NAN : (float)offset);
-    assert_int_equal(weft_volume_create(params, &volume), WEFT_OK);
-    free(data);
-    return volume;
-}
-
-// Oblique, turned about an axis, or along the axes; on the lattice at times.
-static struct weft_slice_geometry random_plane(struct random *r)
-{
-    struct weft_slice_geometry g = {.width = 8 + below(r, 90), .height = 8 + below(r, 70)};
-    const int kind = below(r, 3), axis = below(r, 3), p = (axis + 1) % 3, q = (axis + 2) % 3;
-    for (int a = 0; a < 3; a++) {
-        g.u[a] = kind == 0 ? SIDE * (uniform(r) - 0.5) : 0.0;
-        g.v[a] = kind == 0 ? SIDE * (uniform(r) - 0.5) : 0.0;
-    }
-    if (kind > 0) {
-        g.u[p] = SIDE * (0.2 + uniform(r));
-        g.v[q] = SIDE * (0.2 + uniform(r));
-    }
-    if (kind == 1) {
-        g.u[q] = 0.3 * g.v[q];
-        g.v[p] = -0.4 * g.u[p];
-    }
-    for (int a = 0; a < 3; a++)
-        g.origin[a] = SIDE * uniform(r) - 0.5 * (g.u[a] + g.v[a]);
-    if (below(r, 2))
-        g.origin[axis] = floor(g.origin[axis]);
-    return g;
-}
-
-static const char *const kernels[] = {"catmull-rom", "bspline3", "linear",    "bspline3i",
-                                      "nearest",     "mitchell", "bspline2",  "lanczos:3+unit",
-                                      "lanczos:2",   "keys6",    "d-bspline", "blackman-sinc:2"};
+enum { JOBS = 150 };
 
 static struct weft_way random_way(struct random *r)
 {
@@ -96,26 +25,6 @@ static struct weft_way random_way(struct random *r)
 }
 
 // ---- tests --------------------------------------------------------------------------------------
-
-struct job {
-    weft_volume *volume;
-    struct weft_way_params params;
-};
-
-static void set_job(struct random *r, struct job *job)
-{
-    const struct weft_slice_geometry plane = random_plane(r);
-    *job = (struct job){.volume = random_volume(r)};
-    job->params.slice = (struct weft_slice_params){
-        .kernel = kernel_named(kernels[below(r, (int)WEFT_COUNT(kernels))]),
-        .space = WEFT_SPACE_INDEX,
-        .geometry = plane,
-        .log = &log_to_stderr};
-    weft_slice_plan *plan = NULL;
-    assert_int_equal(weft_slice_plan_create(job->volume, &job->params.slice, &plan), WEFT_OK);
-    assert_int_equal(weft_slice_measure(plan, job->volume, NULL, &job->params.measure), WEFT_OK);
-    weft_slice_plan_destroy(&plan);
-}
 
 // Runs one way and checks every pixel against the bound. Returns false where it is unsupported.
 static bool check(weft_context *context, const struct job *job, const char *what,
@@ -160,7 +69,7 @@ static void fused_ways_stay_within_their_bounds(void **state)
         struct weft_way_report report;
         char what[32];
         snprintf(what, sizeof what, "job %d", i);
-        set_job(&r, &job);
+        set_job(&r, 1, &job);
         job.params.way = random_way(&r);
         job.params.slice.without = below(&r, 2) ? 0u : (unsigned)below(&r, WEFT_SAVING_ALL + 1);
         job.params.slice.clamp_to_samples =
@@ -200,7 +109,7 @@ static void listed_ways_stay_within_their_bounds(void **state)
             assert_string_not_equal(name, other);
         }
         snprintf(what, sizeof what, "way %d", (int)i);
-        set_job(&r, &job);
+        set_job(&r, 1, &job);
         job.params.way = ways[i];
         // Planning others takes long with many taps or samples.
         if (ways[i].method == WEFT_METHOD_PASSES) {

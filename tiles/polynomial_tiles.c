@@ -87,6 +87,7 @@ static void fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *
 {
     int stride = 4 * tiles->groups;
     tiles->error = tiles->sum_error = 0.0;
+    tiles->exact = true;
     for (int segment = 0; segment < tiles->segments; segment++) {
         double errors[PROBES] = {0};
         for (int tap = 0; tap < tiles->width; tap++) {
@@ -94,8 +95,10 @@ static void fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *
             tiles->error =
                 fmax(tiles->error, fit_segment(kernel, tiles, tap, segment, coefficient, errors));
             float *out = &tiles->coefficients[segment * (tiles->degree + 1) * stride + tap];
-            for (int p = 0; p <= tiles->degree; p++)
+            for (int p = 0; p <= tiles->degree; p++) {
                 out[p * stride] = (float)coefficient[p];
+                tiles->exact &= fabs(out[p * stride] - coefficient[p]) < 1e-12;
+            }
         }
         for (int i = 0; i < PROBES; i++)
             tiles->sum_error = fmax(tiles->sum_error, PROBED * errors[i]);

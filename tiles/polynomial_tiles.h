@@ -23,6 +23,7 @@ struct weft_polynomial_tiles {
     double error, sum_error;
     // [segment][power][4 * groups taps]; weight = sum_p c[p] u^p, u = fraction of the segment.
     float *coefficients;
+    bool exact; // rounding the coefficients to floats changed none
     size_t coefficient_count;
 };
 
