@@ -14,9 +14,11 @@ enum weft_result budget_parse(const char *text, struct budget *out)
     char *end = NULL;
     const double value = strtod(text, &end);
     *out = (struct budget){.error = value};
-    if (end != text && *end == '\0' && isfinite(value) && value >= 0.0)
+    if (strpbrk(text, "xX")) // hexadecimal numbers, which strtod takes
+        end = NULL;
+    if (end && end != text && *end == '\0' && isfinite(value) && value >= 0.0)
         return WEFT_OK;
-    if (end != text && strcmp(end, "bit") == 0 && value >= 1.0 && value <= MAX_BITS &&
+    if (end && end != text && strcmp(end, "bit") == 0 && value >= 1.0 && value <= MAX_BITS &&
         value == floor(value)) {
         *out = (struct budget){.error = NAN, .bits = (int)value};
         return WEFT_OK;
