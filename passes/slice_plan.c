@@ -460,8 +460,9 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
     info->samples = plan->kernel_tiles.segments;
     info->weight_vectors = (plan->kernel_tiles.degree + 1) * plan->kernel_tiles.groups;
     weft_slice_axes_set(plan, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples);
-    if (p->source == WEFT_SOURCE_FLOAT && p->lookup == WEFT_LOOKUP_POLYNOMIAL &&
-        !(p->without & WEFT_SAVING_SEPARABLE))
+    // It has a layout, a source and weights of its own.
+    if (p->layout == WEFT_LAYOUT_AUTO && p->source == WEFT_SOURCE_FLOAT &&
+        p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
         weft_slice_separable_set(plan);
     weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
     if (plan->axes.separable)

@@ -86,6 +86,7 @@ static void plane_destroy(struct plane *p)
     free(p->strip);
     free(p->x);
     free(p->y);
+    *p = (struct plane){0};
 }
 
 static enum weft_result plane_create(const struct weft_slice_plan *plan,

@@ -124,7 +124,7 @@ static void what_cannot_be_met_is_refused(void **state)
     command_fails(2, "need --profile", "slice", "ml.vdb", "--json", "--resolution", "16");
     command_fails(2, "need --profile", "slice", "ml.vdb", "--json", "--lookup", "polynomial",
                   "--resolution", "16");
-    command_fails(2, "1 to 1024", "slice", "ml.vdb", "--json", "--lookup", "nearest",
+    command_fails(2, "1 to 4096", "slice", "ml.vdb", "--json", "--lookup", "nearest",
                   "--resolution", "5000");
     command_fails(2, "there are constant, axis, separable, smooth and all", "slice", "ml.vdb",
                   "--json", "--without", "constant,bricks");
