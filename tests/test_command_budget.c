@@ -128,7 +128,7 @@ static void what_cannot_be_met_is_refused(void **state)
                   "--resolution", "5000");
     command_fails(2, "there are constant, axis, separable, smooth and all", "slice", "ml.vdb",
                   "--json", "--without", "constant,bricks");
-    command_fails(2, "0 to 0 is none", "slice", "ml.vdb", "--json", "--source", "unorm8",
+    command_fails(2, "LO must be less than HI", "slice", "ml.vdb", "--json", "--source", "unorm8",
                   "--source-range", "0,0");
 }
 

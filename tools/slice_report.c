@@ -283,6 +283,11 @@ static void print_error(const struct weft_slice_error *e)
 
 static void print_bound(const struct slice_job *job)
 {
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    if (!job->passes) {
+        printf("bound: %.3g\n", plan->error_bound * job->error.magnitude + plan->error_absolute);
+        return;
+    }
     const struct weft_slice_passes_report *r = &job->passes_report;
     char text[RESAMPLE_PLAN_TEXT];
     printf("bound: %s, for voxels from %.9g to %.9g\n", resample_bound_format(&job->bound, text),
@@ -319,7 +324,7 @@ void slice_print_text(const struct slice_job *job)
                job->preview_range[0], job->preview_range[1]);
     if (job->option[SLICE_VERIFY].given)
         print_error(&job->error);
-    if (job->option[SLICE_VERIFY].given && job->passes)
+    if (job->option[SLICE_VERIFY].given)
         print_bound(job);
     note_times(job);
 }
