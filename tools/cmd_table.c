@@ -157,20 +157,6 @@ static enum weft_result read_list(const struct table_job *job, enum table_option
     return parse_list(&options[index], text, low, high, max_count, out, count);
 }
 
-// The length of the kernel at the start of a list.
-static size_t kernel_length(const char *text, bool semicolons)
-{
-    if (semicolons)
-        return strcspn(text, ";");
-    const char *at = text;
-    while ((at += strcspn(at, ",")), *at) {
-        if (!(isdigit((unsigned char)at[1]) || (at[1] && strchr("+-.", at[1]))))
-            break;
-        at++;
-    }
-    return (size_t)(at - text);
-}
-
 static enum weft_result add_kernel(struct table_job *job, const char *text, size_t length)
 {
     while (length && isspace((unsigned char)*text)) {
@@ -205,7 +191,7 @@ static enum weft_result read_kernels(struct table_job *job)
                            : "bspline;catmull-rom;blackman-sinc:2";
     const bool semicolons = strchr(text, ';');
     for (;;) {
-        size_t length = kernel_length(text, semicolons);
+        size_t length = kernels_list_length(text, semicolons);
         enum weft_result res = add_kernel(job, text, length);
         if (res != WEFT_OK || !text[length])
             return res;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "kernels.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -42,6 +43,19 @@ enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_ke
     res = *file ? WEFT_ERR_FORMAT : WEFT_ERR_ARGUMENT;
     weft_kernel_file_destroy(file);
     return res;
+}
+
+size_t kernels_list_length(const char *text, bool semicolons)
+{
+    if (semicolons)
+        return strcspn(text, ";");
+    const char *at = text;
+    while ((at += strcspn(at, ",")), *at) {
+        if (!(isdigit((unsigned char)at[1]) || (at[1] && strchr("+-.", at[1]))))
+            break;
+        at++;
+    }
+    return (size_t)(at - text);
 }
 
 void kernels_print(void)

@@ -42,7 +42,7 @@ static int run_gnuplot(const char *argument, FILE *in, FILE *out, FILE *err)
     return status;
 }
 
-static bool gnuplot_runs(void)
+bool plot_can_draw(void)
 {
     FILE *in = tmpfile(), *out = tmpfile();
     bool runs = in && out && run_gnuplot("--version", in, out, out) == 0;
@@ -61,7 +61,7 @@ enum exit_code plot_check(const char *path, const char *otherwise)
     }
     if (paths_check_output(path, false) != WEFT_OK)
         return EXIT_CODE_OUTPUT;
-    if (gnuplot_runs())
+    if (plot_can_draw())
         return EXIT_CODE_DONE;
     report_error("--plot needs the program gnuplot (Debian package gnuplot-nox), which does not "
                  "run here; without it, %s gives the data",
@@ -73,7 +73,7 @@ enum exit_code plot_begin(const char *path, int width, int height, struct plot *
 {
     *out = (struct plot){.path = path, .script = tmpfile()};
     if (!out->script) {
-        report_error("--plot %s: no temporary file: %s", path, strerror(errno));
+        report_error("%s: no temporary file: %s", path, strerror(errno));
         return EXIT_CODE_FAILED;
     }
     const char *terminal = ends_with(path, ".svg") ? "svg background 'white'" : "pngcairo";
@@ -112,7 +112,7 @@ static void report_gnuplot(const char *path, FILE *err)
         best[strcspn(best, "\n")] = 0;
         break;
     }
-    report_error("--plot %s: gnuplot failed: %s", path, best);
+    report_error("%s: gnuplot failed: %s", path, best);
 }
 
 static enum exit_code save(const char *path, FILE *out)
@@ -122,11 +122,51 @@ static enum exit_code save(const char *path, FILE *out)
     rewind(out);
     enum exit_code code = EXIT_CODE_FAILED;
     if (!data || fread(data, 1, (size_t)size, out) != (size_t)size)
-        report_error("--plot %s: the image of %ld bytes cannot be read back", path, size);
+        report_error("%s: the image of %ld bytes cannot be read back", path, size);
     else
         code = output_save(path, data, (size_t)size) == WEFT_OK ? EXIT_CODE_DONE : EXIT_CODE_OUTPUT;
     free(data);
     return code;
+}
+
+// The first line sets the terminal, and the image's name comes after it.
+static void copy_script(FILE *script, const char *path, FILE *out)
+{
+    bool first = true;
+    rewind(script);
+    for (int c; (c = getc(script)) != EOF;) {
+        putc(c, out);
+        if (c != '\n' || !first)
+            continue;
+        first = false;
+        fputs("set output ", out);
+        plot_quote(out, path);
+        putc('\n', out);
+    }
+}
+
+enum exit_code plot_save_script(struct plot *plot, const char *script_path)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    if (out)
+        copy_script(plot->script, plot->path, out);
+    bool good = out && fclose(out) == 0;
+    enum exit_code code = EXIT_CODE_FAILED;
+    if (good)
+        code = output_save(script_path, text, size) == WEFT_OK ? EXIT_CODE_DONE : EXIT_CODE_OUTPUT;
+    else
+        report_error("%s: out of memory", script_path);
+    free(text);
+    return code;
+}
+
+void plot_discard(struct plot *plot)
+{
+    if (plot->script)
+        fclose(plot->script);
+    *plot = (struct plot){0};
 }
 
 enum exit_code plot_finish(struct plot *plot)
@@ -134,23 +174,23 @@ enum exit_code plot_finish(struct plot *plot)
     enum exit_code code = EXIT_CODE_FAILED;
     FILE *out = tmpfile(), *err = tmpfile();
     if (!out || !err || fflush(plot->script) != 0 || ferror(plot->script)) {
-        report_error("--plot %s: no temporary file: %s", plot->path, strerror(errno));
+        report_error("%s: no temporary file: %s", plot->path, strerror(errno));
         goto fail;
     }
     rewind(plot->script);
     int status = run_gnuplot("-", plot->script, out, err);
-    if (report_interrupted())
-        code = (enum exit_code)report_finish(WEFT_ERR_CANCELLED);
-    else if (status != 0 || (fseek(out, 0, SEEK_END) == 0 && ftell(out) <= 0))
-        report_gnuplot(plot->path, err);
-    else
+    const bool drawn = status == 0 && fseek(out, 0, SEEK_END) == 0 && ftell(out) > 0;
+    if (drawn)
         code = save(plot->path, out);
+    else if (report_interrupted()) // reached gnuplot, too
+        code = (enum exit_code)report_finish(WEFT_ERR_CANCELLED);
+    else
+        report_gnuplot(plot->path, err);
 fail:
     if (out)
         fclose(out);
     if (err)
         fclose(err);
-    fclose(plot->script);
-    *plot = (struct plot){0};
+    plot_discard(plot);
     return code;
 }

@@ -26,4 +26,12 @@ enum exit_code plot_finish(struct plot *plot);
 // Writes text in gnuplot's single quotes.
 void plot_quote(FILE *script, const char *text);
 
+// For plots whose data has a value without gnuplot: whether that runs here, and the script so far,
+// with the name of the image in it, as a file for gnuplot to read. All is kept for plot_finish.
+bool plot_can_draw(void);
+enum exit_code plot_save_script(struct plot *plot, const char *script_path);
+
+// Instead of plot_finish: draws nothing.
+void plot_discard(struct plot *plot);
+
 #endif
