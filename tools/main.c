@@ -8,7 +8,7 @@
 
 static const struct verb *const verbs[] = {&verb_slice,     &verb_info,  &verb_make, &verb_resample,
                                            &verb_kernel,    &verb_table, &verb_plan, &verb_validate,
-                                           &verb_stability, NULL};
+                                           &verb_stability, &verb_chart, NULL};
 
 static const struct verb *find_verb(const char *name)
 {
