@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "filter/analysis.h"
+#include "passes/cost_impl.h"
 #include "passes/way_impl.h"
 
 const char *const weft_candidate_state_names[] = {"chosen", "dearer", "exceeds", "refused", NULL};
@@ -150,6 +151,7 @@ static void estimate_passes(const struct chooser *c, struct weft_candidate *cand
                        : bits                      ? 2
                                                    : 4),
     };
+    work.samples = weft_cost_box_samples(&c->base->info);
     if (way->technique == WEFT_TECHNIQUE_SPLIT_PRECISION)
         work.passes = 2.0 * work.passes;
     candidate->estimated = true;

@@ -7,13 +7,24 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "passes/cost_impl.h"
 
 // ---- predictions --------------------------------------------------------------------------------
+
+static double passes_ns(const struct weft_cost_model *m, const struct weft_cost_work *w)
+{
+    const double octaves = fmax(0.0, log2(w->tile_bytes / WEFT_COST_NEAR_BYTES));
+    const double fetch = m->pass_fetch[w->target][w->dot4] * (1.0 + m->pass_far * octaves);
+    return w->samples * m->pass_sample[w->target][w->dot4] +
+           w->tile_bytes * m->tile_byte[w->target][w->dot4] +
+           w->pixels * (m->pass_pixel + w->exact_weights * m->pass_weight +
+                        w->passes * m->pass[w->target] + w->fetches * fetch);
+}
 
 double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work *w)
 {
     const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
-    double ns = m->start + m->voxel * w->voxels;
+    double ns = m->start[w->method] + m->voxel * w->voxels;
     switch (w->method) {
     case WEFT_METHOD_FUSED:
         ns += w->texels * m->texel[layout][w->source];
@@ -24,12 +35,38 @@ double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work
         ns += w->summed * m->summed + w->taps * m->tap + w->pixels * m->separable_pixel;
         break;
     case WEFT_METHOD_PASSES:
-        ns += w->tile_bytes * m->tile_byte;
-        ns += w->pixels *
-              (w->passes * m->pass[w->target] + w->fetches * m->pass_fetch[w->target][w->dot4]);
+        ns += passes_ns(m, w);
         break;
     }
     return 1e-9 * ns;
+}
+
+double weft_cost_box_samples(const struct weft_slice_plan_info *slice)
+{
+    static const double largest = 1 << 26;
+    const struct weft_slice_geometry *g = &slice->index_geometry;
+    double u = 1.0, v = 1.0, samples = 0.0;
+    for (int halvings = 0; halvings < 40; halvings++) {
+        samples = 1.0;
+        for (int a = 0; a < 3; a++)
+            samples *= fabs(u * g->u[a]) + fabs(v * g->v[a]) + slice->kernel.width;
+        if (samples <= largest)
+            break;
+        *(u >= v ? &u : &v) *= 0.5;
+    }
+    return samples / (u * v);
+}
+
+static void set_passes(const struct weft_way_plan_info *info, struct weft_cost_work *work)
+{
+    const struct weft_plan_info *plan = info->passes;
+    const struct weft_kernel *kernel = &plan->kernel;
+    work->target = plan->profile.target;
+    work->dot4 = plan->technique == WEFT_TECHNIQUE_DOT4;
+    work->passes = plan->passes->pass_count;
+    work->tile_bytes = (double)plan->tile_bytes;
+    work->samples = weft_cost_box_samples(info->slice);
+    work->exact_weights = kernel->unit_sum || kernel->normalised ? 0.0 : plan->dims * kernel->width;
 }
 
 double weft_cost_predict(const struct weft_cost_model *model, const weft_way_plan *plan)
@@ -51,12 +88,8 @@ double weft_cost_predict(const struct weft_cost_model *model, const weft_way_pla
     };
     // The first of two passes is over fewer pixels: as many as there are samples across.
     work.taps = slice->kernel.width * (work.pixels + sqrt(work.texels * work.pixels));
-    if (info->passes) {
-        work.target = info->passes->profile.target;
-        work.dot4 = info->passes->technique == WEFT_TECHNIQUE_DOT4;
-        work.passes = (double)info->passes->passes->pass_count;
-        work.tile_bytes = (double)info->passes->tile_bytes;
-    }
+    if (info->passes)
+        set_passes(info, &work);
     return weft_cost_of(model, &work);
 }
 
@@ -73,7 +106,7 @@ struct field {
     }
 
 static const struct field fields[] = {
-    FIELD(start, 1),
+    FIELD(start, WEFT_COST_METHODS),
     FIELD(voxel, 1),
     FIELD(entry, 1),
     FIELD(pixel, 1),
@@ -84,9 +117,13 @@ static const struct field fields[] = {
     FIELD(summed, 1),
     FIELD(tap, 1),
     FIELD(separable_pixel, 1),
+    FIELD(pass_pixel, 1),
+    FIELD(pass_weight, 1),
+    FIELD(pass_far, 1),
     FIELD(pass, WEFT_COST_TARGETS),
     FIELD(pass_fetch, WEFT_COST_TARGETS * 2),
-    FIELD(tile_byte, 1),
+    FIELD(pass_sample, WEFT_COST_TARGETS * 2),
+    FIELD(tile_byte, WEFT_COST_TARGETS * 2),
 };
 
 static double *values_of(struct weft_cost_model *model, const struct field *field)
@@ -172,5 +209,22 @@ enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
 // ---- defaults -----------------------------------------------------------------------------------
 
 const struct weft_cost_model weft_cost_default = {
-    .start = 5e5,
+    .start = {6e4, 8e4, 7e4},
+    .voxel = 0.85,
+    .entry = 7.5,
+    .pixel = 11.0,
+    .weights = 0.42,
+    .weights_fetched = 1.0,
+    .fetch = {{0.71, 0.92, 0.87, 0.66}, {0.86, 1.0, 1.1, 0.84}, {0.6, 0.65, 0.61, 0.77}},
+    .texel = {{5.2, 6.0, 5.5, 5.7}, {8.0, 12.7, 9.5, 9.3}, {1.8, 3.5, 3.0, 2.9}},
+    .summed = 1.9,
+    .tap = 0.39,
+    .separable_pixel = 5.0,
+    .pass_pixel = 50.0,
+    .pass_weight = 64.0,
+    .pass_far = 0.095,
+    .pass = {2.2, 2.1, 2.2, 1.5},
+    .pass_fetch = {{1.44, 1.88}, {1.35, 1.88}, {1.26, 1.82}, {1.29, 1.85}},
+    .pass_sample = {{8.7, 18.3}, {8.8, 18.5}, {23.4, 35.3}, {8.4, 26.0}},
+    .tile_byte = {{2.2, 1.95}, {1.05, 3.15}, {0.8, 0.61}, {0.6, 0.61}},
 };

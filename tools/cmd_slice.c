@@ -389,11 +389,20 @@ static enum weft_result allocate_pixels(struct slice_job *job)
 
 static enum weft_result create_context(struct slice_job *job)
 {
+    if (job->context)
+        return WEFT_OK;
     double start = report_now_seconds();
     const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
     enum weft_result res = weft_context_create(&params, &job->context);
     job->context_seconds = report_now_seconds() - start;
     return res;
+}
+
+// What a way costs depends on where it would run.
+static enum weft_result create_context_for_choice(struct slice_job *job)
+{
+    const struct option_value *o = job->option;
+    return o[SLICE_MAX_ERROR].given && !o[SLICE_EXPLAIN].given ? create_context(job) : WEFT_OK;
 }
 
 static enum weft_result verify(struct slice_job *job)
@@ -521,9 +530,10 @@ static enum weft_result run_slice(struct slice_job *job)
 static enum weft_result run_stages(struct slice_job *job)
 {
     typedef enum weft_result (*stage)(struct slice_job * job);
-    static const stage planning[] = {check_options,   check_outputs,   open_volume,
-                                     choose_geometry, allocate_pixels, make_plan,
-                                     plan_passes,     slice_choose,    NULL};
+    static const stage planning[] = {
+        check_options,   check_outputs, open_volume, choose_geometry,
+        allocate_pixels, make_plan,     plan_passes, create_context_for_choice,
+        slice_choose,    NULL};
     static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)

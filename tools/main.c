@@ -6,9 +6,9 @@
 #include "report.h"
 #include "verb.h"
 
-static const struct verb *const verbs[] = {&verb_slice,     &verb_info,  &verb_make, &verb_resample,
-                                           &verb_kernel,    &verb_table, &verb_plan, &verb_validate,
-                                           &verb_stability, &verb_chart, NULL};
+static const struct verb *const verbs[] = {
+    &verb_slice, &verb_info,     &verb_make,      &verb_resample, &verb_kernel,    &verb_table,
+    &verb_plan,  &verb_validate, &verb_stability, &verb_chart,    &verb_calibrate, NULL};
 
 static const struct verb *find_verb(const char *name)
 {
@@ -36,6 +36,7 @@ static void print_help(void)
          "  5  no usable GL context\n\n"
          "environment:\n"
          "  WEFT_LIBEXEC    folder of the reader programs (weft-read-vdb and its siblings)\n"
+         "  XDG_CACHE_HOME  where weft calibrate keeps its numbers (default ~/.cache)\n"
          "  LP_NUM_THREADS  threads of Mesa's software renderer; the results are the same");
 }
 

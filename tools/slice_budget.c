@@ -5,7 +5,22 @@
 #include <stdio.h>
 
 #include "cells.h"
+#include "cost_file.h"
 #include "report.h"
+
+// What was measured for the renderer that the slice is made on, or would be.
+static void load_model(struct slice_job *job)
+{
+    const struct weft_context_params params = {.kind = job->context_kind};
+    weft_context *own = NULL;
+    const weft_context *context = job->context;
+    if (!context && weft_context_create(&params, &own) == WEFT_OK)
+        context = own;
+    job->model = weft_cost_default;
+    if (context)
+        cost_file_load(weft_context_get_info(context)->renderer, &job->model, NULL);
+    weft_context_destroy(&own);
+}
 
 static enum weft_result report_none(const struct slice_job *job)
 {
@@ -61,6 +76,7 @@ enum weft_result slice_choose(struct slice_job *job)
                                  &job->choice.measure);
     if (res != WEFT_OK)
         return res;
+    load_model(job);
     job->max_error = budget_error(&budget, job->choice.measure.low, job->choice.measure.high);
     res = choose(job, profile_text->given ? &profile : NULL);
     job->plan_seconds += report_now_seconds() - start;
