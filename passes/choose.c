@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/analysis.h"
 #include "passes/cost_impl.h"
 #include "passes/way_impl.h"
 
@@ -324,20 +323,6 @@ static enum weft_result plan_best(struct chooser *c)
     return least ? plan_passes(c, least) : WEFT_OK;
 }
 
-static double largest_slope(const struct weft_kernel *kernel)
-{
-    double largest = 0.0, fraction;
-    for (int i = 0; i < 64 && kernel->info->derivative; i++) {
-        const double x = (i + 0.5) / 64;
-        const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
-        double sum = 0.0;
-        for (int tap = 0; tap < kernel->width; tap++)
-            sum += fabs(weft_kernel_derivative(kernel, x - (double)(first + tap)));
-        largest = fmax(largest, sum);
-    }
-    return largest;
-}
-
 static enum weft_result prepare(struct chooser *c)
 {
     const struct weft_way usual = {.layout = WEFT_LAYOUT_INTERLEAVED};
@@ -347,7 +332,7 @@ static enum weft_result prepare(struct chooser *c)
     enum weft_result res = weft_slice_plan_create(c->volume, &slice, &c->base);
     if (res != WEFT_OK)
         return res;
-    c->slope = largest_slope(&c->base->info.kernel);
+    c->slope = weft_slice_largest_slope(&c->base->info.kernel);
     if (!c->params->measure)
         return weft_slice_measure(c->base, c->volume, c->params->slice.progress,
                                   &c->choice->measure);

@@ -101,9 +101,9 @@ static enum weft_result run(struct calibration *c, const weft_way_plan *plan, we
         if (res != WEFT_OK)
             break;
         whole = fmin(whole, report.seconds);
-        read = fmin(read, report.read_seconds);
-        layout = fmin(layout, report.layout_seconds + report.upload_seconds);
-        passes = fmin(passes, report.pass_seconds + report.readback_seconds);
+        read = fmin(read, report.slice.read_seconds);
+        layout = fmin(layout, report.slice.layout_seconds + report.slice.upload_seconds);
+        passes = fmin(passes, report.slice.pass_seconds + report.slice.readback_seconds);
     }
     if (res != WEFT_OK)
         return res;

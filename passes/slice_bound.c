@@ -100,7 +100,7 @@ static double weight_error(const struct weft_slice_plan *plan, double slope)
            position * slope;
 }
 
-static double largest_slope(const struct weft_kernel *kernel)
+double weft_slice_largest_slope(const struct weft_kernel *kernel)
 {
     enum { POSITIONS = 256 };
     double largest = 0.0;
@@ -125,7 +125,7 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weight_error(plan, largest_slope(kernel));
+    double weights = weight_error(plan, weft_slice_largest_slope(kernel));
     int axes = convolved_axes(plan);
     // A product and the additions after it, on each level; the first one is to 0.
     double sums = axes * kernel->width * UNIT;
@@ -139,7 +139,8 @@ static double separable_bound(const struct weft_slice_plan *plan, double gain)
     const struct weft_kernel *kernel = &plan->info.kernel;
     const double own = weft_separable_error_bound(kernel);
     const double position = 511 * ldexp(0.5, -plan->grid.fraction_bits);
-    return own * (1.0 + UNIT) + UNIT * gain * gain + 2.0 * gain * position * largest_slope(kernel);
+    return own * (1.0 + UNIT) + UNIT * gain * gain +
+           2.0 * gain * position * weft_slice_largest_slope(kernel);
 }
 
 // Sums along an axis reach this far.

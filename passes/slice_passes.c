@@ -579,3 +579,20 @@ enum weft_result weft_slice_passes_run(weft_context *context,
         *report = r.report;
     return WEFT_OK;
 }
+
+struct weft_slice_report weft_slice_passes_summary(const struct weft_slice_passes_report *report)
+{
+    return (struct weft_slice_report){
+        .read_seconds = report->read_seconds + report->measure_seconds,
+        .layout_seconds = report->layout_seconds + report->prepare_seconds,
+        .upload_seconds = report->upload_seconds,
+        .pass_seconds = report->pass_seconds,
+        .readback_seconds = report->readback_seconds,
+        .uploaded_bytes = report->uploaded_bytes,
+        .peak_bytes = report->peak_bytes,
+        .passes = report->passes,
+        .minimum = report->minimum,
+        .maximum = report->maximum,
+        .not_finite = report->not_finite,
+    };
+}

@@ -60,5 +60,9 @@ WEFT_API enum weft_result weft_slice_passes_run(weft_context *context,
                                                 const struct weft_slice_passes_params *params,
                                                 struct weft_slice_passes_report *report);
 
+// What both kinds of slices report.
+WEFT_API struct weft_slice_report
+weft_slice_passes_summary(const struct weft_slice_passes_report *report);
+
 WEFT_END_DECLS
 #endif

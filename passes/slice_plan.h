@@ -76,6 +76,9 @@ void weft_slice_separable_set(struct weft_slice_plan *plan);
 // The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params.
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 
+// The largest sum of |h'| over the taps of a position; 0 where the kernel has no derivative.
+double weft_slice_largest_slope(const struct weft_kernel *kernel);
+
 // A store over `topology`'s tiles, and its bricks where values (of the listed bricks, in that
 // order) are given; clamped where the volume is.
 enum weft_result weft_slice_store_create(const struct weft_log *log,

@@ -295,58 +295,21 @@ static enum weft_result run_passes(weft_context *context, const weft_way_plan *p
         .progress = progress,
         .log = plan->log,
     };
-    struct weft_slice_passes_report report;
-    enum weft_result res = weft_slice_passes_run(context, &params, &report);
-    if (res != WEFT_OK)
-        return res;
-    *out = (struct weft_way_report){
-        .read_seconds = report.measure_seconds + report.read_seconds,
-        .layout_seconds = report.layout_seconds + report.prepare_seconds,
-        .upload_seconds = report.upload_seconds,
-        .pass_seconds = report.pass_seconds,
-        .readback_seconds = report.readback_seconds,
-        .peak_bytes = report.peak_bytes,
-        .passes = report.passes,
-        .minimum = report.minimum,
-        .maximum = report.maximum,
-        .not_finite = report.not_finite,
-        .passes_report = report,
-    };
-    return WEFT_OK;
-}
-
-static enum weft_result run_slice(weft_context *context, const weft_way_plan *plan,
-                                  weft_volume *volume, float *pixels,
-                                  const struct weft_progress *progress, struct weft_way_report *out)
-{
-    struct weft_slice_report report;
-    enum weft_result res = weft_slice_run(context, plan->slice, volume, pixels, progress, &report);
-    if (res != WEFT_OK)
-        return res;
-    *out = (struct weft_way_report){
-        .read_seconds = report.read_seconds,
-        .layout_seconds = report.layout_seconds,
-        .upload_seconds = report.upload_seconds,
-        .pass_seconds = report.pass_seconds,
-        .readback_seconds = report.readback_seconds,
-        .peak_bytes = report.peak_bytes,
-        .passes = report.passes,
-        .minimum = report.minimum,
-        .maximum = report.maximum,
-        .not_finite = report.not_finite,
-        .slice = report,
-    };
-    return WEFT_OK;
+    enum weft_result res = weft_slice_passes_run(context, &params, &out->passes);
+    if (res == WEFT_OK)
+        out->slice = weft_slice_passes_summary(&out->passes);
+    return res;
 }
 
 enum weft_result weft_way_run(weft_context *context, const weft_way_plan *plan, weft_volume *volume,
                               float *pixels, const struct weft_progress *progress,
                               struct weft_way_report *report)
 {
-    struct weft_way_report own;
+    struct weft_way_report own = {0};
     const double start = weft_now_seconds();
-    enum weft_result res = plan->passes ? run_passes(context, plan, volume, pixels, progress, &own)
-                                        : run_slice(context, plan, volume, pixels, progress, &own);
+    enum weft_result res =
+        plan->passes ? run_passes(context, plan, volume, pixels, progress, &own)
+                     : weft_slice_run(context, plan->slice, volume, pixels, progress, &own.slice);
     own.seconds = weft_now_seconds() - start;
     if (res == WEFT_OK && report)
         *report = own;

@@ -78,13 +78,8 @@ WEFT_API const weft_plan *weft_way_plan_get_passes(const weft_way_plan *plan);
 
 struct weft_way_report {
     double seconds; // the whole run: reading voxels, layout, upload, passes, reading back
-    double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
-    uint64_t peak_bytes;
-    int passes;
-    float minimum, maximum; // of the finite pixels
-    uint64_t not_finite;
-    struct weft_slice_report slice; // fused and separable: what was saved
-    struct weft_slice_passes_report passes_report;
+    struct weft_slice_report slice;
+    struct weft_slice_passes_report passes; // of passes, what is not in `slice`; else 0
 };
 
 // As weft_slice_run.

@@ -77,9 +77,9 @@ static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
     while (res == WEFT_OK && point->runs < MOST_RUNS &&
            (point->runs < LEAST_RUNS || spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
         res = weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
-        read[point->runs] = report.read_seconds;
-        pass[point->runs] = report.pass_seconds;
-        seconds[point->runs++] = report.seconds - report.read_seconds;
+        read[point->runs] = report.slice.read_seconds;
+        pass[point->runs] = report.slice.pass_seconds;
+        seconds[point->runs++] = report.seconds - report.slice.read_seconds;
         spent += report.seconds;
     }
     if (res != WEFT_OK)
@@ -87,7 +87,7 @@ static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
     point->seconds = median(seconds, point->runs);
     point->read_seconds = median(read, point->runs);
     point->pass_seconds = median(pass, point->runs);
-    point->bytes = report.peak_bytes;
+    point->bytes = report.slice.peak_bytes;
     return WEFT_OK;
 }
 

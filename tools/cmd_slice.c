@@ -463,19 +463,7 @@ static enum weft_result write_outputs(struct slice_job *job)
 static void set_passes_report(struct slice_job *job)
 {
     const struct weft_slice_passes_report *r = &job->passes_report;
-    job->report = (struct weft_slice_report){
-        .read_seconds = r->read_seconds + r->measure_seconds,
-        .layout_seconds = r->layout_seconds + r->prepare_seconds,
-        .upload_seconds = r->upload_seconds,
-        .pass_seconds = r->pass_seconds,
-        .readback_seconds = r->readback_seconds,
-        .uploaded_bytes = r->uploaded_bytes,
-        .peak_bytes = r->peak_bytes,
-        .passes = r->passes,
-        .minimum = r->minimum,
-        .maximum = r->maximum,
-        .not_finite = r->not_finite,
-    };
+    job->report = weft_slice_passes_summary(r);
     // Where no pixel is finite, both are NAN.
     job->bound =
         resample_bound_of(job->passes, r->low, r->high, fmax(0.0, fmax(-r->minimum, r->maximum)));
@@ -511,7 +499,7 @@ static enum weft_result run_chosen(struct slice_job *job)
     job->report = report.slice;
     if (!job->passes)
         return WEFT_OK;
-    job->passes_report = report.passes_report;
+    job->passes_report = report.passes;
     set_passes_report(job);
     return res;
 }
