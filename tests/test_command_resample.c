@@ -194,25 +194,29 @@ static void every_channel_is_written(void **state)
     assert_string_equal(text(metadata, "owner"), "a test");
     assert_string_equal(text(metadata, "weft.kernel"), "catmull-rom");
     assert_string_equal(text(metadata, "weft.image"), "layers.exr");
-    assert_string_equal(text(metadata, "weft.profile"), "fp32");
-    assert_string_equal(text(metadata, "weft.technique"), "plain");
+    assert_string_equal(text(metadata, "weft.method"), "separable");
+    assert_null(json_object_get(metadata, "weft.profile"));
     assert_string_equal(text(metadata, "weft.size"), "74x69 from 37x23");
     assert_non_null(strstr(text(metadata, "weft.bound"), "left.Z "));
     assert_non_null(strstr(text(metadata, "weft.source_range"), "depth "));
+    json_decref(info);
+    command_succeeds("resample", "layers.exr", "-o", "out.exr", "--profile", "fp32");
+    info = parse(command_succeeds("info", "out.exr", "--json"));
+    metadata = part(info, "metadata");
+    assert_string_equal(text(metadata, "weft.method"), "passes");
+    assert_string_equal(text(metadata, "weft.profile"), "fp32");
+    assert_string_equal(text(metadata, "weft.technique"), "plain");
     json_decref(info);
     unlink("out.exr");
 }
 
 // Interpolating kernels at thrice the size: every third pixel is an input's, up to the bound.
-static void pixels_lie_where_they_should(void **state)
+static void check_places(const char *json, double largest_bound)
 {
-    (void)state;
-    skip_without_gl();
     struct weft_image in, out;
-    json_t *root = parse(command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size",
-                                          "111x69", "--json", "--resolution", "256"));
+    json_t *root = parse(json);
     const double bound = number(part(json_array_get(part(root, "groups"), 0), "bound"), "total");
-    assert_true(bound > 0.0 && bound < 0.02);
+    assert_true(bound > 0.0 && bound < largest_bound);
     json_decref(root);
     load("grey.exr", &in);
     load("out.exr", &out);
@@ -225,13 +229,25 @@ static void pixels_lie_where_they_should(void **state)
     unlink("out.exr");
 }
 
-// At the input's own size, with tiles so fine that looking them up costs little.
-static double resampling_error(const char *kernel)
+static void pixels_lie_where_they_should(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    check_places(command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "111x69",
+                                  "--json", "--resolution", "256"),
+                 0.02);
+    check_places(
+        command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "111x69", "--json"),
+        1e-6);
+}
+
+// At the input's own size; resolution: of tiles so fine that looking them up costs little.
+static double resampling_error(const char *kernel, const char *resolution)
 {
     struct weft_image in, out;
     double worst = 0.0;
     command_succeeds("resample", "grey.exr", "-o", "same.exr", "--size", "37x23", "--kernel",
-                     kernel, "--resolution", "1024");
+                     kernel, resolution ? "--resolution" : NULL, resolution);
     load("grey.exr", &in);
     load("same.exr", &out);
     for (int i = 0; i < WIDTH * HEIGHT; i++)
@@ -246,9 +262,17 @@ static void prefiltered_kernels_return_the_image(void **state)
 {
     (void)state;
     skip_without_gl();
-    assert_true(resampling_error("bspline3") > 1e-2);
-    assert_true(resampling_error("bspline3i") < 1e-3);
-    assert_true(resampling_error("bspline5i") < 1e-3);
+    assert_true(resampling_error("bspline3", "1024") > 1e-2);
+    assert_true(resampling_error("bspline3i", "1024") < 1e-3);
+    assert_true(resampling_error("bspline5i", "1024") < 1e-3);
+    assert_true(resampling_error("bspline3", NULL) > 1e-2);
+    assert_true(resampling_error("bspline3i", NULL) < 1e-6);
+    assert_true(resampling_error("bspline7i", NULL) < 3e-6);
+    json_t *separable = parse(
+        command_succeeds("resample", "rgba.exr", "--kernel", "bspline3i", "--json", "--verify"));
+    assert_true(number(separable, "prefilter_overlap") == 15);
+    assert_string_equal(text(separable, "method"), "separable");
+    json_decref(separable);
     json_t *root = parse(command_succeeds("resample", "rgba.exr", "--kernel", "bspline3i", "--json",
                                           "--verify", "--together"));
     assert_true(number(root, "prefilter_overlap") == 15);
@@ -298,6 +322,111 @@ static void assert_within_bounds(const char *json, const char *what)
         assert_true(number(error, "rms") <= number(error, "maximum"));
     }
     json_decref(root);
+}
+
+static void axes_are_filtered_one_after_the_other(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const kernels[] = {"catmull-rom", "linear",   "nearest",
+                                          "lanczos:3",   "bspline7", "bspline3i"};
+    for (size_t k = 0; k < COUNT(kernels); k++)
+        assert_within_bounds(command_succeeds("resample", "rgba.exr", "--verify", "--json",
+                                              "--size", "61x90", "--kernel", kernels[k]),
+                             kernels[k]);
+    json_t *root = parse(command_succeeds("resample", "rgba.exr", "--json", "--verify"));
+    assert_string_equal(text(root, "method"), "separable");
+    assert_int_equal(json_array_size(part(root, "plans")), 0);
+    assert_int_equal(json_array_size(part(root, "groups")), 4);
+    assert_true(number(part(root, "separable"), "passes") == 8);
+    assert_true(number(part(root, "separable"), "fetches_per_pixel") < 16);
+    assert_true(number(json_array_get(part(root, "groups"), 0), "e1") > 0.0);
+    json_decref(root);
+    const char *out = command_succeeds("resample", "rgba.exr", "--explain");
+    assert_non_null(strstr(out, "separable catmull-rom: 4 taps along each axis"));
+    assert_null(strstr(out, "pass "));
+    // Radial kernels cannot be, and go on in passes.
+    root = parse(command_succeeds("resample", "grey.exr", "--json", "--kernel",
+                                  "catmull-rom+radial+unit", "--verify"));
+    assert_string_equal(text(root, "method"), "passes");
+    json_decref(root);
+}
+
+// ---- budgets ------------------------------------------------------------------------------------
+
+static void budgets_are_checked_before_anything_runs(void **state)
+{
+    (void)state;
+    const char *out = command_succeeds("resample", "rgba.exr", "--explain", "--max-error", "16bit");
+    assert_non_null(strstr(out, "R: samples from "));
+    assert_non_null(strstr(out, "E1 "));
+    command_fails(1, "the best one's bound is ", "resample", "rgba.exr", "-o", "a.exr",
+                  "--max-error", "1e-9");
+    command_fails(1, "within --max-error 1e-9", "resample", "rgba.exr", "--explain", "--max-error",
+                  "1e-9");
+    static const char *const wrong[] = {"0", "-1", "8 bit", "99bit", "bit", "nan", "inf", "1e-3x"};
+    for (size_t i = 0; i < COUNT(wrong); i++)
+        command_fails(2, "--max-error", "resample", "rgba.exr", "-o", "a.exr", "--max-error",
+                      wrong[i]);
+    if (!command_has_gl())
+        return;
+    json_t *root = parse(
+        command_succeeds("resample", "rgba.exr", "--max-error", "0.001", "--json", "--verify"));
+    const json_t *group = json_array_get(part(root, "groups"), 0);
+    assert_true(number(group, "max_error") == 0.001);
+    assert_true(number(part(group, "bound"), "total") <= 0.001);
+    json_decref(root);
+}
+
+// Half a code value of a channel of one value is of its distance from 0.
+static void constant_channels_have_budgets(void **state)
+{
+    (void)state;
+    make_image("flat.exr", one_channel, 5.0, 5.0);
+    assert_non_null(strstr(
+        command_succeeds("resample", "flat.exr", "--explain", "--max-error", "8bit"), "0.0098"));
+    make_image("flat.exr", one_channel, 0.0, 0.0);
+    command_succeeds("resample", "flat.exr", "--explain", "--max-error", "16bit");
+    unlink("flat.exr");
+}
+
+static void the_cheapest_passes_within_a_budget_are_chosen(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const profiles_and_errors[][2] = {
+        {"unorm8", "0.2"}, {"unorm16", "0.1"}, {"fp32", "0.05"}, {"fp16", "0.1"}};
+    for (size_t i = 0; i < COUNT(profiles_and_errors); i++) {
+        const char *json = command_succeeds(
+            "resample", "grey.exr", "--profile", profiles_and_errors[i][0], "--max-error",
+            profiles_and_errors[i][1], "--json", "--verify", "--kernel", "linear");
+        assert_within_bounds(json, profiles_and_errors[i][0]);
+        json_t *root = parse(json);
+        const double error = atof(profiles_and_errors[i][1]);
+        const json_t *choices = part(root, "choices"), *chosen = NULL;
+        for (size_t c = 0; c < json_array_size(choices); c++)
+            if (json_is_true(json_object_get(json_array_get(choices, c), "chosen")))
+                chosen = json_array_get(choices, c);
+        assert_non_null(chosen);
+        for (size_t c = 0; c < json_array_size(choices); c++) {
+            const json_t *one = json_array_get(choices, c);
+            if (json_is_true(json_object_get(one, "good")))
+                assert_true(number(one, "seconds") >= number(chosen, "seconds"));
+        }
+        const json_t *plan = json_array_get(part(root, "plans"), 0);
+        assert_true(number(plan, "resolution") == number(chosen, "resolution"));
+        assert_string_equal(text(plan, "technique"), text(chosen, "technique"));
+        const json_t *group = json_array_get(part(root, "groups"), 0);
+        assert_true(number(part(group, "bound"), "total") <= error);
+        json_decref(root);
+    }
+    const char *out = command_succeeds("resample", "grey.exr", "--profile", "unorm16",
+                                       "--technique", "plain", "--max-error", "0.1", "--explain");
+    assert_non_null(strstr(out, "chosen: the cheapest within it"));
+    assert_non_null(strstr(out, "over --max-error"));
+    assert_null(strstr(out, "dot4"));
+    command_fails(1, "the best bound is ", "resample", "grey.exr", "-o", "a.exr", "--profile",
+                  "unorm8", "--max-error", "1e-4", "--kernel", "linear");
 }
 
 static const char *const profiles[] = {"fp32",   "fp16",       "unorm16",
@@ -664,11 +793,20 @@ static void real_images_are_within_bounds(void **state)
     }
 }
 
-static void wide_ranges_are_mapped_and_back(void **state)
+static void wide_ranges_are_kept(void **state)
 {
     (void)state;
     skip_without_gl();
     skip_without_data("WideFloatRange.exr");
+    json_t *root = parse(command_succeeds("resample", real("WideFloatRange.exr"), "--verify",
+                                          "--json", "-q", "--kernel", "catmull-rom"));
+    const json_t *group = json_array_get(part(root, "groups"), 0);
+    assert_true(number(part(group, "verify"), "maximum") <= 1e-6 * number(group, "high"));
+    json_decref(root);
+    assert_within_bounds(command_succeeds("resample", real("WideFloatRange.exr"), "--verify",
+                                          "--json", "-q", "--kernel", "bspline", "--profile",
+                                          "fp32"),
+                         "WideFloatRange");
     assert_within_bounds(command_succeeds("resample", real("WideFloatRange.exr"), "--verify",
                                           "--json", "-q", "--kernel", "bspline"),
                          "WideFloatRange");
@@ -706,6 +844,10 @@ int main(void)
         cmocka_unit_test(prefiltered_kernels_return_the_image),
         cmocka_unit_test(prefiltered_slices_are_verified),
         cmocka_unit_test(channels_can_be_chosen),
+        cmocka_unit_test(axes_are_filtered_one_after_the_other),
+        cmocka_unit_test(budgets_are_checked_before_anything_runs),
+        cmocka_unit_test(constant_channels_have_budgets),
+        cmocka_unit_test(the_cheapest_passes_within_a_budget_are_chosen),
         cmocka_unit_test(errors_are_within_bounds),
         cmocka_unit_test(emulation_writes_the_same_pixels),
         cmocka_unit_test(same_bytes_from_any_number_of_threads),
@@ -723,7 +865,7 @@ int main(void)
         cmocka_unit_test(slices_run_in_passes),
         cmocka_unit_test(options_of_passes_need_a_profile),
         cmocka_unit_test(real_images_are_within_bounds),
-        cmocka_unit_test(wide_ranges_are_mapped_and_back),
+        cmocka_unit_test(wide_ranges_are_kept),
         cmocka_unit_test(nan_stays_in_reach),
     };
     return cmocka_run_group_tests(tests, setup, command_teardown);

@@ -16,14 +16,14 @@ enum weft_result budget_parse(const char *text, struct budget *out)
     *out = (struct budget){.error = value};
     if (strpbrk(text, "xX")) // hexadecimal numbers, which strtod takes
         end = NULL;
-    if (end && end != text && *end == '\0' && isfinite(value) && value >= 0.0)
+    if (end && end != text && *end == '\0' && isfinite(value) && value > 0.0)
         return WEFT_OK;
     if (end && end != text && strcmp(end, "bit") == 0 && value >= 1.0 && value <= MAX_BITS &&
         value == floor(value)) {
         *out = (struct budget){.error = NAN, .bits = (int)value};
         return WEFT_OK;
     }
-    report_error("--max-error %s: a number from 0 on, or 8bit, 12bit, 16bit (1 to %d) for half a "
+    report_error("--max-error %s: a number above 0, or 8bit, 12bit, 16bit (1 to %d) for half a "
                  "code of the source's range",
                  text, MAX_BITS);
     return WEFT_ERR_ARGUMENT;
@@ -31,5 +31,6 @@ enum weft_result budget_parse(const char *text, struct budget *out)
 
 double budget_error(const struct budget *budget, double low, double high)
 {
-    return budget->bits ? 0.5 * (high - low) / (ldexp(1.0, budget->bits) - 1.0) : budget->error;
+    const double width = high > low ? high - low : fabs(high);
+    return budget->bits ? 0.5 * width / (ldexp(1.0, budget->bits) - 1.0) : budget->error;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft resample: an EXR image at another size, filtered in the passes of a plan.
+// weft resample: an EXR image at another size, filtered along its axes or in passes.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,8 +11,6 @@
 #include "report.h"
 #include "resample_job.h"
 #include "verb.h"
-
-static const char default_profile[] = "fp32";
 
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
@@ -34,9 +32,17 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "NAME[:p,q]|table:FILE",
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
                          "'help' lists them"},
-    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "what a pass may do (default fp32)"),
+    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "filter in the passes of a plan: what a pass may do"),
     [RESAMPLE_CHANNELS] =
         {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
+    [RESAMPLE_MAX_ERROR] =
+        {.name = "max-error",
+         0,
+         OPTION_TEXT,
+         "E|8bit|12bit|16bit",
+         "how wrong pixels may be, or half a code value of so many bits of the channel's range: "
+         "without --profile checked before anything runs; with it the cheapest passes within it "
+         "are chosen, by what weft calibrate measured"},
     [RESAMPLE_TOGETHER] = {.name = "together",
                            0,
                            OPTION_FLAG,
@@ -66,7 +72,11 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                              "NAME",
                              "colours of the preview (default grey), as in weft slice"},
     [RESAMPLE_EXPLAIN] =
-        {.name = "explain", 0, OPTION_FLAG, NULL, "print the plan and exit: no OpenGL, no output"},
+        {.name = "explain",
+         0,
+         OPTION_FLAG,
+         NULL,
+         "print the plan and exit: no OpenGL (but to know its costs, with --max-error), no output"},
     [RESAMPLE_VERIFY] = {.name = "verify",
                          0,
                          OPTION_FLAG,
@@ -139,6 +149,8 @@ static enum weft_result check_options(struct resample_job *job)
     if (res == WEFT_OK)
         res = kernels_load(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
                            &job->kernel, &job->kernel_file);
+    if (res == WEFT_OK && o[RESAMPLE_MAX_ERROR].given)
+        res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
     if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[RESAMPLE_CONTEXT].text, &job->context_kind);
     return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
@@ -152,12 +164,18 @@ static enum weft_result check_outputs(struct resample_job *job)
 
 // ---- the image and its channels -----------------------------------------------------------------
 
+// Budgets are of the samples' range.
+static bool needs_samples(const struct resample_job *job)
+{
+    return !job->option[RESAMPLE_EXPLAIN].given || job->option[RESAMPLE_MAX_ERROR].given;
+}
+
 static enum weft_result load_image(struct resample_job *job)
 {
     double start = report_now_seconds();
     const struct weft_image_load_params params = {
         .path = job->input,
-        .info_only = job->option[RESAMPLE_EXPLAIN].given,
+        .info_only = !needs_samples(job),
         .log = report_log(),
     };
     enum weft_result res = weft_image_load(&params, &job->image);
@@ -239,26 +257,9 @@ static enum weft_result allocate_pixels(struct resample_job *job)
 
 // ---- plans --------------------------------------------------------------------------------------
 
-static enum weft_result make_plans(struct resample_job *job)
-{
-    double start = report_now_seconds();
-    enum weft_result res = resample_make_groups(job);
-    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
-        weft_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
-        if (!*plan)
-            res = resample_plan_create(&job->option[RESAMPLE_PLAN], default_profile, &job->kernel,
-                                       2, job->group[g].count, plan);
-        job->group[g].plan = *plan;
-    }
-    job->plan_seconds = report_now_seconds() - start;
-    return res;
-}
-
-// ---- running and writing ------------------------------------------------------------------------
-
 static enum weft_result create_context(struct resample_job *job)
 {
-    if (job->option[RESAMPLE_EMULATE].given)
+    if (job->option[RESAMPLE_EMULATE].given || job->context)
         return WEFT_OK;
     double start = report_now_seconds();
     const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
@@ -266,6 +267,79 @@ static enum weft_result create_context(struct resample_job *job)
     job->context_seconds = report_now_seconds() - start;
     return res;
 }
+
+// Whatever says how a plan's passes are to be asks for a plan.
+static bool asks_for_passes(const struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    bool any = o[RESAMPLE_TOGETHER].given || o[RESAMPLE_EMULATE].given;
+    for (int i = 0; i < RESAMPLE_PLAN_OPTION_COUNT; i++)
+        any = any || o[RESAMPLE_PLAN + i].given;
+    return any || weft_kernel_is_radial(&job->kernel, 2);
+}
+
+static enum weft_result make_groups(struct resample_job *job)
+{
+    job->separable = !asks_for_passes(job);
+    return resample_make_groups(job);
+}
+
+static enum weft_result measure(struct resample_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    if (needs_samples(job))
+        res = resample_prefilter(job);
+    return res == WEFT_OK && needs_samples(job) ? resample_measure(job) : res;
+}
+
+static enum weft_result plan_groups(struct resample_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
+        weft_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
+        if (!*plan)
+            res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
+                                       &job->kernel, 2, job->group[g].count, plan);
+    }
+    return res;
+}
+
+// Says what the best would be.
+static enum weft_result check_separable(struct resample_job *job)
+{
+    for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const double bound = resample_separable_bound(job, group->low, group->high).total;
+        char name[256];
+        if (bound <= group->max_error)
+            continue;
+        resample_group_name(job, group, name, sizeof name);
+        report_error("%s: no way is within --max-error %s, which is %.3g: the best one's bound is "
+                     "%.3g (separable)",
+                     name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
+        job->over_budget = true;
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result make_plans(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (job->separable)
+        res = check_separable(job);
+    else if (!job->option[RESAMPLE_MAX_ERROR].given)
+        res = plan_groups(job);
+    else if ((res = create_context(job)) == WEFT_OK) // whose costs count
+        res = resample_choose_plans(job);
+    for (size_t g = 0; !job->separable && g < job->group_count; g++)
+        job->group[g].plan = job->group[g].count > 1 ? job->together : job->single;
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// ---- running and writing ------------------------------------------------------------------------
 
 // The input's attributes but for those of an earlier weft, then our own.
 static enum weft_result make_metadata(struct resample_job *job)
@@ -341,14 +415,19 @@ static enum weft_result write_outputs(struct resample_job *job)
     return res;
 }
 
+static enum weft_result run_way(struct resample_job *job)
+{
+    return job->separable ? resample_separable_run(job) : resample_run(job);
+}
+
 static enum weft_result run_stages(struct resample_job *job)
 {
     typedef enum weft_result (*stage)(struct resample_job * job);
-    static const stage planning[] = {check_options, check_outputs,   load_image,
-                                     choose_size,   set_windows,     resample_choose_channels,
-                                     make_plans,    allocate_pixels, NULL};
-    static const stage computing[] = {create_context, resample_prefilter, resample_run,
-                                      write_outputs, NULL};
+    static const stage planning[] = {check_options,   check_outputs, load_image,
+                                     choose_size,     set_windows,   resample_choose_channels,
+                                     make_groups,     measure,       make_plans,
+                                     allocate_pixels, NULL};
+    static const stage computing[] = {create_context, run_way, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
@@ -369,6 +448,7 @@ static void destroy(struct resample_job *job)
     weft_image_clear(&job->result);
     weft_kernel_file_destroy(&job->kernel_file);
     free(job->source);
+    free(job->choices);
     free(job->group);
 }
 
@@ -388,18 +468,25 @@ static int run(const char *operand, const struct option_value *values)
         res = resample_print_json(&job);
     else if (res == WEFT_OK)
         resample_print_text(&job);
+    else if (job.choice_count && values[RESAMPLE_EXPLAIN].given)
+        resample_print_choices(&job);
     destroy(&job);
-    return report_finish(res);
+    const int code = report_finish(res);
+    return job.over_budget ? EXIT_CODE_FAILED : code;
 }
 
 static const char *const epilogue[] = {
     "Pixel (x, y) of the W x H result samples the w x h input at ((x + 0.5) / W * w - 0.5, "
     "(y + 0.5) / H * h - 0.5) in pixel indices; beyond the border the nearest pixel's value holds. "
     "A smaller size is no more than that: nothing is filtered away, and a warning says so.",
-    "Each channel is mapped to [0, 1] by its range, filtered in the passes that weft plan plans, "
-    "and mapped back; --verify tells the plan's bound beside the error. NaN and infinities make "
-    "NaN "
-    "of the pixels in whose reach they are, and of no others.",
+    "Each channel is filtered along one axis and then the other in single precision. With "
+    "--profile, another option of plans, --together, --emulate or a radial kernel it is mapped to "
+    "[0, 1] by its range, filtered in the passes that weft plan plans (for fp32 by default), and "
+    "mapped back. --verify tells the bound beside the error, and E1, what the kernel itself does "
+    "to a signal that changes as the samples do. Pixels in reach of NaN or infinities are not "
+    "finite, and no others.",
+    "With --max-error nothing runs whose bound is larger: the error line says what the best is, "
+    "and the exit code is 1. --explain then lists what was compared.",
     "With a kernel that interpolates by a prefilter (bspline3i) coefficients take the place of "
     "the pixels first; ranges and --verify are then of coefficients.",
     "The data and display windows grow with the image, rounded to whole pixels. Attributes are "
@@ -413,10 +500,10 @@ static const char *const epilogue[] = {
 
 const struct verb verb_resample = {
     .name = "resample",
-    .summary = "an EXR image at another size, in the passes of a plan",
+    .summary = "an EXR image at another size",
     .usage = "IMAGE.exr [-o OUT.exr] [--size WxH] [options]",
-    .description = "Magnifies the channels of an EXR image with a reconstruction kernel, in the "
-                   "rendering passes of a planned target: single precision, or what hardware of "
+    .description = "Magnifies the channels of an EXR image with a reconstruction kernel, in single "
+                   "precision, or in the rendering passes of a planned target: what hardware of "
                    "limited precision has.",
     .epilogue = epilogue,
     .options = options,

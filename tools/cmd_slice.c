@@ -556,7 +556,8 @@ static int run(const char *operand, const struct option_value *values)
     weft_slice_plan_destroy(&job.own_plan);
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);
-    return report_finish(res);
+    const int code = report_finish(res);
+    return job.over_budget ? EXIT_CODE_FAILED : code;
 }
 
 static const char *const epilogue[] = {

@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_RESAMPLE_JOB_H
 #define WEFT_TOOLS_RESAMPLE_JOB_H
 
+#include "budget.h"
 #include "resample_plan.h"
 
 enum resample_option {
@@ -12,6 +13,7 @@ enum resample_option {
     RESAMPLE_KERNEL,
     RESAMPLE_PLAN, // the first of enum resample_plan_option
     RESAMPLE_CHANNELS = RESAMPLE_PLAN + RESAMPLE_PLAN_OPTION_COUNT,
+    RESAMPLE_MAX_ERROR,
     RESAMPLE_TOGETHER,
     RESAMPLE_CONTEXT,
     RESAMPLE_EMULATE,
@@ -32,13 +34,26 @@ enum { RESAMPLE_MAX_TOGETHER = 4 };
 struct resample_group {
     int count;
     size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
-    const weft_plan *plan;                 // the job's
-    double low, high;                      // the range that was mapped
+    const weft_plan *plan;                 // the job's; NULL: separable
+    double low, high;                      // of the samples; passes map it
     uint64_t clamped;                      // samples outside it, or not finite
-    double minimum, maximum;               // of the finite pixels; NAN if there are none
-    uint64_t not_finite;                   // values of pixels
+    double e1;        // weft_error_e1, with the samples' differences as derivatives; NAN: unknown
+    double max_error; // with --max-error
+    double minimum, maximum; // of the finite pixels; NAN if there are none
+    uint64_t not_finite;     // values of pixels
     struct resample_bound bound;
     struct weft_convolve_error error; // with --verify
+};
+
+// One plan that --max-error was compared with.
+struct resample_choice {
+    enum weft_technique technique;
+    int samples, bits;
+    int channels;    // 1 or 4
+    double seconds;  // predicted
+    uint64_t bytes;  // of tiles
+    double relative; // bound of the error, to the range's width
+    bool good, chosen;
 };
 
 struct resample_job {
@@ -49,6 +64,8 @@ struct resample_job {
     enum weft_context_kind context_kind;
     const struct weft_colour_map *colour_map;
 
+    struct budget budget; // with --max-error
+
     struct weft_image image;  // the input; without planes when only explained
     struct weft_image result; // the channels asked for, in the input's order
     size_t *source;           // of each, its channel of the input
@@ -58,13 +75,18 @@ struct resample_job {
     int pad;
     struct resample_group *group;
     size_t group_count;
-    weft_plan *single, *together; // of one channel and of four; NULL where none needs it
-    weft_context *context;        // NULL when only explained or emulated
+    bool separable;                  // one axis after the other, and no plans
+    weft_plan *single, *together;    // of one channel and of four; NULL where none needs it
+    struct resample_choice *choices; // what a plan was chosen from; NULL where it was not
+    size_t choice_count;
+    bool over_budget;      // nothing is within --max-error, which an error line has told
+    weft_context *context; // NULL when only explained or emulated
 
-    struct weft_convolve_report report; // times summed up, sizes of the largest tile
-    int tiles;                          // over all groups
-    float preview_range[2];             // with --preview
-    double start;                       // monotonic seconds
+    struct weft_convolve_report report;            // times summed up, sizes of the largest tile
+    struct weft_separable_report separable_report; // its sizes, likewise
+    int tiles;                                     // over all groups; of separable ones: rectangles
+    float preview_range[2];                        // with --preview
+    double start;                                  // monotonic seconds
     double load_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
 
@@ -79,8 +101,24 @@ enum weft_result resample_make_groups(struct resample_job *job);
 enum weft_result resample_prefilter(struct resample_job *job);
 void resample_prefilter_clear(struct resample_job *job); // before the result's channels are
 
-// Range, tiles, passes, error: fills the result's planes and the groups.
+// The groups' ranges, E1 and what --max-error allows them.
+enum weft_result resample_measure(struct resample_job *job);
+// The samples of a channel of the result: the input's, or coefficients.
+const float *resample_source_plane(const struct resample_job *job, size_t channel);
+
+// The cheapest plans within --max-error, by the options that are given, techniques, resolutions and
+// bits otherwise. Returns WEFT_ERR_ARGUMENT after an error line, with over_budget set, where there
+// are none.
+enum weft_result resample_choose_plans(struct resample_job *job);
+
+// Tiles, passes, error: fills the result's planes and the groups.
 enum weft_result resample_run(struct resample_job *job);
+// The same along one axis and then the other.
+enum weft_result resample_separable_run(struct resample_job *job);
+struct resample_bound resample_separable_bound(const struct resample_job *job, double low,
+                                               double high);
+// A group's minimum, maximum, not_finite and bound, of its pixels.
+void resample_measure_result(const struct resample_job *job, struct resample_group *group);
 
 enum { RESAMPLE_ATTRIBUTES = 12 };
 
@@ -94,6 +132,8 @@ void resample_group_name(const struct resample_job *job, const struct resample_g
 
 // Everything, on stdout.
 enum weft_result resample_print_json(const struct resample_job *job);
+// The plans that --max-error was compared with, as a table.
+void resample_print_choices(const struct resample_job *job);
 // What was asked for in words: plans (with --explain), preview range, verification.
 void resample_print_text(const struct resample_job *job);
 

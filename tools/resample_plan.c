@@ -51,25 +51,32 @@ enum weft_result resample_plan_check(const struct option_value *first)
     return plan_options_read(options, params, &file);
 }
 
-enum weft_result resample_plan_create(const struct option_value *first, const char *default_profile,
+enum weft_result resample_plan_params(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,
-                                      weft_plan **out)
+                                      struct weft_plan_params *params)
 {
     struct option_value options[PLAN_COMMON_COUNT];
-    struct weft_plan_params *params = weft_plan_params();
     weft_kernel_file *file = NULL;
     copy_options(first, options);
     if (!options[PLAN_PROFILE].given)
         options[PLAN_PROFILE] = (struct option_value){.given = true, .text = default_profile};
     enum weft_result res = plan_options_read(options, params, &file);
-    if (res != WEFT_OK)
-        return res;
     params->kernel = *kernel;
     params->dims = dims;
     params->channels = channels;
     params->order = (enum weft_order)first[RESAMPLE_PLAN_ORDER].integer[0];
     params->progress = report_progress("planning passes");
-    return weft_plan_create(params, out);
+    return res;
+}
+
+enum weft_result resample_plan_create(const struct option_value *first, const char *default_profile,
+                                      const struct weft_kernel *kernel, int dims, int channels,
+                                      weft_plan **out)
+{
+    struct weft_plan_params *params = weft_plan_params();
+    enum weft_result res =
+        resample_plan_params(first, default_profile, kernel, dims, channels, params);
+    return res == WEFT_OK ? weft_plan_create(params, out) : res;
 }
 
 // ---- bounds -------------------------------------------------------------------------------------

@@ -90,6 +90,12 @@ bool resample_plan_help(const struct option_value *kernel, const struct option_v
 // Checks what needs no plan. Returns WEFT_ERR_ARGUMENT after an error line.
 enum weft_result resample_plan_check(const struct option_value *first);
 
+#define RESAMPLE_DEFAULT_PROFILE "fp32"
+
+// What the options from `first` on ask of a plan; *params has the library's defaults.
+enum weft_result resample_plan_params(const struct option_value *first, const char *default_profile,
+                                      const struct weft_kernel *kernel, int dims, int channels,
+                                      struct weft_plan_params *params);
 // A plan by the options from `first` on. default_profile: where none is given.
 enum weft_result resample_plan_create(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a finished resampling tells: EXR attributes, JSON, text.
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
 
+#include "cells.h"
 #include "kernels.h"
 #include "paths.h"
 #include "report.h"
@@ -24,6 +26,11 @@ void resample_group_name(const struct resample_job *job, const struct resample_g
 static const weft_plan *first_plan(const struct resample_job *job)
 {
     return job->single ? job->single : job->together;
+}
+
+static const char *method_name(const struct resample_job *job)
+{
+    return weft_method_names[job->separable ? WEFT_METHOD_SEPARABLE : WEFT_METHOD_PASSES];
 }
 
 // ---- EXR attributes -----------------------------------------------------------------------------
@@ -70,20 +77,25 @@ static void add_list(const struct resample_job *job, struct weft_metadata *list,
 size_t resample_attributes(const struct resample_job *job,
                            struct weft_metadata out[RESAMPLE_ATTRIBUTES])
 {
-    const struct weft_plan_info *plan = weft_plan_get_info(first_plan(job));
     const struct weft_context_info *context =
         job->context ? weft_context_get_info(job->context) : NULL;
     char kernel[KERNELS_TEXT], summary[RESAMPLE_PLAN_TEXT];
     size_t count = 0;
-    weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
     add_text(out, &count, "version", "%s", weft_version());
     add_text(out, &count, "image", "%s", paths_base_name(job->input));
     add_text(out, &count, "kernel", "%s", kernel);
     add_text(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
              job->image.width, job->image.height);
-    add_text(out, &count, "profile", "%s", plan->profile.name);
-    add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
-    add_text(out, &count, "plan", "%s", resample_plan_summary(first_plan(job), summary));
+    add_text(out, &count, "method", "%s", method_name(job));
+    if (!job->separable) {
+        const struct weft_plan_info *plan = weft_plan_get_info(first_plan(job));
+        add_text(out, &count, "profile", "%s", plan->profile.name);
+        add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+        add_text(out, &count, "plan", "%s", resample_plan_summary(first_plan(job), summary));
+    }
+    if (job->option[RESAMPLE_MAX_ERROR].given)
+        add_text(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
     add_list(job, out, &count, "source_range", true);
     add_list(job, out, &count, "bound", false);
     if (context)
@@ -129,6 +141,9 @@ static json_t *groups_json(const struct resample_job *job)
                            "minimum", json_number(group->minimum), "maximum",
                            json_number(group->maximum), "not_finite", json_count(group->not_finite),
                            "bound", resample_bound_json(&group->bound)));
+        json_object_set_new(one, "e1", json_number(group->e1));
+        if (job->option[RESAMPLE_MAX_ERROR].given)
+            json_object_set_new(one, "max_error", json_number(group->max_error));
         if (job->option[RESAMPLE_VERIFY].given)
             json_object_set_new(one, "verify", error_json(job, group));
     }
@@ -141,6 +156,35 @@ static json_t *windows_json(const struct weft_image *image)
                      image->width, "height", image->height, "display_min",
                      json_counts(image->display_min, 2), "display_max",
                      json_counts(image->display_max, 2));
+}
+
+static json_t *separable_json(const struct resample_job *job)
+{
+    const struct weft_separable_report *r = &job->separable_report;
+    json_t *object =
+        json_pack("{s:o}", "relative_bound", json_number(weft_separable_error_bound(&job->kernel)));
+    if (!job->option[RESAMPLE_EXPLAIN].given)
+        json_object_update_new(
+            object,
+            json_pack("{s:i,s:o,s:i,s:o,s:o}", "first_axis", r->first_axis, "fetches_per_pixel",
+                      json_number(r->fetches_per_pixel), "passes", r->passes, "uploaded_bytes",
+                      json_count(r->uploaded_bytes), "peak_bytes", json_count(r->peak_bytes)));
+    return object;
+}
+
+static json_t *choices_json(const struct resample_job *job)
+{
+    json_t *choices = json_array();
+    for (size_t i = 0; i < job->choice_count; i++) {
+        const struct resample_choice *c = &job->choices[i];
+        json_array_append_new(
+            choices, json_pack("{s:s,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:b}", "technique",
+                               weft_technique_names[c->technique], "resolution", c->samples, "bits",
+                               c->bits, "channels", c->channels, "seconds", json_number(c->seconds),
+                               "bytes", json_count(c->bytes), "relative_bound",
+                               json_number(c->relative), "good", c->good, "chosen", c->chosen));
+    }
+    return choices;
 }
 
 static double mpixels_per_second(const struct resample_job *job)
@@ -216,10 +260,15 @@ enum weft_result resample_print_json(const struct resample_job *job)
         json_array_append_new(plans, resample_plan_json(job->single));
     if (job->together)
         json_array_append_new(plans, resample_plan_json(job->together));
-    json_t *root = json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "weft", json_text(weft_version()),
-                             "image", json_text(job->input), "kernel", json_text(kernel), "from",
-                             windows_json(&job->image), "to", windows_json(&job->result), "plans",
-                             plans, "groups", groups_json(job));
+    json_t *root =
+        json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "weft", json_text(weft_version()), "method",
+                  method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
+                  "from", windows_json(&job->image), "to", windows_json(&job->result), "plans",
+                  plans, "groups", groups_json(job));
+    if (job->separable)
+        json_object_set_new(root, "separable", separable_json(job));
+    if (job->choices)
+        json_object_set_new(root, "choices", choices_json(job));
     if (job->coefficients)
         json_object_set_new(root, "prefilter_overlap", json_integer(job->pad));
     if (!job->option[RESAMPLE_EXPLAIN].given)
@@ -228,6 +277,68 @@ enum weft_result resample_print_json(const struct resample_job *job)
 }
 
 // ---- text ---------------------------------------------------------------------------------------
+
+static bool fill_choice(struct cells *cells, int row, const struct resample_choice *c,
+                        const struct resample_choice *chosen)
+{
+    char bits[16] = "float";
+    if (c->bits)
+        snprintf(bits, sizeof bits, "%d", c->bits);
+    const char *why = c->chosen        ? "chosen: the cheapest within it"
+                      : !c->good       ? "over --max-error"
+                      : chosen != NULL ? "dearer"
+                                       : "";
+    return cells_set(cells, row, 0, "%s", weft_technique_names[c->technique]) &&
+           cells_set(cells, row, 1, "%s", why) && cells_set(cells, row, 2, "%d", c->samples) &&
+           cells_set(cells, row, 3, "%s", bits) &&
+           cells_set(cells, row, 4, "%.3g", 1e3 * c->seconds) &&
+           cells_set(cells, row, 5, "%.3g", 1e-6 * (double)c->bytes) &&
+           cells_set(cells, row, 6, "%.3g", c->relative);
+}
+
+void resample_print_choices(const struct resample_job *job)
+{
+    static const char *const heading[] = {"technique", "verdict", "samples",    "bits",
+                                          "ms",        "MB",      "bound/range"};
+    struct cells cells;
+    bool done = cells_create(&cells, (int)job->choice_count + 1, 7);
+    cells.text_columns = 2;
+    const struct resample_choice *chosen = NULL;
+    for (size_t i = 0; i < job->choice_count; i++)
+        chosen = job->choices[i].chosen ? &job->choices[i] : chosen;
+    for (int c = 0; done && c < 7; c++)
+        done = cells_set(&cells, 0, c, "%s", heading[c]);
+    for (size_t i = 0; done && i < job->choice_count; i++)
+        done = fill_choice(&cells, (int)i + 1, &job->choices[i], chosen);
+    if (done)
+        cells_print(&cells, CELLS_TEXT, stdout);
+    cells_destroy(&cells);
+}
+
+static void explain_budget(const struct resample_job *job)
+{
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        char name[300];
+        resample_group_name(job, group, name, sizeof name);
+        const double bound =
+            (group->plan ? resample_bound_of(group->plan, group->low, group->high,
+                                             fmax(fabs(group->low), fabs(group->high)))
+                         : resample_separable_bound(job, group->low, group->high))
+                .total;
+        printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
+               group->low, group->high, bound, group->max_error, group->e1);
+    }
+}
+
+static void explain_separable(const struct resample_job *job)
+{
+    char kernel[KERNELS_TEXT];
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+    printf("separable %s: %d taps along each axis, one after the other, in single precision; the "
+           "error is at most %.3g of the largest sample in reach\n",
+           kernel, job->kernel.width, weft_separable_error_bound(&job->kernel));
+}
 
 static void explain(const struct resample_job *job)
 {
@@ -239,6 +350,12 @@ static void explain(const struct resample_job *job)
         printf("%s %s", g ? "," : "", name);
     }
     putchar('\n');
+    if (job->separable)
+        explain_separable(job);
+    if (job->option[RESAMPLE_MAX_ERROR].given)
+        explain_budget(job);
+    if (job->choices)
+        resample_print_choices(job);
     if (job->single)
         resample_plan_print(job->single);
     if (job->together)
@@ -251,9 +368,9 @@ static void print_error(const struct resample_job *job, const struct resample_gr
     char name[300], bound[RESAMPLE_PLAN_TEXT];
     resample_group_name(job, group, name, sizeof name);
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
-           "%.9g\n",
+           "%.9g; E1 %.3g\n",
            name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
-           group->low, group->high);
+           group->low, group->high, group->e1);
     if (e->not_finite_mismatches)
         printf("%s: finite on one side only: %llu values\n", name,
                (unsigned long long)e->not_finite_mismatches);

@@ -28,10 +28,7 @@ struct runner {
 
 static const float *source_plane(const struct runner *r, int c)
 {
-    const struct resample_job *job = r->job;
-    if (job->coefficients)
-        return job->coefficients[r->group->channel[c]];
-    return job->image.channels[job->source[r->group->channel[c]]].plane;
+    return resample_source_plane(r->job, r->group->channel[c]);
 }
 
 static float *result_plane(const struct runner *r, int c)
@@ -252,36 +249,12 @@ static enum weft_result each_tile(struct runner *r)
 
 // ---- groups -------------------------------------------------------------------------------------
 
-static void set_range(const struct runner *r)
+void resample_measure_result(const struct resample_job *job, struct resample_group *g)
 {
-    struct resample_group *g = r->group;
-    const struct option_value *range = &r->job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
-    const size_t count = (size_t)source_size(r, 0) * (size_t)source_size(r, 1);
-    g->low = range->given ? range->number[0] : INFINITY;
-    g->high = range->given ? range->number[1] : -INFINITY;
-    for (int c = 0; c < g->count; c++) {
-        const float *samples = source_plane(r, c);
-        for (size_t i = 0; i < count; i++) {
-            if (!isfinite(samples[i]) ||
-                (range->given && (samples[i] < g->low || samples[i] > g->high))) {
-                g->clamped++;
-            } else if (!range->given) {
-                g->low = fmin(g->low, samples[i]);
-                g->high = fmax(g->high, samples[i]);
-            }
-        }
-    }
-    if (g->low > g->high) // nothing finite
-        g->low = g->high = 0.0;
-}
-
-static void measure_result(const struct runner *r)
-{
-    struct resample_group *g = r->group;
-    const size_t count = image_pixels(&r->job->result);
+    const size_t count = image_pixels(&job->result);
     g->minimum = g->maximum = NAN;
     for (int c = 0; c < g->count; c++) {
-        const float *pixels = result_plane(r, c);
+        const float *pixels = job->result.channels[g->channel[c]].plane;
         for (size_t i = 0; i < count; i++) {
             if (!isfinite(pixels[i])) {
                 g->not_finite++;
@@ -291,19 +264,9 @@ static void measure_result(const struct runner *r)
             g->maximum = fmax(g->maximum, pixels[i]);
         }
     }
-    g->bound =
-        resample_bound_of(g->plan, g->low, g->high, fmax(0.0, fmax(-g->minimum, g->maximum)));
-}
-
-static void warn_of_clamping(const struct resample_job *job, const struct resample_group *group)
-{
-    char name[256];
-    if (!job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given || !group->clamped)
-        return;
-    resample_group_name(job, group, name, sizeof name);
-    resample_plan_warn("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
-                       "error is bounded only where they are not",
-                       name, (unsigned long long)group->clamped, group->low, group->high);
+    const double largest = fmax(0.0, fmax(-g->minimum, g->maximum));
+    g->bound = g->plan ? resample_bound_of(g->plan, g->low, g->high, largest)
+                       : resample_separable_bound(job, g->low, g->high);
 }
 
 enum weft_result resample_run(struct resample_job *job)
@@ -313,11 +276,9 @@ enum weft_result resample_run(struct resample_job *job)
     r.steps = (double)tile_count(&r, 0) * tile_count(&r, 1) * (double)job->group_count;
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
         r.group = &job->group[g];
-        set_range(&r);
-        warn_of_clamping(job, r.group);
         res = each_tile(&r);
         if (res == WEFT_OK)
-            measure_result(&r);
+            resample_measure_result(job, r.group);
     }
     double start = report_now_seconds();
     r.verify = true;

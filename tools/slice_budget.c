@@ -22,9 +22,10 @@ static void load_model(struct slice_job *job)
     weft_context_destroy(&own);
 }
 
-static enum weft_result report_none(const struct slice_job *job)
+static enum weft_result report_none(struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
+    job->over_budget = true;
     if (choice->best < 0)
         report_error("no way of making this slice applies");
     else

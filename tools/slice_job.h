@@ -59,6 +59,7 @@ struct slice_job {
     double max_error; // in the volume's values
     struct weft_cost_model model;
     struct weft_choice choice;
+    bool over_budget; // no way is within it
     weft_context *context; // NULL when only explained
     float *pixels;
 
