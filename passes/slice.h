@@ -38,7 +38,8 @@ enum weft_saving {
     WEFT_SAVING_CONSTANT = 1,  // cells whose voxels in reach are all the same are not convolved,
                                // where the kernel's weights add up to one: the value is exact
     WEFT_SAVING_AXIS = 2,      // where all pixels have one coordinate along an axis, voxels are
-                               // summed along it once, those with a weight; the rest is 2D
+                               // summed along it once; the rest is 2D. Planes beyond the first and
+                               // last one with a weight are not read, whatever they hold
     WEFT_SAVING_SEPARABLE = 4, // where moreover rows and columns run along the other two axes, the
                                // slice is magnified along one after the other
     WEFT_SAVING_SMOOTH = 8,    // cells that linear interpolation, or one value, does within

@@ -39,7 +39,7 @@ enum chart_family {
     CHART_FAMILIES
 };
 
-enum { CHART_MAX_KERNELS = 16, CHART_TEXT = 128, CHART_REASON = 256 };
+enum { CHART_MAX_KERNELS = 16, CHART_TEXT = 128, CHART_REASON = 256, CHART_RUNS = 50 };
 
 struct chart_kernel {
     char *text; // as given
@@ -58,7 +58,10 @@ struct chart_point {
     double read_seconds;        // median, of reading the voxels, which is not in `seconds`
     double pass_seconds;        // median, of the rendering passes, which is
     int runs;                   // that the medians are of
-    uint64_t bytes;             // peak of voxels, layouts, tiles and GL
+    struct chart_run {
+        double seconds, read_seconds, pass_seconds;
+    } run[CHART_RUNS];
+    uint64_t bytes; // peak of voxels, layouts, tiles and GL
     double max_error, rms_error;
     double bound;              // of max_error where that is against the kernel; NAN: none
     uint64_t pixels_checked;   // 0: unknown

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What `weft chart` measures: ways planned, run and compared, one after the other.
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,8 +13,9 @@ static const double PLAN_SECONDS = 6.0, RUN_SECONDS = 6.0;
 static const double BUDGET_SECONDS = 85.0, QUICK_BUDGET_SECONDS = 12.0;
 static const double VERIFY_SECONDS = 0.2;
 
-enum { LEAST_RUNS = 3, MOST_RUNS = 25 };
-static const double RUNS_SECONDS = 0.4, QUICK_RUNS_SECONDS = 0.1; // more runs until then
+// Of each round of two: what happens to the machine for a while is not to fall on one way alone.
+enum { LEAST_RUNS = 3, MOST_RUNS = CHART_RUNS / 2 };
+static const double RUNS_SECONDS = 0.3, QUICK_RUNS_SECONDS = 0.1; // more runs until then
 
 struct bench {
     struct chart_job *job;
@@ -57,8 +59,13 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *values, int count)
+// Of the member at an offset within struct chart_run.
+static double median(const struct chart_point *point, size_t offset)
 {
+    double values[CHART_RUNS];
+    const int count = point->runs;
+    for (int i = 0; i < count; i++)
+        memcpy(&values[i], (const char *)&point->run[i] + offset, sizeof values[i]);
     qsort(values, (size_t)count, sizeof *values, compare_numbers);
     return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
 }
@@ -68,25 +75,31 @@ static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
                                 const struct weft_progress *progress, struct chart_point *point)
 {
     const bool quick = b->job->option[CHART_QUICK].given;
-    double seconds[MOST_RUNS], read[MOST_RUNS], pass[MOST_RUNS], spent = 0.0;
+    const int before = point->runs;
+    double spent = 0.0;
     struct weft_way_report report;
     b->deadline = report_now_seconds() + RUN_SECONDS;
     enum weft_result res =
         weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
     b->deadline = INFINITY;
-    while (res == WEFT_OK && point->runs < MOST_RUNS &&
-           (point->runs < LEAST_RUNS || spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
+    while (res == WEFT_OK && point->runs - before < MOST_RUNS && point->runs < CHART_RUNS &&
+           (point->runs - before < LEAST_RUNS ||
+            spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
         res = weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
-        read[point->runs] = report.slice.read_seconds;
-        pass[point->runs] = report.slice.pass_seconds;
-        seconds[point->runs++] = report.seconds - report.slice.read_seconds;
+        if (res != WEFT_OK)
+            break;
+        point->run[point->runs++] = (struct chart_run){
+            .seconds = report.seconds - report.slice.read_seconds,
+            .read_seconds = report.slice.read_seconds,
+            .pass_seconds = report.slice.pass_seconds,
+        };
         spent += report.seconds;
     }
     if (res != WEFT_OK)
         return res;
-    point->seconds = median(seconds, point->runs);
-    point->read_seconds = median(read, point->runs);
-    point->pass_seconds = median(pass, point->runs);
+    point->seconds = median(point, offsetof(struct chart_run, seconds));
+    point->read_seconds = median(point, offsetof(struct chart_run, read_seconds));
+    point->pass_seconds = median(point, offsetof(struct chart_run, pass_seconds));
     point->bytes = report.slice.peak_bytes;
     return WEFT_OK;
 }
@@ -162,9 +175,10 @@ static enum weft_result measure_way(struct bench *b, struct chart_point *point)
     res = run_way(b, plan, &progress, point);
     if (res == WEFT_ERR_CANCELLED)
         snprintf(b->reason, sizeof b->reason, "a run takes over %g s", RUN_SECONDS);
-    if (res == WEFT_OK && b->chart == &b->job->truth)
+    const bool again = point->pixels_checked > 0; // it was verified then
+    if (res == WEFT_OK && !again && b->chart == &b->job->truth)
         verify_truth(b, point);
-    else if (res == WEFT_OK)
+    else if (res == WEFT_OK && !again)
         res = verify_kernel(b, plan, &progress, point);
     weft_way_plan_destroy(&plan);
     return res;
@@ -226,6 +240,22 @@ static enum weft_result add_way(struct bench *b, const struct weft_way *way, int
     snprintf(point.reason, sizeof point.reason, "%s",
              *b->reason ? b->reason : weft_result_text(res));
     return chart_append(&chart->skipped, &chart->skipped_count, &point);
+}
+
+// A second round of what is quick to plan.
+static enum weft_result measure_again(struct bench *b, int kernel)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t i = 0; i < b->chart->count && res == WEFT_OK; i++) {
+        struct chart_point *point = &b->chart->point[i];
+        if (point->kernel != kernel || point->way.method == WEFT_METHOD_PASSES ||
+            report_now_seconds() - b->start > b->budget)
+            continue;
+        res = measure_way(b, point);
+        if (is_of_the_way(res))
+            res = WEFT_OK;
+    }
+    return res;
 }
 
 // Reads what is in reach of a kernel at the scene's slice. A slice beside the volume is an error
@@ -362,8 +392,13 @@ enum weft_result chart_measure_ways(struct chart_job *job)
     if (res == WEFT_OK)
         res = measure_other_kernels(&b, ways, count);
     b.measure = &job->measure;
-    for (size_t i = quick_ones; i < count && res == WEFT_OK; i++)
-        res = add_way(&b, &ways[i], 0);
+    size_t next = quick_ones;
+    for (; next < count && rank(&ways[next]) <= 4 && res == WEFT_OK; next++)
+        res = add_way(&b, &ways[next], 0);
+    if (res == WEFT_OK)
+        res = measure_again(&b, 0);
+    for (; next < count && res == WEFT_OK; next++)
+        res = add_way(&b, &ways[next], 0);
 fail:
     free(ways);
     free(b.pixels);
