@@ -232,30 +232,37 @@ static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
     }
 }
 
+// Steps until a coordinate leaves its cell, which is 2^shift long; at most `limit`.
+static int64_t steps_in_cell(int64_t at, int64_t step, int shift, int64_t limit)
+{
+    const int64_t start = at >> shift << shift;
+    if (step == 0)
+        return limit;
+    const int64_t steps = step > 0 ? (start + (INT64_C(1) << shift) - at + step - 1) / step
+                                   : (at - start) / -step + 1;
+    return steps < limit ? steps : limit;
+}
+
 // One row of one block: pixels x0 to x1, exclusive; block->position is that of x0.
 static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y,
                      struct weft_slice_block *block, weft_slice_run_visitor visit, void *priv)
 {
     const int64_t *du = grid->du;
     int64_t *at = block->position;
-    int cell_shift = grid->fraction_bits + 3;
     while (x0 < x1) {
-        int64_t first[3] = {at[0], at[1], at[2]}, last[3];
+        int64_t last[3], count = x1 - x0;
         struct weft_slice_run_of_pixels run = {.x = x0, .y = y};
-        uint64_t changed;
-        do {
-            memcpy(last, at, sizeof last);
-            x0++;
-            changed = 0;
-            for (int a = 0; a < 3; a++) {
-                at[a] += du[a];
-                changed |= (uint64_t)(at[a] ^ first[a]);
-            }
-        } while (x0 < x1 && changed >> cell_shift == 0);
-        run.count = x0 - run.x;
-        make_run(grid, block->base, first, last, &run);
+        for (int a = 0; a < 3; a++)
+            count = steps_in_cell(at[a], du[a], grid->fraction_bits + 3, count);
+        for (int a = 0; a < 3; a++)
+            last[a] = at[a] + (count - 1) * du[a];
+        run.count = (int)count;
+        make_run(grid, block->base, at, last, &run);
         if (!visit(priv, &run))
             return false;
+        for (int a = 0; a < 3; a++)
+            at[a] += count * du[a];
+        x0 += (int)count;
     }
     return true;
 }
