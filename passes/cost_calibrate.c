@@ -288,7 +288,7 @@ static void calibrate_dot4(struct calibration *c, struct job job)
     const struct timed many = timed(c, job);
     job.oblique = false;
     const struct timed flat = timed(c, job);
-    job.way.samples = 40;
+    job.way.samples = 64; // past 32 MiB malloc asks the kernel for new pages
     const struct timed fine = timed(c, job);
     m->pass_fetch[t][1] =
         positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
