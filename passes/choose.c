@@ -251,12 +251,22 @@ static struct weft_candidate *cheapest(const struct weft_choice *choice)
     return best;
 }
 
+// Bounding a cell's second differences takes the time of so many pixels, give or take.
+static bool smooth_may_pay(const struct chooser *c)
+{
+    enum { PIXELS_PER_CELL = 1500 };
+    double cells = 0.0;
+    for (int i = 0; i < c->base->info.tile_count; i++)
+        cells += (double)c->base->tiles[i].cells_laid_out;
+    return pixel_count(c) >= PIXELS_PER_CELL * cells;
+}
+
 // Plans the way, giving what its own bound leaves to smooth pieces. One that cannot be planned,
 // within the memory say, is refused.
 static enum weft_result choose(const struct chooser *c, struct weft_candidate *candidate)
 {
     struct weft_way_params params = way_params(c, &candidate->way);
-    if (candidate->way.method == WEFT_METHOD_FUSED)
+    if (candidate->way.method == WEFT_METHOD_FUSED && smooth_may_pay(c))
         params.slice.smooth_error = fmax(0.0, 0.999 * (c->params->max_error - candidate->bound));
     enum weft_result res = weft_way_plan_create(c->volume, &params, &c->choice->plan);
     if (res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT) {

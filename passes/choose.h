@@ -47,7 +47,8 @@ struct weft_choice {
     int chosen; // -1: none meets the budget
     int best;   // the one of the least bound among those that can be run; -1: none can
     struct weft_slice_measure measure;
-    // Of the chosen way: what of the budget its own bound leaves is given to smooth pieces.
+    // Of the chosen way: what of the budget its own bound leaves is given to smooth pieces, where
+    // there are pixels enough for that to pay.
     weft_way_plan *plan;
 };
 

@@ -30,16 +30,18 @@ struct saving {
     enum plane plane;
     bool on_lattice;
     double budget; // of smooth pieces, of the voxels' range
+    int larger;    // times the pixels along each side
 };
 
 static const struct saving savings[] = {
-    {"constant", WEFT_SAVING_CONSTANT, WEFT_SAVING_SMOOTH, PLANE_OBLIQUE, false, 0.0},
-    {"axis", WEFT_SAVING_AXIS, WEFT_SAVING_SEPARABLE, PLANE_TURNED, false, 0.0},
-    {"axis, on the lattice", WEFT_SAVING_AXIS, WEFT_SAVING_SEPARABLE, PLANE_TURNED, true, 0.0},
-    {"separable", WEFT_SAVING_SEPARABLE, 0, PLANE_ALONG, false, 0.0},
-    {"axis and separable", WEFT_SAVING_SEPARABLE | WEFT_SAVING_AXIS, 0, PLANE_ALONG, false, 0.0},
-    {"smooth, 8 bit", WEFT_SAVING_SMOOTH, 0, PLANE_OBLIQUE, false, 0.5 / 255},
-    {"smooth, 6 bit", WEFT_SAVING_SMOOTH, 0, PLANE_OBLIQUE, false, 0.5 / 63},
+    {"constant", WEFT_SAVING_CONSTANT, WEFT_SAVING_SMOOTH, PLANE_OBLIQUE, false, 0.0, 1},
+    {"axis", WEFT_SAVING_AXIS, WEFT_SAVING_SEPARABLE, PLANE_TURNED, false, 0.0, 1},
+    {"axis, on the lattice", WEFT_SAVING_AXIS, WEFT_SAVING_SEPARABLE, PLANE_TURNED, true, 0.0, 1},
+    {"separable", WEFT_SAVING_SEPARABLE, 0, PLANE_ALONG, false, 0.0, 1},
+    {"axis and separable", WEFT_SAVING_SEPARABLE | WEFT_SAVING_AXIS, 0, PLANE_ALONG, false, 0.0, 1},
+    {"smooth, 8 bit", WEFT_SAVING_SMOOTH, 0, PLANE_OBLIQUE, false, 0.5 / 255, 1},
+    {"the same, 9 x pixels", WEFT_SAVING_SMOOTH, 0, PLANE_OBLIQUE, false, 0.5 / 255, 3},
+    {"6 bit, 9 x pixels", WEFT_SAVING_SMOOTH, 0, PLANE_OBLIQUE, false, 0.5 / 63, 3},
 };
 
 struct bench {
@@ -90,6 +92,11 @@ static weft_volume *make_ball(void)
     return volume;
 }
 
+static size_t pixel_count(const struct bench *b, const struct saving *s)
+{
+    return (size_t)(b->side * s->larger) * (size_t)(b->side * s->larger);
+}
+
 // Through the middle of the active box.
 static struct weft_slice_geometry make_plane(const struct bench *b, const struct saving *s)
 {
@@ -99,7 +106,7 @@ static struct weft_slice_geometry make_plane(const struct bench *b, const struct
         [PLANE_ALONG] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}},
     };
     const struct weft_volume_info *info = weft_volume_get_info(b->volume);
-    struct weft_slice_geometry g = {.width = b->side, .height = b->side};
+    struct weft_slice_geometry g = {.width = b->side * s->larger, .height = b->side * s->larger};
     for (int a = 0; a < 3; a++) {
         const double low = info->active_min[a], high = info->active_max[a];
         g.u[a] = edges[s->plane][0][a] * (info->active_max[0] - info->active_min[0]);
@@ -132,7 +139,7 @@ static enum weft_result plan_way(const struct bench *b, const struct saving *s, 
         if (res == WEFT_OK)
             res = weft_slice_plan_create(b->volume, &params, &way->plan);
     }
-    way->pixels = malloc((size_t)b->side * (size_t)b->side * sizeof *way->pixels);
+    way->pixels = malloc(pixel_count(b, s) * sizeof *way->pixels);
     return res == WEFT_OK && !way->pixels ? WEFT_ERR_MEMORY : res;
 }
 
@@ -158,7 +165,7 @@ static enum weft_result run_turns(const struct bench *b, struct way ways[2])
 static void print_saving(struct bench *b, const struct saving *s, struct way ways[2])
 {
     double difference = 0.0;
-    for (int i = 0; i < b->side * b->side; i++)
+    for (size_t i = 0; i < pixel_count(b, s); i++)
         difference = fmax(difference, fabs((double)ways[0].pixels[i] - (double)ways[1].pixels[i]));
     for (int w = 0; w < 2; w++) {
         const struct weft_slice_plan_info *info = weft_slice_plan_get_info(ways[w].plan);
@@ -167,7 +174,7 @@ static void print_saving(struct bench *b, const struct saving *s, struct way way
     }
     const double with = median(ways[0].seconds, b->runs),
                  without = median(ways[1].seconds, b->runs);
-    const double pixels = (double)b->side * b->side;
+    const double pixels = (double)pixel_count(b, s);
     printf("%-21s %8.2f %8.2f %6.2f %8.2f %8.2f %8.1f %8.1f %10.2e %10.2e %10.2e\n", s->name,
            1e3 * with, 1e3 * without, without / with, 1e-6 * (double)ways[0].report.uploaded_bytes,
            1e-6 * (double)ways[1].report.uploaded_bytes, (double)ways[0].report.fetches / pixels,

@@ -14,8 +14,7 @@
 static const char default_output[] = "chart.svg", default_signal[] = "marschner-lobb";
 static const char default_kernels[] = "catmull-rom;linear;mitchell;bspline3;lanczos:3";
 static const char default_truth_kernels[] =
-    "nearest;linear;mitchell;catmull-rom;keys6;lanczos:3+unit;bspline3";
-static const char prefiltered_kernel[] = "bspline3i"; // where the catalogue has it
+    "nearest;linear;mitchell;catmull-rom;keys6;lanczos:3+unit;bspline3;bspline3i";
 
 static const struct option_spec options[CHART_OPTION_COUNT] = {
     [CHART_OUTPUT] = {.name = "output",
@@ -117,8 +116,6 @@ static enum weft_result read_all_kernels(struct chart_job *job)
         res = read_kernels(&job->ways, given->given ? given->text : default_kernels);
     if (job->has_truth && res == WEFT_OK)
         res = read_kernels(&job->truth, given->given ? given->text : default_truth_kernels);
-    if (job->has_truth && !given->given && res == WEFT_OK && weft_kernel_find(prefiltered_kernel))
-        res = read_kernels(&job->truth, prefiltered_kernel);
     return res;
 }
 
