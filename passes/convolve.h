@@ -28,12 +28,14 @@ struct weft_samples {
     double low, high;
 };
 
-// Pixel (x, y) lies at origin + x du + y dv, in the samples' coordinates, as doubles. Its first tap
-// and fraction are those of weft_kernel_first_tap, and of a tile's M samples along an axis number
-// floor(fraction M) is taken.
+// Pixel (x, y) lies at origin + x du + y dv, in the samples' coordinates, as doubles; where columns
+// are given, at columns[x] along the first axis, and where rows are, at rows[y] along the second:
+// for scales whose multiples doubles do not hold. Its first tap and fraction are those of
+// weft_kernel_first_tap, and of a tile's M samples along an axis number floor(fraction M) is taken.
 struct weft_pixel_grid {
     int width, height;
     double origin[3], du[3], dv[3];
+    const double *columns, *rows; // [width], [height]; borrowed; NULL: as above
 };
 
 struct weft_convolve_report {

@@ -91,16 +91,25 @@ static enum weft_result check_passes(const struct weft_convolve_job *job)
     return WEFT_OK;
 }
 
+static bool all_finite(const double *values, int count)
+{
+    for (int i = 0; values && i < count; i++)
+        if (!isfinite(values[i]))
+            return false;
+    return true;
+}
+
 static bool positions_finite(const struct weft_convolve_job *job)
 {
+    const struct weft_pixel_grid *grid = job->grid;
     for (int corner = 0; corner < 4; corner++) {
         double at[3];
-        weft_convolve_position(job->grid, (corner & 1) * job->grid->width,
-                               (corner >> 1) * job->grid->height, at);
+        weft_convolve_position(grid, (corner & 1) * (grid->width - 1),
+                               (corner >> 1) * (grid->height - 1), at);
         if (!isfinite(at[0]) || !isfinite(at[1]) || !isfinite(at[2]))
             return false;
     }
-    return true;
+    return all_finite(grid->columns, grid->width) && all_finite(grid->rows, grid->height);
 }
 
 static enum weft_result check_request(const struct weft_convolve_job *job,

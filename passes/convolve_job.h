@@ -83,6 +83,10 @@ static inline void weft_convolve_position(const struct weft_pixel_grid *grid, in
 {
     for (int a = 0; a < 3; a++)
         out[a] = grid->origin[a] + x * grid->du[a] + y * grid->dv[a];
+    if (grid->columns)
+        out[0] = grid->columns[x];
+    if (grid->rows)
+        out[1] = grid->rows[y];
 }
 
 // The request and the list by themselves, without limits. Returns WEFT_ERR_ARGUMENT or

@@ -161,7 +161,11 @@ static void plans_are_explained_without_gl(void **state)
     assert_string_equal(text(plan, "profile"), "fp32");
     assert_string_equal(text(plan, "technique"), "plain");
     assert_true(number(plan, "resolution") == 64);
-    assert_true(number(part(root, "to"), "width") == 100);
+    const json_t *display[2] = {part(part(root, "to"), "display_min"),
+                                part(part(root, "to"), "display_max")};
+    assert_int_equal(json_integer_value(json_array_get(display[1], 0)) -
+                         json_integer_value(json_array_get(display[0], 0)),
+                     99);
     json_decref(root);
 }
 
@@ -170,12 +174,12 @@ static void every_channel_is_written(void **state)
     (void)state;
     skip_without_gl();
     struct weft_image in, out;
-    command_succeeds("resample", "layers.exr", "-o", "out.exr", "--size", "74x69");
+    command_succeeds("resample", "layers.exr", "-o", "out.exr", "--size", "78x75");
     load("layers.exr", &in);
     load("out.exr", &out);
     assert_int_equal(out.width, 74);
     assert_int_equal(out.height, 69);
-    // Twice in x, three times in y.
+    // Twice in x, three times in y, of the display window.
     assert_int_equal(out.x, 20);
     assert_int_equal(out.y, -12);
     assert_int_equal(out.display_min[0], 18);
@@ -233,12 +237,101 @@ static void pixels_lie_where_they_should(void **state)
 {
     (void)state;
     skip_without_gl();
-    check_places(command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "111x69",
+    check_places(command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "117x75",
                                   "--json", "--resolution", "256"),
                  0.02);
     check_places(
-        command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "111x69", "--json"),
+        command_succeeds("resample", "grey.exr", "-o", "out.exr", "--size", "117x75", "--json"),
         1e-6);
+}
+
+static void assert_within(double expected, double value, double bound)
+{
+    if (!(fabs(value - expected) <= bound))
+        fail_msg("%.9g, not %.9g +- %.3g", value, expected, bound);
+}
+
+// An axis: first pixel and size of the data and of the display window, and the size asked for.
+static const struct windows {
+    int data, size, display, display_size, to;
+} window_cases[] = {
+    {-5, 40, 0, 30, 45},  {-4, 40, 0, 30, 45},    {3, 20, 0, 30, 45},   {0, 30, 0, 30, 1000},
+    {-7, 9, -3, 31, 200}, {101, 37, 90, 100, 33}, {-9, 40, -9, 20, 20}, {5, 3, 0, 7, 1},
+};
+
+// values = 3 X - 2 Y at the centre of pixel (X, Y), wherever the windows are.
+static void make_ramp(const char *path, const struct windows axis[2])
+{
+    static float plane[64 * 64];
+    struct weft_image_channel channel = {.name = "Y", .plane = plane};
+    const struct weft_image image = {.x = axis[0].data,
+                                     .y = axis[1].data,
+                                     .width = axis[0].size,
+                                     .height = axis[1].size,
+                                     .display_min = {axis[0].display, axis[1].display},
+                                     .display_max = {axis[0].display + axis[0].display_size - 1,
+                                                     axis[1].display + axis[1].display_size - 1},
+                                     .channel_count = 1,
+                                     .channels = &channel};
+    for (int y = 0; y < image.height; y++)
+        for (int x = 0; x < image.width; x++)
+            plane[y * image.width + x] =
+                (float)(3.0 * (image.x + x + 0.5) - 2.0 * (image.y + y + 0.5));
+    assert_int_equal(weft_image_save(&image, &(struct weft_image_save_params){.path = path}),
+                     WEFT_OK);
+}
+
+// Where the centre of the result's pixel lies in the input, within the samples' centres: beyond
+// them the edge's value holds.
+static double place_in(const struct windows *w, int out_display, int pixel)
+{
+    const double at = w->display + (pixel + 0.5 - out_display) * w->display_size / w->to;
+    return fmin(fmax(at, w->data + 0.5), w->data + w->size - 0.5);
+}
+
+static void check_windows(const struct windows *w, int first, int size, int display, int last)
+{
+    const double scale = (double)w->to / w->display_size;
+    const double low = display + (w->data - w->display) * scale, high = low + w->size * scale;
+    assert_int_equal(last - display + 1, w->to);
+    assert_true(fabs(display - w->display * scale) <= 0.5);
+    assert_true(first <= low + 1e-9 && first + 1 > low + 1e-9);
+    assert_true(first + size >= high - 1e-9 && first + size - 1 < high - 1e-9);
+}
+
+// A linear kernel gives a ramp as it is, so that every pixel tells where it was taken from.
+static void the_picture_keeps_its_place(void **state)
+{
+    (void)state;
+    static const char *const ways[] = {"separable", "--emulate"};
+    for (size_t i = 0; i < COUNT(window_cases) * COUNT(ways); i++) {
+        const struct windows axis[2] = {window_cases[i % COUNT(window_cases)],
+                                        window_cases[(i + 3) % COUNT(window_cases)]};
+        const bool emulated = i >= COUNT(window_cases);
+        char size[32];
+        struct weft_image out;
+        if (!emulated && !command_has_gl())
+            continue;
+        snprintf(size, sizeof size, "%dx%d", axis[0].to, axis[1].to);
+        make_ramp("ramp.exr", axis);
+        json_t *root =
+            parse(command_succeeds("resample", "ramp.exr", "-o", "out.exr", "--kernel", "linear",
+                                   "-q", "--json", "--size", size, emulated ? "--emulate" : NULL));
+        const double bound =
+            number(part(json_array_get(part(root, "groups"), 0), "bound"), "total");
+        json_decref(root);
+        load("out.exr", &out);
+        check_windows(&axis[0], out.x, out.width, out.display_min[0], out.display_max[0]);
+        check_windows(&axis[1], out.y, out.height, out.display_min[1], out.display_max[1]);
+        for (int y = 0; y < out.height; y++)
+            for (int x = 0; x < out.width; x++)
+                assert_within(3.0 * place_in(&axis[0], out.display_min[0], out.x + x) -
+                                  2.0 * place_in(&axis[1], out.display_min[1], out.y + y),
+                              out.channels[0].plane[y * out.width + x], bound);
+        weft_image_clear(&out);
+    }
+    unlink("ramp.exr");
+    unlink("out.exr");
 }
 
 // At the input's own size; resolution: of tiles so fine that looking them up costs little.
@@ -246,7 +339,7 @@ static double resampling_error(const char *kernel, const char *resolution)
 {
     struct weft_image in, out;
     double worst = 0.0;
-    command_succeeds("resample", "grey.exr", "-o", "same.exr", "--size", "37x23", "--kernel",
+    command_succeeds("resample", "grey.exr", "-o", "same.exr", "--size", "39x25", "--kernel",
                      kernel, resolution ? "--resolution" : NULL, resolution);
     load("grey.exr", &in);
     load("same.exr", &out);
@@ -472,7 +565,7 @@ static void emulation_writes_the_same_pixels(void **state)
         load("cpu.exr", &cpu);
         for (size_t c = 0; c < gl.channel_count; c++)
             assert_memory_equal(gl.channels[c].plane, cpu.channels[c].plane,
-                                50 * 61 * sizeof(float));
+                                (size_t)gl.width * (size_t)gl.height * sizeof(float));
         weft_image_clear(&gl);
         weft_image_clear(&cpu);
     }
@@ -551,12 +644,12 @@ static void previews_are_written(void **state)
     (void)state;
     skip_without_gl();
     const char *out = command_succeeds("resample", "rgba.exr", "--preview", "p.png", "--size",
-                                       "70x50", "--colour-map", "viridis");
+                                       "78x50", "--colour-map", "viridis");
     assert_non_null(strstr(out, "p.png: values from "));
     png_image png = {.version = PNG_IMAGE_VERSION};
     assert_true(png_image_begin_read_from_file(&png, "p.png"));
-    assert_int_equal(png.width, 70);
-    assert_int_equal(png.height, 50);
+    assert_int_equal(png.width, 2 * WIDTH); // of the data window
+    assert_int_equal(png.height, 2 * HEIGHT);
     png_image_free(&png);
     command_fails(4, "no-clobber", "resample", "rgba.exr", "--preview", "p.png", "--no-clobber");
     unlink("p.png");
@@ -575,11 +668,12 @@ static void large_images_have_no_seams(void **state)
                                           "linear"),
                          "large");
     load("big.exr", &out);
-    // 512 samples in 70 pixels: neighbours are no further apart than the smooth signal is.
-    for (int y = 0; y < 1100; y++)
-        for (int x = 1; x < 2600; x++)
-            assert_true(fabs(out.channels[0].plane[y * 2600 + x] -
-                             out.channels[0].plane[y * 2600 + x - 1]) < 0.02);
+    assert_true(out.width > 2 * 1024 && out.height > 1000);
+    // 512 samples in 67 pixels: neighbours are no further apart than the smooth signal is.
+    for (int y = 0; y < out.height; y++)
+        for (int x = 1; x < out.width; x++)
+            assert_true(fabs(out.channels[0].plane[y * out.width + x] -
+                             out.channels[0].plane[y * out.width + x - 1]) < 0.02);
     weft_image_clear(&out);
     unlink("big.exr");
     unlink("out.exr");
@@ -841,6 +935,7 @@ int main(void)
         cmocka_unit_test(plans_are_explained_without_gl),
         cmocka_unit_test(every_channel_is_written),
         cmocka_unit_test(pixels_lie_where_they_should),
+        cmocka_unit_test(the_picture_keeps_its_place),
         cmocka_unit_test(prefiltered_kernels_return_the_image),
         cmocka_unit_test(prefiltered_slices_are_verified),
         cmocka_unit_test(channels_can_be_chosen),

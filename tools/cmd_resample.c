@@ -25,7 +25,12 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                           "OUT.png",
                           "the luminance of R, G and B, or else the first channel, as 8-bit PNG"},
     [RESAMPLE_SIZE] =
-        {.name = "size", 0, OPTION_PIXELS, "WxH", "pixels (default: twice the input's)"},
+        {.name = "size",
+         0,
+         OPTION_PIXELS,
+         "WxH",
+         "pixels of the display window (default: twice the input's); the data window, which may be "
+         "smaller or larger, takes part"},
     [RESAMPLE_KERNEL] = {.name = "kernel",
                          0,
                          OPTION_TEXT,
@@ -181,63 +186,6 @@ static enum weft_result load_image(struct resample_job *job)
     enum weft_result res = weft_image_load(&params, &job->image);
     job->load_seconds = report_now_seconds() - start;
     return res;
-}
-
-static enum weft_result choose_size(struct resample_job *job)
-{
-    const struct option_value *size = &job->option[RESAMPLE_SIZE];
-    const int64_t width = size->given ? size->integer[0] : 2 * (int64_t)job->image.width;
-    const int64_t height = size->given ? size->integer[1] : 2 * (int64_t)job->image.height;
-    if (width > WEFT_SLICE_MAX_SIZE || height > WEFT_SLICE_MAX_SIZE ||
-        width * height > WEFT_SLICE_MAX_PIXELS) {
-        report_error("%lld x %lld pixels: there may be at most %d along a side and %lld in all",
-                     (long long)width, (long long)height, WEFT_SLICE_MAX_SIZE,
-                     (long long)WEFT_SLICE_MAX_PIXELS);
-        return WEFT_ERR_ARGUMENT;
-    }
-    job->result.width = (int32_t)width;
-    job->result.height = (int32_t)height;
-    if (width < job->image.width || height < job->image.height)
-        resample_plan_warn("%d x %d pixels become %lld x %lld: a smaller image is not filtered for "
-                           "it, and may alias",
-                           job->image.width, job->image.height, (long long)width,
-                           (long long)height);
-    return WEFT_OK;
-}
-
-// The place of a pixel edge of the input, along an axis, counted from the data window's first.
-static int64_t scaled(int64_t edge, int from, int to)
-{
-    return llround((double)edge * to / from);
-}
-
-// Both windows grow with the image: where the scaled edges are no whole pixels they are rounded,
-// the display window's from the data window's corner.
-static enum weft_result set_windows(struct resample_job *job)
-{
-    const struct weft_image *in = &job->image;
-    struct weft_image *out = &job->result;
-    const int from[2] = {in->width, in->height}, to[2] = {out->width, out->height};
-    const int32_t corner[2] = {in->x, in->y};
-    int32_t *const first[2] = {&out->x, &out->y};
-    for (int a = 0; a < 2; a++) {
-        const int64_t x = scaled(corner[a], from[a], to[a]);
-        const int64_t low = x + scaled((int64_t)in->display_min[a] - corner[a], from[a], to[a]);
-        int64_t high = x + scaled((int64_t)in->display_max[a] + 1 - corner[a], from[a], to[a]);
-        high = high > low ? high - 1 : low;
-        const int64_t limit = INT32_MAX / 2; // EXR's
-        if (x <= -limit || x + to[a] >= limit || low <= -limit || high >= limit) {
-            report_error("the windows of %s, enlarged, reach from %lld to %lld: the limit is "
-                         "+-%lld",
-                         job->input, (long long)(x < low ? x : low),
-                         (long long)(x + to[a] > high ? x + to[a] : high), (long long)limit);
-            return WEFT_ERR_LIMIT;
-        }
-        *first[a] = (int32_t)x;
-        out->display_min[a] = (int32_t)low;
-        out->display_max[a] = (int32_t)high;
-    }
-    return WEFT_OK;
 }
 
 static enum weft_result allocate_pixels(struct resample_job *job)
@@ -423,10 +371,17 @@ static enum weft_result run_way(struct resample_job *job)
 static enum weft_result run_stages(struct resample_job *job)
 {
     typedef enum weft_result (*stage)(struct resample_job * job);
-    static const stage planning[] = {check_options,   check_outputs, load_image,
-                                     choose_size,     set_windows,   resample_choose_channels,
-                                     make_groups,     measure,       make_plans,
-                                     allocate_pixels, NULL};
+    static const stage planning[] = {check_options,
+                                     check_outputs,
+                                     load_image,
+                                     resample_choose_size,
+                                     resample_set_windows,
+                                     resample_choose_channels,
+                                     make_groups,
+                                     measure,
+                                     make_plans,
+                                     allocate_pixels,
+                                     NULL};
     static const stage computing[] = {create_context, run_way, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
@@ -476,8 +431,10 @@ static int run(const char *operand, const struct option_value *values)
 }
 
 static const char *const epilogue[] = {
-    "Pixel (x, y) of the W x H result samples the w x h input at ((x + 0.5) / W * w - 0.5, "
-    "(y + 0.5) / H * h - 0.5) in pixel indices; beyond the border the nearest pixel's value holds. "
+    "Pixel (x, y) of the W x H result samples the w x h input at ((x + 0.5) w / W - 0.5, "
+    "(y + 0.5) h / H - 0.5) in pixel indices, which are exact where they are whole; both are "
+    "counted from the display windows' corners, and W, H, w and h are those windows' sizes. Beyond "
+    "the border of the data the nearest pixel's value holds. "
     "A smaller size is no more than that: nothing is filtered away, and a warning says so.",
     "Each channel is filtered along one axis and then the other in single precision. With "
     "--profile, another option of plans, --together, --emulate or a radial kernel it is mapped to "
@@ -489,7 +446,9 @@ static const char *const epilogue[] = {
     "and the exit code is 1. --explain then lists what was compared.",
     "With a kernel that interpolates by a prefilter (bspline3i) coefficients take the place of "
     "the pixels first; ranges and --verify are then of coefficients.",
-    "The data and display windows grow with the image, rounded to whole pixels. Attributes are "
+    "The data window, which may reach beyond the display window (overscan), grows with it and then "
+    "to whole pixels: the picture keeps its place in the display window. --preview shows the data "
+    "window. Attributes are "
     "carried over as text, without those of an earlier weft. The same request gives the same "
     "bytes, "
     "whatever the number of threads. Outputs appear whole or not at all.",

@@ -56,6 +56,13 @@ struct resample_choice {
     bool good, chosen;
 };
 
+// Where pixels lie along an axis, in whole numbers: see resample_position.
+struct resample_place {
+    int64_t from, to; // pixels of the display windows of the input and of the result
+    int64_t pixel;    // the result's first, from its display window's
+    int64_t sample;   // of the input at its display window's first pixel, from its data's first
+};
+
 struct resample_job {
     const char *input;
     const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
@@ -68,7 +75,8 @@ struct resample_job {
 
     struct weft_image image;  // the input; without planes when only explained
     struct weft_image result; // the channels asked for, in the input's order
-    size_t *source;           // of each, its channel of the input
+    struct resample_place place[2];
+    size_t *source; // of each, its channel of the input
     // Prefiltered kernels: what is sampled in place of the input, by the result's channels, with
     // `pad` more values on every side. NULL and 0 for others.
     float **coefficients;
@@ -89,6 +97,14 @@ struct resample_job {
     double start;                                  // monotonic seconds
     double load_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
+
+// The display windows' sizes. Returns WEFT_ERR_ARGUMENT (too many pixels) after an error line.
+enum weft_result resample_choose_size(struct resample_job *job);
+// The result's windows and size. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_LIMIT after an error line.
+enum weft_result resample_set_windows(struct resample_job *job);
+// What a pixel of the result samples along an axis, counted from the input's first sample, plus
+// `shift`: (x + 0.5) from / to - 0.5 between the display windows. Whole where that is whole.
+double resample_position(const struct resample_place *place, int pixel, int shift);
 
 // The result's channels, without planes. Returns WEFT_ERR_ARGUMENT (a name that is not there, or
 // twice) after an error line.

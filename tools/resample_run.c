@@ -15,6 +15,7 @@ enum { MAX_TILE = 1024, MAX_REACH = 2048, MIN_TILE = 16 };
 struct tile {
     int x, y, width, height; // of the result
     int from[2], size[2];    // of the input that it reaches
+    double *at[2];           // of its columns and rows, in those samples
     float *plane[RESAMPLE_MAX_TOGETHER], *pixels[RESAMPLE_MAX_TOGETHER];
 };
 
@@ -58,18 +59,16 @@ static bool report_step(void *priv, double fraction)
 
 // ---- tiles --------------------------------------------------------------------------------------
 
+// Of the result's pixel, from the source's first sample on.
 static double position(const struct runner *r, int axis, int pixel)
 {
-    const double from = axis ? r->job->image.height : r->job->image.width;
-    const double to = axis ? r->job->result.height : r->job->result.width;
-    return (pixel + 0.5) / to * from - 0.5 + r->job->pad;
+    return resample_position(&r->job->place[axis], pixel, r->job->pad);
 }
 
 static int tile_side(const struct runner *r, int axis)
 {
-    const double from = axis ? r->job->image.height : r->job->image.width;
-    const double to = axis ? r->job->result.height : r->job->result.width;
-    const double side = floor(MAX_REACH * to / from);
+    const struct resample_place *place = &r->job->place[axis];
+    const double side = floor(MAX_REACH * (double)place->to / (double)place->from);
     return side > MAX_TILE ? MAX_TILE : side < MIN_TILE ? MIN_TILE : (int)side;
 }
 
@@ -79,19 +78,54 @@ static int tile_count(const struct runner *r, int axis)
     return (size + tile_side(r, axis) - 1) / tile_side(r, axis);
 }
 
-// Samples from the first pixel's first tap to the last one's last, and one more for rounding.
+// Samples from the first pixel's first tap to the last one's last, or the edge's if there are none.
 static void set_reach(const struct runner *r, int axis, int first, int count, struct tile *tile)
 {
-    const int limit = source_size(r, axis);
+    const int64_t last = source_size(r, axis) - 1;
     const struct weft_kernel *kernel = &weft_plan_get_info(r->group->plan)->kernel;
     double fraction;
-    int64_t from = weft_kernel_first_tap(kernel, position(r, axis, first), &fraction) - 1;
+    int64_t from = weft_kernel_first_tap(kernel, position(r, axis, first), &fraction);
     int64_t to = weft_kernel_first_tap(kernel, position(r, axis, first + count - 1), &fraction) +
-                 kernel->width;
-    from = from < 0 ? 0 : from;
-    to = to >= limit ? limit - 1 : to;
+                 kernel->width - 1;
+    from = from < 0 ? 0 : from > last ? last : from;
+    to = to > last ? last : to < 0 ? 0 : to;
     tile->from[axis] = (int)from;
     tile->size[axis] = (int)(to - from) + 1;
+}
+
+static bool allocate_tile(const struct runner *r, struct tile *tile)
+{
+    const size_t samples = (size_t)tile->size[0] * (size_t)tile->size[1];
+    bool done = true;
+    for (int a = 0; a < 2; a++)
+        done = (tile->at[a] = malloc((size_t)(a ? tile->height : tile->width) *
+                                     sizeof *tile->at[a])) != NULL &&
+               done;
+    for (int c = 0; c < r->group->count; c++) {
+        tile->plane[c] = malloc(samples * sizeof(float));
+        tile->pixels[c] = malloc((size_t)tile->width * (size_t)tile->height * sizeof(float));
+        done = done && tile->plane[c] && tile->pixels[c];
+    }
+    if (!done)
+        report_error("out of memory: a tile of %d x %d pixels from %d x %d samples", tile->width,
+                     tile->height, tile->size[0], tile->size[1]);
+    return done;
+}
+
+static void fill_tile(const struct runner *r, struct tile *tile)
+{
+    for (int x = 0; x < tile->width; x++)
+        tile->at[0][x] =
+            resample_position(&r->job->place[0], tile->x + x, r->job->pad - tile->from[0]);
+    for (int y = 0; y < tile->height; y++)
+        tile->at[1][y] =
+            resample_position(&r->job->place[1], tile->y + y, r->job->pad - tile->from[1]);
+    for (int c = 0; c < r->group->count; c++)
+        for (int y = 0; y < tile->size[1]; y++)
+            memcpy(tile->plane[c] + (size_t)y * (size_t)tile->size[0],
+                   source_plane(r, c) + (size_t)(tile->from[1] + y) * (size_t)source_size(r, 0) +
+                       tile->from[0],
+                   (size_t)tile->size[0] * sizeof(float));
 }
 
 static enum weft_result create_tile(const struct runner *r, int column, int row, struct tile *out)
@@ -103,26 +137,16 @@ static enum weft_result create_tile(const struct runner *r, int column, int row,
     out->height = result->height - out->y < side[1] ? result->height - out->y : side[1];
     set_reach(r, 0, out->x, out->width, out);
     set_reach(r, 1, out->y, out->height, out);
-    for (int c = 0; c < r->group->count; c++) {
-        const size_t samples = (size_t)out->size[0] * (size_t)out->size[1];
-        out->plane[c] = malloc(samples * sizeof(float));
-        out->pixels[c] = malloc((size_t)out->width * (size_t)out->height * sizeof(float));
-        if (!out->plane[c] || !out->pixels[c]) {
-            report_error("out of memory: a tile of %d x %d pixels from %d x %d samples", out->width,
-                         out->height, out->size[0], out->size[1]);
-            return WEFT_ERR_MEMORY;
-        }
-        for (int y = 0; y < out->size[1]; y++)
-            memcpy(out->plane[c] + (size_t)y * (size_t)out->size[0],
-                   source_plane(r, c) + (size_t)(out->from[1] + y) * (size_t)source_size(r, 0) +
-                       out->from[0],
-                   (size_t)out->size[0] * sizeof(float));
-    }
+    if (!allocate_tile(r, out))
+        return WEFT_ERR_MEMORY;
+    fill_tile(r, out);
     return WEFT_OK;
 }
 
 static void destroy_tile(struct tile *tile)
 {
+    free(tile->at[0]);
+    free(tile->at[1]);
     for (int c = 0; c < RESAMPLE_MAX_TOGETHER; c++) {
         free(tile->plane[c]);
         free(tile->pixels[c]);
@@ -192,10 +216,8 @@ static enum weft_result convolve_tile(struct runner *r, struct tile *tile)
     const struct weft_pixel_grid grid = {
         .width = tile->width,
         .height = tile->height,
-        .origin = {position(r, 0, tile->x) - tile->from[0],
-                   position(r, 1, tile->y) - tile->from[1]},
-        .du = {(double)r->job->image.width / r->job->result.width},
-        .dv = {0.0, (double)r->job->image.height / r->job->result.height},
+        .columns = tile->at[0],
+        .rows = tile->at[1],
     };
     struct weft_convolve_params params = {.plan = r->group->plan,
                                           .samples = &samples,

@@ -35,7 +35,6 @@ struct resample_bound resample_separable_bound(const struct resample_job *job, d
 static enum weft_result set_positions(struct runner *r)
 {
     const struct resample_job *job = r->job;
-    const int from[2] = {job->image.width, job->image.height};
     const int to[2] = {job->result.width, job->result.height};
     for (int a = 0; a < 2; a++) {
         r->at[a] = malloc((size_t)to[a] * sizeof *r->at[a]);
@@ -44,7 +43,7 @@ static enum weft_result set_positions(struct runner *r)
             return WEFT_ERR_MEMORY;
         }
         for (int i = 0; i < to[a]; i++)
-            r->at[a][i] = (i + 0.5) / to[a] * from[a] - 0.5 + job->pad;
+            r->at[a][i] = resample_position(&job->place[a], i, job->pad);
     }
     return WEFT_OK;
 }
