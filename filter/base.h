@@ -42,7 +42,8 @@ WEFT_API const char *weft_result_text(enum weft_result result);
 
 enum weft_log_level { WEFT_LOG_ERROR, WEFT_LOG_WARNING, WEFT_LOG_INFO, WEFT_LOG_DEBUG };
 
-// Messages are one line of UTF-8 without a line end, and are valid during the call only.
+// Messages are one line of UTF-8 without a line end, cleaned by weft_text_clean whatever names and
+// file contents they quote, and are valid during the call only.
 struct weft_log {
     void (*write)(void *priv, enum weft_log_level level, const char *message);
     void *priv;
@@ -55,6 +56,14 @@ struct weft_progress {
     bool (*report)(void *priv, double fraction);
     void *priv;
 };
+
+// Makes a text that comes from a file, a name or a path safe to print, in place; it never grows.
+// A '?' replaces each control character (C0, DEL, C1: they begin a terminal's escape sequences),
+// each byte that is not UTF-8 (RFC 3629: no overlong forms, no surrogates, nothing over U+10FFFF),
+// and each line or paragraph separator and mark that turns the direction of writing (U+061C,
+// U+200E, U+200F, U+2028 to U+202E, U+2066 to U+2069). With keep_lines, line ends and tabs stay.
+// Returns the text.
+WEFT_API char *weft_text_clean(char *text, bool keep_lines);
 
 // "0.1.0"; static storage.
 WEFT_API const char *weft_version(void);

@@ -66,6 +66,48 @@ static void test_log_levels(void **state)
     assert_int_equal(record.count, 4);
 }
 
+// What a terminal obeys, what breaks lines or their direction, and what is no UTF-8 (RFC 3629,
+// section 3 and 4) becomes '?'; all else stays to the byte.
+static void test_text_clean(void **state)
+{
+    static const struct {
+        const char *text, *clean;
+    } cases[] = {
+        {"", ""},
+        {"density[1] ~", "density[1] ~"},
+        {"\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80 \xc2\xa0",
+         "\xc3\xa9 \xe2\x82\xac \xf0\x9f\x98\x80 \xc2\xa0"},
+        {"\x1b]0;title\x07\x1b[31m", "?]0;title??[31m"},
+        {"a\tb\nc\rd\x7f", "a?b?c?d?"},
+        {"\xc2\x9b"
+         "31m \xc2\x80 \xc2\x9f",
+         "?31m ? ?"}, // C1 as UTF-8
+        {"\x9b"
+         "31m \xff\xfe",
+         "?31m ??"},                                               // C1 as a byte; never UTF-8
+        {"\xc0\xaf \xe0\x80\xaf \xf0\x80\x80\x9b", "?? ??? ????"}, // overlong
+        {"\xed\xa0\x80 \xf4\x90\x80\x80 \xf8\x88\x80\x80\x80", "??? ???? ?????"},
+        {"\xe2\x82", "??"}, // cut short
+        {"\xe2\x82x", "??x"},
+        {"\xe2\x80\xa8 \xe2\x80\xa9 \xe2\x80\xae"
+         "fdp.exe \xe2\x81\xa7 \xd8\x9c",
+         "? ? ?fdp.exe ? ?"},
+        {"\xed\x9f\xbf \xee\x80\x80 \xf4\x8f\xbf\xbf",
+         "\xed\x9f\xbf \xee\x80\x80 \xf4\x8f\xbf\xbf"},
+    };
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%s", cases[i].text);
+        assert_ptr_equal(weft_text_clean(text, false), text);
+        assert_string_equal(text, cases[i].clean);
+        weft_text_clean(text, false);
+        assert_string_equal(text, cases[i].clean);
+    }
+    char lines[] = "a\tb\nc\rd\x1b";
+    assert_string_equal(weft_text_clean(lines, true), "a\tb\nc?d?");
+}
+
 static void test_silence(void **state)
 {
     const struct weft_log log = {0};
@@ -161,11 +203,17 @@ static void test_clock(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_result_text), cmocka_unit_test(test_version),
-        cmocka_unit_test(test_log_levels),  cmocka_unit_test(test_silence),
-        cmocka_unit_test(test_log_cut),     cmocka_unit_test(test_log_control_characters),
-        cmocka_unit_test(test_require),     cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_numbers),     cmocka_unit_test(test_clock),
+        cmocka_unit_test(test_result_text),
+        cmocka_unit_test(test_version),
+        cmocka_unit_test(test_log_levels),
+        cmocka_unit_test(test_text_clean),
+        cmocka_unit_test(test_silence),
+        cmocka_unit_test(test_log_cut),
+        cmocka_unit_test(test_log_control_characters),
+        cmocka_unit_test(test_require),
+        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_clock),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,17 +36,9 @@ json_t *json_counts(const int32_t *value, int count)
 
 json_t *json_text(const char *text)
 {
-    json_t *string = json_string(text);
-    if (string)
-        return string;
-    char *ascii = strdup(text);
-    if (!ascii)
-        return NULL;
-    for (char *c = ascii; *c; c++)
-        if ((unsigned char)*c >= 0x80)
-            *c = '?';
-    string = json_string(ascii);
-    free(ascii);
+    char *clean = strdup(text);
+    json_t *string = clean ? json_string(weft_text_clean(clean, true)) : NULL;
+    free(clean);
     return string;
 }
 

@@ -7,7 +7,8 @@
 
 #include "weft.h"
 
-// New references. NaN and infinities become null; bytes that are not UTF-8 become '?'.
+// New references. NaN and infinities become null; texts are cleaned (weft_text_clean), their line
+// ends and tabs kept.
 json_t *json_number(double value);
 json_t *json_numbers(const double *value, int count);
 json_t *json_count(uint64_t value);

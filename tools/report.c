@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -74,10 +75,7 @@ static void write_format(enum weft_log_level level, const char *format, va_list 
 {
     char line[1024];
     vsnprintf(line, sizeof line, format, args);
-    for (char *c = line; *c; c++) // file names may hold anything
-        if ((unsigned char)*c < 0x20 || *c == 0x7f)
-            *c = '?';
-    write_line(NULL, level, line);
+    write_line(NULL, level, weft_text_clean(line, false));
 }
 
 #define DEFINE_REPORT(name, level)                                                                 \
@@ -90,6 +88,21 @@ static void write_format(enum weft_log_level level, const char *format, va_list 
     }
 DEFINE_REPORT(report_error, WEFT_LOG_ERROR)
 DEFINE_REPORT(report_note, WEFT_LOG_INFO)
+
+void report_line(const char *format, ...)
+{
+    char *line = NULL;
+    va_list args;
+    va_start(args, format);
+    int length = vasprintf(&line, format, args);
+    va_end(args);
+    if (length < 0) {
+        report_error("out of memory for a line of text");
+        return;
+    }
+    puts(weft_text_clean(line, false));
+    free(line);
+}
 
 static bool show_progress(void *priv, double fraction)
 {

@@ -26,6 +26,10 @@ bool report_is_quiet(void);
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+// Prints one line on stdout, cleaned (weft_text_clean), and a line end: for lines that hold names,
+// paths or other text from outside.
+void report_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
 // For the library's log members.
 const struct weft_log *report_log(void);
 
