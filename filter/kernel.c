@@ -412,6 +412,13 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
     return 0.5 * kernel->width - 1.0;
 }
 
+double weft_kernel_value(const struct weft_kernel *kernel, double x)
+{
+    if (kernel->interpolating && x == rint(x))
+        return x == 0.0 ? 1.0 : 0.0;
+    return kernel->info->weight(kernel, x);
+}
+
 double weft_kernel_argument(double fraction, double shift)
 {
     const double x = fraction + shift, knot = shift + 1.0;
@@ -424,7 +431,7 @@ static int64_t plain_weights(const struct weft_kernel *kernel, double x, double 
     const int64_t first = weft_kernel_first_tap(kernel, x, &fraction);
     const double offset = weft_kernel_offset(kernel);
     for (int j = 0; j < kernel->width; j++)
-        weights[j] = kernel->info->weight(kernel, weft_kernel_argument(fraction, offset - j));
+        weights[j] = weft_kernel_value(kernel, weft_kernel_argument(fraction, offset - j));
     return first;
 }
 
@@ -449,7 +456,7 @@ int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *
 
 double weft_kernel_weight(const struct weft_kernel *kernel, double x)
 {
-    const double h = kernel->info->weight(kernel, x);
+    const double h = weft_kernel_value(kernel, x);
     if (!kernel->normalised || h == 0.0)
         return h;
     double weights[WEFT_KERNEL_MAX_WIDTH];
@@ -470,5 +477,5 @@ double weft_kernel_derivative(const struct weft_kernel *kernel, double x)
     for (int j = 0; j < kernel->width; j++)
         slopes[j] = kernel->info->derivative(kernel, x - (double)(first + j));
     const double total = sum(weights, kernel->width);
-    return (slope - kernel->info->weight(kernel, x) * sum(slopes, kernel->width) / total) / total;
+    return (slope - weft_kernel_value(kernel, x) * sum(slopes, kernel->width) / total) / total;
 }

@@ -22,7 +22,7 @@ static double length(double x, double y, double z)
 static double radial_weight(const struct weft_kernel *kernel, double x, double y, double z)
 {
     const double distance = length(x, y, z);
-    return distance < kernel->support ? kernel->info->weight(kernel, distance) : 0.0;
+    return distance < kernel->support ? weft_kernel_value(kernel, distance) : 0.0;
 }
 
 static double sum(const double *weights, int count)

@@ -54,6 +54,9 @@ enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft
 // WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
 enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
                                              const struct weft_kernel_info *info);
+// h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers, whatever the record's
+// formula rounds there.
+double weft_kernel_value(const struct weft_kernel *kernel, double x);
 // fraction + shift, never rounded up onto the next knot, where the kernel may jump.
 double weft_kernel_argument(double fraction, double shift);
 

@@ -46,20 +46,26 @@ enum { PROBES = 17 };
 // What lies between two neighbouring probes can be this much worse, where it is no polynomial.
 static const double PROBED = 1.02;
 
-// Weight of a tap at u in a segment, the ends as seen from inside.
+// Weight of a tap at u in a segment, its end as seen from inside.
 static double weight_at(const struct weft_kernel *kernel, int tap, int segment, int segments,
                         double u)
 {
-    double inside = fmin(fmax(u, 1e-12), 1.0 - 1e-12);
+    double inside = fmin(u, 1.0 - 1e-12);
     return weft_kernel_weight(kernel,
                               (segment + inside) / segments + weft_kernel_offset(kernel) - tap);
 }
 
+// Chebyshev's nodes stretched so that the outer ones are the segment's ends: where a segment
+// begins, weights are those of the kernel, exact zeros among them. A constant is that of the
+// middle.
 static double node_at(const struct weft_polynomial_tiles *tiles, int i)
 {
-    if (tiles->ends)
-        return i;
-    return 0.5 - 0.5 * cos(M_PI * (2 * i + 1) / (2.0 * (tiles->degree + 1)));
+    const double step = M_PI / (2.0 * (tiles->degree + 1));
+    if (tiles->degree == 0)
+        return 0.5;
+    if (tiles->ends || i == 0 || i == tiles->degree)
+        return i > 0;
+    return 0.5 - 0.5 * cos((2 * i + 1) * step) / cos(step);
 }
 
 // Fits one segment of one tap; errors at points between the nodes are added to `error`.
