@@ -7,7 +7,7 @@
 #ifndef WEFT_FILTER_ANALYSIS_H
 #define WEFT_FILTER_ANALYSIS_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

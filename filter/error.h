@@ -5,8 +5,8 @@
 #ifndef WEFT_FILTER_ERROR_H
 #define WEFT_FILTER_ERROR_H
 
-#include "filter/fixed.h"
-#include "filter/kernel.h"
+#include "../filter/fixed.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

@@ -7,7 +7,7 @@
 #ifndef WEFT_FILTER_KERNEL_H
 #define WEFT_FILTER_KERNEL_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

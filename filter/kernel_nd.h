@@ -6,7 +6,7 @@
 #ifndef WEFT_FILTER_KERNEL_ND_H
 #define WEFT_FILTER_KERNEL_ND_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

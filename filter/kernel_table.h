@@ -3,7 +3,7 @@
 #ifndef WEFT_FILTER_KERNEL_TABLE_H
 #define WEFT_FILTER_KERNEL_TABLE_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

@@ -19,7 +19,7 @@
 #ifndef WEFT_FILTER_PREFILTER_H
 #define WEFT_FILTER_PREFILTER_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

@@ -6,7 +6,7 @@
 #ifndef WEFT_FILTER_REFERENCE_H
 #define WEFT_FILTER_REFERENCE_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

@@ -6,7 +6,7 @@
 #ifndef WEFT_FILTER_SIGNAL_H
 #define WEFT_FILTER_SIGNAL_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

@@ -6,7 +6,7 @@
 #ifndef WEFT_PASSES_CHOOSE_H
 #define WEFT_PASSES_CHOOSE_H
 
-#include "passes/cost.h"
+#include "../passes/cost.h"
 
 WEFT_BEGIN_DECLS
 

@@ -5,7 +5,7 @@
 #ifndef WEFT_PASSES_CONTEXT_H
 #define WEFT_PASSES_CONTEXT_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

@@ -12,8 +12,8 @@
 
 #include <math.h>
 
-#include "passes/context.h"
-#include "passes/plan.h"
+#include "../passes/context.h"
+#include "../passes/plan.h"
 
 WEFT_BEGIN_DECLS
 

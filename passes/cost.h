@@ -5,8 +5,8 @@
 #ifndef WEFT_PASSES_COST_H
 #define WEFT_PASSES_COST_H
 
-#include "passes/separable.h"
-#include "passes/way.h"
+#include "../passes/separable.h"
+#include "../passes/way.h"
 
 WEFT_BEGIN_DECLS
 

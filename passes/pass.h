@@ -33,8 +33,8 @@
 #ifndef WEFT_PASSES_PASS_H
 #define WEFT_PASSES_PASS_H
 
-#include "passes/profile.h"
-#include "tiles/kernel_tiles.h"
+#include "../passes/profile.h"
+#include "../tiles/kernel_tiles.h"
 
 WEFT_BEGIN_DECLS
 

@@ -6,9 +6,9 @@
 #ifndef WEFT_PASSES_PLAN_H
 #define WEFT_PASSES_PLAN_H
 
-#include "filter/kernel.h"
-#include "passes/pass.h"
-#include "passes/range.h"
+#include "../filter/kernel.h"
+#include "../passes/pass.h"
+#include "../passes/range.h"
 
 WEFT_BEGIN_DECLS
 

@@ -8,7 +8,7 @@
 #ifndef WEFT_PASSES_PROFILE_H
 #define WEFT_PASSES_PROFILE_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

@@ -15,7 +15,7 @@
 #ifndef WEFT_PASSES_RANGE_H
 #define WEFT_PASSES_RANGE_H
 
-#include "passes/pass.h"
+#include "../passes/pass.h"
 
 WEFT_BEGIN_DECLS
 

@@ -8,8 +8,8 @@
 #ifndef WEFT_PASSES_SEPARABLE_H
 #define WEFT_PASSES_SEPARABLE_H
 
-#include "filter/kernel.h"
-#include "passes/context.h"
+#include "../filter/kernel.h"
+#include "../passes/context.h"
 
 WEFT_BEGIN_DECLS
 

@@ -8,10 +8,10 @@
 #ifndef WEFT_PASSES_SLICE_H
 #define WEFT_PASSES_SLICE_H
 
-#include "filter/kernel.h"
-#include "passes/context.h"
-#include "tiles/layout.h"
-#include "tiles/volume.h"
+#include "../filter/kernel.h"
+#include "../passes/context.h"
+#include "../tiles/layout.h"
+#include "../tiles/volume.h"
 
 WEFT_BEGIN_DECLS
 

@@ -10,8 +10,8 @@
 
 #include <math.h>
 
-#include "passes/convolve.h"
-#include "passes/slice.h"
+#include "../passes/convolve.h"
+#include "../passes/slice.h"
 
 WEFT_BEGIN_DECLS
 

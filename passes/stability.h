@@ -8,7 +8,7 @@
 #ifndef WEFT_PASSES_STABILITY_H
 #define WEFT_PASSES_STABILITY_H
 
-#include "passes/context.h"
+#include "../passes/context.h"
 
 WEFT_BEGIN_DECLS
 

@@ -9,9 +9,9 @@
 #ifndef WEFT_PASSES_TILE_ERROR_H
 #define WEFT_PASSES_TILE_ERROR_H
 
-#include "filter/error.h"
-#include "passes/context.h"
-#include "tiles/kernel_tiles.h"
+#include "../filter/error.h"
+#include "../passes/context.h"
+#include "../tiles/kernel_tiles.h"
 
 WEFT_BEGIN_DECLS
 

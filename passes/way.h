@@ -8,8 +8,8 @@
 #ifndef WEFT_PASSES_WAY_H
 #define WEFT_PASSES_WAY_H
 
-#include "passes/plan.h"
-#include "passes/slice_passes.h"
+#include "../passes/plan.h"
+#include "../passes/slice_passes.h"
 
 WEFT_BEGIN_DECLS
 

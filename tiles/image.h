@@ -7,9 +7,9 @@
 
 #include <math.h>
 
-#include "filter/base.h"
-#include "tiles/limits.h"
-#include "tiles/volume.h" // struct weft_metadata
+#include "../filter/base.h"
+#include "../tiles/limits.h"
+#include "../tiles/volume.h" // struct weft_metadata
 
 WEFT_BEGIN_DECLS
 

@@ -8,7 +8,7 @@
 #ifndef WEFT_TILES_KERNEL_FILE_H
 #define WEFT_TILES_KERNEL_FILE_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

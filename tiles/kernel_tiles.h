@@ -10,7 +10,7 @@
 #ifndef WEFT_TILES_KERNEL_TILES_H
 #define WEFT_TILES_KERNEL_TILES_H
 
-#include "filter/kernel.h"
+#include "../filter/kernel.h"
 
 WEFT_BEGIN_DECLS
 

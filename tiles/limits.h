@@ -3,7 +3,7 @@
 #ifndef WEFT_TILES_LIMITS_H
 #define WEFT_TILES_LIMITS_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

@@ -8,9 +8,9 @@
 
 #include <math.h>
 
-#include "filter/base.h"
-#include "filter/kernel.h"
-#include "tiles/limits.h"
+#include "../filter/base.h"
+#include "../filter/kernel.h"
+#include "../tiles/limits.h"
 
 WEFT_BEGIN_DECLS
 

@@ -14,7 +14,7 @@
 #ifndef WEFT_PASSES_ACCUMULATE_TREE_H
 #define WEFT_PASSES_ACCUMULATE_TREE_H
 
-#include "filter/base.h"
+#include "../../filter/base.h"
 
 WEFT_BEGIN_DECLS
 
