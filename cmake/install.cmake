@@ -15,13 +15,7 @@ endforeach()
 # export of its own, loaded by find_package(weft COMPONENTS static).
 set_target_properties(weft_shared PROPERTIES EXPORT_NAME weft)
 install(TARGETS weft_shared EXPORT weftTargets)
-set(weft_static_targets weft_static)
-foreach(dependency weft_dep_osmesa weft_dep_egl)
-    if(TARGET ${dependency})
-        list(APPEND weft_static_targets ${dependency})
-    endif()
-endforeach()
-install(TARGETS ${weft_static_targets} EXPORT weftStaticTargets)
+install(TARGETS weft_static EXPORT weftStaticTargets)
 install(EXPORT weftTargets NAMESPACE weft:: DESTINATION ${weft_cmake_dir})
 install(EXPORT weftStaticTargets NAMESPACE weft:: DESTINATION ${weft_cmake_dir})
 
@@ -31,13 +25,6 @@ install(TARGETS weft)
 install(TARGETS weft-read-exr weft-read-vdb weft-write-vdb
     DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/weft)
 
-set(weft_gl_modules "")
-if(TARGET weft_dep_osmesa)
-    list(APPEND weft_gl_modules osmesa)
-endif()
-if(TARGET weft_dep_egl)
-    list(APPEND weft_gl_modules egl)
-endif()
 configure_package_config_file(cmake/weftConfig.cmake.in ${PROJECT_BINARY_DIR}/weftConfig.cmake
     INSTALL_DESTINATION ${weft_cmake_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/weftConfigVersion.cmake
@@ -47,6 +34,5 @@ install(FILES ${PROJECT_BINARY_DIR}/weftConfig.cmake ${PROJECT_BINARY_DIR}/weftC
 
 # Relative to itself, so that the installed tree can be moved.
 file(RELATIVE_PATH weft_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
-list(JOIN weft_gl_modules " " weft_pc_gl)
 configure_file(cmake/weft.pc.in ${PROJECT_BINARY_DIR}/weft.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/weft.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -62,23 +62,56 @@ static bool read_info(struct weft_context *context, char *why, size_t why_size)
     return true;
 }
 
-static bool start(struct weft_context *context, char *why, size_t why_size)
+// Mesa's libraries share one slot for what is current, so both are asked whatever is made current.
+static void take_callers(struct weft_context *context)
 {
-    if (!context->backend->create(&context->native, why, why_size))
-        return false;
-    if (!context->backend->make_current(context->native)) {
-        snprintf(why, why_size, "the context cannot be made current");
-    } else if (!gladLoadGLContext(&context->gl, context->backend->function) ||
-               !context->gl.VERSION_3_3) {
+#ifdef WEFT_HAVE_EGL
+    weft_egl_take(&context->callers_egl);
+#endif
+#ifdef WEFT_HAVE_OSMESA
+    weft_osmesa_take(&context->callers_osmesa);
+#endif
+}
+
+static void give_back(struct weft_context *context)
+{
+#ifdef WEFT_HAVE_EGL
+    weft_egl_give_back(&context->callers_egl);
+#endif
+#ifdef WEFT_HAVE_OSMESA
+    weft_osmesa_give_back(&context->callers_osmesa);
+#endif
+}
+
+static bool load_functions(struct weft_context *context, char *why, size_t why_size)
+{
+    if (!weft_gl_load(&context->gl, context->backend->function, context->native))
+        snprintf(why, why_size, "the functions of GL cannot be loaded");
+    else if (!context->gl.VERSION_3_3)
         snprintf(why, why_size, "GL 3.3 is needed");
-    } else if (read_info(context, why, why_size)) {
-        context->backend->release(context->native);
-        return true;
-    }
-    context->backend->release(context->native);
-    context->backend->destroy(context->native);
-    context->native = NULL;
+    else
+        return read_info(context, why, why_size);
     return false;
+}
+
+bool weft_context_start(struct weft_context *context, char *why, size_t why_size)
+{
+    bool done = false;
+    take_callers(context);
+    if (!context->backend->create(&context->native, why, why_size))
+        goto fail;
+    if (context->backend->make_current(context->native))
+        done = load_functions(context, why, why_size);
+    else
+        snprintf(why, why_size, "the context cannot be made current");
+    context->backend->release(context->native);
+    if (!done) {
+        context->backend->destroy(context->native);
+        context->native = NULL;
+    }
+fail:
+    give_back(context);
+    return done;
 }
 
 enum weft_result weft_context_create(const struct weft_context_params *params, weft_context **out)
@@ -97,7 +130,8 @@ enum weft_result weft_context_create(const struct weft_context_params *params, w
             continue;
         char why[200] = "";
         context->backend = backends[i].backend;
-        if (start(context, why, sizeof why)) {
+        if (weft_context_trial(context->backend, why, sizeof why) &&
+            weft_context_start(context, why, sizeof why)) {
             weft_debug(context->log, "GL context: %s, %s, %s", context->info.platform,
                        context->info.renderer, context->info.version);
             *out = context;
@@ -107,7 +141,10 @@ enum weft_result weft_context_create(const struct weft_context_params *params, w
             used += (size_t)snprintf(reasons + used, sizeof reasons - used, "%s%s: %s",
                                      used ? "; " : "", context->backend->platform, why);
     }
-    weft_error(params->log, "no usable GL context (%s): %s", kind_names[params->kind], reasons);
+    char reason[200] = "";
+    const bool feared = weft_context_trial_reason(reason, sizeof reason);
+    weft_error(params->log, "no usable GL context (%s%s%s): %s", kind_names[params->kind],
+               feared ? ", with " : "", reason, reasons);
     res = WEFT_ERR_CONTEXT;
 fail:
     free(context);
@@ -121,7 +158,9 @@ void weft_context_destroy(weft_context **context)
     // The programs themselves end with the native context.
     for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++)
         free((*context)->programs[i].key);
+    take_callers(*context);
     (*context)->backend->destroy((*context)->native);
+    give_back(*context);
     free(*context);
     *context = NULL;
 }
@@ -146,8 +185,10 @@ enum weft_result weft_context_kind_parse(const struct weft_log *log, const char 
 
 enum weft_result weft_context_enter(weft_context *context)
 {
+    take_callers(context);
     if (context->backend->make_current(context->native))
         return WEFT_OK;
+    give_back(context);
     weft_error(context->log, "GL: the %s context cannot be made current", context->info.platform);
     return WEFT_ERR_GL;
 }
@@ -155,4 +196,5 @@ enum weft_result weft_context_enter(weft_context *context)
 void weft_context_leave(weft_context *context)
 {
     context->backend->release(context->native);
+    give_back(context);
 }

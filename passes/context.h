@@ -28,8 +28,12 @@ struct weft_context_info {
     int64_t max_buffer_texels; // in one texture buffer
 };
 
-// Thread-safety: one thread at a time; calls make the context current in the calling thread and
-// leave no context current.
+// Thread-safety: one thread at a time. Calls make the context current in the calling thread, callbacks
+// included; when they return, what the caller had current there of EGL or OSMesa is so again (of
+// other window systems, the caller has to make it current again).
+// libOSMesa and libEGL are loaded when a context is first made. Where the environment has variables
+// that choose Mesa's drivers, or limits the address space, a child process (fork) tries each kind
+// first, as such drivers may end the process.
 typedef struct weft_context weft_context;
 
 // Returns WEFT_ERR_CONTEXT when none of the allowed kinds works; the log says why for each tried.

@@ -1,13 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <EGL/egl.h>
-#include <EGL/eglext.h>
+#include "passes/context_backend.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "passes/context_backend.h"
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+
+#define FUNCTIONS(F)                                                                               \
+    F(BindAPI)                                                                                     \
+    F(ChooseConfig)                                                                                \
+    F(CreateContext)                                                                               \
+    F(DestroyContext)                                                                              \
+    F(GetCurrentContext)                                                                           \
+    F(GetCurrentDisplay)                                                                           \
+    F(GetCurrentSurface)                                                                           \
+    F(GetError)                                                                                    \
+    F(GetProcAddress)                                                                              \
+    F(Initialize)                                                                                  \
+    F(MakeCurrent)                                                                                 \
+    F(QueryAPI)                                                                                    \
+    F(QueryString)
+
+struct functions {
+#define DECLARE(name) __typeof__(&egl##name) name;
+    FUNCTIONS(DECLARE)
+#undef DECLARE
+};
+
+#define NAME(name) "egl" #name,
+static const struct weft_library library = {
+    .names = (const char *const[]){"libEGL.so.1", "libEGL.so", NULL},
+    .functions = (const char *const[]){FUNCTIONS(NAME) NULL},
+};
+#undef NAME
 
 struct egl {
+    struct functions call;
     EGLDisplay display;
     EGLContext context;
 };
@@ -33,7 +63,7 @@ static bool create_on(EGLDisplay display, struct egl *egl, char *why, size_t why
                                         EGL_NONE};
     static const EGLint config_attributes[] = {EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_RENDERABLE_TYPE,
                                                EGL_OPENGL_BIT, EGL_NONE};
-    const char *extensions = eglQueryString(display, EGL_EXTENSIONS);
+    const char *extensions = egl->call.QueryString(display, EGL_EXTENSIONS);
     if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) {
         snprintf(why, why_size, "EGL_KHR_surfaceless_context is missing");
         return false;
@@ -41,20 +71,21 @@ static bool create_on(EGLDisplay display, struct egl *egl, char *why, size_t why
     EGLConfig config = NULL;
     EGLint count = 0;
     if (!has_extension(extensions, "EGL_KHR_no_config_context") &&
-        (!eglChooseConfig(display, config_attributes, &config, 1, &count) || count == 0)) {
+        (!egl->call.ChooseConfig(display, config_attributes, &config, 1, &count) || count == 0)) {
         snprintf(why, why_size, "no OpenGL configuration");
         return false;
     }
-    if (!eglBindAPI(EGL_OPENGL_API)) {
-        snprintf(why, why_size, "no OpenGL in EGL (0x%04x)", (unsigned)eglGetError());
+    if (!egl->call.BindAPI(EGL_OPENGL_API)) {
+        snprintf(why, why_size, "no OpenGL in EGL (0x%04x)", (unsigned)egl->call.GetError());
         return false;
     }
-    EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+    EGLContext context = egl->call.CreateContext(display, config, EGL_NO_CONTEXT, attributes);
     if (context == EGL_NO_CONTEXT) {
-        snprintf(why, why_size, "no core 3.3 context (0x%04x)", (unsigned)eglGetError());
+        snprintf(why, why_size, "no core 3.3 context (0x%04x)", (unsigned)egl->call.GetError());
         return false;
     }
-    *egl = (struct egl){.display = display, .context = context};
+    egl->display = display;
+    egl->context = context;
     return true;
 }
 
@@ -63,15 +94,15 @@ static bool create_platform(EGLenum platform, void *device, struct egl *egl, cha
                             size_t why_size)
 {
     PFNEGLGETPLATFORMDISPLAYEXTPROC get_display =
-        (PFNEGLGETPLATFORMDISPLAYEXTPROC)eglGetProcAddress("eglGetPlatformDisplayEXT");
+        (PFNEGLGETPLATFORMDISPLAYEXTPROC)egl->call.GetProcAddress("eglGetPlatformDisplayEXT");
     EGLDisplay display = get_display ? get_display(platform, device, NULL) : EGL_NO_DISPLAY;
     if (display == EGL_NO_DISPLAY) {
-        snprintf(why, why_size, "no display (0x%04x)", (unsigned)eglGetError());
+        snprintf(why, why_size, "no display (0x%04x)", (unsigned)egl->call.GetError());
         return false;
     }
-    if (!eglInitialize(display, NULL, NULL)) {
+    if (!egl->call.Initialize(display, NULL, NULL)) {
         snprintf(why, why_size, "the display cannot be initialised (0x%04x)",
-                 (unsigned)eglGetError());
+                 (unsigned)egl->call.GetError());
         return false;
     }
     // eglTerminate is never called: it would end the display for every other context on it.
@@ -83,9 +114,9 @@ static bool create_device(struct egl *egl, char *why, size_t why_size)
 {
     enum { MAX_DEVICES = 16 };
     PFNEGLQUERYDEVICESEXTPROC query_devices =
-        (PFNEGLQUERYDEVICESEXTPROC)eglGetProcAddress("eglQueryDevicesEXT");
+        (PFNEGLQUERYDEVICESEXTPROC)egl->call.GetProcAddress("eglQueryDevicesEXT");
     PFNEGLQUERYDEVICESTRINGEXTPROC query_string =
-        (PFNEGLQUERYDEVICESTRINGEXTPROC)eglGetProcAddress("eglQueryDeviceStringEXT");
+        (PFNEGLQUERYDEVICESTRINGEXTPROC)egl->call.GetProcAddress("eglQueryDeviceStringEXT");
     EGLDeviceEXT devices[MAX_DEVICES];
     EGLint count = 0;
     if (!query_devices || !query_string || !query_devices(MAX_DEVICES, devices, &count)) {
@@ -110,9 +141,10 @@ static bool create(void **native, bool device, char *why, size_t why_size)
         snprintf(why, why_size, "out of memory");
         return false;
     }
-    bool done = device ? create_device(egl, why, why_size)
-                       : create_platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, egl,
-                                         why, why_size);
+    bool done = weft_library_load(&library, &egl->call, why, why_size) &&
+                (device ? create_device(egl, why, why_size)
+                        : create_platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, egl,
+                                          why, why_size));
     if (!done) {
         free(egl);
         return false;
@@ -134,39 +166,75 @@ static bool egl_surfaceless_create(void **native, char *why, size_t why_size)
 static void egl_destroy(void *native)
 {
     struct egl *egl = native;
-    eglDestroyContext(egl->display, egl->context);
+    egl->call.DestroyContext(egl->display, egl->context);
     free(egl);
 }
 
 static bool egl_make_current(void *native)
 {
     struct egl *egl = native;
-    // The API is bound per thread, and eglMakeCurrent(NO_CONTEXT) unbinds only that API's context.
-    return eglBindAPI(EGL_OPENGL_API) &&
-           eglMakeCurrent(egl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl->context);
+    // The API is bound per thread, and egl->call.MakeCurrent(NO_CONTEXT) unbinds only that API's
+    // context.
+    return egl->call.BindAPI(EGL_OPENGL_API) &&
+           egl->call.MakeCurrent(egl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl->context);
 }
 
 static void egl_release(void *native)
 {
     struct egl *egl = native;
-    eglMakeCurrent(egl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    egl->call.MakeCurrent(egl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
+
+static GLADapiproc egl_function(void *native, const char *name)
+{
+    struct egl *egl = native;
+    return egl->call.GetProcAddress(name);
+}
+
+void weft_egl_take(struct weft_egl_current *out)
+{
+    struct functions call;
+    *out = (struct weft_egl_current){.api = EGL_OPENGL_ES_API}; // of a thread without EGL so far
+    if (!weft_library_loaded(&library, &call))
+        return;
+    out->api = call.QueryAPI();
+    out->context = call.GetCurrentContext();
+    if (!out->context)
+        return;
+    out->display = call.GetCurrentDisplay();
+    out->draw = call.GetCurrentSurface(EGL_DRAW);
+    out->read = call.GetCurrentSurface(EGL_READ);
+    // EGL does nothing about a context that it believes to be current.
+    call.MakeCurrent(out->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
+
+void weft_egl_give_back(const struct weft_egl_current *current)
+{
+    struct functions call;
+    if (!weft_library_loaded(&library, &call))
+        return;
+    call.BindAPI(current->api);
+    if (current->context)
+        call.MakeCurrent(current->display, current->draw, current->read, current->context);
 }
 
 const struct weft_context_backend weft_backend_egl_device = {
     .platform = "EGL device",
+    .library = &library,
     .create = egl_device_create,
     .destroy = egl_destroy,
     .make_current = egl_make_current,
     .release = egl_release,
-    .function = eglGetProcAddress,
+    .function = egl_function,
     .hardware_only = true,
 };
 
 const struct weft_context_backend weft_backend_egl_surfaceless = {
     .platform = "EGL surfaceless",
+    .library = &library,
     .create = egl_surfaceless_create,
     .destroy = egl_destroy,
     .make_current = egl_make_current,
     .release = egl_release,
-    .function = eglGetProcAddress,
+    .function = egl_function,
 };

@@ -9,7 +9,30 @@
 // Rendering goes to framebuffer objects; OSMesa only wants some default buffer to be current with.
 enum { BUFFER_SIZE = 16 };
 
+#define FUNCTIONS(F)                                                                               \
+    F(CreateContextAttribs)                                                                        \
+    F(DestroyContext)                                                                              \
+    F(MakeCurrent)                                                                                 \
+    F(GetCurrentContext)                                                                           \
+    F(GetColorBuffer)                                                                              \
+    F(GetIntegerv)                                                                                 \
+    F(GetProcAddress)
+
+struct functions {
+#define DECLARE(name) __typeof__(&OSMesa##name) name;
+    FUNCTIONS(DECLARE)
+#undef DECLARE
+};
+
+#define NAME(name) "OSMesa" #name,
+static const struct weft_library library = {
+    .names = (const char *const[]){"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", NULL},
+    .functions = (const char *const[]){FUNCTIONS(NAME) NULL},
+};
+#undef NAME
+
 struct osmesa {
+    struct functions call;
     OSMesaContext context;
     unsigned char buffer[4 * BUFFER_SIZE * BUFFER_SIZE];
 };
@@ -30,9 +53,12 @@ static bool osmesa_create(void **native, char *why, size_t why_size)
         snprintf(why, why_size, "out of memory");
         return false;
     }
-    osmesa->context = OSMesaCreateContextAttribs(attributes, NULL);
+    if (weft_library_load(&library, &osmesa->call, why, why_size)) {
+        osmesa->context = osmesa->call.CreateContextAttribs(attributes, NULL);
+        if (!osmesa->context)
+            snprintf(why, why_size, "no core 3.3 context");
+    }
     if (!osmesa->context) {
-        snprintf(why, why_size, "no core 3.3 context");
         free(osmesa);
         return false;
     }
@@ -43,28 +69,55 @@ static bool osmesa_create(void **native, char *why, size_t why_size)
 static void osmesa_destroy(void *native)
 {
     struct osmesa *osmesa = native;
-    OSMesaDestroyContext(osmesa->context);
+    osmesa->call.DestroyContext(osmesa->context);
     free(osmesa);
 }
 
 static bool osmesa_make_current(void *native)
 {
     struct osmesa *osmesa = native;
-    return OSMesaMakeCurrent(osmesa->context, osmesa->buffer, GL_UNSIGNED_BYTE, BUFFER_SIZE,
-                             BUFFER_SIZE);
+    return osmesa->call.MakeCurrent(osmesa->context, osmesa->buffer, GL_UNSIGNED_BYTE, BUFFER_SIZE,
+                                    BUFFER_SIZE);
 }
 
 static void osmesa_release(void *native)
 {
-    (void)native;
-    OSMesaMakeCurrent(NULL, NULL, 0, 0, 0);
+    struct osmesa *osmesa = native;
+    osmesa->call.MakeCurrent(NULL, NULL, 0, 0, 0);
+}
+
+static GLADapiproc osmesa_function(void *native, const char *name)
+{
+    struct osmesa *osmesa = native;
+    return (GLADapiproc)osmesa->call.GetProcAddress(name);
+}
+
+void weft_osmesa_take(struct weft_osmesa_current *out)
+{
+    struct functions call;
+    GLint format = 0;
+    *out = (struct weft_osmesa_current){.context = NULL};
+    if (!weft_library_loaded(&library, &call) || !(out->context = call.GetCurrentContext()))
+        return;
+    call.GetIntegerv(OSMESA_TYPE, &out->type);
+    call.GetColorBuffer(out->context, &out->width, &out->height, &format, &out->buffer);
+    call.MakeCurrent(NULL, NULL, 0, 0, 0);
+}
+
+void weft_osmesa_give_back(const struct weft_osmesa_current *current)
+{
+    struct functions call;
+    if (current->context && weft_library_loaded(&library, &call))
+        call.MakeCurrent(current->context, current->buffer, (GLenum)current->type, current->width,
+                         current->height);
 }
 
 const struct weft_context_backend weft_backend_osmesa = {
     .platform = "OSMesa",
+    .library = &library,
     .create = osmesa_create,
     .destroy = osmesa_destroy,
     .make_current = osmesa_make_current,
     .release = osmesa_release,
-    .function = (GLADapiproc(*)(const char *))OSMesaGetProcAddress,
+    .function = osmesa_function,
 };

@@ -235,7 +235,7 @@ static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
 // Steps until a coordinate leaves its cell, which is 2^shift long; at most `limit`.
 static int64_t steps_in_cell(int64_t at, int64_t step, int shift, int64_t limit)
 {
-    const int64_t start = at >> shift << shift;
+    const int64_t start = at & -(INT64_C(1) << shift);
     if (step == 0)
         return limit;
     const int64_t steps = step > 0 ? (start + (INT64_C(1) << shift) - at + step - 1) / step

@@ -8,6 +8,10 @@
 
 #include "filter/check.h"
 
+// Fills the table from the context that is current, with `find` to look functions up. false where
+// that context does not answer; versions that it lacks are left NULL, and VERSION_* say which.
+bool weft_gl_load(GladGLContext *gl, GLADapiproc (*find)(void *priv, const char *name), void *priv);
+
 // Reports every pending GL error, naming the step. GL_OUT_OF_MEMORY is WEFT_ERR_MEMORY, others are
 // WEFT_ERR_GL; the context must not be used further after either.
 enum weft_result weft_gl_check(const struct weft_log *log, const GladGLContext *gl,

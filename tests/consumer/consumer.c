@@ -1,13 +1,83 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// What a user's program does with weft: plans, opens a context and cuts a slice, and calls what
+// needs each library that weft is linked with.
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include <weft.h>
 
-int main(void)
+static void say(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv;
+    if (level <= WEFT_LOG_WARNING)
+        fprintf(stderr, "%s\n", message);
+}
+
+static const struct weft_log logger = {.write = say};
+
+static void must(enum weft_result res, const char *what)
+{
+    if (res == WEFT_OK)
+        return;
+    fprintf(stderr, "%s: %s\n", what, weft_result_text(res));
+    exit(1);
+}
+
+static void plan_passes(void)
+{
+    weft_plan *plan = NULL;
+    must(weft_plan_create(weft_plan_params(.log = &logger), &plan), "weft_plan_create");
+    puts(weft_plan_get_info(plan)->valid ? "a valid plan" : "an invalid plan");
+    weft_plan_destroy(&plan);
+}
+
+// PNG by libpng, EXR by OpenEXRCore.
+static void write_images(void)
 {
     float plane[2] = {0.0f, 1.0f};
-    struct weft_preview_params params = {
-        .path = "/dev/null", .width = 2, .height = 1, .plane = plane, .low = NAN, .high = NAN};
+    struct weft_image_channel channel = {.name = "Y", .plane = plane};
+    const struct weft_image image = {
+        .width = 2, .height = 1, .channel_count = 1, .channels = &channel};
+    const struct weft_image_save_params save = {.path = "/dev/null", .log = &logger};
+    must(weft_preview_save(weft_preview_params(.path = "/dev/null", .width = 2, .height = 1,
+                                               .plane = plane, .log = &logger),
+                           NULL),
+         "weft_preview_save");
+    must(weft_image_save(&image, &save), "weft_image_save");
+}
+
+static void cut_slice(void)
+{
+    static const float data[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    float pixels[4];
+    weft_context *context = NULL;
+    weft_volume *volume = NULL;
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_params params = {.space = WEFT_SPACE_INDEX, .log = &logger};
+    const struct weft_context_params any = {.kind = WEFT_CONTEXT_AUTO, .log = &logger};
+    must(weft_volume_create(weft_volume_params(.size = {2, 2, 2}, .data = data), &volume),
+         "weft_volume_create");
+    must(weft_slice_axis_geometry(&logger, volume, params.space, 2, 0.0, 2, 2, &params.geometry),
+         "weft_slice_axis_geometry");
+    must(weft_slice_plan_create(volume, &params, &plan), "weft_slice_plan_create");
+    if (weft_context_create(&any, &context) == WEFT_OK) {
+        must(weft_slice_run(context, plan, volume, pixels, NULL, NULL), "weft_slice_run");
+        for (int i = 0; i < 4; i++) // pixels lie on voxels
+            if (!(fabsf(pixels[i] - data[i]) <= 1e-5f))
+                must(WEFT_ERR_GL, "the slice's values");
+        printf("a slice by %s\n", weft_context_get_info(context)->renderer);
+    }
+    weft_context_destroy(&context);
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+}
+
+int main(void)
+{
     printf("weft %s, the first of its kernels: %s\n", weft_version(), weft_kernel_list[0]->name);
-    return weft_preview_save(&params, NULL) == WEFT_OK ? 0 : 1;
+    plan_passes();
+    write_images();
+    cut_slice();
+    return 0;
 }

@@ -18,16 +18,29 @@ for reader in weft-read-exr weft-read-vdb weft-write-vdb; do
     test -x "$prefix/libexec/weft/$reader"
 done
 
-cmake -S "$source" -B "$tmp/cmake" -G Ninja -D CMAKE_C_COMPILER="$cc" -D CMAKE_PREFIX_PATH="$prefix" >/dev/null
-cmake --build "$tmp/cmake" >/dev/null
-"$tmp/cmake/consumer"
-"$tmp/cmake/consumer_static"
+# Consumers have headers of the same names as weft's, which come first and do not compile.
+hostile=$tmp/hostile
+(cd "$prefix/include/weft" && find . -name '*.h' ! -path ./weft.h) | while read -r header; do
+    mkdir -p "$hostile/$(dirname "$header")"
+    echo "#error not weft's $header" >"$hostile/$header"
+done
+test -f "$hostile/filter/base.h"
+
+cmake -S "$source" -B "$tmp/cmake" -G Ninja -D CMAKE_C_COMPILER="$cc" \
+    -D CMAKE_PREFIX_PATH="$prefix" -D WEFT_HOSTILE="$hostile" >/dev/null
+cmake --build "$tmp/cmake" || exit 1
+for kind in weft weft_static cxx; do
+    echo "-- CMake, $kind"
+    "$tmp/cmake/consumer_$kind"
+done
 
 export PKG_CONFIG_PATH="$prefix/$libdir/pkgconfig"
+echo "-- pkg-config, shared"
 flags=$(pkg-config --cflags --libs weft)
-"$cc" "$source/consumer.c" -o "$tmp/shared" $flags
+"$cc" "$source/consumer.c" -o "$tmp/shared" -I"$hostile" $flags -lm
 LD_LIBRARY_PATH="$prefix/$libdir" "$tmp/shared"
+echo "-- pkg-config, static"
 # The linker would take the shared library where it finds both.
 flags=$(pkg-config --static --cflags --libs weft | sed 's/-lweft/-l:libweft.a/')
-"$cc" "$source/consumer.c" -o "$tmp/static" $flags
+"$cc" "$source/consumer.c" -o "$tmp/static" -I"$hostile" $flags
 "$tmp/static"
