@@ -7,6 +7,15 @@
 // negative, for the cubic one of sqrt(3) - 2 (Unser, Aldroubi and Eden, IEEE TSP 1993; Unser, IEEE
 // Signal Processing Magazine 1999, box 2). The kernels are those that weft_kernel_make_prefiltered
 // takes. All is in double, allocates nothing and is thread-safe.
+// Samples that are not finite are missing. A coefficient depends on samples far away, and what is
+// missing might have been anything: so a coefficient is missing, too, where the inverse filter's
+// |weights| of all missing samples together are more than WEFT_PREFILTER_MISSING, and at missing
+// samples themselves; for others missing samples count as 0. A result is missing where one of its
+// coefficients is. What is left is right whatever the missing samples were: it would change by at
+// most WEFT_PREFILTER_MISSING sum |h| times the largest of them, which bounds of prefiltered
+// kernels count. Images and volumes follow this rule. A missing sample takes its neighbours
+// with it, about 13 on either side for cubics (the sum of distances along the axes); kernels
+// without a prefilter lose no more than those whose taps meet it.
 //
 //   kernel    poles                            gain     overlap for errors of 2^-24, 2^-28, 2^-40
 //   bspline2  -0.171573                        2            10, 11, 16
@@ -29,6 +38,9 @@ enum {
     WEFT_PREFILTER_MAX_WEIGHTS = WEFT_KERNEL_MAX_WIDTH + 2 * WEFT_PREFILTER_MAX_OVERLAP,
 };
 
+// What coefficients may depend on missing samples by; as small as single precision's rounding.
+#define WEFT_PREFILTER_MISSING 0x1p-24
+
 struct weft_prefilter {
     int poles;
     double pole[WEFT_PREFILTER_MAX_POLES]; // in (-1, 0), the largest in magnitude first
@@ -49,7 +61,8 @@ WEFT_API enum weft_result weft_prefilter_compute(const struct weft_log *log,
 // one `after`; NAN: as the sample there. The result is exact for that infinite signal. Beyond the
 // line the coefficients are not constant, but approach before and after as pole^distance: whoever
 // needs them extends the line by weft_prefilter_overlap first. Samples that are not finite spread
-// over the line. Axes of images and volumes are filtered one after the other, in any order.
+// over the line: the caller puts 0 in their place, as above. Axes of images and volumes are
+// filtered one after the other, in any order.
 WEFT_API void weft_prefilter_line(const struct weft_prefilter *prefilter, double *values,
                                   size_t count, ptrdiff_t stride, double before, double after);
 
@@ -69,6 +82,27 @@ WEFT_API void weft_prefilter_taps(const struct weft_prefilter *prefilter, int ov
 WEFT_API int64_t weft_prefilter_weights(const struct weft_prefilter *prefilter,
                                         const struct weft_kernel *kernel, int overlap, double x,
                                         double *weights);
+
+// What samples are worth to a result, without coefficients: one axis of the truth that results are
+// verified against. Samples lie from `low` to `high`; beyond them the nearest one holds, whose
+// weights it then has, too.
+struct weft_prefilter_axis {
+    int64_t first; // sample
+    int count;
+    double weight[WEFT_PREFILTER_MAX_WEIGHTS]; // of the cardinal spline
+    double reach[WEFT_PREFILTER_MAX_WEIGHTS];  // largest |weight| in one of the coefficients
+};
+WEFT_API void weft_prefilter_axis_set(const struct weft_prefilter *prefilter,
+                                      const struct weft_kernel *kernel, int overlap, double x,
+                                      int64_t low, int64_t high, struct weft_prefilter_axis *out);
+
+// Whether a result is missing. `depends` and `reaches` are sums over missing samples, of products
+// of |weight| and of `reach`; `whole` is the largest sum of the kernel's own |weights|, as a
+// product. A result must be missing where its cardinal spline shows that it depends on them by more
+// than the rule allows, and must not be where no coefficient in reach can. Between the two (at a
+// sample the spline's weights of others vanish, those of coefficients do not) `finite` decides:
+// whether the result to be verified is there.
+WEFT_API bool weft_prefilter_is_missing(double depends, double reaches, double whole, bool finite);
 
 WEFT_END_DECLS
 #endif

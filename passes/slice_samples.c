@@ -3,8 +3,8 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
+#include "filter/analysis.h"
 #include "filter/prefilter.h"
 #include "tiles/region.h"
 
@@ -12,7 +12,6 @@ enum { MAX_BRICKS = 1 << 15 }; // kept between positions
 static const double WEIGHTS_ERROR = 0x1p-32;
 // Products of two axes' weights below this change nothing that single precision shows.
 static const double NEGLIGIBLE = 1e-13;
-
 struct weft_slice_samples {
     const struct weft_log *log;
     const struct weft_slice_plan *plan;
@@ -20,7 +19,7 @@ struct weft_slice_samples {
     struct weft_kernel kernel;
     struct weft_prefilter prefilter;
     int overlap;
-    double stand_in; // for voxels that are not finite
+    double whole; // largest sum of the plain kernel's |weights|
     struct weft_brick_list topology;
     weft_brick_store *store; // of the topology
     struct weft_cell_map map;
@@ -56,11 +55,13 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     s->plan = plan;
     s->volume = volume;
     s->kernel = plan->info.kernel;
-    s->stand_in = isfinite(info->background) ? (double)info->background : 0.0;
     res = weft_prefilter_compute(plan->log, &s->kernel, &s->prefilter);
     if (res != WEFT_OK)
         goto fail;
     s->overlap = weft_prefilter_overlap(&s->prefilter, WEIGHTS_ERROR);
+    struct weft_kernel plain = s->kernel;
+    plain.prefiltered = false;
+    s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);
     struct weft_region region;
     weft_slice_grid_region(&plan->grid, s->kernel.width, &region);
     region = weft_region_widen(&region, s->overlap);
@@ -86,40 +87,13 @@ double weft_slice_samples_seconds(const weft_slice_samples *samples)
 
 // ---- one position -------------------------------------------------------------------------------
 
-// Weights along an axis, those beyond a clamped volume's box added to its edge.
-struct axis {
-    int32_t first, count;
-    int32_t tap_first, tap_last; // the kernel's own taps
-    double weight[WEFT_PREFILTER_MAX_WEIGHTS];
-};
-
-static int32_t clamp(int64_t x, int64_t low, int64_t high)
-{
-    return (int32_t)(x < low ? low : x > high ? high : x);
-}
-
-static void set_axis(const weft_slice_samples *s, int a, double position, struct axis *out)
+static void set_axis(const weft_slice_samples *s, int a, double position,
+                     struct weft_prefilter_axis *out)
 {
     const struct weft_volume_info *info = weft_volume_get_info(s->volume);
-    const int64_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
-    const int64_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
-    double weights[WEFT_PREFILTER_MAX_WEIGHTS];
-    const int count = s->kernel.width + 2 * s->overlap;
-    const int64_t first =
-        weft_prefilter_weights(&s->prefilter, &s->kernel, s->overlap, position, weights);
-    out->first = clamp(first, low, high);
-    out->count = clamp(first + count - 1, low, high) - out->first + 1;
-    int64_t taps = s->kernel.width, tap = first + s->overlap;
-    const struct weft_slice_axes *axes = &s->plan->axes;
-    if (axes->summed && axes->order[2] == a) { // without planes that have no weight
-        tap = axes->plane;
-        taps = axes->kept;
-    }
-    out->tap_first = clamp(tap, low, high);
-    out->tap_last = clamp(tap + taps - 1, low, high);
-    memset(out->weight, 0, (size_t)out->count * sizeof *out->weight);
-    for (int k = 0; k < count; k++)
-        out->weight[clamp(first + k, low, high) - out->first] += weights[k];
+    const int32_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
+    const int32_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
+    weft_prefilter_axis_set(&s->prefilter, &s->kernel, s->overlap, position, low, high, out);
 }
 
 static float find_largest(const float *values)
@@ -161,38 +135,35 @@ fail:
     return res;
 }
 
+// Of missing voxels: how much the result depends on them, and at most a coefficient in reach.
 struct sum {
-    const struct axis *axis;
-    double stand_in, total, magnitude;
-    bool meets_not_finite;
+    const struct weft_prefilter_axis *axis;
+    double total, magnitude, depends, reaches;
 };
-
-static bool is_tap(const struct axis *axis, int32_t at)
-{
-    return at >= axis->tap_first && at <= axis->tap_last;
-}
 
 // A brick's voxels from low to high (0 to 7) along each axis.
 static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3],
                        const int high[3], const float *values)
 {
-    const struct axis *axis = sum->axis;
+    const struct weft_prefilter_axis *axis = sum->axis;
     for (int z = low[2]; z <= high[2]; z++) {
         for (int y = low[1]; y <= high[1]; y++) {
-            const int32_t at_y = origin[1] + y, at_z = origin[2] + z;
-            const bool taps = is_tap(&axis[1], at_y) && is_tap(&axis[2], at_z);
-            const double across =
-                axis[2].weight[at_z - axis[2].first] * axis[1].weight[at_y - axis[1].first];
-            if (fabs(across) < NEGLIGIBLE && !taps)
+            const int64_t at_y = origin[1] + y - axis[1].first;
+            const int64_t at_z = origin[2] + z - axis[2].first;
+            const double across = axis[2].weight[at_z] * axis[1].weight[at_y];
+            const double reach = axis[2].reach[at_z] * axis[1].reach[at_y];
+            if (fabs(across) < NEGLIGIBLE && reach < NEGLIGIBLE)
                 continue;
             double row = 0.0;
             for (int x = low[0]; x <= high[0]; x++) {
                 const float voxel = values[z * 64 + y * 8 + x];
-                const bool finite = isfinite(voxel);
-                const double value = finite ? (double)voxel : sum->stand_in;
-                if (!finite && taps && is_tap(&axis[0], origin[0] + x))
-                    sum->meets_not_finite = true;
-                row += axis[0].weight[origin[0] + x - axis[0].first] * value;
+                const int64_t at_x = origin[0] + x - axis[0].first;
+                if (isfinite(voxel)) {
+                    row += axis[0].weight[at_x] * (double)voxel;
+                    continue;
+                }
+                sum->depends += fabs(across * axis[0].weight[at_x]);
+                sum->reaches += reach * axis[0].reach[at_x];
             }
             sum->total += across * row;
         }
@@ -207,10 +178,10 @@ static void add_brick(struct sum *sum, const struct weft_cell_key *key, const fl
     int low[3], high[3];
     double product = 1.0;
     for (int a = 0; a < 3; a++) {
-        const struct axis *axis = &sum->axis[a];
+        const struct weft_prefilter_axis *axis = &sum->axis[a];
         origin[a] = key->at[a] * WEFT_BRICK_SIZE;
-        low[a] = axis->first > origin[a] ? axis->first - origin[a] : 0;
-        high[a] = axis->first + axis->count - 1 - origin[a];
+        low[a] = axis->first > origin[a] ? (int)(axis->first - origin[a]) : 0;
+        high[a] = (int)(axis->first + axis->count - 1 - origin[a]);
         high[a] = high[a] < WEFT_BRICK_SIZE - 1 ? high[a] : WEFT_BRICK_SIZE - 1;
         double weights = 0.0;
         for (int i = low[a]; i <= high[a]; i++)
@@ -232,8 +203,8 @@ static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, boo
 {
     struct weft_cell_key from, to, at;
     for (int a = 0; a < 3; a++) {
-        from.at[a] = sum->axis[a].first >> 3;
-        to.at[a] = (sum->axis[a].first + sum->axis[a].count - 1) >> 3;
+        from.at[a] = (int32_t)(sum->axis[a].first >> 3);
+        to.at[a] = (int32_t)((sum->axis[a].first + sum->axis[a].count - 1) >> 3);
     }
     for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
         for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
@@ -261,10 +232,10 @@ static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, boo
 }
 
 enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
-                                            struct weft_reference_value *out)
+                                            bool finite, struct weft_reference_value *out)
 {
-    struct axis axis[3];
-    struct sum sum = {.axis = axis, .stand_in = samples->stand_in};
+    struct weft_prefilter_axis axis[3];
+    struct sum sum = {.axis = axis};
     for (int a = 0; a < 3; a++)
         set_axis(samples, a, position[a], &axis[a]);
     if (samples->map.count >= MAX_BRICKS)
@@ -277,8 +248,10 @@ enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const d
         res = visit_bricks(samples, &sum, true);
     else
         weft_cell_map_destroy(&samples->map); // it names bricks that were not read
+    const bool missing =
+        weft_prefilter_is_missing(sum.depends, sum.reaches, samples->whole, finite);
     *out = (struct weft_reference_value){
-        .value = sum.meets_not_finite ? (double)NAN : sum.total,
+        .value = missing ? (double)NAN : sum.total,
         .magnitude = sum.magnitude,
     };
     return res;

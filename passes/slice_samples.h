@@ -16,12 +16,12 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
                                            weft_slice_samples **out);
 void weft_slice_samples_destroy(weft_slice_samples **samples); // accepts &NULL
 
-// The sum over voxels at a position in index coordinates; magnitude is over the bricks of those
-// that a coefficient in reach depends on. Where the kernel's own taps meet a voxel that is not
-// finite the value is NAN; elsewhere such a voxel counts as weft_volume_prefilter says. Returns
-// WEFT_ERR_MEMORY and what weft_volume_read returns.
+// The sum over voxels at a position in index coordinates, those that are not finite counting as 0;
+// NAN where it is missing (weft_prefilter_is_missing; `finite`: whether what it is compared with is
+// there). magnitude is over the finite ones of the bricks that a coefficient in reach depends on.
+// Returns WEFT_ERR_MEMORY and what weft_volume_read returns.
 enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
-                                            struct weft_reference_value *out);
+                                            bool finite, struct weft_reference_value *out);
 
 // About how long one takes.
 double weft_slice_samples_seconds(const weft_slice_samples *samples);

@@ -66,11 +66,12 @@ static void clamp_reference(struct verifier *v, const double position[3],
         reference->value = fmin(fmax(reference->value, low), high);
 }
 
-static struct weft_reference_value refer_at(struct verifier *v, const double position[3])
+static struct weft_reference_value refer_at(struct verifier *v, const double position[3],
+                                            bool finite)
 {
     struct weft_reference_value reference = {NAN, 0.0};
     if (v->samples && v->failure == WEFT_OK)
-        v->failure = weft_slice_samples_compute(v->samples, position, &reference);
+        v->failure = weft_slice_samples_compute(v->samples, position, finite, &reference);
     if (v->samples)
         return reference;
     reference = weft_reference_compute(&v->plan->info.kernel, 3, position, fetch, v);
@@ -96,13 +97,14 @@ static double difference(double value, double reference)
 }
 
 // The reference at a pixel. Where that is not close, the pixel may lie on a cell's border: then the
-// largest |voxel| on either side counts, and where the kernel jumps the side that comes closer.
+// largest |voxel| on either side counts, and where the kernel jumps the side that comes closer; and
+// a tap whose weight is next to nothing may meet what is not finite on one side only.
 static struct weft_reference_value refer(struct verifier *v, int x, int y, double value)
 {
     const struct weft_kernel *kernel = &v->plan->info.kernel;
     double position[3];
     weft_slice_grid_position(&v->plan->grid, x, y, position);
-    struct weft_reference_value best = refer_at(v, position);
+    struct weft_reference_value best = refer_at(v, position, isfinite(value));
     if (difference(value, best.value) <= CLOSE * best.magnitude)
         return best;
     double margin = position_margin(position);
@@ -110,10 +112,12 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, doubl
         double moved[3];
         for (int a = 0; a < 3; a++)
             moved[a] = position[a] + (corner >> a & 1 ? margin : -margin);
-        struct weft_reference_value other = refer_at(v, moved);
+        struct weft_reference_value other = refer_at(v, moved, isfinite(value));
         best.magnitude = fmax(best.magnitude, other.magnitude);
-        if ((kernel->continuity < 0 || v->plan->clamp_to_samples) &&
-            difference(value, other.value) < difference(value, best.value))
+        const bool alike = isfinite(value) == isfinite(best.value);
+        const bool closer = (kernel->continuity < 0 || v->plan->clamp_to_samples) &&
+                            difference(value, other.value) < difference(value, best.value);
+        if (alike ? closer : isfinite(value) == isfinite(other.value))
             best.value = other.value;
     }
     return best;

@@ -928,6 +928,70 @@ static void nan_stays_in_reach(void **state)
     json_decref(root);
 }
 
+// ---- missing samples ----------------------------------------------------------------------------
+
+enum { FIELD = 64 };
+
+// Noise around `level`, and values that are not finite, if any.
+static void make_field(const char *path, double level, bool holes)
+{
+    static float plane[FIELD * FIELD];
+    struct weft_image_channel channel = {.name = "Y", .plane = plane};
+    struct weft_image image = {.width = FIELD,
+                               .height = FIELD,
+                               .display_max = {FIELD - 1, FIELD - 1},
+                               .channel_count = 1,
+                               .channels = &channel};
+    for (int i = 0; i < FIELD * FIELD; i++)
+        plane[i] = (float)(level + (level > 2.0 ? 0.0 : sin(7.0 * i * i)));
+    if (holes) {
+        plane[20 * FIELD + 30] = NAN;
+        plane[22 * FIELD + 31] = -INFINITY;
+        plane[63 * FIELD + 2] = INFINITY; // on the border
+    }
+    const struct weft_image_save_params params = {.path = path};
+    assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
+}
+
+// Finite pixels are within the bound of those of an image that misses nothing, and verification
+// knows which these are.
+static void finite_pixels_depend_on_no_missing_sample(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const kernels[] = {"bspline2i", "bspline3i", "omomsi", "bspline7i"};
+    static const char *const with_profile[] = {NULL, "fp32", "unorm16"};
+    for (size_t i = 0; i < 2 * COUNT(kernels); i++) {
+        const char *kernel = kernels[i / 2], *profile = with_profile[i % COUNT(with_profile)];
+        struct weft_image holes, full;
+        make_field("full.exr", i % 2 ? 1000.0 : 0.0, false);
+        make_field("holes.exr", i % 2 ? 1000.0 : 0.0, true);
+        command_succeeds("resample", "full.exr", "-o", "full-out.exr", "--kernel", kernel, "--size",
+                         "150x140");
+        json_t *root = parse(command_succeeds("resample", "holes.exr", "-o", "holes-out.exr",
+                                              "--size", "150x140", "--kernel", kernel, "--json",
+                                              "--verify", profile ? "--profile" : NULL, profile));
+        const json_t *group = json_array_get(part(root, "groups"), 0);
+        const double bound = number(part(group, "bound"), "total");
+        assert_true(number(part(group, "verify"), "not_finite_mismatches") == 0.0);
+        assert_true(number(part(group, "verify"), "maximum") <= bound);
+        json_decref(root);
+        load("holes-out.exr", &holes);
+        load("full-out.exr", &full);
+        int missing = 0;
+        for (int k = 0; k < 150 * 140; k++) {
+            const double value = (double)holes.channels[0].plane[k];
+            missing += !isfinite(value);
+            if (isfinite(value))
+                assert_within((double)full.channels[0].plane[k], value,
+                              bound + 2e-6 * (i % 2 ? 1000.0 : 1.0));
+        }
+        assert_true(missing > 100 && missing < 150 * 140 - 1000);
+        weft_image_clear(&holes);
+        weft_image_clear(&full);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -962,6 +1026,7 @@ int main(void)
         cmocka_unit_test(real_images_are_within_bounds),
         cmocka_unit_test(wide_ranges_are_kept),
         cmocka_unit_test(nan_stays_in_reach),
+        cmocka_unit_test(finite_pixels_depend_on_no_missing_sample),
     };
     return cmocka_run_group_tests(tests, setup, command_teardown);
 }

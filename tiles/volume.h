@@ -144,8 +144,8 @@ WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
 // wider by it, the other counts being the given volume's. Constant regions stay what they are, to
 // the bit. A clamp-to-edge volume holds its edge before filtering; its coefficients go on changing
 // beyond the box for the length of the overlap, and the wider box is clamped to its edge.
-// A voxel that is not finite stays so, in its place; to all others it counts as the background, or
-// as 0 where that is not finite.
+// A voxel that is not finite stays so, in its place, and takes with it all coefficients that depend
+// on it by more than WEFT_PREFILTER_MISSING (filter/prefilter.h): those are NAN.
 //
 // Borrows `volume`, which must outlive the result and be used by the same thread. Reading takes up
 // to 64 MiB on the way. Returns WEFT_ERR_ARGUMENT (weft_prefilter_compute), _LIMIT (index range) or

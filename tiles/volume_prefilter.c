@@ -6,6 +6,7 @@
 // voxels within the overlap.
 #include "tiles/volume.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,6 +23,7 @@ struct weft_volume_coefficients {
     weft_volume *base; // the caller's
     int overlap;
     double taps[WEFT_PREFILTER_MAX_OVERLAP + 1];
+    double magnitudes[WEFT_PREFILTER_MAX_OVERLAP + 1]; // of the taps
 };
 
 static int32_t clamp(int64_t x, int64_t low, int64_t high)
@@ -313,21 +315,48 @@ static void filter_row(const double *taps, int overlap, const double *restrict i
 }
 
 // Filters along an axis, which gets shorter by twice the overlap.
-static void filter_axis(const struct weft_volume_coefficients *c, int axis, int size[3],
-                        const double *in, double *out)
+static void filter_axis(const double *taps, int overlap, int axis, int size[3], const double *in,
+                        double *out)
 {
-    const size_t row = (size_t)size[0], plane = row * (size_t)size[1], n = (size_t)c->overlap;
+    const size_t row = (size_t)size[0], plane = row * (size_t)size[1], n = (size_t)overlap;
     const size_t step = axis == 2 ? plane : axis == 1 ? row : 1;
-    size[axis] -= 2 * c->overlap;
+    size[axis] -= 2 * overlap;
     for (int z = 0; z < size[2]; z++) {
         for (int y = 0; y < size[1]; y++) {
-            filter_row(c->taps, c->overlap, in + (size_t)z * plane + (size_t)y * row + n * step,
-                       step, (size_t)size[0], out);
+            filter_row(taps, overlap, in + (size_t)z * plane + (size_t)y * row + n * step, step,
+                       (size_t)size[0], out);
             out += size[0];
         }
     }
 }
 
+// Along all axes, from `whole` by way of itself to `part`.
+static void filter_box(const double *taps, int overlap, const struct box *box, double *whole,
+                       double *part)
+{
+    int size[3] = {box->size[0], box->size[1], box->size[2]};
+    filter_axis(taps, overlap, 2, size, whole, part);
+    filter_axis(taps, overlap, 1, size, part, whole);
+    filter_axis(taps, overlap, 0, size, whole, part);
+}
+
+// Makes coefficients that depend on missing voxels missing, too. The sums are those of the voxels
+// within the overlap, always in the same order, so that they do not depend on the box.
+static void mark_missing(const struct weft_volume_coefficients *c, const struct box *box,
+                         double *whole, double *sums, double *coefficients)
+{
+    const size_t voxels = count_of(box->size);
+    const int inner[3] = {box->size[0] - 2 * c->overlap, box->size[1] - 2 * c->overlap,
+                          box->size[2] - 2 * c->overlap};
+    for (size_t i = 0; i < voxels; i++)
+        whole[i] = isfinite(box->voxels[i]) ? 0.0 : 1.0;
+    filter_box(c->magnitudes, c->overlap, box, whole, sums);
+    for (size_t i = 0; i < count_of(inner); i++)
+        if (sums[i] > WEFT_PREFILTER_MISSING)
+            coefficients[i] = NAN;
+}
+
+// A missing voxel stays what it is: NaN or an infinity.
 static void copy_brick(const struct box *box, int overlap, const double *coefficients,
                        const int32_t origin[3], float *out)
 {
@@ -360,16 +389,9 @@ static int compare_order(const void *a, const void *b)
     return order ? order : (x->index > y->index) - (x->index < y->index);
 }
 
-// The bricks of one cube.
-static enum weft_result compute_bricks(weft_volume *volume, const struct order *order, size_t count,
-                                       const int32_t (*origin)[3], float *values)
+static void set_box(const struct order *order, size_t count, const int32_t (*origin)[3],
+                    int overlap, struct box *box)
 {
-    const struct weft_volume_coefficients *c = volume->coefficients;
-    const float background = volume->info.background;
-    const double stand_in = isfinite(background) ? (double)background : 0.0;
-    struct box box = {.voxels = NULL};
-    double *whole = NULL, *part = NULL;
-    enum weft_result res = WEFT_ERR_MEMORY;
     for (int a = 0; a < 3; a++) {
         int32_t low = origin[order[0].index][a], high = low;
         for (size_t i = 1; i < count; i++) {
@@ -377,34 +399,54 @@ static enum weft_result compute_bricks(weft_volume *volume, const struct order *
             low = at < low ? at : low;
             high = at > high ? at : high;
         }
-        box.min[a] = low - c->overlap;
-        box.size[a] = high + WEFT_BRICK_SIZE - low + 2 * c->overlap;
+        box->min[a] = low - overlap;
+        box->size[a] = high + WEFT_BRICK_SIZE - low + 2 * overlap;
     }
+}
+
+// The bricks of one cube.
+static enum weft_result compute_bricks(weft_volume *volume, const struct order *order, size_t count,
+                                       const int32_t (*origin)[3], float *values)
+{
+    const struct weft_volume_coefficients *c = volume->coefficients;
+    struct box box = {.voxels = NULL};
+    double *whole = NULL, *part = NULL, *sums = NULL;
+    size_t missing = 0;
+    enum weft_result res = WEFT_ERR_MEMORY;
+    set_box(order, count, origin, c->overlap, &box);
     const size_t voxels = count_of(box.size);
+    const size_t room = voxels / (size_t)box.size[2] * (size_t)(box.size[2] - 2 * c->overlap);
     box.voxels = malloc(voxels * sizeof *box.voxels);
     whole = malloc(voxels * sizeof *whole);
-    part = malloc(voxels / (size_t)box.size[2] * (size_t)(box.size[2] - 2 * c->overlap) *
-                  sizeof *part);
-    if (!box.voxels || !whole || !part) {
-        res = out_of_memory(volume, voxels, "voxels");
-        goto fail;
-    }
+    part = malloc(room * sizeof *part);
+    if (!box.voxels || !whole || !part)
+        goto no_memory;
     res = load_voxels(volume, &box);
     if (res != WEFT_OK)
         goto fail;
-    for (size_t i = 0; i < voxels; i++)
-        whole[i] = isfinite(box.voxels[i]) ? (double)box.voxels[i] : stand_in;
-    int size[3] = {box.size[0], box.size[1], box.size[2]};
-    filter_axis(c, 2, size, whole, part);
-    filter_axis(c, 1, size, part, whole);
-    filter_axis(c, 0, size, whole, part);
+    for (size_t i = 0; i < voxels; i++) {
+        whole[i] = isfinite(box.voxels[i]) ? (double)box.voxels[i] : 0.0;
+        missing += !isfinite(box.voxels[i]);
+    }
+    filter_box(c->taps, c->overlap, &box, whole, part);
+    if (missing) {
+        sums = malloc(room * sizeof *sums);
+        if (!sums)
+            goto no_memory;
+        mark_missing(c, &box, whole, sums, part);
+    }
     for (size_t i = 0; i < count; i++)
         copy_brick(&box, c->overlap, part, origin[order[i].index],
                    values + order[i].index * WEFT_BRICK_VOXELS);
+    res = WEFT_OK;
+    goto fail;
+no_memory:
+    res = out_of_memory(volume, voxels, "voxels");
 fail:
     free(box.voxels);
     free(whole);
     free(part);
+    free(sums);
     return res;
 }
 
@@ -484,6 +526,8 @@ enum weft_result weft_volume_prefilter(weft_volume *volume, const struct weft_ke
     v->coefficients->base = volume;
     v->coefficients->overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
     weft_prefilter_taps(&prefilter, v->coefficients->overlap, v->coefficients->taps);
+    for (int k = 0; k <= v->coefficients->overlap; k++)
+        v->coefficients->magnitudes[k] = fabs(v->coefficients->taps[k]);
     res = v->info.empty ? WEFT_OK : widen_box(v);
     if (res != WEFT_OK)
         goto fail;

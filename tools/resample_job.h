@@ -112,8 +112,8 @@ enum weft_result resample_choose_channels(struct resample_job *job);
 // Which of them go together. Returns WEFT_ERR_ARGUMENT (--together, and no four that could).
 enum weft_result resample_make_groups(struct resample_job *job);
 
-// Fills the coefficients where the kernel asks for them. A value that is not finite stays so, and
-// counts as 0 to all others. Returns WEFT_ERR_MEMORY after an error line.
+// Fills the coefficients where the kernel asks for them; those that depend on samples that are not
+// finite are missing, as filter/prefilter.h says. Returns WEFT_ERR_MEMORY after an error line.
 enum weft_result resample_prefilter(struct resample_job *job);
 void resample_prefilter_clear(struct resample_job *job); // before the result's channels are
 
@@ -133,6 +133,10 @@ enum weft_result resample_run(struct resample_job *job);
 enum weft_result resample_separable_run(struct resample_job *job);
 struct resample_bound resample_separable_bound(const struct resample_job *job, double low,
                                                double high);
+// Verifies groups of prefiltered kernels against the image's samples, by the cardinal spline: finds
+// what coefficients got wrong, too. Returns WEFT_ERR_MEMORY after an error line,
+// WEFT_ERR_CANCELLED.
+enum weft_result resample_verify_samples(struct resample_job *job);
 // A group's minimum, maximum, not_finite and bound, of its pixels.
 void resample_measure_result(const struct resample_job *job, struct resample_group *group);
 

@@ -291,6 +291,21 @@ void resample_measure_result(const struct resample_job *job, struct resample_gro
                        : resample_separable_bound(job, g->low, g->high);
 }
 
+static enum weft_result verify_groups(struct runner *r)
+{
+    enum weft_result res = WEFT_OK;
+    if (r->job->coefficients)
+        return resample_verify_samples(r->job);
+    r->verify = true;
+    r->step = 0.0;
+    for (size_t g = 0; res == WEFT_OK && g < r->job->group_count; g++) {
+        r->group = &r->job->group[g];
+        r->square_sum = r->finite = 0.0;
+        res = each_tile(r);
+    }
+    return res;
+}
+
 enum weft_result resample_run(struct resample_job *job)
 {
     struct runner r = {.job = job, .group = job->group};
@@ -303,14 +318,8 @@ enum weft_result resample_run(struct resample_job *job)
             resample_measure_result(job, r.group);
     }
     double start = report_now_seconds();
-    r.verify = true;
-    r.step = 0.0;
-    for (size_t g = 0; res == WEFT_OK && job->option[RESAMPLE_VERIFY].given && g < job->group_count;
-         g++) {
-        r.group = &job->group[g];
-        r.square_sum = r.finite = 0.0;
-        res = each_tile(&r);
-    }
+    if (res == WEFT_OK && job->option[RESAMPLE_VERIFY].given)
+        res = verify_groups(&r);
     job->verify_seconds = report_now_seconds() - start;
     return res;
 }

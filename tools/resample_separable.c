@@ -121,7 +121,7 @@ enum weft_result resample_separable_run(struct resample_job *job)
         resample_measure_result(job, &job->group[g]);
     const double start = report_now_seconds();
     if (res == WEFT_OK && job->option[RESAMPLE_VERIFY].given)
-        res = each_group(&r, "verifying", true);
+        res = job->coefficients ? resample_verify_samples(job) : each_group(&r, "verifying", true);
     job->verify_seconds = report_now_seconds() - start;
     free(r.at[0]);
     free(r.at[1]);
