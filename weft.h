@@ -33,6 +33,7 @@
 #include "tiles/kernel_tiles.h"
 #include "tiles/layout.h"
 #include "tiles/limits.h"
+#include "tiles/output.h"
 #include "tiles/volume.h"
 
 #endif

@@ -124,19 +124,41 @@ void command_run_list(struct command_result *result, const char *const *argv)
     assert_no_orphan();
 }
 
-int command_interrupt(double seconds, int signal, const char *const *argv)
+pid_t command_start(int out, const char *const *argv)
 {
     int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    pid_t pid = start(argv, null, null);
+    pid_t pid = start(argv, out < 0 ? null : out, out < 0 ? null : out);
     close(null);
+    return pid;
+}
+
+bool command_wait_for_programs(int count)
+{
+    for (int i = 0; i < 200; i++, pause_seconds(0.05))
+        if (count_marked() >= count)
+            return true;
+    return false;
+}
+
+double command_signal(pid_t pid, int signal, int *status)
+{
+    struct timespec before, after;
+    clock_gettime(CLOCK_MONOTONIC, &before);
+    kill(pid, signal);
+    assert_int_equal(waitpid(pid, status, 0), pid);
+    clock_gettime(CLOCK_MONOTONIC, &after);
+    assert_no_orphan();
+    return (double)(after.tv_sec - before.tv_sec) + 1e-9 * (double)(after.tv_nsec - before.tv_nsec);
+}
+
+int command_interrupt(double seconds, int signal, const char *const *argv)
+{
+    pid_t pid = command_start(-1, argv);
     pause_seconds(seconds);
     int status;
     bool ended = waitpid(pid, &status, WNOHANG) == pid;
-    if (!ended) {
-        kill(pid, signal);
-        assert_int_equal(waitpid(pid, &status, 0), pid);
-    }
-    assert_no_orphan();
+    if (!ended)
+        command_signal(pid, signal, &status);
     return ended ? -1 : exit_code(status);
 }
 

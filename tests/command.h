@@ -31,6 +31,13 @@ void command_environment(const char *variable);
 // and returns the code as above. -1: it had ended before the signal.
 int command_interrupt(double seconds, int signal, const char *const *argv);
 
+// The parts of that. Output goes to `out`, < 0: to the null device. Waits until so many processes
+// that are children of the test, or theirs, run. Sends a signal, waits for the end, and returns the
+// seconds that took; the test fails if a process is still there afterwards.
+pid_t command_start(int out, const char *const *argv);
+bool command_wait_for_programs(int count);
+double command_signal(pid_t pid, int signal, int *status);
+
 // `weft ...` must end with the code, print nothing on stdout, one line on stderr that starts with
 // "weft: error: " and contains `text`, and leave the scratch folder as it was.
 #define command_fails(code, text, ...)                                                             \

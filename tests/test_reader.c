@@ -7,6 +7,7 @@
 #include <signal.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -210,6 +211,46 @@ static void test_missing_program(void **state)
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
 }
 
+// Of the number in the file "child": it has ended, and may wait for whoever inherited it.
+static void assert_child_is_gone(void)
+{
+    FILE *file = fopen(file_path("child"), "r");
+    int child = 0;
+    pid_t parent;
+    assert_non_null(file);
+    assert_int_equal(fscanf(file, "%d", &child), 1);
+    fclose(file);
+    char now = 'R';
+    for (int i = 0; i < 100 && now && now != 'Z'; i++, usleep(20000))
+        now = process_state(child, &parent);
+    assert_true(now == 0 || now == 'Z');
+}
+
+// The limit that is told is the one that held, which may be the caller's own.
+static void test_limit_in_force(void **state)
+{
+    (void)state;
+    struct rlimit old, low;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
+    low = old;
+    low.rlim_cur = 3000;
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &low), 0);
+    weft_volume *volume = open_sphere((struct weft_limits){0});
+    enum weft_result found = find_all(volume);
+    char answer[1024];
+    snprintf(answer, sizeof answer, "%s", last_error.message);
+    weft_volume_destroy(&volume);
+    volume = open_sphere((struct weft_limits){0});
+    kill(find_child(), SIGXFSZ);
+    enum weft_result killed = find_all(volume);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &old), 0);
+    assert_int_equal(killed, WEFT_ERR_LIMIT);
+    assert_message("limit of 3000 bytes");
+    assert_int_equal(found, WEFT_ERR_LIMIT);
+    assert_non_null(strstr(answer, "output limit is 3000"));
+    weft_volume_destroy(&volume);
+}
+
 // Programs that are no readers.
 static void test_impostors(void **state)
 {
@@ -217,8 +258,11 @@ static void test_impostors(void **state)
     static const struct {
         const char *script, *message;
     } cases[] = {{"exit 7", "exit code 7"},
+                 {"exec 3>&-; sleep 0.1; exit 99", "exit code 99"},
+                 {"exec 3>&-; kill -TERM $$; sleep 9", "killed by signal 15"},
                  {"printf garbage >&3; sleep 100", "wrong size"},
-                 {"exec 3>&-; exec sleep 100", "weft-read-vdb"},
+                 {"exec 3>&-; exec sleep 100", "hung up while opening"},
+                 {"sleep 99 & echo $! >child; printf garbage >&3; sleep 100", "wrong size"},
                  {"head -c 568 /dev/zero >&3; sleep 100", "weft-read-vdb"}};
     int fds = count_fds();
     char path[512];
@@ -227,7 +271,7 @@ static void test_impostors(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         FILE *file = fopen(path, "w");
         assert_non_null(file);
-        fprintf(file, "#!/bin/sh\n%s\n", cases[i].script);
+        fprintf(file, "#!/bin/sh\ncd %s\n%s\n", test_folder, cases[i].script);
         fclose(file);
         chmod(path, 0755);
         weft_volume *volume = NULL;
@@ -237,6 +281,7 @@ static void test_impostors(void **state)
         assert_message(cases[i].message);
         assert_null(volume);
     }
+    assert_child_is_gone();
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     assert_int_equal(count_fds(), fds);
 }
@@ -321,11 +366,12 @@ static void test_nothing_left_open(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_signals),      cmocka_unit_test(test_killed_during_call),
-        cmocka_unit_test(test_wall_limit),   cmocka_unit_test(test_output_limit),
-        cmocka_unit_test(test_memory_limit), cmocka_unit_test(test_missing_program),
-        cmocka_unit_test(test_impostors),    cmocka_unit_test(test_damaged_files),
-        cmocka_unit_test(test_no_orphan),    cmocka_unit_test(test_nothing_left_open),
+        cmocka_unit_test(test_signals),           cmocka_unit_test(test_killed_during_call),
+        cmocka_unit_test(test_wall_limit),        cmocka_unit_test(test_limit_in_force),
+        cmocka_unit_test(test_output_limit),      cmocka_unit_test(test_memory_limit),
+        cmocka_unit_test(test_missing_program),   cmocka_unit_test(test_impostors),
+        cmocka_unit_test(test_damaged_files),     cmocka_unit_test(test_no_orphan),
+        cmocka_unit_test(test_nothing_left_open),
     };
     return cmocka_run_group_tests(tests, make_files, remove_folder);
 }

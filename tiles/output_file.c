@@ -12,6 +12,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tiles/unfinished.h"
+
 // Room for the dot, the random part and NAME_MAX (255) as the limit of file systems.
 enum { NAME_KEPT = 200, RANDOM_CHARS = 6, TRIES = 100 };
 
@@ -68,29 +70,93 @@ static void fill_random(char *text)
         text[i] = letters[(random[i] ^ salt) % 32];
 }
 
-static enum weft_result open_temporary(struct weft_output_file *f)
+// The length of the path of the target's folder, with its slash; 0: the current one.
+static int folder_length(const struct weft_output_file *f)
 {
     const char *slash = strrchr(f->path, '/');
-    int folder = slash ? (int)(slash + 1 - f->path) : 0;
+    return slash ? (int)(slash + 1 - f->path) : 0;
+}
+
+static void forget_temporary(struct weft_output_file *f)
+{
+    weft_unfinished_remove_file(f->temporary);
+    free(f->temporary);
+    f->temporary = NULL;
+}
+
+static bool create_named(struct weft_output_file *f)
+{
+    f->fd = open(f->temporary, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    return f->fd >= 0;
+}
+
+// By its descriptor, since a file without a name has no other.
+static bool link_to(const struct weft_output_file *f, const char *path)
+{
+    char from[32];
+    snprintf(from, sizeof from, "/proc/self/fd/%d", f->fd);
+    return linkat(AT_FDCWD, from, AT_FDCWD, path, AT_SYMLINK_FOLLOW) == 0;
+}
+
+static bool link_temporary(struct weft_output_file *f)
+{
+    return link_to(f, f->temporary);
+}
+
+// Finds a free temporary name, for which `make` makes the file. On failure errno tells why.
+static bool make_temporary(struct weft_output_file *f, bool (*make)(struct weft_output_file *f))
+{
+    int folder = folder_length(f);
     if (asprintf(&f->temporary, "%.*s.%.*s.XXXXXX", folder, f->path, NAME_KEPT, f->path + folder) <
         0) {
         f->temporary = NULL;
-        weft_error(f->log, "cannot write %s: out of memory", f->path);
-        return WEFT_ERR_MEMORY;
+        errno = ENOMEM;
+        return false;
     }
-    for (int i = 0; i < TRIES && f->fd < 0; i++) {
+    for (int i = 0; i < TRIES; i++) {
         fill_random(f->temporary + strlen(f->temporary) - RANDOM_CHARS);
-        f->fd = open(f->temporary, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (f->fd < 0 && errno != EEXIST)
+        weft_unfinished_add_file(f->temporary);
+        if (make(f))
+            return true;
+        int error = errno;
+        weft_unfinished_remove_file(f->temporary); // not ours to unlink
+        errno = error;
+        if (error != EEXIST)
             break;
     }
-    if (f->fd >= 0)
-        return WEFT_OK;
-    weft_error(f->log, "cannot write %s: no file can be made in its folder: %s", f->path,
-               strerror(errno));
-    free(f->temporary); // not ours to unlink
+    int error = errno;
+    free(f->temporary);
     f->temporary = NULL;
-    return WEFT_ERR_WRITE;
+    errno = error;
+    return false;
+}
+
+// Whatever ends the process, nothing is left of a file without a name.
+static bool open_nameless(struct weft_output_file *f)
+{
+    char folder[PATH_MAX], link[32];
+    struct stat st;
+    int length = folder_length(f);
+    snprintf(folder, sizeof folder, "%.*s", length ? length : 1, length ? f->path : ".");
+    f->fd = length < PATH_MAX ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0666) : -1;
+    if (f->fd < 0)
+        return false;
+    snprintf(link, sizeof link, "/proc/self/fd/%d", f->fd);
+    if (!lstat(link, &st))
+        return true;
+    close(f->fd); // without /proc it could not get its name
+    f->fd = -1;
+    return false;
+}
+
+static enum weft_result open_temporary(struct weft_output_file *f)
+{
+    if (open_nameless(f) || make_temporary(f, create_named))
+        return WEFT_OK;
+    int error = errno;
+    weft_error(f->log, "cannot write %s: no file can be made in its folder: %s", f->path,
+               strerror(error));
+    return error == ENOMEM ? WEFT_ERR_MEMORY : WEFT_ERR_WRITE;
 }
 
 static enum weft_result follow_links(struct weft_output_file *f)
@@ -228,21 +294,35 @@ static bool move_without_replacing(const char *from, const char *to)
     return !link(from, to) && !unlink(from);
 }
 
+static bool move_temporary(struct weft_output_file *f)
+{
+    bool moved = f->no_clobber ? move_without_replacing(f->temporary, f->path)
+                               : !rename(f->temporary, f->path);
+    if (moved)
+        forget_temporary(f);
+    return moved;
+}
+
+// A link does not replace what has the name, a rename does.
+static bool name_it(struct weft_output_file *f)
+{
+    if (link_to(f, f->path))
+        return true;
+    return errno == EEXIST && !f->no_clobber && make_temporary(f, link_temporary) &&
+           move_temporary(f);
+}
+
 static bool put_in_place(struct weft_output_file *f)
 {
     if (fsync(f->fd) && errno != EINVAL && errno != ENOTSUP)
+        return false;
+    if (!f->temporary && !name_it(f))
         return false;
     int fd = f->fd;
     f->fd = -1;
     if (close(fd))
         return false;
-    bool moved = f->no_clobber ? move_without_replacing(f->temporary, f->path)
-                               : !rename(f->temporary, f->path);
-    if (!moved)
-        return false;
-    free(f->temporary);
-    f->temporary = NULL;
-    return true;
+    return !f->temporary || move_temporary(f);
 }
 
 // The file is complete and in place by now; only a power cut could still undo the rename.
@@ -275,13 +355,30 @@ void weft_output_file_discard(struct weft_output_file *file)
 {
     if (!file->path)
         return;
-    if (file->temporary)
+    if (file->temporary) {
         unlink(file->temporary);
+        forget_temporary(file);
+    }
     if (file->fd >= 0)
         close(file->fd);
     if (file->stream >= 0)
         close(file->stream);
-    free(file->temporary);
     free(file->path);
     *file = (struct weft_output_file){.fd = -1, .stream = -1};
+}
+
+enum weft_result weft_file_save(const struct weft_log *log, const char *path, bool no_clobber,
+                                const void *data, size_t size)
+{
+    struct weft_output_file file = {.fd = -1};
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, path != NULL && (data != NULL || size == 0));
+    res = weft_output_file_create(log, path, no_clobber, &file);
+    if (res == WEFT_OK)
+        res = weft_output_file_write(&file, 0, data, size);
+    if (res == WEFT_OK)
+        res = weft_output_file_commit(&file);
+    weft_output_file_discard(&file);
+fail:
+    return res;
 }

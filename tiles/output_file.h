@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/output_file.h - outputs appear whole or not at all (not installed).
-// A temporary file in the target's folder, fsync, then rename (one that refuses to replace, for
-// no-clobber). Devices, pipes and /dev/stdout have no folder to rename in: for them the output is
-// gathered in memory and copied over at the end.
+// A file without a name in the target's folder (O_TMPFILE), fsync, then a link, or where the name
+// is taken a link to a temporary name and a rename. On file systems that have no such files, one
+// with a temporary name and a rename (one that refuses to replace, for no-clobber). Devices, pipes
+// and /dev/stdout have no folder to rename in: for them the output is gathered in memory and copied
+// over at the end.
 #ifndef WEFT_TILES_OUTPUT_FILE_H
 #define WEFT_TILES_OUTPUT_FILE_H
 
 #include "filter/check.h"
+#include "tiles/output.h"
 
 WEFT_BEGIN_DECLS
 
 struct weft_output_file {
     char *path;      // the target, symbolic links followed; NULL after commit or discard
-    char *temporary; // "<folder>/.<name>.XXXXXX"; NULL for a device or pipe
+    char *temporary; // "<folder>/.<name>.XXXXXX"; NULL: no such file is there
     int fd;          // open for reading and writing
     int stream;      // the open device or pipe, else -1
     bool no_clobber;

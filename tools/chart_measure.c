@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "chart.h"
+#include "ending.h"
 
 // Ways that take longer for one thing than this are not what one slice is computed by.
 static const double PLAN_SECONDS = 6.0, RUN_SECONDS = 6.0;
@@ -211,7 +212,7 @@ static void name_technique(const struct weft_way *way, char out[CHART_TEXT])
 static bool is_of_the_way(enum weft_result res)
 {
     return res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT ||
-           (res == WEFT_ERR_CANCELLED && !report_interrupted());
+           (res == WEFT_ERR_CANCELLED && !ending_is_due());
 }
 
 static enum weft_result add_way(struct bench *b, const struct weft_way *way, int kernel)

@@ -7,7 +7,6 @@
 #include "cells.h"
 #include "chart.h"
 #include "json.h"
-#include "output.h"
 #include "paths.h"
 
 const char *chart_name(const struct chart_job *job, const struct chart *chart)
@@ -80,7 +79,7 @@ enum weft_result chart_save_csv(const struct chart_job *job, const char *path)
     if (out)
         cells_print(&cells, CELLS_CSV, out);
     if (out && fclose(out) == 0)
-        res = output_save(path, text, size);
+        res = weft_file_save(report_log(), path, false, text, size);
     free(text);
     cells_destroy(&cells);
     return res;
@@ -149,7 +148,7 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
         report_error("out of memory for the JSON text");
         return WEFT_ERR_MEMORY;
     }
-    enum weft_result res = output_save(path, text, strlen(text));
+    enum weft_result res = weft_file_save(report_log(), path, false, text, strlen(text));
     free(text);
     return res;
 }

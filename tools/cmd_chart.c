@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "chart.h"
+#include "ending.h"
 #include "kernels.h"
 #include "paths.h"
 #include "plot.h"
@@ -317,8 +318,9 @@ static int run_stages(struct chart_job *job, const char *operand)
     if (res != WEFT_OK)
         return report_finish(res);
     describe_machine(job->machine);
+    ending_defer_interrupt();
     res = measure(job);
-    job->interrupted = report_interrupted();
+    job->interrupted = ending_is_due();
     // What was measured is kept.
     if (res != WEFT_OK && !job->interrupted)
         return report_finish(res);
@@ -359,8 +361,9 @@ static const char *const epilogue[] = {
     "of three runs or more after one that compiles shaders.",
     "The second chart is of signals, whose value is known everywhere: there the error is the total "
     "one, what the kernel does to the signal included, at 40 to 128 samples along each axis.",
-    "Interrupted, it writes what was measured so far, and ends with exit code 1. Without gnuplot "
-    "it leaves scripts and data in CHART.svg.gp, and ends with 1, too.",
+    "Interrupted (SIGINT, as Ctrl-C sends it), it writes what was measured so far, and dies of the "
+    "signal; a second one ends it at once. Without gnuplot it leaves scripts and data in "
+    "CHART.svg.gp, and ends with 1, too.",
     "weft chart smoke.vdb -o smoke.svg --csv smoke.csv --plane z",
     "weft chart marschner-lobb --quick",
     NULL,

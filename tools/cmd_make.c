@@ -375,7 +375,7 @@ static int run(const char *operand, const struct option_value *values)
     free(job.origin);
     free(job.values);
     if (res == WEFT_OK)
-        res = report_interrupted() ? WEFT_ERR_CANCELLED : save_volume(volume, values);
+        res = save_volume(volume, values);
     if (res == WEFT_OK)
         report_note("%s: %zu bricks, %llu bytes of voxels", values[MAKE_OUTPUT].text, job.count,
                     (unsigned long long)job.count * BRICK_BYTES);

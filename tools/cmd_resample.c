@@ -350,7 +350,6 @@ static enum weft_result write_preview(struct resample_job *job)
     return res;
 }
 
-// Once the first output is being written, an interrupt comes too late: both are finished.
 static enum weft_result write_outputs(struct resample_job *job)
 {
     double start = report_now_seconds();
@@ -385,11 +384,11 @@ static enum weft_result run_stages(struct resample_job *job)
     static const stage computing[] = {create_context, run_way, write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
-        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+        res = (*s)(job);
     if (job->option[RESAMPLE_EXPLAIN].given)
         return res;
     for (const stage *s = computing; *s && res == WEFT_OK; s++)
-        res = report_interrupted() ? WEFT_ERR_CANCELLED : (*s)(job);
+        res = (*s)(job);
     return res;
 }
 

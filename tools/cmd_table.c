@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "kernels.h"
-#include "output.h"
 #include "paths.h"
 #include "plot.h"
 #include "table_job.h"
@@ -478,7 +477,7 @@ static enum weft_result write_table(const struct table_job *job)
     if (out && fclose(out) != 0)
         res = WEFT_ERR_MEMORY;
     if (res == WEFT_OK)
-        res = output_save(job->option[TABLE_OUTPUT].text, text, size);
+        res = weft_file_save(report_log(), job->option[TABLE_OUTPUT].text, false, text, size);
     free(text);
     return res;
 }

@@ -8,7 +8,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "output.h"
 #include "report.h"
 
 enum { MAX_FILE = 1 << 16, TEXT = 256 };
@@ -127,7 +126,7 @@ enum weft_result cost_file_save(const struct weft_cost_model *model, const char 
         report_error("out of memory for %s", path);
         return WEFT_ERR_MEMORY;
     }
-    const enum weft_result res = output_save(path, text, strlen(text));
+    const enum weft_result res = weft_file_save(report_log(), path, false, text, strlen(text));
     free(text);
     return res;
 }

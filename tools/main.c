@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "ending.h"
 #include "report.h"
 #include "verb.h"
 
@@ -28,13 +29,14 @@ static void print_help(void)
          "  weft --version\n\n"
          "exit codes:\n"
          "  0  done\n"
-         "  1  failed: out of memory, a GL error, no gnuplot for a plot, interrupted,\n"
+         "  1  failed: out of memory, a GL error, no gnuplot for a plot,\n"
          "     nothing within --max-error;\n"
          "     weft validate: invalid; weft stability: a case fails\n"
          "  2  wrong usage: options, names, geometry\n"
          "  3  unreadable or refused input: missing, damaged, unsupported, over a limit\n"
          "  4  output not written\n"
-         "  5  no usable GL context\n\n"
+         "  5  no usable GL context\n"
+         "a signal ends weft at once, and by that signal\n\n"
          "environment:\n"
          "  WEFT_LIBEXEC    folder of the reader programs (weft-read-vdb and its siblings)\n"
          "  XDG_CACHE_HOME  where weft calibrate keeps its numbers (default ~/.cache)\n"
@@ -90,8 +92,10 @@ static int run_verb(const struct verb *verb, int argc, char **argv)
         print_verb_help(verb);
         return report_finish(WEFT_OK);
     }
-    report_start();
-    return verb->run(operand, values);
+    ending_start();
+    const int code = verb->run(operand, values);
+    ending_finish();
+    return code;
 }
 
 int main(int argc, char **argv)

@@ -95,8 +95,6 @@ static enum weft_result run_passes(const struct check *check)
             report_error("pass %02d reads slot %d, which holds nothing", i, slot);
             return WEFT_ERR_FORMAT;
         }
-        if (report_interrupted())
-            return WEFT_ERR_CANCELLED;
         if (pass->kind == WEFT_PASS_TAPS)
             add_taps(check, pass);
         else

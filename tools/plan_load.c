@@ -16,14 +16,14 @@ enum { MAX_FILE_BYTES = 64 << 20 };
 // What jansson takes for a list or an object, and for any other value, both rounded up.
 static const uint64_t container_bytes = 320, value_bytes = 96;
 
-// A read that a signal restarts would wait on: poll comes back.
+// What is opened without waiting, so that a pipe needs no writer, has to be waited for.
 static bool read_some(int fd, char *to, size_t size, ssize_t *count)
 {
     struct pollfd ready = {.fd = fd, .events = POLLIN};
     *count = -1;
     if (poll(&ready, 1, -1) > 0)
         *count = read(fd, to, size);
-    return *count >= 0 || (errno == EINTR && !report_interrupted());
+    return *count >= 0 || (errno == EINTR);
 }
 
 static enum weft_result read_bytes(int fd, const char *path, char **out, size_t *size)
@@ -41,8 +41,6 @@ static enum weft_result read_bytes(int fd, const char *path, char **out, size_t 
             *out = larger;
         }
         if (!read_some(fd, *out + *size, room - *size, &count)) {
-            if (report_interrupted())
-                return WEFT_ERR_CANCELLED;
             report_error("%s cannot be read: %s", path, strerror(errno));
             return WEFT_ERR_OPEN;
         }

@@ -264,7 +264,7 @@ static void split_tiles(struct reader *r, const json_t *from)
         read_step(r, split, &step);
         const double threshold = read_number(r, split, "threshold", -1e6, 1e6, &middle);
         const int tile = good(r) ? find_tile(r, &step) : -1;
-        if (tile < 0 || report_interrupted())
+        if (tile < 0)
             return;
         fail(r, weft_kernel_tiles_split(r->out->tiles, tile, threshold));
         if (good(r))
@@ -491,11 +491,8 @@ static void read_passes(struct reader *r, const json_t *root)
         report_error("out of memory for %d passes", list->pass_count);
         fail(r, WEFT_ERR_MEMORY);
     }
-    for (int i = 0; i < list->pass_count && good(r); i++) {
-        if (report_interrupted())
-            fail(r, WEFT_ERR_CANCELLED);
+    for (int i = 0; i < list->pass_count && good(r); i++)
         read_pass(r, json_array_get(passes, (size_t)i), i, &r->out->passes[i]);
-    }
 }
 
 // ---- the plan -----------------------------------------------------------------------------------

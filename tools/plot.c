@@ -2,13 +2,15 @@
 #include "plot.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "output.h"
+#include "ending.h"
 #include "paths.h"
 
 extern char **environ;
@@ -19,32 +21,66 @@ static bool ends_with(const char *text, const char *end)
     return size > end_size && strcmp(text + size - end_size, end) == 0;
 }
 
-// Returns the wait status, or -1 with errno where gnuplot cannot be started. -d: no start-up files.
-static int run_gnuplot(const char *argument, FILE *in, FILE *out, FILE *err)
+// In memory: no folder for temporary files is asked for. NULL with errno.
+static FILE *open_scratch(void)
 {
-    char *argv[] = {(char *)"gnuplot", (char *)"-d", (char *)argument, NULL};
+    int fd = memfd_create("weft-plot", MFD_CLOEXEC);
+    FILE *file = fd < 0 ? NULL : fdopen(fd, "w+");
+    if (fd >= 0 && !file)
+        close(fd);
+    return file;
+}
+
+// As the leader of its process group, which an end by a signal takes along; no signal comes between
+// the start and that knowledge. Returns 0 or an errno value.
+static int start_gnuplot(char *const *argv, FILE *in, FILE *out, FILE *err, pid_t *pid)
+{
     posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
+    sigset_t all, old;
+    sigfillset(&all);
+    sigprocmask(SIG_SETMASK, &all, &old);
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, fileno(in), STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, fileno(out), STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, fileno(err), STDERR_FILENO);
-    pid_t pid;
-    int error = posix_spawnp(&pid, "gnuplot", &actions, NULL, argv, environ);
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    posix_spawnattr_setsigmask(&attributes, &old);
+    int error = posix_spawnp(pid, argv[0], &actions, &attributes, argv, environ);
+    if (!error)
+        ending_set_child(*pid);
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
+    sigprocmask(SIG_SETMASK, &old, NULL);
+    return error;
+}
+
+// Returns the wait status, or -1 with errno where gnuplot cannot be started. -d: no start-up files.
+static int run_gnuplot(const char *argument, FILE *in, FILE *out, FILE *err)
+{
+    char *argv[] = {(char *)"gnuplot", (char *)"-d", (char *)argument, NULL};
+    pid_t pid;
+    int error = start_gnuplot(argv, in, out, err, &pid);
     if (error) {
         errno = error;
         return -1;
     }
+    siginfo_t info;
+    while (waitid(P_PID, (id_t)pid, &info, WEXITED | WNOWAIT) < 0 && errno == EINTR)
+        ;
+    ending_set_child(0); // its number is still its own
     int status;
-    while (waitpid(pid, &status, 0) < 0)
-        if (errno != EINTR)
-            return -1;
-    return status;
+    return waitpid(pid, &status, 0) == pid ? status : -1;
 }
 
+// Where there is no memory this is the error told, since it is the first.
 bool plot_can_draw(void)
 {
-    FILE *in = tmpfile(), *out = tmpfile();
+    FILE *in = open_scratch(), *out = open_scratch();
+    if (!in || !out)
+        report_error("no memory for what gnuplot reads and writes: %s", strerror(errno));
     bool runs = in && out && run_gnuplot("--version", in, out, out) == 0;
     if (in)
         fclose(in);
@@ -71,9 +107,9 @@ enum exit_code plot_check(const char *path, const char *otherwise)
 
 enum exit_code plot_begin(const char *path, int width, int height, struct plot *out)
 {
-    *out = (struct plot){.path = path, .script = tmpfile()};
+    *out = (struct plot){.path = path, .script = open_scratch()};
     if (!out->script) {
-        report_error("%s: no temporary file: %s", path, strerror(errno));
+        report_error("%s: no memory for the plot's script: %s", path, strerror(errno));
         return EXIT_CODE_FAILED;
     }
     const char *terminal = ends_with(path, ".svg") ? "svg background 'white'" : "pngcairo";
@@ -115,6 +151,12 @@ static void report_gnuplot(const char *path, FILE *err)
     report_error("%s: gnuplot failed: %s", path, best);
 }
 
+static enum exit_code save_file(const char *path, const void *data, size_t size)
+{
+    enum weft_result res = weft_file_save(report_log(), path, false, data, size);
+    return res == WEFT_OK ? EXIT_CODE_DONE : (enum exit_code)report_finish(res);
+}
+
 static enum exit_code save(const char *path, FILE *out)
 {
     long size = fseek(out, 0, SEEK_END) == 0 ? ftell(out) : -1;
@@ -124,7 +166,7 @@ static enum exit_code save(const char *path, FILE *out)
     if (!data || fread(data, 1, (size_t)size, out) != (size_t)size)
         report_error("%s: the image of %ld bytes cannot be read back", path, size);
     else
-        code = output_save(path, data, (size_t)size) == WEFT_OK ? EXIT_CODE_DONE : EXIT_CODE_OUTPUT;
+        code = save_file(path, data, (size_t)size);
     free(data);
     return code;
 }
@@ -155,7 +197,7 @@ enum exit_code plot_save_script(struct plot *plot, const char *script_path)
     bool good = out && fclose(out) == 0;
     enum exit_code code = EXIT_CODE_FAILED;
     if (good)
-        code = output_save(script_path, text, size) == WEFT_OK ? EXIT_CODE_DONE : EXIT_CODE_OUTPUT;
+        code = save_file(script_path, text, size);
     else
         report_error("%s: out of memory", script_path);
     free(text);
@@ -172,9 +214,9 @@ void plot_discard(struct plot *plot)
 enum exit_code plot_finish(struct plot *plot)
 {
     enum exit_code code = EXIT_CODE_FAILED;
-    FILE *out = tmpfile(), *err = tmpfile();
+    FILE *out = open_scratch(), *err = open_scratch();
     if (!out || !err || fflush(plot->script) != 0 || ferror(plot->script)) {
-        report_error("%s: no temporary file: %s", plot->path, strerror(errno));
+        report_error("%s: no memory for the plot: %s", plot->path, strerror(errno));
         goto fail;
     }
     rewind(plot->script);
@@ -182,8 +224,6 @@ enum exit_code plot_finish(struct plot *plot)
     const bool drawn = status == 0 && fseek(out, 0, SEEK_END) == 0 && ftell(out) > 0;
     if (drawn)
         code = save(plot->path, out);
-    else if (report_interrupted()) // reached gnuplot, too
-        code = (enum exit_code)report_finish(WEFT_ERR_CANCELLED);
     else
         report_gnuplot(plot->path, err);
 fail:

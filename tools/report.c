@@ -2,7 +2,6 @@
 #include "report.h"
 
 #include <errno.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,25 +9,14 @@
 #include <time.h>
 #include <unistd.h>
 
-static volatile sig_atomic_t interrupted;
+#include "ending.h"
+
 static enum weft_log_level shown_level = WEFT_LOG_WARNING;
 static bool error_shown;
 static const char *progress_what;
-static int progress_percent = -1;
+static int progress_percent = -1; // shown; -1: none is
 
-static void on_signal(int number)
-{
-    (void)number;
-    interrupted = 1;
-}
-
-void report_start(void)
-{
-    struct sigaction action = {.sa_handler = on_signal, .sa_flags = (int)SA_RESETHAND | SA_RESTART};
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-}
+enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40 };
 
 void report_set_level(bool quiet, bool verbose)
 {
@@ -40,10 +28,12 @@ bool report_is_quiet(void)
     return shown_level == WEFT_LOG_ERROR;
 }
 
-static void clear_progress(void)
+// A signal handler's, too.
+void report_erase_progress(void)
 {
-    if (progress_percent >= 0)
-        fputs("\r\033[K", stderr);
+    static const char erase[] = "\r\033[K";
+    if (progress_percent >= 0 && write(STDERR_FILENO, erase, sizeof erase - 1) < 0)
+        return;
     progress_percent = -1;
 }
 
@@ -52,15 +42,14 @@ static void write_line(void *priv, enum weft_log_level level, const char *messag
     (void)priv;
     static const char *const names[] = {"error", "warning", "info", "debug"};
     if (level == WEFT_LOG_ERROR) {
-        // Ctrl-C reaches the readers too; that they were killed is not the news then.
-        if (error_shown || interrupted)
+        if (error_shown)
             level = WEFT_LOG_DEBUG;
         else
             error_shown = true;
     }
     if (level > shown_level)
         return;
-    clear_progress();
+    report_erase_progress();
     fprintf(stderr, "weft: %s: %s\n", names[level], message);
 }
 
@@ -104,15 +93,23 @@ void report_line(const char *format, ...)
     free(line);
 }
 
+static bool shows_progress(void)
+{
+    return shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
+}
+
+// What is done is no news: whatever comes next has a line of its own.
 static bool show_progress(void *priv, double fraction)
 {
     (void)priv;
     int percent = (int)(100 * fraction);
-    if (percent != progress_percent && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO)) {
+    if (percent >= 100) {
+        report_erase_progress();
+    } else if (percent != progress_percent && shows_progress()) {
         fprintf(stderr, "\rweft: %s %3d %%\033[K", progress_what, percent);
         progress_percent = percent;
     }
-    return !interrupted;
+    return !ending_is_due();
 }
 
 static const struct weft_progress progress_to_stderr = {.report = show_progress};
@@ -123,9 +120,15 @@ const struct weft_progress *report_progress(const char *what)
     return &progress_to_stderr;
 }
 
-bool report_interrupted(void)
+void report_stage(const char *what, const char *path)
 {
-    return interrupted;
+    if (!shows_progress())
+        return;
+    const char *slash = strrchr(path, '/');
+    char name[NAME_SHOWN + 1];
+    snprintf(name, sizeof name, "%s", slash ? slash + 1 : path);
+    fprintf(stderr, "\rweft: %s %s\033[K", what, weft_text_clean(name, false));
+    progress_percent = NO_PERCENTAGE;
 }
 
 static int exit_code(enum weft_result result)
@@ -155,12 +158,7 @@ static int exit_code(enum weft_result result)
 
 int report_finish(enum weft_result result)
 {
-    clear_progress();
-    if (result != WEFT_OK && interrupted) {
-        if (!error_shown)
-            fputs("weft: error: interrupted\n", stderr);
-        return EXIT_CODE_FAILED;
-    }
+    report_erase_progress();
     if (result == WEFT_OK && (fflush(stdout) != 0 || ferror(stdout))) {
         report_error("standard output cannot be written: %s", strerror(errno));
         return EXIT_CODE_OUTPUT;

@@ -10,15 +10,13 @@
 
 enum exit_code {
     EXIT_CODE_DONE = 0,
-    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot, interrupted
+    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot
     EXIT_CODE_USAGE = 2,   // wrong usage
     EXIT_CODE_INPUT = 3,   // unreadable or refused input
     EXIT_CODE_OUTPUT = 4,  // output not written
     EXIT_CODE_CONTEXT = 5, // no usable GL context
 };
 
-// Catches SIGINT and SIGTERM; a second one of the same kind ends the process at once.
-void report_start(void);
 // quiet: only errors. verbose: also what is done, and details. Neither: warnings and errors.
 void report_set_level(bool quiet, bool verbose);
 bool report_is_quiet(void);
@@ -33,10 +31,13 @@ void report_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
 // For the library's log members.
 const struct weft_log *report_log(void);
 
-// For the library's progress members: false once a signal has come. With a terminal on stderr it
-// shows `what` and a percentage there.
+// For the library's progress members: false once a deferred interrupt has come. With a terminal on
+// stderr it shows `what` and a percentage there, until all is done.
 const struct weft_progress *report_progress(const char *what);
-bool report_interrupted(void);
+// The same for work that tells no fraction: "reading", "large.exr".
+void report_stage(const char *what, const char *path);
+// Async-signal-safe.
+void report_erase_progress(void);
 
 // The exit code of a result; makes sure that a failure has its error line, and flushes stdout.
 int report_finish(enum weft_result result);

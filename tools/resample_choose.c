@@ -110,7 +110,7 @@ static enum weft_result try_samples(struct search *s)
     bool next = true;
     for (int samples = first; res == WEFT_OK && next && samples <= last; samples *= 2) {
         s->params.samples = samples;
-        res = report_interrupted() ? WEFT_ERR_CANCELLED : try_plan(s, &next);
+        res = try_plan(s, &next);
     }
     s->params.samples = first;
     return res;

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
+#include <pthread.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -14,12 +15,18 @@
 #include <sys/auxv.h>
 #include <sys/mman.h>
 #include <sys/pidfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tiles/unfinished.h"
+
 extern char **environ;
+
+// What a reader that has hung up is given to end by itself, so that its exit code can be told.
+#define GRACE_SECONDS 0.5
 
 struct weft_reader {
     const struct weft_log *log;
@@ -125,6 +132,23 @@ static int set_attributes(posix_spawnattr_t *attributes)
                                                     POSIX_SPAWN_SETPGROUP);
 }
 
+// No signal comes between the start and the moment from which a handler finds the process.
+static int spawn_known(weft_reader *reader, const char *file,
+                       const posix_spawn_file_actions_t *actions,
+                       const posix_spawnattr_t *attributes, char *const *argv)
+{
+    sigset_t all, old;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &old);
+    int error = posix_spawn(&reader->pid, file, actions, attributes, argv, environ);
+    if (error)
+        reader->pid = 0;
+    else
+        weft_unfinished_add_process(reader->pid);
+    pthread_sigmask(SIG_SETMASK, &old, NULL);
+    return error;
+}
+
 static int spawn(weft_reader *reader, const char *file, int socket, int fd)
 {
     char memory[24], output[24], cpu[24];
@@ -144,12 +168,10 @@ static int spawn(weft_reader *reader, const char *file, int socket, int fd)
         if (!error)
             error = set_attributes(&attributes);
         if (!error)
-            error = posix_spawn(&reader->pid, file, &actions, &attributes, argv, environ);
+            error = spawn_known(reader, file, &actions, &attributes, argv);
         posix_spawnattr_destroy(&attributes);
     }
     posix_spawn_file_actions_destroy(&actions);
-    if (error)
-        reader->pid = 0;
     return error;
 }
 
@@ -230,14 +252,14 @@ fail:
 // ---- its end
 // -------------------------------------------------------------------------------------
 
+// With all that it may have started. Its number is its own until it is reaped; where somebody else
+// may have done that, the descriptor knows.
 static void kill_reader(const weft_reader *reader)
 {
     if (!reader->pid)
         return;
-    if (reader->pidfd < 0)
-        kill(reader->pid, SIGKILL);
-    else
-        pidfd_send_signal(reader->pidfd, SIGKILL, NULL, 0);
+    if (reader->pidfd < 0 || pidfd_send_signal(reader->pidfd, SIGKILL, NULL, 0) == 0)
+        kill(-reader->pid, SIGKILL);
 }
 
 // false if somebody else reaped it (the caller ignores SIGCHLD, or waits for any child).
@@ -246,6 +268,7 @@ static bool reap(weft_reader *reader, int *status)
     pid_t got;
     if (!reader->pid)
         return false;
+    weft_unfinished_remove_process(reader->pid);
     do
         got = waitpid(reader->pid, status, 0);
     while (got < 0 && errno == EINTR);
@@ -296,6 +319,47 @@ static const char *doing(uint32_t op)
     }
 }
 
+// Whether the process ends within the grace; where its descriptor cannot tell, time alone does.
+static bool ends_by_itself(const weft_reader *reader)
+{
+    struct pollfd polled = {.fd = reader->pidfd, .events = POLLIN};
+    double end = weft_now_seconds() + GRACE_SECONDS;
+    for (double left = GRACE_SECONDS; left > 0; left = end - weft_now_seconds())
+        if (poll(&polled, 1, (int)(left * 1e3) + 1) > 0)
+            return true;
+    return reader->pidfd < 0;
+}
+
+// What the reader's limit is, which the caller's own may lie below.
+static unsigned long long limit_in_force(int resource, uint64_t asked)
+{
+    struct rlimit own;
+    if (getrlimit(resource, &own) == 0 && own.rlim_cur != RLIM_INFINITY && own.rlim_cur < asked)
+        return (unsigned long long)own.rlim_cur;
+    return (unsigned long long)asked;
+}
+
+static enum weft_result report_signal(const weft_reader *reader, int signal, uint32_t op)
+{
+    const struct weft_log *log = reader->log;
+    const char *program = reader->program, *path = reader->path;
+    switch (signal) {
+    case SIGXCPU:
+        weft_error(log, "%s: %s used more than the limit of %llu s of processor time while %s",
+                   path, program, limit_in_force(RLIMIT_CPU, reader->limits.cpu_seconds),
+                   doing(op));
+        return WEFT_ERR_LIMIT;
+    case SIGXFSZ:
+        weft_error(log, "%s: %s put out more than the limit of %llu bytes while %s", path, program,
+                   limit_in_force(RLIMIT_FSIZE, reader->limits.output_bytes), doing(op));
+        return WEFT_ERR_LIMIT;
+    default:
+        weft_error(log, "%s was killed by signal %d (%s) while %s %s", program, signal,
+                   strsignal(signal), doing(op), path);
+        return WEFT_ERR_READER;
+    }
+}
+
 // The reader hung up: reap it and say what became of it.
 static enum weft_result report_death(weft_reader *reader, uint32_t op)
 {
@@ -303,27 +367,18 @@ static enum weft_result report_death(weft_reader *reader, uint32_t op)
     const char *program = reader->program, *path = reader->path;
     int status = 0;
     enum weft_result res = WEFT_ERR_READER;
-    // It may hang up and live on, which is as good as dead; a corpse does not mind the signal.
-    kill_reader(reader);
+    bool ended = ends_by_itself(reader);
+    kill_reader(reader); // it may hang up and live on, which is as good as dead
     bool known = reap(reader, &status);
-    int signal = known && WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-    if (!known) {
+    if (!ended)
+        weft_error(log, "%s hung up while %s %s, and had to be killed", program, doing(op), path);
+    else if (!known)
         weft_error(log, "%s ended while %s %s", program, doing(op), path);
-    } else if (signal == SIGXCPU) {
-        weft_error(log, "%s: %s used more than the limit of %u s of processor time while %s", path,
-                   program, reader->limits.cpu_seconds, doing(op));
-        res = WEFT_ERR_LIMIT;
-    } else if (signal == SIGXFSZ) {
-        weft_error(log, "%s: %s put out more than the limit of %llu bytes while %s", path, program,
-                   (unsigned long long)reader->limits.output_bytes, doing(op));
-        res = WEFT_ERR_LIMIT;
-    } else if (signal) {
-        weft_error(log, "%s was killed by signal %d (%s) while %s %s", program, signal,
-                   strsignal(signal), doing(op), path);
-    } else {
+    else if (WIFSIGNALED(status))
+        res = report_signal(reader, WTERMSIG(status), op);
+    else
         weft_error(log, "%s ended with exit code %d while %s %s", program, WEXITSTATUS(status),
                    doing(op), path);
-    }
     return end_reader(reader, res);
 }
 

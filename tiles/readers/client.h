@@ -44,7 +44,8 @@ enum weft_result weft_reader_call_parts(weft_reader *reader,
                                         struct weft_wire_answer *answer,
                                         struct weft_payload *payload);
 
-// Ends the process (kills it if need be) and reaps it. Accepts &NULL, leaves NULL behind.
+// Kills the process, with whatever it started in its process group, and reaps it. Accepts &NULL,
+// leaves NULL behind.
 void weft_reader_stop(weft_reader **reader);
 
 WEFT_END_DECLS

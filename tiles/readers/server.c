@@ -77,6 +77,7 @@ static bool parse(const char *text, uint64_t *out)
     return *text >= '0' && *text <= '9' && !*end && !errno;
 }
 
+// Lowers limits only: those that the caller has are somebody's wish, too.
 static bool limit(int resource, uint64_t soft, uint64_t hard)
 {
     struct rlimit old, new = {soft, hard};
@@ -84,8 +85,8 @@ static bool limit(int resource, uint64_t soft, uint64_t hard)
         return false;
     if (new.rlim_max > old.rlim_max)
         new.rlim_max = old.rlim_max;
-    if (new.rlim_cur > new.rlim_max)
-        new.rlim_cur = new.rlim_max;
+    if (new.rlim_cur > old.rlim_cur)
+        new.rlim_cur = old.rlim_cur;
     return setrlimit(resource, &new) == 0;
 }
 
@@ -101,19 +102,33 @@ static bool limit_memory(uint64_t bytes)
     return limit(RLIMIT_AS, bytes, bytes);
 }
 
-static bool apply_limits(const struct weft_limits *limits)
+static uint64_t in_force(int resource, uint64_t asked)
 {
-    return limit_memory(limits->memory_bytes) &&
-           limit(RLIMIT_CPU, limits->cpu_seconds, (uint64_t)limits->cpu_seconds + 1) &&
-           limit(RLIMIT_FSIZE, limits->output_bytes, limits->output_bytes) &&
-           limit(RLIMIT_CORE, 0, 0) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
+    struct rlimit now;
+    return getrlimit(resource, &now) == 0 && now.rlim_cur < asked ? now.rlim_cur : asked;
 }
 
+// What messages tell is what holds then.
+static bool apply_limits(struct weft_limits *limits)
+{
+    bool good = limit_memory(limits->memory_bytes) &&
+                limit(RLIMIT_CPU, limits->cpu_seconds, (uint64_t)limits->cpu_seconds + 1) &&
+                limit(RLIMIT_FSIZE, limits->output_bytes, limits->output_bytes) &&
+                limit(RLIMIT_CORE, 0, 0) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
+    limits->memory_bytes = in_force(RLIMIT_AS, limits->memory_bytes);
+    limits->output_bytes = in_force(RLIMIT_FSIZE, limits->output_bytes);
+    return good;
+}
+
+// The socket tells when the caller is gone, unless something that it forked still holds it. The
+// signal that can tell, PR_SET_PDEATHSIG, comes when the caller's thread ends, too.
 static void *watch(void *unused)
 {
+    enum { LOOK_MS = 500 };
     (void)unused;
     struct pollfd polled = {.fd = WEFT_WIRE_FD, .events = POLLRDHUP};
-    while (poll(&polled, 1, -1) <= 0)
+    pid_t caller = getppid();
+    while (poll(&polled, 1, LOOK_MS) <= 0 && getppid() == caller)
         ;
     _exit(0);
 }
