@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filter/kernel_nd.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "filter/kernel_records.h"
@@ -40,6 +41,14 @@ static void divide_by_sum(double *weights, int count)
         weights[i] /= total;
 }
 
+// Never 0 where no factor is: a tap whose weight is exactly 0 does not count, and this one does.
+static double product(double x, double y, double z)
+{
+    const double xyz = x * y * z;
+    const bool vanishes = xyz == 0.0 && x != 0.0 && y != 0.0 && z != 0.0;
+    return vanishes ? copysign(DBL_TRUE_MIN, xyz) : xyz;
+}
+
 int weft_kernel_combine(const struct weft_kernel *kernel, int dims, const double *const axis[3],
                         double *weights)
 {
@@ -51,7 +60,8 @@ int weft_kernel_combine(const struct weft_kernel *kernel, int dims, const double
         for (int j = 0; j < rows; j++) {
             const double y = dims > 1 ? axis[1][j] : unused, z = dims > 2 ? axis[2][k] : unused;
             for (int i = 0; i < width; i++)
-                *weight++ = radial ? radial_weight(kernel, axis[0][i], y, z) : axis[0][i] * y * z;
+                *weight++ =
+                    radial ? radial_weight(kernel, axis[0][i], y, z) : product(axis[0][i], y, z);
         }
     }
     const int count = planes * rows * width;

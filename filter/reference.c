@@ -37,10 +37,12 @@ struct weft_reference_value weft_reference_compute(const struct weft_kernel *ker
     for (int k = 0; k < planes; k++) {
         for (int j = 0; j < rows; j++) {
             for (int i = 0; i < width; i++) {
-                const double f =
-                    fetch(priv, (int64_t[3]){first[0] + i, first[1] + j, first[2] + k});
-                add(&sum, *weight++ * f);
-                magnitude = fmax(magnitude, fabs(f));
+                const double w = *weight++, f = fetch(priv, (int64_t[3]){first[0] + i, first[1] + j,
+                                                                         first[2] + k});
+                if (w != 0.0)
+                    add(&sum, w * f);
+                if (w != 0.0 || isfinite(f))
+                    magnitude = fmax(magnitude, fabs(f));
             }
         }
     }

@@ -14,8 +14,10 @@ WEFT_BEGIN_DECLS
 typedef double (*weft_reference_fetch)(void *priv, const int64_t index[3]);
 
 struct weft_reference_value {
-    double value;     // sum w_i f_i
-    double magnitude; // largest |f_i| among the width^dims taps, whatever their weight
+    // sum w_i f_i over the taps with a weight that is not exactly 0: what others hold does not
+    // count, NaN and infinity neither.
+    double value;
+    double magnitude; // largest |f_i| among the width^dims taps; where the weight is 0, if finite
 };
 
 // Reconstructs at a position in index coordinates with the tensor-product kernel, or the radial

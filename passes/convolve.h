@@ -41,8 +41,8 @@ struct weft_pixel_grid {
 struct weft_convolve_report {
     double low, high; // the range that was mapped
     uint64_t clamped; // samples outside it, or not finite, of all channels
-    // Pixels within the kernel's reach of a sample that is not finite, whatever its weight: they
-    // are NAN, in the channels where that is so.
+    // Pixels with a tap whose sample is not finite, and whose exact weight is not 0: they are NAN,
+    // in the channels where that is so.
     uint64_t not_finite;
     double prepare_seconds, upload_seconds, pass_seconds, readback_seconds;
     uint64_t source_bytes, tile_bytes, target_bytes, position_bytes; // in textures and buffers
@@ -74,6 +74,7 @@ WEFT_API enum weft_result weft_emulate_run(const struct weft_convolve_params *pa
 
 // |pixel - reference| over all pixels where both are finite. The reference is filter/reference.h's
 // at the exact positions, along one axis with the derived kernel where the plan has a derivative.
+// Where that is beyond the range of floats, the range's end and infinity are right.
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or WEFT_ERR_CANCELLED.
 struct weft_convolve_error {
     double maximum, rms; // in the samples' units

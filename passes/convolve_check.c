@@ -125,7 +125,7 @@ static enum weft_result check_request(const struct weft_convolve_job *job,
     weft_require(job->log, job->passes->dims > 1 || s->size[1] == 1);
     for (int c = 0; c < job->work->channels; c++)
         weft_require(job->log, s->plane[c] && params->pixels[c]);
-    weft_require(job->log, !isinf(s->low) && !isinf(s->high));
+    weft_require(job->log, !isinf(s->low) && !isinf(s->high) && !isinf(s->high - s->low));
     if (s->low > s->high || !positions_finite(job)) {
         weft_error(job->log, "convolution: a range of %g to %g, or positions that are not finite",
                    s->low, s->high);

@@ -1,24 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <float.h>
 #include <math.h>
 
 #include "filter/kernel_nd.h"
 #include "passes/convolve_job.h"
-
-// The kernel's weights along each axis: the derivative's along one, where the plan says so.
-struct axis_kernels {
-    struct weft_kernel kernel[3];
-    bool sums_are_one;
-};
-
-static void make_axis_kernels(const struct weft_convolve_job *job, struct axis_kernels *out)
-{
-    const struct weft_convolve_work *w = job->work;
-    for (int a = 0; a < 3; a++)
-        out->kernel[a] = w->kernel;
-    out->sums_are_one = w->derivative == 0 && (w->kernel.unit_sum || w->kernel.normalised);
-    if (w->derivative)
-        weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
-}
 
 static double add_up(const double *weights, int count)
 {
@@ -29,7 +14,7 @@ static double add_up(const double *weights, int count)
 }
 
 // Of the exact weights at a pixel, what constants are multiplied by.
-static double weight_sum(const struct weft_convolve_job *job, const struct axis_kernels *axes,
+static double weight_sum(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
                          const double at[3])
 {
     double weights[WEFT_KERNEL_MAX_WEIGHTS], product = 1.0;
@@ -47,7 +32,7 @@ static double weight_sum(const struct weft_convolve_job *job, const struct axis_
     return fabs(product) < 1e-12 ? 0.0 : product;
 }
 
-static uint8_t marks_in_reach(const struct weft_convolve_job *job, const double at[3])
+static bool any_mark(const struct weft_convolve_job *job, const double at[3])
 {
     const struct weft_samples *s = job->samples;
     size_t from[3] = {0}, to[3] = {0};
@@ -58,12 +43,42 @@ static uint8_t marks_in_reach(const struct weft_convolve_job *job, const double 
         from[a] = (size_t)(first > 0 ? first : 0);
         to[a] = (size_t)(last < s->size[a] ? last : s->size[a] - 1);
     }
-    uint8_t marks = 0;
     for (size_t z = from[2]; z <= to[2]; z++)
         for (size_t y = from[1]; y <= to[1]; y++)
             for (size_t x = from[0]; x <= to[0]; x++)
-                marks |= job->not_finite[(z * (size_t)s->size[1] + y) * (size_t)s->size[0] + x];
+                if (job->not_finite[(z * (size_t)s->size[1] + y) * (size_t)s->size[0] + x])
+                    return true;
+    return false;
+}
+
+// Channels in which a tap that counts, whose exact weight is not 0, is not finite.
+static uint8_t marks_at(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+                        const double at[3])
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3];
+    if (!job->not_finite || !any_mark(job, at))
+        return 0;
+    const int width = job->work->kernel.width, rows = job->passes->dims > 1 ? width : 1;
+    const int count = weft_convolve_weights(job->work, axes, at, weights, first);
+    uint8_t marks = 0;
+    for (int i = 0; i < count; i++) {
+        const int64_t index[3] = {first[0] + i % width, first[1] + i / width % rows,
+                                  first[2] + i / width / rows};
+        if (weights[i] != 0.0)
+            marks |= job->not_finite[weft_convolve_sample(job->samples, index)];
+    }
     return marks;
+}
+
+// Errors may bring a value past the range of floats, where it stays only if the exact one is there.
+static float held(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+                  const double at[3], int channel, double value)
+{
+    if (!(fabs(value) > FLT_MAX))
+        return (float)value;
+    const double exact = weft_convolve_refer(job->work, axes, job->samples, channel, at);
+    return fabs(exact) <= FLT_MAX ? (float)copysign(FLT_MAX, value) : (float)value;
 }
 
 static double result_at(const struct weft_convolve_job *job, const void *result, size_t i)
@@ -80,16 +95,16 @@ void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *r
                               float *const pixels[4], struct weft_convolve_report *report)
 {
     const int width = job->grid->width, channels = job->work->channels;
-    struct axis_kernels axes;
-    make_axis_kernels(job, &axes);
+    struct weft_axis_kernels axes;
+    weft_convolve_axis_kernels(job->work, &axes);
     for (size_t i = 0; i < job->pixels; i++) {
         double at[3];
         weft_convolve_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
         const double base = job->low == 0.0 ? 0.0 : job->low * weight_sum(job, &axes, at);
-        const uint8_t marks = job->not_finite ? marks_in_reach(job, at) : 0;
+        const uint8_t marks = marks_at(job, &axes, at);
         for (int c = 0; c < channels; c++) {
             const double r = result_at(job, result, i * (size_t)channels + (size_t)c);
-            pixels[c][i] = marks >> c & 1 ? NAN : (float)(base + job->width * r);
+            pixels[c][i] = marks >> c & 1 ? NAN : held(job, &axes, at, c, base + job->width * r);
         }
         report->not_finite += marks != 0;
     }

@@ -89,6 +89,37 @@ static inline void weft_convolve_position(const struct weft_pixel_grid *grid, in
         out[1] = grid->rows[y];
 }
 
+// The kernel of each axis: the derivative's along one, where the plan says so.
+struct weft_axis_kernels {
+    struct weft_kernel kernel[3];
+    bool sums_are_one;
+};
+void weft_convolve_axis_kernels(const struct weft_convolve_work *work,
+                                struct weft_axis_kernels *out);
+
+// The exact weights at a position, as weft_kernel_weights_nd gives them, derivatives' too.
+int weft_convolve_weights(const struct weft_convolve_work *work,
+                          const struct weft_axis_kernels *axes, const double position[3],
+                          double *weights, int64_t first[3]);
+
+// The sample that a tap reads: the nearest, beyond all.
+static inline size_t weft_convolve_sample(const struct weft_samples *samples,
+                                          const int64_t index[3])
+{
+    size_t at = 0;
+    for (int a = 2; a >= 0; a--) {
+        const int64_t last = samples->size[a] - 1;
+        const int64_t i = index[a] < 0 ? 0 : index[a] > last ? last : index[a];
+        at = at * (size_t)samples->size[a] + (size_t)i;
+    }
+    return at;
+}
+
+// The value at a position, in double: the reference's, or a derivative's.
+double weft_convolve_refer(const struct weft_convolve_work *work,
+                           const struct weft_axis_kernels *axes, const struct weft_samples *samples,
+                           int channel, const double position[3]);
+
 // The request and the list by themselves, without limits. Returns WEFT_ERR_ARGUMENT or
 // WEFT_ERR_LIMIT.
 enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,

@@ -1,17 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <math.h>
 
+#include "filter/kernel_nd.h"
 #include "filter/reference.h"
 #include "passes/convolve_job.h"
+#include "passes/pixel_error.h"
 
-struct verifier {
-    const struct weft_convolve_params *params;
-    const struct weft_convolve_work *work;
-    struct weft_kernel derived; // along the axis of the plan's derivative
-    double square_sum;
-    uint64_t compared;
-    struct weft_convolve_error error;
-};
+void weft_convolve_axis_kernels(const struct weft_convolve_work *w, struct weft_axis_kernels *out)
+{
+    for (int a = 0; a < 3; a++)
+        out->kernel[a] = w->kernel;
+    out->sums_are_one = w->derivative == 0 && (w->kernel.unit_sum || w->kernel.normalised);
+    if (w->derivative)
+        weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
+}
+
+int weft_convolve_weights(const struct weft_convolve_work *work,
+                          const struct weft_axis_kernels *axes, const double position[3],
+                          double *weights, int64_t first[3])
+{
+    const int dims = work->passes->dims;
+    double values[3][WEFT_KERNEL_MAX_WIDTH];
+    if (!work->derivative)
+        return weft_kernel_weights_nd(&work->kernel, dims, position, weights, first);
+    for (int a = 0; a < 3; a++)
+        first[a] = a < dims ? weft_kernel_weights(&axes->kernel[a], position[a], values[a]) : 0;
+    return weft_kernel_combine(&work->kernel, dims,
+                               (const double *const[3]){values[0], values[1], values[2]}, weights);
+}
 
 // Where samples are fetched from.
 struct plane {
@@ -22,63 +38,66 @@ struct plane {
 static double fetch(void *priv, const int64_t index[3])
 {
     const struct plane *plane = priv;
-    const int *size = plane->samples->size;
-    size_t at = 0;
-    for (int a = 2; a >= 0; a--) {
-        const int64_t i = index[a] < 0 ? 0 : index[a] >= size[a] ? size[a] - 1 : index[a];
-        at = at * (size_t)size[a] + (size_t)i;
-    }
-    return (double)plane->samples->plane[plane->channel][at];
+    return (double)
+        plane->samples->plane[plane->channel][weft_convolve_sample(plane->samples, index)];
 }
 
-// The tensor product of weights, one axis having the derived kernel's; sums as Neumaier (1974).
-static double derivative_at(const struct verifier *v, const double position[3], struct plane *plane)
+// Sums as Neumaier (1974); taps of weight 0 do not count, as in the reference.
+static double derivative_at(const struct weft_convolve_work *work,
+                            const struct weft_axis_kernels *axes, const double position[3],
+                            struct plane *plane)
 {
-    const struct weft_kernel *kernel = &v->work->kernel;
-    const int width = kernel->width, dims = v->work->passes->dims;
-    double weights[3][WEFT_KERNEL_MAX_WIDTH] = {{1.0}, {1.0}, {1.0}};
-    int64_t first[3] = {0};
-    for (int a = 0; a < dims; a++)
-        first[a] = weft_kernel_weights(a + 1 == v->work->derivative ? &v->derived : kernel,
-                                       position[a], weights[a]);
+    const int width = work->kernel.width, dims = work->passes->dims;
+    const int rows = dims > 1 ? width : 1;
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3];
+    const int count = weft_convolve_weights(work, axes, position, weights, first);
     double total = 0.0, lost = 0.0;
-    for (int k = 0; k < (dims > 2 ? width : 1); k++) {
-        for (int j = 0; j < (dims > 1 ? width : 1); j++) {
-            for (int i = 0; i < width; i++) {
-                const int64_t index[3] = {first[0] + i, first[1] + j, first[2] + k};
-                const double term =
-                    weights[0][i] * weights[1][j] * weights[2][k] * fetch(plane, index);
-                const double next = total + term;
-                lost += fabs(total) >= fabs(term) ? (total - next) + term : (term - next) + total;
-                total = next;
-            }
-        }
+    for (int i = 0; i < count; i++) {
+        if (weights[i] == 0.0)
+            continue;
+        const int64_t index[3] = {first[0] + i % width, first[1] + i / width % rows,
+                                  first[2] + i / width / rows};
+        const double term = weights[i] * fetch(plane, index);
+        const double next = total + term;
+        lost += fabs(total) >= fabs(term) ? (total - next) + term : (term - next) + total;
+        total = next;
     }
     return isfinite(total) ? total + lost : total;
 }
 
-static double refer(const struct verifier *v, int x, int y, int channel)
+double weft_convolve_refer(const struct weft_convolve_work *work,
+                           const struct weft_axis_kernels *axes, const struct weft_samples *samples,
+                           int channel, const double position[3])
 {
-    struct plane plane = {v->params->samples, channel};
-    double position[3];
-    weft_convolve_position(v->params->grid, x, y, position);
-    if (v->work->derivative)
-        return derivative_at(v, position, &plane);
-    return weft_reference_compute(&v->work->kernel, v->work->passes->dims, position, fetch, &plane)
-        .value;
+    struct plane plane = {samples, channel};
+    if (work->derivative)
+        return derivative_at(work, axes, position, &plane);
+    return weft_reference_compute(&work->kernel, work->passes->dims, position, fetch, &plane).value;
 }
+
+struct verifier {
+    const struct weft_convolve_params *params;
+    const struct weft_convolve_work *work;
+    struct weft_axis_kernels axes;
+    double square_sum;
+    uint64_t compared;
+    struct weft_convolve_error error;
+};
 
 static void check_pixel(struct verifier *v, int x, int y, int channel)
 {
     struct weft_convolve_error *e = &v->error;
     const size_t at = (size_t)y * (size_t)v->params->grid->width + (size_t)x;
-    const double value = (double)v->params->pixels[channel][at];
-    const double reference = refer(v, x, y, channel);
-    if (!isfinite(value) || !isfinite(reference)) {
-        e->not_finite_mismatches += isfinite(value) != isfinite(reference);
+    double position[3];
+    bool mismatch;
+    weft_convolve_position(v->params->grid, x, y, position);
+    const double exact =
+        weft_convolve_refer(v->work, &v->axes, v->params->samples, channel, position);
+    const double error = weft_pixel_error(v->params->pixels[channel][at], exact, &mismatch);
+    e->not_finite_mismatches += mismatch;
+    if (isnan(error))
         return;
-    }
-    const double error = fabs(value - reference);
     v->square_sum += error * error;
     v->compared++;
     if (error > e->maximum || v->compared == 1) {
@@ -97,9 +116,10 @@ enum weft_result weft_convolve_verify_work(const struct weft_convolve_work *work
     *out = (struct weft_convolve_error){0};
     enum weft_result res = weft_convolve_work_check(work, params);
     if (res == WEFT_OK && work->derivative)
-        res = weft_kernel_derive(params->log, &work->kernel, &v.derived);
+        res = weft_kernel_derive(params->log, &work->kernel, &v.axes.kernel[0]);
     if (res != WEFT_OK)
         return res;
+    weft_convolve_axis_kernels(work, &v.axes);
     const struct weft_pixel_grid *grid = params->grid;
     for (int y = 0; y < grid->height; y++) {
         if (!weft_job_go_on(params->progress, (double)y / grid->height))

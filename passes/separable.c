@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <float.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,6 +53,7 @@ struct runner {
     int first_axis;    // that is filtered along
     struct axis axis[2];
     struct sizes sizes;
+    struct weft_separable_care care;
     struct weft_gl_buffer source, middle; // middle: what the first pass made
     struct weft_gl_buffer weights[2], first_taps[2];
     GLuint programs[2]; // along x and along y; the context's
@@ -235,8 +238,9 @@ static enum weft_result find_programs(struct runner *r)
     for (int a = 0; res == WEFT_OK && a < 2; a++) {
         char defines[128];
         snprintf(defines, sizeof defines,
-                 "#define WIDTH %d\n#define GROUPS %d\n#define ALONG_X %d\n", r->width, r->groups,
-                 a == 0);
+                 "#define WIDTH %d\n#define GROUPS %d\n#define ALONG_X %d\n"
+                 "#define SKIPS_ZEROS %d\n",
+                 r->width, r->groups, a == 0, r->care.skips_zeros);
         res = weft_program_get(r->context, "separable", defines, weft_shader_full_target,
                                weft_shader_separable, &r->programs[a]);
     }
@@ -315,9 +319,17 @@ static void destroy(struct runner *r)
     if (r->vertex_array)
         gl->DeleteVertexArrays(1, &r->vertex_array);
     free(r->staging);
+    weft_separable_care_destroy(&r->care);
 }
 
 // ---- a rectangle's data -------------------------------------------------------------------------
+
+// Where zeros are left out, only those are zero that are so in double.
+static float single_weight(const struct runner *r, double weight)
+{
+    const bool vanishes = fabs(weight) < FLT_MIN && weight != 0.0;
+    return r->care.skips_zeros && vanishes ? (float)copysign(FLT_MIN, weight) : (float)weight;
+}
 
 // Weights in groups of four, zeros behind the last; past the last position weights are all zero.
 static void write_weights(const struct runner *r, const struct axis *a, int from, int count,
@@ -329,7 +341,7 @@ static void write_weights(const struct runner *r, const struct axis *a, int from
         double exact[WEFT_KERNEL_MAX_WIDTH];
         weft_kernel_weights(&r->params.kernel, a->at[from + i], exact);
         for (int j = 0; j < r->width; j++)
-            weights[j] = (float)exact[j];
+            weights[j] = single_weight(r, exact[j]);
         first_taps[i] = a->place[a->first[from + i] + r->width - 1];
     }
 }
@@ -361,10 +373,11 @@ static void write_samples(const struct runner *r, float *out)
 {
     const struct axis *x = &r->axis[0], *y = &r->axis[1];
     const int row_floats = round_up(x->tap_count);
+    const float factor = (float)ldexp(1.0, -r->care.scale_bits);
     for (int j = 0; j < y->tap_count; j++) {
         const float *row = r->params.samples + (size_t)y->sample[j] * (size_t)x->size;
         for (int i = 0; i < x->tap_count; i++)
-            out[i] = row[x->sample[i]];
+            out[i] = row[x->sample[i]] * factor;
         for (int i = x->tap_count; i < row_floats; i++)
             out[i] = 0.0f;
         out += row_floats;
@@ -462,6 +475,7 @@ static enum weft_result read_back(struct runner *r, const struct rectangle *rect
     for (int y = 0; !in_place && y < rows; y++)
         memcpy(out + y * r->params.stride, r->staging + (size_t)y * (size_t)width * LANES,
                (size_t)columns * sizeof *out);
+    weft_separable_care_finish(&r->care, &r->params, rectangle->from, rectangle->size);
     r->report.readback_seconds += weft_now_seconds() - start;
     return weft_gl_check(r->log, gl, "reading pixels back");
 }
@@ -506,12 +520,22 @@ static enum weft_result run_rectangles(struct runner *r)
 
 // ---- the whole ----------------------------------------------------------------------------------
 
+static struct weft_separable_reach reach_of(const struct axis *a)
+{
+    // All taps are numbered, in order.
+    return (struct weft_separable_reach){a->sample[0], a->sample[a->tap_count - 1]};
+}
+
 static enum weft_result prepare(struct runner *r)
 {
     const double start = weft_now_seconds();
     enum weft_result res = find_taps(r, &r->axis[0]);
     if (res == WEFT_OK)
         res = find_taps(r, &r->axis[1]);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_separable_reach reach[2] = {reach_of(&r->axis[0]), reach_of(&r->axis[1])};
+    res = weft_separable_care_create(&r->params, reach, &r->care);
     if (res != WEFT_OK)
         return res;
     choose_order(r);

@@ -46,9 +46,10 @@ struct weft_separable_report {
 
 // Rectangles on software GLs are smaller than memory_bytes allows where that is faster.
 // Only samples in reach of a pixel are uploaded. The order of the axes is the one with fewer
-// fetches for the whole; the pixels are the same for every memory_bytes, bit for bit. Every sample
-// in reach counts, whatever its weight: pixels are not finite where one of theirs is not (or where
-// sums leave the range of floats), and nowhere else.
+// fetches for the whole; the pixels are the same for every memory_bytes, bit for bit. A tap whose
+// weight is exactly 0 does not count: pixels are not finite where a sample that counts is not, or
+// where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
+// the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit.
 // Returns WEFT_ERR_ARGUMENT (kernel, sizes, stride, positions, pointers), WEFT_ERR_UNSUPPORTED
 // (radial kernels), WEFT_ERR_LIMIT (memory), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED;
 // pixels may then be written in part. report may be NULL.
@@ -61,7 +62,8 @@ WEFT_API enum weft_result weft_separable_run(weft_context *context,
 // (weft_analysis_overshoot), a weight is off by u, a product by another u and a sum of n terms by n
 // - 1 more, so that each term of the two passes together carries 2 (n + 1) factors of up to 1 + u:
 // the bound is g^2 ((1 + u)^(2 n + 2) - 1). GL may flush what is below 2^-126 to zero: add
-// 2^-125 (n + g) (1 + g) if samples are that small.
+// 2^-125 (n + g) (1 + g) if samples are that small, and where some are so large that sums are
+// scaled (g^2 times the largest is 2^127 or more), that times 4 g^2.
 WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
 
 struct weft_separable_error {
@@ -69,7 +71,9 @@ struct weft_separable_error {
     double maximum, rms;     // |pixel - reference|
     double relative_maximum; // largest |pixel - reference| / largest |sample| in that pixel's reach
     int at_x, at_y;          // of the maximum
-    uint64_t not_finite_mismatches; // finite here and not there, or the other way round
+    // Finite here and not there, or the other way round. A result beyond the range of floats may be
+    // infinite or that range's end.
+    uint64_t not_finite_mismatches;
 };
 
 // Compares params->pixels with filter/reference.h's values. Those of all pixels are computed, or

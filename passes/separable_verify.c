@@ -4,6 +4,7 @@
 #include "filter/analysis.h"
 #include "filter/kernel_nd.h"
 #include "filter/reference.h"
+#include "passes/pixel_error.h"
 #include "passes/separable_job.h"
 
 // ---- the request --------------------------------------------------------------------------------
@@ -98,15 +99,14 @@ static void check_pixel(struct verifier *v, int x, int y)
 {
     struct weft_separable_error *e = &v->error;
     const struct weft_separable_params *p = v->params;
-    const double value = (double)p->pixels[y * p->stride + x];
     const struct weft_reference_value reference = weft_reference_compute(
         &p->kernel, 2, (const double[2]){p->x[x], p->y[y]}, fetch, v->params);
+    bool mismatch;
+    const double error = weft_pixel_error(p->pixels[y * p->stride + x], reference.value, &mismatch);
     e->pixels_checked++;
-    if (!isfinite(value) || !isfinite(reference.value)) {
-        e->not_finite_mismatches += isfinite(value) != isfinite(reference.value);
+    e->not_finite_mismatches += mismatch;
+    if (isnan(error))
         return;
-    }
-    const double error = fabs(value - reference.value);
     v->square_sum += error * error;
     v->compared++;
     if (error > 0.0)

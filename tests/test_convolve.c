@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -415,6 +416,100 @@ static void samples_that_are_not_finite_show(void **state)
     }
 }
 
+// Kernels and profiles by turns, 11 x 9 samples thrice as large: every third position is whole.
+enum { FEW_X = 11, FEW_Y = 9, THRICE = 3 };
+
+static struct hand_request *make_thrice(const weft_plan *plan, const double columns[],
+                                        const double rows[])
+{
+    struct hand_request *r = hand_request_create(&(struct hand_list){.work.channels = 1},
+                                                 THRICE * FEW_X, THRICE * FEW_Y, FEW_X, FEW_Y, 1);
+    r->params.plan = plan;
+    r->grid.columns = columns;
+    r->grid.rows = rows;
+    r->source.low = r->source.high = NAN;
+    return r;
+}
+
+static void set_thirds(double *at, int count)
+{
+    for (int i = 0; i < count; i++)
+        at[i] = (i - 1) / 3.0; // whole where it is
+}
+
+static const struct plan_case thrice_cases[] = {
+    {"linear", "fp32", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+    {"linear", "unorm8", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+    {"catmull-rom", "fp32", WEFT_TECHNIQUE_DOT4, 2, 0, 1, false},
+    {"catmull-rom", "fp32", WEFT_TECHNIQUE_PLAIN, 2, 1, 1, false},
+    {"catmull-rom+radial+unit", "fp32", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+    {"catmull-rom", "unorm16", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+    {"bspline", "fp16", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+};
+
+// Emulated and on every context; verified, NANs counted.
+static void check_thrice(struct hand_request *r, const char *what, int nans)
+{
+    for (int c = -1; c < 2; c++) {
+        struct weft_convolve_error error;
+        int count = 0;
+        if (c >= 0 && !contexts[c])
+            continue;
+        assert_int_equal(c < 0 ? weft_emulate_run(&r->params, NULL)
+                               : weft_convolve_run(contexts[c], &r->params, NULL),
+                         WEFT_OK);
+        assert_int_equal(weft_convolve_verify(&r->params, &error), WEFT_OK);
+        for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
+            count += isnan(r->pixels[0][p]);
+        if (error.not_finite_mismatches || (nans >= 0 && count != nans))
+            fail_msg("%s: %d not finite on one side only, %d NANs, not %d", what,
+                     (int)error.not_finite_mismatches, count, nans);
+    }
+}
+
+static void weights_of_zero_spread_nothing(void **state)
+{
+    (void)state;
+    double columns[THRICE * FEW_X], rows[THRICE * FEW_Y];
+    set_thirds(columns, THRICE * FEW_X);
+    set_thirds(rows, THRICE * FEW_Y);
+    for (size_t i = 0; i < WEFT_COUNT(thrice_cases); i++) {
+        const struct plan_case *k = &thrice_cases[i];
+        weft_plan *plan = make_plan(k);
+        struct hand_request *r = make_thrice(plan, columns, rows);
+        const bool linear = strcmp(k->kernel, "linear") == 0;
+        const bool cubic = strcmp(k->kernel, "catmull-rom") == 0 && k->derivative == 0;
+        r->samples[0][4 * FEW_X + 5] = NAN;
+        // Around a sample, fractions of two thirds and less on both sides of it; and a sample's
+        // own place, where the weights of all others are 0.
+        check_thrice(r, k->kernel, linear ? 5 * 5 : cubic ? 9 * 9 : -1);
+        free(r);
+        weft_plan_destroy(&plan);
+    }
+}
+
+static void the_largest_floats_stay_finite(void **state)
+{
+    (void)state;
+    double columns[THRICE * FEW_X], rows[THRICE * FEW_Y];
+    set_thirds(columns, THRICE * FEW_X);
+    set_thirds(rows, THRICE * FEW_Y);
+    int inside = 0;
+    for (size_t i = 0; i < 2 * WEFT_COUNT(thrice_cases); i++) {
+        const struct plan_case *k = &thrice_cases[i / 2];
+        weft_plan *plan = make_plan(k);
+        struct hand_request *r = make_thrice(plan, columns, rows);
+        for (int s = 0; s < FEW_X * FEW_Y; s++)
+            r->samples[0][s] = s % 5 < 3 ? FLT_MAX : i % 2 ? 1.0f : -FLT_MAX;
+        check_thrice(r, k->kernel, 0);
+        for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
+            inside += isfinite(r->pixels[0][p]);
+        free(r);
+        weft_plan_destroy(&plan);
+    }
+    assert_true(inside > 2000);
+}
+
 static void limits_are_checked(void **state)
 {
     (void)state;
@@ -506,6 +601,8 @@ int main(void)
         cmocka_unit_test(plans_keep_their_bounds),
         cmocka_unit_test(smallest_sizes),
         cmocka_unit_test(samples_that_are_not_finite_show),
+        cmocka_unit_test(weights_of_zero_spread_nothing),
+        cmocka_unit_test(the_largest_floats_stay_finite),
         cmocka_unit_test(limits_are_checked),
         cmocka_unit_test(state_is_left_clean),
         cmocka_unit_test(progress_can_cancel),

@@ -152,12 +152,51 @@ static void test_special_values(void **state)
     assert_true(isnan(weft_reference_compute(&kernel, 4, x, constant, &value).value));
 }
 
+// What `at` holds, 1e30 but for the one sample.
+struct lone {
+    int64_t at[3];
+    double value, others;
+};
+
+static double lone(void *priv, const int64_t index[3])
+{
+    const struct lone *l = priv;
+    const bool here = index[0] == l->at[0] && index[1] == l->at[1] && index[2] == l->at[2];
+    return here ? l->value : l->others;
+}
+
+// A tap whose weight is 0 does not count, whatever it holds.
+static void test_zero_weights(void **state)
+{
+    const double others[] = {NAN, INFINITY, -INFINITY, 1e30};
+    int checked = 0;
+    (void)state;
+    for (size_t i = 0; weft_kernel_list[i]; i++) {
+        struct weft_kernel kernel;
+        assert_int_equal(weft_kernel_create(NULL, weft_kernel_list[i], NULL, &kernel), WEFT_OK);
+        for (size_t o = 0; kernel.interpolating && o < WEFT_COUNT(others); o++) {
+            struct lone l = {{3, -5, 7}, 0.1, others[o]};
+            const double at[3] = {3.0, -5.0, 7.0}, between[3] = {3.0, -5.0, 7.0 + 0x1p-30};
+            const struct weft_reference_value v = weft_reference_compute(&kernel, 3, at, lone, &l);
+            assert_near(v.value, 0.1, 0.0, kernel.info->name);
+            assert_near(v.magnitude, kernel.width > 1 && isfinite(others[o]) ? 1e30 : 0.1, 0.0,
+                        kernel.info->name);
+            // A position a little off has weights beside the sample.
+            if (kernel.width > 1 && !isfinite(others[o]))
+                assert_false(isfinite(weft_reference_compute(&kernel, 3, between, lone, &l).value));
+            checked++;
+        }
+    }
+    assert_true(checked >= 40);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_constant),    cmocka_unit_test(test_polynomials),
-        cmocka_unit_test(test_trilinear),   cmocka_unit_test(test_impulse),
-        cmocka_unit_test(test_compensated), cmocka_unit_test(test_special_values),
+        cmocka_unit_test(test_constant),     cmocka_unit_test(test_polynomials),
+        cmocka_unit_test(test_trilinear),    cmocka_unit_test(test_impulse),
+        cmocka_unit_test(test_compensated),  cmocka_unit_test(test_special_values),
+        cmocka_unit_test(test_zero_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

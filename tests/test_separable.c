@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -180,31 +181,130 @@ static void constants_stay(void **state)
 
 // ---- not finite, cut, stride --------------------------------------------------------------------
 
-// A pixel is not finite where a tap of its is not, whatever the weight, and only there.
-static void not_finite_samples_stay_in_reach(void **state)
+// Whether a tap along an axis that reads one of two samples has a weight that is not 0.
+static bool counts(const struct weft_kernel *kernel, double at, int size, int sample)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH];
+    const int64_t first = weft_kernel_weights(kernel, at, weights);
+    for (int j = 0; j < kernel->width; j++) {
+        const int64_t tap = first + j < 0 ? 0 : first + j >= size ? size - 1 : first + j;
+        if (tap == sample && weights[j] != 0.0)
+            return true;
+    }
+    return false;
+}
+
+// A pixel is not finite where a tap of its that counts is not, and only there.
+static int check_not_finite(const struct request *r, const int bad[2][2], const char *what)
+{
+    const struct weft_separable_params *p = &r->params;
+    int count = 0;
+    for (int y = 0; y < p->height; y++) {
+        for (int x = 0; x < p->width; x++) {
+            bool expected = false;
+            for (int i = 0; i < 2; i++)
+                expected = expected || (counts(&p->kernel, p->x[x], p->size[0], bad[i][0]) &&
+                                        counts(&p->kernel, p->y[y], p->size[1], bad[i][1]));
+            if (isfinite(p->pixels[y * p->width + x]) == expected)
+                fail_msg("%s at (%d, %d): %g", what, x, y, (double)p->pixels[y * p->width + x]);
+            count += expected;
+        }
+    }
+    return count;
+}
+
+static void not_finite_samples_stay_where_they_count(void **state)
 {
     (void)state;
-    static const char *const kernels[] = {"nearest",     "linear",    "bspline2",
-                                          "catmull-rom", "lagrange5", "lanczos:3"};
+    static const char *const kernels[] = {"nearest",   "linear",          "bspline2",
+                                          "lagrange5", "catmull-rom",     "lanczos:3",
+                                          "d-linear",  "gaussian:2,0.05", "gaussian:2,0.11"};
     static const float values[] = {NAN, INFINITY, -INFINITY};
+    static const int bad[2][2] = {{22, 17}, {39, 36}};
+    // Minified, some columns whole, all whole: pixels of the three.
+    static const int sizes[][2] = {{21, 33}, {160, 111}, {40, 37}};
     for (int c = 0; c < 2 && contexts[c]; c++) {
-        for (size_t k = 0; k < WEFT_COUNT(kernels) * WEFT_COUNT(values); k++) {
-            const char *kernel = kernels[k % WEFT_COUNT(kernels)];
-            const bool minify = k % 2;
-            struct request *r = make_request(kernel, 40, 37, minify ? 21 : 160, minify ? 33 : 111);
-            r->samples[17 * 40 + 22] = values[k / WEFT_COUNT(kernels)];
-            r->samples[36 * 40 + 39] = values[k / WEFT_COUNT(kernels)];
-            for (int i = 0; !minify && i < 40; i++)
-                r->x[i] = i; // where some weights are zero
+        for (size_t i = 0; i < WEFT_COUNT(kernels) * WEFT_COUNT(values) * WEFT_COUNT(sizes); i++) {
+            const char *kernel = kernels[i % WEFT_COUNT(kernels)];
+            const int *size = sizes[i / WEFT_COUNT(kernels) % WEFT_COUNT(sizes)];
+            struct request *r = make_request(kernel, 40, 37, size[0], size[1]);
+            for (int b = 0; b < 2; b++)
+                r->samples[bad[b][1] * 40 + bad[b][0]] =
+                    values[i / WEFT_COUNT(kernels) / WEFT_COUNT(sizes)];
+            for (int x = 0; size[0] == 160 && x < 40; x++)
+                r->x[x] = x;
             const struct weft_separable_error error = run(contexts[c], r, NULL);
+            const int count = check_not_finite(r, bad, kernel);
+            assert_in_range(count, size[0] < 40 ? 0 : 1, size[0] * size[1] / 4);
+            if (size[0] == 40 && r->params.kernel.interpolating)
+                assert_int_equal(count, 2);
             assert_within_bound(&error, r, kernel);
-            int count = 0;
-            for (int i = 0; i < r->params.width * r->params.height; i++)
-                count += !isfinite(r->pixels[i]);
-            assert_in_range(count, minify ? 0 : 1, r->params.width * r->params.height / 4);
             free(r);
         }
     }
+}
+
+// At whole positions of an interpolating kernel the pixel is the sample, whatever its bits.
+static void whole_positions_give_the_samples(void **state)
+{
+    (void)state;
+    static const uint32_t special[] = {0x80000000, 0x00000001, 0x807fffff, 0x7f7fffff,
+                                       0xff7fffff, 0x7f800000, 0xff800000, 0x7fc12345};
+    int kernels = 0;
+    for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
+        for (int times = 1; (*k)->interpolating && times <= 3; times += 2) {
+            struct request *r = make_request((*k)->name, 61, 43, 61 * times, 43 * times);
+            for (int i = 0; i < 61 * 43; i += 7)
+                memcpy(&r->samples[i], &special[(size_t)i / 7 % WEFT_COUNT(special)],
+                       sizeof *special);
+            for (int i = 0; i < 61 * times; i++)
+                r->x[i] = ((2 * i + 1) * 61 - 61 * times) / (2.0 * 61 * times);
+            for (int i = 0; i < 43 * times; i++)
+                r->y[i] = ((2 * i + 1) * 43 - 43 * times) / (2.0 * 43 * times);
+            assert_int_equal(
+                weft_separable_run(contexts[kernels % 2 && contexts[1]], &r->params, NULL),
+                WEFT_OK);
+            for (int y = 0; y < 43; y++)
+                for (int x = 0; x < 61; x++)
+                    if (memcmp(&r->pixels[(times * y + times / 2) * 61 * times + times * x +
+                                          times / 2],
+                               &r->samples[y * 61 + x], sizeof(float)) != 0)
+                        fail_msg("%s, %d times, (%d, %d)", (*k)->name, times, x, y);
+            kernels += times == 1;
+            free(r);
+        }
+    }
+    assert_in_range(kernels, 8, 100);
+}
+
+// Where a value of no data next to others is as large as floats go, no sum overflows on its way to
+// a result in their range; and results beyond it are infinite, or that range's end.
+static void the_largest_floats_do_not_overflow(void **state)
+{
+    (void)state;
+    static const char *const kernels[] = {"nearest",  "linear",    "catmull-rom", "lanczos:3+unit",
+                                          "bspline7", "lagrange5", "d-bspline3",  "keys6"};
+    static const float fills[][2] = {
+        {FLT_MAX, 1.0f}, {-FLT_MAX, FLT_MAX}, {FLT_MAX, FLT_MAX}, {0x1p126f, -0x1.8p125f}};
+    int inside = 0, beyond = 0;
+    for (size_t i = 0; i < WEFT_COUNT(kernels) * WEFT_COUNT(fills); i++) {
+        const float *fill = fills[i / WEFT_COUNT(kernels)];
+        const char *kernel = kernels[i % WEFT_COUNT(kernels)];
+        struct request *r = make_request(kernel, 24, 18, 83, 71);
+        for (int s = 0; s < 24 * 18; s++)
+            r->samples[s] = fill[noise((uint32_t)s) > 0.0];
+        for (int c = 0; c < 2 && contexts[c]; c++) {
+            const struct weft_separable_error error = run(contexts[c], r, NULL);
+            assert_within_bound(&error, r, kernel);
+            for (int p = 0; p < 83 * 71; p++) {
+                assert_false(isnan(r->pixels[p]));
+                inside += isfinite(r->pixels[p]);
+                beyond += isinf(r->pixels[p]);
+            }
+        }
+        free(r);
+    }
+    assert_true(inside > 100000 && beyond > 1000);
 }
 
 static void pixels_do_not_depend_on_the_cut(void **state)
@@ -434,7 +534,9 @@ int main(void)
         cmocka_unit_test(every_shape_meets_the_reference),
         cmocka_unit_test(positions_may_be_anywhere),
         cmocka_unit_test(constants_stay),
-        cmocka_unit_test(not_finite_samples_stay_in_reach),
+        cmocka_unit_test(not_finite_samples_stay_where_they_count),
+        cmocka_unit_test(whole_positions_give_the_samples),
+        cmocka_unit_test(the_largest_floats_do_not_overflow),
         cmocka_unit_test(pixels_do_not_depend_on_the_cut),
         cmocka_unit_test(only_the_pixels_are_written),
         cmocka_unit_test(only_samples_in_reach_are_uploaded),

@@ -25,7 +25,8 @@ struct resample_bound resample_separable_bound(const struct resample_job *job, d
 {
     const double gain = weft_analysis_overshoot(&job->kernel).gain, width = job->kernel.width;
     const double largest = fmax(fabs(low), fabs(high));
-    const double flushed = largest > 0.0 ? 0x1p-125 * (width + gain) * (1.0 + gain) : 0.0;
+    const double scale = gain * gain * largest >= 0x1p127 ? 4.0 * gain * gain : 1.0;
+    const double flushed = largest > 0.0 ? 0x1p-125 * (width + gain) * (1.0 + gain) * scale : 0.0;
     struct resample_bound bound = {.e3 = weft_separable_error_bound(&job->kernel) * largest +
                                          flushed};
     bound.total = bound.e3;

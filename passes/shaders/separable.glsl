@@ -1,6 +1,7 @@
 // Fragment shader: four pixels of a row, filtered along one axis. The target's texel (x, y) holds
 // columns 4x to 4x + 3 of row y.
-// Defined by the run: WIDTH (taps), GROUPS (of four taps), ALONG_X (1, or 0: along y).
+// Defined by the run: WIDTH (taps), GROUPS (of four taps), ALONG_X (1, or 0: along y), SKIPS_ZEROS (1:
+// samples may be NaN or infinite, which taps of weight 0 must not spread).
 // Weights past the last tap are not touched: their samples may be NaN.
 
 uniform samplerBuffer source;      // filtered along x: a column per texel; along y: four
@@ -10,6 +11,12 @@ uniform int pitch;                 // texels of the source from row to row
 
 out vec4 value;
 
+#if SKIPS_ZEROS
+#define COUNTS(weight) ((weight) != 0.0)
+#else
+#define COUNTS(weight) true
+#endif
+
 #if ALONG_X
 float filter_column(int row, int column)
 {
@@ -18,7 +25,7 @@ float filter_column(int row, int column)
     for (int g = 0; g < GROUPS; g++) {
         vec4 weight = texelFetch(weights, column * GROUPS + g);
         for (int i = 0; i < 4; i++)
-            if (4 * g + i < WIDTH)
+            if (4 * g + i < WIDTH && COUNTS(weight[i]))
                 sum += weight[i] * texelFetch(source, at + 4 * g + i).r;
     }
     return sum;
@@ -39,7 +46,7 @@ void main()
     for (int g = 0; g < GROUPS; g++) {
         vec4 weight = texelFetch(weights, window.y * GROUPS + g);
         for (int i = 0; i < 4; i++)
-            if (4 * g + i < WIDTH)
+            if (4 * g + i < WIDTH && COUNTS(weight[i]))
                 sum += weight[i] * texelFetch(source, at + (4 * g + i) * pitch);
     }
     value = sum;
