@@ -5,6 +5,7 @@
 
 #include "filter/analysis.h"
 #include "filter/base.h"
+#include "filter/closest.h"
 #include "filter/error.h"
 #include "filter/fixed.h"
 #include "filter/kernel.h"

@@ -90,6 +90,12 @@ char *weft_text_clean(char *text, bool keep_lines)
     return text;
 }
 
+const char *weft_text_skip_mark(const char *text)
+{
+    static const char mark[] = "\xef\xbb\xbf";
+    return strncmp(text, mark, strlen(mark)) == 0 ? text + strlen(mark) : text;
+}
+
 void weft_log_write(const struct weft_log *log, enum weft_log_level level, const char *format, ...)
 {
     if (!log || !log->write)

@@ -65,6 +65,10 @@ struct weft_progress {
 // Returns the text.
 WEFT_API char *weft_text_clean(char *text, bool keep_lines);
 
+// Where a text file's content starts: behind UTF-8's byte order mark (EF BB BF), which some editors
+// put in front, or at `text` itself where there is none.
+WEFT_API const char *weft_text_skip_mark(const char *text);
+
 // "0.1.0"; static storage.
 WEFT_API const char *weft_version(void);
 

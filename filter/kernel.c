@@ -193,17 +193,29 @@ static bool has_prefilter(const struct weft_kernel_info *info)
            spline->order_prefiltered == spline->degree + 1;
 }
 
+// Names of the catalogue, with a comma between them: `prefiltered` ones alone, with their "i", or
+// all that are no derivatives.
+static void list_names(bool prefiltered, char *text, size_t size)
+{
+    size_t used = 0;
+    *text = '\0';
+    for (size_t i = 0; weft_kernel_list[i]; i++) {
+        const struct weft_kernel_info *info = weft_kernel_list[i];
+        if (info->primitive || (prefiltered && !has_prefilter(info)))
+            continue;
+        const int n = snprintf(text + used, size - used, "%s%s%s", used ? ", " : "", info->name,
+                               prefiltered ? "i" : "");
+        used += (size_t)n < size - used ? (size_t)n : size - used - 1;
+    }
+}
+
 enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
                                              const struct weft_kernel_info *info)
 {
     if (has_prefilter(info))
         return WEFT_OK;
-    char names[300] = "";
-    size_t used = 0;
-    for (size_t i = 0; weft_kernel_list[i]; i++)
-        if (!weft_kernel_list[i]->primitive && has_prefilter(weft_kernel_list[i]))
-            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "",
-                                     weft_kernel_list[i]->name);
+    char names[200];
+    list_names(true, names, sizeof names);
     weft_error(log, "kernel %s has no prefilter; %s and their derivatives have", info->name, names);
     return WEFT_ERR_ARGUMENT;
 }
@@ -269,19 +281,20 @@ fail:
     return res;
 }
 
-static void log_unknown(const struct weft_log *log, const char *name, size_t length)
+static void log_unknown(const struct weft_log *log, const char *text, size_t length)
 {
-    char names[900] = "";
-    size_t used = 0;
-    for (size_t i = 0; weft_kernel_list[i]; i++) {
-        if (weft_kernel_list[i]->primitive)
-            continue;
-        const int n = snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
-                               weft_kernel_list[i]->name);
-        used += (size_t)n < sizeof names - used ? (size_t)n : sizeof names - used - 1;
+    const int shown = (int)(length < 32 ? length : 32);
+    char names[600], interpolating[200], meant[120];
+    if (weft_kernel_suggest(text, meant, sizeof meant)) {
+        weft_error(log, "no kernel '%.*s'; did you mean %s?", shown, text, meant);
+        return;
     }
-    weft_error(log, "no kernel '%.*s'; there are %s; for derivatives d-NAME, dd-NAME",
-               (int)(length < 32 ? length : 32), name, names);
+    list_names(false, names, sizeof names);
+    list_names(true, interpolating, sizeof interpolating);
+    weft_error(log,
+               "no kernel '%.*s'; there are %s; interpolating by a prefilter %s; for derivatives "
+               "d-NAME, dd-NAME",
+               shown, text, names, interpolating);
 }
 
 static const struct weft_kernel_info *find_or_prefiltered(const char *name, size_t length,
@@ -339,6 +352,12 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
     for (size_t i = 0; i < WEFT_KERNEL_PARAMS; i++)
         param[i] = NAN;
     res = text[length] == ':' ? parse_params(log, info, text + length + 1, param, &flags) : WEFT_OK;
+    if (!res && info == weft_kernel_cubic && param[0] < 0.0 && isnan(param[1]))
+        weft_warn(
+            log,
+            "cubic:%g is B = %g and C = 0.5; was cubic convolution with a = %g meant, which is "
+            "cardinal:%g (a = -0.5: catmull-rom)?",
+            param[0], param[0], param[0], -param[0]);
     if (!res)
         res = weft_kernel_create(log, info, param, out);
     if (!res && prefiltered)

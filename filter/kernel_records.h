@@ -57,6 +57,9 @@ enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
 // h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers, whatever the record's
 // formula rounds there.
 double weft_kernel_value(const struct weft_kernel *kernel, double x);
+// kernel_suggest.c: what a kernel's text whose name is unknown may have meant, for "did you mean";
+// false where nothing is near.
+bool weft_kernel_suggest(const char *text, char *out, size_t size);
 // fraction + shift, never rounded up onto the next knot, where the kernel may jump.
 double weft_kernel_argument(double fraction, double shift);
 

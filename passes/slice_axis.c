@@ -2,13 +2,12 @@
 #include <math.h>
 
 #include "filter/check.h"
-#include "passes/slice.h"
+#include "passes/slice_plan.h"
 
 enum { DEFAULT_SIDE = 1024 };
 
-// The box of the active voxels' cells (half a voxel around them) in the given space.
-static void active_box(const struct weft_volume_info *info, enum weft_space space, double low[3],
-                       double high[3])
+void weft_slice_active_box(const struct weft_volume_info *info, enum weft_space space,
+                           double low[3], double high[3])
 {
     for (int a = 0; a < 3; a++) {
         low[a] = space == WEFT_SPACE_INDEX ? info->active_min[a] - 0.5 : INFINITY;
@@ -82,7 +81,7 @@ enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft
     weft_require(log, axis >= 0 && axis < 3);
     weft_require(log, !isinf(coordinate));
     double low[3], high[3];
-    active_box(weft_volume_get_info(volume), space, low, high);
+    weft_slice_active_box(weft_volume_get_info(volume), space, low, high);
     int along_u = axis == 0 ? 1 : 0, along_v = axis == 2 ? 1 : 2;
     *out = (struct weft_slice_geometry){
         .origin = {low[0], low[1], low[2]}, .width = width, .height = height};

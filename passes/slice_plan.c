@@ -630,8 +630,7 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
     if (res != WEFT_OK)
         goto fail;
     if (plan->info.misses_volume)
-        weft_warn(p->log, "the slice misses grid %s: every pixel is the background, %g", info->name,
-                  info->background);
+        weft_slice_miss_report(p->log, plan, p, info);
     weft_brick_store_destroy(&store);
     *out = plan;
     return WEFT_OK;

@@ -112,6 +112,15 @@ enum weft_result weft_slice_request_create(weft_volume *volume,
                                            const struct weft_slice_params *params,
                                            struct weft_slice_plan **out);
 
+// The box of the active voxels' cells (half a voxel around them) in the given space.
+void weft_slice_active_box(const struct weft_volume_info *volume, enum weft_space space,
+                           double low[3], double high[3]);
+// Warns of a slice that sees the background alone: whether it passes the active voxels or only its
+// pixels do, where they lie, and whether the same numbers would meet them in index space.
+void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_plan *plan,
+                            const struct weft_slice_params *params,
+                            const struct weft_volume_info *volume);
+
 // Fills text and info.text. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
                                        const struct weft_volume_info *volume);

@@ -56,6 +56,7 @@ static void test_good_files(void **state)
         {"whole\nsupport 2\n0 0.25 1 0.25 0\n", 2, -1, 0.25},
         {"\tcubic half support 1.5e0 1 +.5 -0 ", 1.5, 0.75, 0.5},
         {"1 0 support 8", 8, 4, 0.5},
+        {"\xef\xbb\xbfsupport 1 1 0.5 0", 1, -0.25, 0.75}, // behind a byte order mark
         {"support 1\n0.9 0.9\n# no line end", 1, 0.3, 0.9},
     };
     (void)state;

@@ -176,7 +176,8 @@ static enum weft_result load(const struct weft_log *log, const char *path, weft_
     enum weft_result res = read_file(log, path, &content);
     if (res)
         return res;
-    struct parser p = {.log = log, .path = path, .line = 1, .rest = content};
+    struct parser p = {.log = log, .path = path, .line = 1};
+    p.rest = content + (weft_text_skip_mark(content) - content);
     // A number takes two bytes with the space behind it.
     const size_t most = strlen(content) / 2 + 1;
     p.samples = file->samples = malloc(most * sizeof *file->samples);

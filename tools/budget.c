@@ -32,5 +32,15 @@ enum weft_result budget_parse(const char *text, struct budget *out)
 double budget_error(const struct budget *budget, double low, double high)
 {
     const double width = high > low ? high - low : fabs(high);
-    return budget->bits ? 0.5 * width / (ldexp(1.0, budget->bits) - 1.0) : budget->error;
+    if (budget->bits)
+        return 0.5 * width / (ldexp(1.0, budget->bits) - 1.0);
+    const bool whole = budget->error <= MAX_BITS && budget->error == floor(budget->error);
+    if (width > 0.0 && budget->error >= width && whole)
+        report_warning("--max-error %g is as much as the whole range of the source, %g to %g: was "
+                       "%gbit meant?",
+                       budget->error, low, high, budget->error);
+    else if (width > 0.0 && budget->error >= width)
+        report_warning("--max-error %g is as much as the whole range of the source, %g to %g",
+                       budget->error, low, high);
+    return budget->error;
 }

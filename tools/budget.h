@@ -14,7 +14,8 @@ struct budget {
 // Returns WEFT_ERR_ARGUMENT after an error line.
 enum weft_result budget_parse(const char *text, struct budget *out);
 
-// In the values of a source from low to high; of one value alone, its distance from 0 counts.
+// In the values of a source from low to high; of one value alone, its distance from 0 counts. Warns
+// of a number that allows any result in that range.
 double budget_error(const struct budget *budget, double low, double high);
 
 #endif

@@ -92,7 +92,7 @@ static enum weft_result add_kernel(struct chart *chart, const char *text, size_t
     kernel->text = strndup(text, length);
     if (!kernel->text)
         return WEFT_ERR_MEMORY;
-    return kernels_load(kernel->text, &kernel->kernel, &kernel->file);
+    return kernels_load_filter(kernel->text, 3, &kernel->kernel, &kernel->file);
 }
 
 static enum weft_result read_kernels(struct chart *chart, const char *text)

@@ -152,8 +152,9 @@ static enum weft_result check_options(struct resample_job *job)
     if (res == WEFT_OK)
         res = resample_plan_check(&o[RESAMPLE_PLAN]);
     if (res == WEFT_OK)
-        res = kernels_load(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
-                           &job->kernel, &job->kernel_file);
+        res =
+            kernels_load_filter(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
+                                2, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[RESAMPLE_MAX_ERROR].given)
         res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
     if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)

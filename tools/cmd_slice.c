@@ -235,7 +235,7 @@ static enum weft_result check_options(struct slice_job *job)
     }
     enum weft_result res = resample_plan_check(&o[SLICE_PASSES]);
     if (res == WEFT_OK && o[SLICE_KERNEL].given)
-        res = kernels_load(o[SLICE_KERNEL].text, &job->kernel, &job->kernel_file);
+        res = kernels_load_filter(o[SLICE_KERNEL].text, 3, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
     if (res == WEFT_OK)

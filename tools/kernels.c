@@ -45,6 +45,21 @@ enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_ke
     return res;
 }
 
+enum weft_result kernels_load_filter(const char *text, int axes, struct weft_kernel *out,
+                                     weft_kernel_file **file)
+{
+    const enum weft_result res = kernels_load(text, out, file);
+    if (res != WEFT_OK || !out->info->derivation)
+        return res;
+    report_error(
+        "kernel %s along %d axes at once is the mixed derivative of order %d, not a slope "
+        "along one: there are no images of slopes yet; use %s for the values, or weft plan "
+        "--derivative x|y|z for passes that compute one component",
+        text, axes, axes * out->info->derivation, out->info->primitive->name);
+    weft_kernel_file_destroy(file);
+    return WEFT_ERR_ARGUMENT;
+}
+
 size_t kernels_list_length(const char *text, bool semicolons)
 {
     if (semicolons)
@@ -58,25 +73,39 @@ size_t kernels_list_length(const char *text, bool semicolons)
     return (size_t)(at - text);
 }
 
+// The interpolating kernel that a record has by way of a prefilter ("bspline3i").
+static bool make_interpolating(const struct weft_kernel_info *info, struct weft_kernel *out)
+{
+    return !info->derivation && weft_kernel_create(NULL, info, NULL, out) == WEFT_OK &&
+           weft_kernel_make_prefiltered(NULL, out) == WEFT_OK;
+}
+
+static void print_line(const struct weft_kernel *kernel)
+{
+    const struct weft_kernel_info *info = kernel->info;
+    char name[128];
+    weft_kernel_format(kernel, name, sizeof name);
+    printf("  %-18s %s; %d tap%s, order %d%s%s%s", name, info->description, kernel->width,
+           kernel->width == 1 ? "" : "s", kernel->order,
+           kernel->interpolating || kernel->prefiltered ? ", interpolating" : "",
+           kernel->prefiltered ? " by a prefilter" : "", kernel->unit_sum ? ", unit sum" : "");
+    for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
+        printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
+               info->params[p].max);
+    if (info->citation)
+        printf(" (%s)", info->citation);
+    putchar('\n');
+}
+
 void kernels_print(void)
 {
     puts("kernels:");
     for (int i = 0; weft_kernel_list[i]; i++) {
-        const struct weft_kernel_info *info = weft_kernel_list[i];
         struct weft_kernel kernel;
-        char name[128];
-        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
-            continue;
-        weft_kernel_format(&kernel, name, sizeof name);
-        printf("  %-18s %s; %d tap%s, order %d%s%s", name, info->description, kernel.width,
-               kernel.width == 1 ? "" : "s", kernel.order,
-               kernel.interpolating ? ", interpolating" : "", kernel.unit_sum ? ", unit sum" : "");
-        for (int p = 0; p < WEFT_KERNEL_PARAMS && info->params[p].name; p++)
-            printf("%s%s in [%g, %g]", p ? ", " : "; ", info->params[p].name, info->params[p].min,
-                   info->params[p].max);
-        if (info->citation)
-            printf(" (%s)", info->citation);
-        putchar('\n');
+        if (weft_kernel_create(NULL, weft_kernel_list[i], NULL, &kernel) == WEFT_OK)
+            print_line(&kernel);
+        if (make_interpolating(weft_kernel_list[i], &kernel))
+            print_line(&kernel);
     }
     puts("  table:FILE         samples in a text file: `support R`, then h at equal steps from 0 "
          "to R,\n                     or with `whole` from -R to R; `cubic` instead of linear "
@@ -99,22 +128,30 @@ static json_t *params_json(const struct weft_kernel_info *info)
     return params;
 }
 
+static json_t *kernel_json(const struct weft_kernel *kernel)
+{
+    const struct weft_kernel_info *info = kernel->info;
+    char name[64];
+    snprintf(name, sizeof name, "%s%s", info->name, kernel->prefiltered ? "i" : "");
+    return json_pack("{s:s,s:o,s:o,s:o,s:i,s:i,s:i,s:b,s:b,s:b,s:i,s:o}", "name", name,
+                     "description", json_text(info->description), "parameters", params_json(info),
+                     "support", json_number(kernel->support), "taps", kernel->width, "order",
+                     kernel->order, "order_prefiltered", kernel->order_prefiltered, "interpolating",
+                     kernel->interpolating || kernel->prefiltered, "prefiltered",
+                     kernel->prefiltered, "unit_sum", kernel->unit_sum, "derivative",
+                     info->derivation, "citation",
+                     info->citation ? json_text(info->citation) : json_null());
+}
+
 json_t *kernels_json(void)
 {
     json_t *list = json_array();
     for (int i = 0; weft_kernel_list[i]; i++) {
-        const struct weft_kernel_info *info = weft_kernel_list[i];
         struct weft_kernel kernel;
-        if (weft_kernel_create(NULL, info, NULL, &kernel) != WEFT_OK)
-            continue;
-        json_array_append_new(
-            list, json_pack("{s:s,s:o,s:o,s:o,s:i,s:i,s:i,s:b,s:b,s:i,s:o}", "name", info->name,
-                            "description", json_text(info->description), "parameters",
-                            params_json(info), "support", json_number(kernel.support), "taps",
-                            kernel.width, "order", kernel.order, "order_prefiltered",
-                            kernel.order_prefiltered, "interpolating", kernel.interpolating,
-                            "unit_sum", kernel.unit_sum, "derivative", info->derivation, "citation",
-                            info->citation ? json_text(info->citation) : json_null()));
+        if (weft_kernel_create(NULL, weft_kernel_list[i], NULL, &kernel) == WEFT_OK)
+            json_array_append_new(list, kernel_json(&kernel));
+        if (make_interpolating(weft_kernel_list[i], &kernel))
+            json_array_append_new(list, kernel_json(&kernel));
     }
     return list;
 }

@@ -11,6 +11,11 @@ enum { KERNELS_TEXT = 4400 }; // for weft_kernel_format: a path may be in it
 // to something at every position.
 enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_kernel_file **file);
 
+// The same for filtering along `axes` axes at once (2 or 3): a product of derivatives, which nobody
+// means, is refused.
+enum weft_result kernels_load_filter(const char *text, int axes, struct weft_kernel *out,
+                                     weft_kernel_file **file);
+
 // The length of the name at the start of a list: up to the next semicolon where those separate,
 // else to the next comma that no number follows ("cubic:0,0.5,linear" are two).
 size_t kernels_list_length(const char *text, bool semicolons);

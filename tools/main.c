@@ -10,6 +10,7 @@
 static const struct verb *const verbs[] = {
     &verb_slice, &verb_info,     &verb_make,      &verb_resample, &verb_kernel,    &verb_table,
     &verb_plan,  &verb_validate, &verb_stability, &verb_chart,    &verb_calibrate, NULL};
+enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)
 {
@@ -59,6 +60,32 @@ static void print_verb_help(const struct verb *verb)
     }
 }
 
+// What verbs are called elsewhere.
+static const struct {
+    const char *name, *verb;
+} verb_aliases[] = {
+    {"cut", "slice"},        {"reslice", "slice"},  {"resize", "resample"}, {"scale", "resample"},
+    {"upscale", "resample"}, {"generate", "make"},  {"create", "make"},     {"print", "info"},
+    {"show", "info"},        {"check", "validate"}, {"verify", "validate"}, {"bench", "chart"},
+    {"benchmark", "chart"},  {"plot", "chart"},     {"test", "stability"},
+};
+enum { VERB_ALIASES = sizeof verb_aliases / sizeof *verb_aliases };
+
+static const char *suggest_verb(const char *name)
+{
+    const char *names[VERB_COUNT + VERB_ALIASES + 2] = {"help"};
+    int count = 1;
+    for (int i = 0; verbs[i]; i++)
+        names[count++] = verbs[i]->name;
+    for (int i = 0; i < VERB_ALIASES; i++)
+        names[count++] = verb_aliases[i].name;
+    const char *found = weft_closest_find(name, strlen(name), names);
+    for (int i = 0; found && i < VERB_ALIASES; i++)
+        if (found == verb_aliases[i].name)
+            return verb_aliases[i].verb;
+    return found;
+}
+
 // "": none was given.
 static int unknown_verb(const char *name)
 {
@@ -67,10 +94,13 @@ static int unknown_verb(const char *name)
         size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s, ", verbs[i]->name);
     }
-    if (*name)
-        report_error("unknown verb '%s'; there are: %shelp", name, names);
-    else
+    const char *meant = suggest_verb(name);
+    if (!*name)
         report_error("no verb given; there are: %shelp (see weft --help)", names);
+    else if (meant)
+        report_error("unknown verb '%s'; did you mean %s? There are: %shelp", name, meant, names);
+    else
+        report_error("unknown verb '%s'; there are: %shelp", name, names);
     return EXIT_CODE_USAGE;
 }
 
@@ -106,7 +136,7 @@ int main(int argc, char **argv)
         return report_finish(WEFT_OK);
     }
     if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0 ||
-        (strcmp(name, "help") == 0 && argc == 2)) {
+        (strcmp(name, "help") == 0 && (argc == 2 || strcmp(argv[2], "help") == 0))) {
         print_help();
         return report_finish(WEFT_OK);
     }

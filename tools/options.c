@@ -106,7 +106,9 @@ static bool parse_choice(const struct option_spec *spec, const char *text,
         size_t used = strlen(words);
         snprintf(words + used, sizeof words - used, "%s%s", i ? ", " : "", spec->choices[i]);
     }
-    report_error("--%s: '%s' is not one of: %s", spec->name, text, words);
+    const char *meant = weft_closest_find(text, strlen(text), spec->choices);
+    report_error("--%s: '%s' is not one of: %s%s%s%s", spec->name, text, words,
+                 meant ? "; did you mean " : "", meant ? meant : "", meant ? "?" : "");
     return false;
 }
 
@@ -153,6 +155,54 @@ static int find_option(const struct option_parse *parse, const char *arg, size_t
     return -1;
 }
 
+// What options are called elsewhere.
+static const struct {
+    const char *name, *option;
+} option_aliases[] = {
+    {"filter", "kernel"},       {"interpolation", "kernel"}, {"interp", "kernel"},
+    {"method", "kernel"},       {"out", "output"},           {"resize", "size"},
+    {"width", "size"},          {"height", "size"},          {"resolution", "size"},
+    {"colormap", "colour-map"}, {"cmap", "colour-map"},      {"palette", "colour-map"},
+    {"tolerance", "max-error"}, {"png", "preview"},          {"dry-run", "explain"},
+    {"check", "verify"},        {"silent", "quiet"},         {"debug", "verbose"},
+};
+enum { OPTION_ALIASES = sizeof option_aliases / sizeof *option_aliases, MAX_NAMES = 128 };
+
+// The option of this verb that the first `length` bytes of name are near to; NULL: none.
+static const char *suggest_option(const struct option_parse *parse, const char *name, size_t length)
+{
+    const char *names[MAX_NAMES] = {NULL}, *meant[MAX_NAMES];
+    int count = 0;
+    for (int i = 0; i < parse->option_count && count < MAX_NAMES - 1; i++, count++)
+        names[count] = meant[count] = parse->options[i].name;
+    for (int i = 0; i < OPTION_ALIASES && count < MAX_NAMES - 1; i++) {
+        const char *option = option_aliases[i].option;
+        char dashed[64];
+        snprintf(dashed, sizeof dashed, "--%s", option);
+        if (find_option(parse, dashed, strlen(option)) < 0)
+            continue;
+        names[count] = option_aliases[i].name;
+        meant[count++] = option;
+    }
+    const char *found = weft_closest_find(name, length, names);
+    for (int i = 0; found && i < count; i++)
+        if (names[i] == found)
+            return meant[i];
+    return NULL;
+}
+
+static void report_unknown_option(const struct option_parse *parse, const char *arg, size_t size)
+{
+    const char *meant = arg[1] == '-'     ? suggest_option(parse, arg + 2, size)
+                        : strlen(arg) > 2 ? suggest_option(parse, arg + 1, strcspn(arg + 1, "="))
+                                          : NULL;
+    if (meant)
+        report_error("unknown option '%s'; did you mean --%s? (weft help %s lists them)", arg,
+                     meant, parse->verb);
+    else
+        report_error("unknown option '%s' (weft help %s lists them)", arg, parse->verb);
+}
+
 static bool looks_like_option(const char *text)
 {
     return text[0] == '-' && text[1] && !isdigit((unsigned char)text[1]) && text[1] != '.';
@@ -166,7 +216,7 @@ static bool parse_option(struct option_parse *parse, int argc, char **argv, int 
     size_t size = arg[1] == '-' ? (equals ? (size_t)(equals - arg) : strlen(arg)) - 2 : 0;
     int index = find_option(parse, arg, size);
     if (index < 0) {
-        report_error("unknown option '%s' (weft help %s lists them)", arg, parse->verb);
+        report_unknown_option(parse, arg, size);
         return false;
     }
     const struct option_spec *spec = &parse->options[index];

@@ -86,7 +86,8 @@ static enum weft_result check_memory(const char *path, const char *text, size_t 
 static enum weft_result parse(const char *path, const char *text, size_t size, json_t **out)
 {
     json_error_t error;
-    *out = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
+    const size_t mark = size >= 3 ? (size_t)(weft_text_skip_mark(text) - text) : 0;
+    *out = json_loadb(text + mark, size - mark, JSON_REJECT_DUPLICATES, &error);
     if (*out)
         return WEFT_OK;
     report_error("%s is no JSON: line %d: %s", path, error.line, error.text);

@@ -76,6 +76,7 @@ static void write_format(enum weft_log_level level, const char *format, va_list 
         va_end(args);                                                                              \
     }
 DEFINE_REPORT(report_error, WEFT_LOG_ERROR)
+DEFINE_REPORT(report_warning, WEFT_LOG_WARNING)
 DEFINE_REPORT(report_note, WEFT_LOG_INFO)
 
 void report_line(const char *format, ...)

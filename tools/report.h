@@ -22,6 +22,7 @@ void report_set_level(bool quiet, bool verbose);
 bool report_is_quiet(void);
 
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 // Prints one line on stdout, cleaned (weft_text_clean), and a line end: for lines that hold names,

@@ -82,7 +82,7 @@ static void warn_of_clamping(const struct resample_job *job, const struct resamp
     if (!job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given || !group->clamped)
         return;
     resample_group_name(job, group, name, sizeof name);
-    resample_plan_warn("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
+    report_warning("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
                        "error is bounded only where they are not",
                        name, (unsigned long long)group->clamped, group->low, group->high);
 }

@@ -43,10 +43,9 @@ enum weft_result resample_choose_size(struct resample_job *job)
     }
     const enum weft_result res = check_size(to[0], to[1], "");
     if (res == WEFT_OK && (to[0] < from[0] || to[1] < from[1]))
-        resample_plan_warn("%lld x %lld pixels become %lld x %lld: a smaller image is not filtered "
-                           "for it, and may alias",
-                           (long long)from[0], (long long)from[1], (long long)to[0],
-                           (long long)to[1]);
+        report_warning("%lld x %lld pixels become %lld x %lld: a smaller image is not filtered "
+                       "for it, and may alias",
+                       (long long)from[0], (long long)from[1], (long long)to[0], (long long)to[1]);
     return res;
 }
 

@@ -2,7 +2,6 @@
 #include "resample_plan.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -151,14 +150,4 @@ void resample_plan_print(const weft_plan *plan)
     const char *text = weft_plan_get_info(plan)->text;
     const size_t size = strlen(text);
     printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
-}
-
-void resample_plan_warn(const char *format, ...)
-{
-    char line[1024];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(line, sizeof line, format, args);
-    va_end(args);
-    report_log()->write(report_log()->priv, WEFT_LOG_WARNING, line);
 }

@@ -123,6 +123,4 @@ const char *resample_plan_summary(const weft_plan *plan, char text[RESAMPLE_PLAN
 
 void resample_plan_print(const weft_plan *plan);
 
-void resample_plan_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
 #endif
