@@ -46,11 +46,14 @@ enum { PROBES = 17 };
 // What lies between two neighbouring probes can be this much worse, where it is no polynomial.
 static const double PROBED = 1.02;
 
-// Weight of a tap at u in a segment, its end as seen from inside.
+// A segment's end, as seen from inside.
+static const double END = 1.0 - 1e-12;
+
+// Weight of a tap at u in a segment.
 static double weight_at(const struct weft_kernel *kernel, int tap, int segment, int segments,
                         double u)
 {
-    double inside = fmin(u, 1.0 - 1e-12);
+    double inside = fmin(u, END);
     return weft_kernel_weight(kernel,
                               (segment + inside) / segments + weft_kernel_offset(kernel) - tap);
 }
@@ -63,8 +66,8 @@ static double node_at(const struct weft_polynomial_tiles *tiles, int i)
     const double step = M_PI / (2.0 * (tiles->degree + 1));
     if (tiles->degree == 0)
         return 0.5;
-    if (tiles->ends || i == 0 || i == tiles->degree)
-        return i > 0;
+    if (i == 0 || i == tiles->degree)
+        return i == 0 ? 0.0 : END;
     return 0.5 - 0.5 * cos((2 * i + 1) * step) / cos(step);
 }
 
@@ -165,7 +168,6 @@ enum weft_result weft_polynomial_tiles_sample(const struct weft_log *log,
                                               bool linear, struct weft_polynomial_tiles *out)
 {
     *out = tiles_of(kernel, linear ? 1 : 0);
-    out->ends = linear;
     if (samples < 1 || samples > WEFT_POLYNOMIAL_MAX_SEGMENTS) {
         weft_error(log, "%d samples a kernel tile: there must be 1 to %d", samples,
                    WEFT_POLYNOMIAL_MAX_SEGMENTS);

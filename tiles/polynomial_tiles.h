@@ -17,7 +17,6 @@ struct weft_polynomial_tiles {
     int groups; // of four taps, the last one padded with zero weights
     int degree;
     int segments; // per tile
-    bool ends;    // the two nodes of degree 1 are the segment's ends
     // Largest |polynomial - h| found between the nodes, and largest sum of it over the taps of a
     // position.
     double error, sum_error;
