@@ -17,6 +17,8 @@ struct chooser {
     weft_volume *volume;
     struct weft_choice *choice;
     weft_slice_plan *base; // fused, interleaved floats: what lies where
+    struct weft_log quiet; // for candidates that are only looked at
+    char failure[256];     // the last error among them
     double slope;          // largest sum of |h'|
 };
 
@@ -24,6 +26,25 @@ static struct weft_way_params way_params(const struct chooser *c, const struct w
 {
     return (struct weft_way_params){
         .way = *way, .slice = c->params->slice, .measure = c->choice->measure};
+}
+
+// What keeps a candidate out is no error of the choice.
+static void write_quietly(void *priv, enum weft_log_level level, const char *message)
+{
+    struct chooser *c = priv;
+    if (level == WEFT_LOG_ERROR)
+        snprintf(c->failure, sizeof c->failure, "%s", message);
+    weft_log_write(c->params->slice.log, WEFT_LOG_DEBUG, "%s", message);
+}
+
+// true: the candidate does not apply. What else went wrong is told.
+static bool is_refusal(const struct chooser *c, enum weft_result res)
+{
+    if (res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT)
+        return true;
+    if (res != WEFT_OK && c->failure[0])
+        weft_error(c->params->slice.log, "%s", c->failure);
+    return false;
 }
 
 static double pixel_count(const struct chooser *c)
@@ -103,7 +124,8 @@ static void predict_separable(const struct chooser *c, struct weft_slice_plan *r
 // Bounds need no cells, only the kernel and the axes.
 static enum weft_result consider_slice(const struct chooser *c, struct weft_candidate *candidate)
 {
-    const struct weft_way_params params = way_params(c, &candidate->way);
+    struct weft_way_params params = way_params(c, &candidate->way);
+    params.slice.log = &c->quiet;
     const struct weft_slice_params slice = weft_way_slice_params(&params);
     const bool separable = candidate->way.method == WEFT_METHOD_SEPARABLE;
     weft_slice_plan *request = NULL;
@@ -112,7 +134,7 @@ static enum weft_result consider_slice(const struct chooser *c, struct weft_cand
         return WEFT_OK;
     enum weft_result res = weft_slice_request_create(c->volume, &slice, &request);
     if (res != WEFT_OK)
-        return res;
+        return is_refusal(c, res) ? WEFT_OK : res;
     if (!separable || request->axes.separable) {
         candidate->state = WEFT_CANDIDATE_DEARER;
         candidate->bound = weft_way_slice_bound(&request->info, &c->choice->measure);
@@ -164,11 +186,12 @@ static void estimate_passes(const struct chooser *c, struct weft_candidate *cand
 
 static enum weft_result plan_passes(const struct chooser *c, struct weft_candidate *candidate)
 {
-    const struct weft_way_params params = way_params(c, &candidate->way);
+    struct weft_way_params params = way_params(c, &candidate->way);
     weft_way_plan *plan = NULL;
+    params.slice.log = &c->quiet;
     enum weft_result res = weft_way_plan_create(c->volume, &params, &plan);
     candidate->estimated = false;
-    if (res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT) {
+    if (is_refusal(c, res)) {
         candidate->state = WEFT_CANDIDATE_REFUSED;
         candidate->bound = NAN;
         return WEFT_OK;
@@ -357,7 +380,8 @@ enum weft_result weft_choose(weft_volume *volume, const struct weft_choose_param
     struct chooser c = {.params = params,
                         .model = params->model ? params->model : &weft_cost_default,
                         .volume = volume,
-                        .choice = out};
+                        .choice = out,
+                        .quiet = {write_quietly, &c}};
     enum weft_result res = WEFT_ERR_ARGUMENT;
     if (!(params->max_error >= 0.0)) {
         weft_error(params->slice.log, "an error budget must be 0 or more: %g", params->max_error);

@@ -36,6 +36,7 @@ struct weft_pixel_grid {
     int width, height;
     double origin[3], du[3], dv[3];
     const double *columns, *rows; // [width], [height]; borrowed; NULL: as above
+    int fraction_bits; // positions are rounded to so many, half-way up; 0: they stay as they are
 };
 
 struct weft_convolve_report {

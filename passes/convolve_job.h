@@ -87,6 +87,9 @@ static inline void weft_convolve_position(const struct weft_pixel_grid *grid, in
         out[0] = grid->columns[x];
     if (grid->rows)
         out[1] = grid->rows[y];
+    const double units = grid->fraction_bits ? ldexp(1.0, grid->fraction_bits) : 0.0;
+    for (int a = 0; units > 0.0 && a < 3; a++)
+        out[a] = floor(out[a] * units + 0.5) / units;
 }
 
 // The kernel of each axis: the derivative's along one, where the plan says so.

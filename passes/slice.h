@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
-// Pixel (x, y) of a W x H slice samples origin + (x+0.5)/W u + (y+0.5)/H v. Positions are formed in
-// double, and handed to the GPU as fixed point (40 fraction bits) relative to a local origin,
-// exactly the same for every tiling of the output; the kernel's weights come from polynomial tiles
-// made in double; sums are single precision. One pass reads a row of four samples per fetch where
-// the layout allows (dot4; Hadwiger, Hauser, Moeller 2003, section 6).
+// Pixel (x, y) of a W x H slice samples origin + (x+0.5) u / W + (y+0.5) v / H. Positions are
+// formed in double and rounded to multiples of 2^-29 voxels, half-way up: what is whole, or
+// half-way between two voxels, in exact arithmetic is so in every engine, and exactly the same for
+// every tiling of the output. The kernel's weights come from polynomial tiles made in double; sums
+// are single precision. One pass reads a row of four samples per fetch where the layout allows
+// (dot4; Hadwiger, Hauser, Moeller 2003, section 6). On the lattice an interpolating kernel so
+// gives the voxels, bit by bit (below 2^-126 GL may flush to 0). Where a kernel jumps, the value at
+// the jump is that from the right: nearest takes the voxel toward +infinity half-way between two,
+// along every axis. Values that floats do not stand: a tap whose weight is exactly 0 does not
+// count, whatever the voxel holds, and any other one that is NaN or infinite makes its pixels NaN
+// or infinite. Sums do not overflow where the result is a float; where it is none, the pixel is
+// infinite. Pixels near such voxels are computed in double on the CPU.
 #ifndef WEFT_PASSES_SLICE_H
 #define WEFT_PASSES_SLICE_H
 
@@ -39,7 +46,7 @@ enum weft_saving {
                                // where the kernel's weights add up to one: the value is exact
     WEFT_SAVING_AXIS = 2,      // where all pixels have one coordinate along an axis, voxels are
                                // summed along it once; the rest is 2D. Planes beyond the first and
-                               // last one with a weight are not read, whatever they hold
+                               // last one with a weight are not read
     WEFT_SAVING_SEPARABLE = 4, // where moreover rows and columns run along the other two axes, the
                                // slice is magnified along one after the other
     WEFT_SAVING_SMOOTH = 8,    // cells that linear interpolation, or one value, does within
@@ -116,7 +123,8 @@ struct weft_slice_plan_info {
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
     // |result - exact| <= error_bound * largest |voxel| in reach + error_absolute: arithmetic and
-    // weights (E2, E3), and what the source's format and cheaper pieces add.
+    // weights (E2, E3), and what the source's format, cheaper pieces and products below 2^-126,
+    // which GL may flush to 0, add.
     double error_bound, error_absolute;
     // The same as error_bound, relative to the largest |value| that weft_slice_measure finds:
     // prefiltered kernels read coefficients. And what these add to any plan's error, likewise.
@@ -154,7 +162,7 @@ enum { WEFT_MEASURE_DIFFERENCES = 4 };
 struct weft_slice_measure {
     double low, high;    // of the finite voxels, or coefficients; 0 where there are none
     uint64_t voxels;     // of the bricks read
-    uint64_t not_finite; // of those
+    uint64_t not_finite; // of those, of constant tiles and of the background
     // Largest |n-th difference| along an axis, n = 1 to 4, of neighbours in a brick: derivatives of
     // the signal, as far as it is sampled well.
     double difference[WEFT_MEASURE_DIFFERENCES];
@@ -175,7 +183,7 @@ struct weft_slice_report {
     uint64_t fetches;       // of the source, over all pixels
     float minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;    // pixels that are NaN or infinite
-    bool plain_fallback;    // aligned layout replaced: it would spread NaN past the kernel's reach
+    uint64_t exact_pixels;  // computed in double on the CPU: near values that floats do not stand
 };
 
 // Runs a plan into the caller's memory: pixels[y * width + x]. The same plan and volume give the
@@ -203,11 +211,11 @@ struct weft_slice_error {
 };
 
 // Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts
-// or the GPU's positions) and compares. Where a kernel jumps (nearest), a pixel within 2^-30 voxels
-// of the jump may take either side. For prefiltered kernels the reference trusts no coefficient: it
-// is the sum over the volume's voxels with the weights of the cardinal spline
-// (weft_prefilter_weights, cut off at 2^-32), which takes hundreds of times as long, so that fewer
-// pixels are checked.
+// or the GPU's positions) and compares. Where a position is within 2^-32 voxels of being rounded
+// the other way, a pixel may be on either side of a jump, or of where a tap counts that is not
+// finite. For prefiltered kernels the reference trusts no coefficient: it is the sum over the
+// volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off at
+// 2^-32), which takes hundreds of times as long, so that fewer pixels are checked.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,
                                             const struct weft_slice_verify_params *params,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a slice's plan knows of its kernel: axes that need no convolution, and error bounds.
+#include <float.h>
 #include <math.h>
 
 #include "filter/analysis.h"
@@ -33,13 +34,13 @@ void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
     axes->order[0] = axis == 0 ? 1 : 0;
     axes->order[1] = axis == 2 ? 1 : 2;
     axes->order[2] = axis;
-    // The fraction as the shader would have it: the same first tap, whatever rounding did.
+    // The fraction as the shader would have it.
     struct weft_slice_block block;
+    int32_t whole[3];
+    double fraction[3], weight[WEFT_KERNEL_MAX_WIDTH];
     weft_slice_grid_block(&plan->grid, 0, 0, &block);
-    int64_t one = INT64_C(1) << plan->grid.fraction_bits;
-    double fraction = (double)(block.position[axis] & (one - 1)) / (double)one;
-    double weight[WEFT_KERNEL_MAX_WIDTH];
-    weft_kernel_weights(kernel, fraction - plan->grid.tap_shift, weight);
+    weft_slice_grid_pixel(&plan->grid, &block, 0, 0, whole, fraction);
+    weft_kernel_weights(kernel, fraction[axis] - plan->grid.tap_shift, weight);
     int last = kernel->width - 1;
     while (axes->first < last && weight[axes->first] == 0.0)
         axes->first++;
@@ -48,8 +49,7 @@ void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
     axes->kept = last - axes->first + 1;
     for (int i = 0; i < axes->kept; i++)
         axes->weight[i] = weight[axes->first + i];
-    axes->plane = block.base[axis] + (block.position[axis] >> plan->grid.fraction_bits) -
-                  plan->grid.tap_offset + axes->first;
+    axes->plane = (int64_t)whole[axis] - plan->grid.tap_offset + axes->first;
     plan->info.summed_taps = axes->kept;
 }
 
@@ -92,10 +92,16 @@ static double rounding_of_weights(const struct weft_polynomial_tiles *t)
     return 1.05 * largest;
 }
 
+// Positions are off by their rounding and what steps add up to (passes/slice_grid.h).
+static double position_error(const struct weft_slice_grid *grid)
+{
+    return 0x1p-30 + 511 * ldexp(0.5, -grid->fraction_bits);
+}
+
 // Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
 static double weight_error(const struct weft_slice_plan *plan, double slope)
 {
-    const double position = 0x1p-25 + 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    const double position = 0x1p-25 + position_error(&plan->grid);
     return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
            position * slope;
 }
@@ -138,9 +144,27 @@ static double separable_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
     const double own = weft_separable_error_bound(kernel);
-    const double position = 511 * ldexp(0.5, -plan->grid.fraction_bits);
+    const double position = position_error(&plan->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
            2.0 * gain * position * weft_slice_largest_slope(kernel);
+}
+
+// What GL may flush to zero is below 2^-126: on each level of sums up to `width` products and as
+// many sums, beneath those levels that come after it, and the samples.
+static double flushed(const struct weft_slice_plan *plan, double gain)
+{
+    double levels = 0.0;
+    for (int i = 0; i < convolved_axes(plan); i++)
+        levels = levels * gain + 1.0;
+    return 0x1p-125 * (plan->info.kernel.width + gain) * levels;
+}
+
+// Sums of fit voxels stay within a quarter of what floats hold; ranges of other sources do anyway.
+static void set_largest_fit(struct weft_slice_plan *plan, double gain)
+{
+    plan->largest_fit = FLT_MAX;
+    if (plan->info.source == WEFT_SOURCE_FLOAT)
+        plan->largest_fit = (float)(0.25 * FLT_MAX / pow(fmax(gain, 1.0), 3));
 }
 
 // Sums along an axis reach this far.
@@ -197,7 +221,8 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
         plan->smooth.error = 0.0;
         relative = separable_bound(plan, gain);
     }
-    info->error_absolute = plan->smooth.error;
+    set_largest_fit(plan, gain);
+    info->error_absolute = plan->smooth.error + flushed(plan, gain);
     info->error_bound = relative * (plan->axes.summed ? along : 1.0);
     if (info->source == WEFT_SOURCE_FLOAT) {
         add_prefilter(plan, (whole + relative) * (plan->axes.summed ? along : 1.0));

@@ -159,23 +159,57 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
 
 // ---- positions ----------------------------------------------------------------------------------
 
-void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y, double position[3])
+// From the origin to a pixel: a product before its quotient, so that whole ratios are exact.
+static void offset_of(const struct weft_slice_grid *grid, int x, int y, double offset[3])
 {
     const struct weft_slice_geometry *g = &grid->index;
-    double s = (x + 0.5) / g->width, t = (y + 0.5) / g->height;
     for (int a = 0; a < 3; a++)
-        position[a] = g->origin[a] + s * g->u[a] + t * g->v[a];
+        offset[a] = (x + 0.5) * g->u[a] / g->width + (y + 0.5) * g->v[a] / g->height;
+}
+
+void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y,
+                              const double moved[3], double position[3])
+{
+    offset_of(grid, x, y, position);
+    for (int a = 0; a < 3; a++) {
+        const double at = grid->index.origin[a] + position[a], whole = floor(at);
+        const double rest = (at - whole) + (moved ? moved[a] : 0.0);
+        const double units = floor(ldexp(rest, WEFT_GRID_WORD_FRACTION_BITS) + 0.5);
+        position[a] = whole + ldexp(units, -WEFT_GRID_WORD_FRACTION_BITS);
+    }
+}
+
+double weft_slice_grid_margin(const struct weft_slice_grid *grid, const double position[3])
+{
+    const double largest = fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
+    return ldexp(512.0, -grid->fraction_bits - 1) + 0x1p-50 * largest;
 }
 
 void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
                            struct weft_slice_block *out)
 {
-    double exact[3];
-    weft_slice_grid_position(grid, bx * WEFT_GRID_BLOCK, by * WEFT_GRID_BLOCK, exact);
+    const double half_unit = ldexp(0.5, -WEFT_GRID_WORD_FRACTION_BITS);
+    double offset[3];
+    offset_of(grid, bx * WEFT_GRID_BLOCK, by * WEFT_GRID_BLOCK, offset);
     for (int a = 0; a < 3; a++) {
-        out->base[a] = (int32_t)(8.0 * floor(exact[a] / 8.0));
-        out->position[a] =
-            llround(ldexp(exact[a] - out->base[a] + grid->tap_shift, grid->fraction_bits));
+        const double origin = grid->index.origin[a];
+        out->base[a] = (int32_t)(8.0 * floor((origin + offset[a]) / 8.0));
+        // The difference is exact where both are large.
+        const double at = (origin - out->base[a]) + offset[a] + grid->tap_shift + half_unit;
+        out->position[a] = (int64_t)floor(ldexp(at, grid->fraction_bits) + 0.5);
+    }
+}
+
+void weft_slice_grid_pixel(const struct weft_slice_grid *grid, const struct weft_slice_block *block,
+                           int x, int y, int32_t whole[3], double fraction[3])
+{
+    const int low_bits = grid->fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
+    const int dx = x % WEFT_GRID_BLOCK, dy = y % WEFT_GRID_BLOCK;
+    for (int a = 0; a < 3; a++) {
+        const int64_t at = block->position[a] + dx * grid->du[a] + dy * grid->dv[a];
+        const int64_t units = at >> low_bits, one = INT64_C(1) << WEFT_GRID_WORD_FRACTION_BITS;
+        whole[a] = (int32_t)(block->base[a] + (units >> WEFT_GRID_WORD_FRACTION_BITS));
+        fraction[a] = (double)(units & (one - 1)) / (double)one;
     }
 }
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/slice_grid.h - where a slice's pixels lie, as the GPU computes it (not installed).
+// Positions are multiples of 2^-29 voxels, half-way rounded up: what is whole, or half-way between
+// two voxels, in exact arithmetic is so here.
 // Pixels are grouped in blocks of 256 x 256 on a fixed grid over the whole output. A block's first
-// position is formed in double and rounded to a fixed-point number; within the block positions
-// advance by integer additions, which every GPU does exactly. So they do not depend on tiles or
-// threads, and with b fraction bits are off by at most 2^-(b+1) (1 + 2 * 255) voxels along each
-// axis: 2.4e-10 with the usual 40 bits.
+// position is formed in double and rounded to a fixed-point number of b = 40 fraction bits; within
+// the block positions advance by integer additions, which every GPU does exactly, and the bits past
+// the 29th are cut off, half a unit having been added before. So positions do not depend on tiles
+// or threads. Sums are off by at most 2^-(b+1) (1 + 2 * 255) = 2^-32 voxels along each axis, less
+// than the half unit from a whole number to where rounding would leave it, and positions by 2^-30
+// more.
 #ifndef WEFT_PASSES_SLICE_GRID_H
 #define WEFT_PASSES_SLICE_GRID_H
 
@@ -13,8 +17,8 @@
 
 enum { WEFT_GRID_BLOCK = 256 };
 
-// A shader keeps positions modulo 8 voxels: one word with 3 whole and 29 fraction bits, and one
-// with the fraction bits beyond.
+// A shader keeps positions modulo 8 voxels: one word with 3 whole and 29 fraction bits, and while
+// it adds up steps one with the fraction bits beyond.
 enum { WEFT_GRID_WORD_FRACTION_BITS = 29 };
 
 struct weft_slice_grid {
@@ -25,7 +29,8 @@ struct weft_slice_grid {
     int64_t du[3], dv[3]; // steps to the next pixel, fixed point
 };
 
-// The first pixel of a block: index coordinate + tap_shift = base + position / 2^fraction_bits.
+// The first pixel of a block: index coordinate + tap_shift + 2^-30 = base + position /
+// 2^fraction_bits.
 struct weft_slice_block {
     int32_t base[3]; // multiples of 8
     int64_t position[3];
@@ -40,8 +45,17 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
 void weft_slice_grid_block(const struct weft_slice_grid *grid, int bx, int by,
                            struct weft_slice_block *out);
 
-// The exact position of a pixel in index coordinates.
-void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y, double position[3]);
+// A pixel as engines have it: along each axis its coordinate + tap_shift as a whole number and a
+// fraction in [0, 1). `block` is the one that it lies in.
+void weft_slice_grid_pixel(const struct weft_slice_grid *grid, const struct weft_slice_block *block,
+                           int x, int y, int32_t whole[3], double fraction[3]);
+
+// The position of a pixel in index coordinates, formed in double, `moved` (NULL: not) and rounded
+// as above.
+void weft_slice_grid_position(const struct weft_slice_grid *grid, int x, int y,
+                              const double moved[3], double position[3]);
+// How far, before rounding, that may be from where engines have it.
+double weft_slice_grid_margin(const struct weft_slice_grid *grid, const double position[3]);
 
 // Box and slabs that hold every tap of every pixel.
 void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct weft_region *out);

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/slice_exact.h"
+
 static size_t larger(size_t a, size_t b)
 {
     return a > b ? a : b;
@@ -147,6 +149,15 @@ void weft_slice_sum_planes(const struct weft_slice_axes *axes, const float *box,
     }
 }
 
+static void replace_unfit(struct weft_slice_layout *l, float *box, const int size[3],
+                          const int span[3])
+{
+    for (int z = 0; z < size[2]; z++)
+        for (int y = 0; y < size[1]; y++)
+            weft_slice_replace_unfit(l->plan, box + (z * span[1] + y) * span[0], (size_t)size[0]);
+    l->any_unfit = true;
+}
+
 static void set_constant(struct weft_slice_layout *l, size_t cell, float value)
 {
     l->constants[l->constant_count] = value;
@@ -179,17 +190,17 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
     weft_brick_store_copy_box(store, min, size, span, box);
 
     struct samples samples = samples_of(box, size, span);
-    struct bounds range = {0};
-    const bool constants = plan->info.savings & WEFT_SAVING_CONSTANT;
-    if (constants || plan->smooth.error > 0.0) {
-        range = range_of(&samples);
-        *value = range.low;
-        if (constants && range.finite && range.low == range.high)
-            return WEFT_CELL_CONSTANT;
-    }
+    struct bounds range = range_of(&samples);
+    const bool fit =
+        range.finite && !weft_slice_unfit(plan, range.low) && !weft_slice_unfit(plan, range.high);
+    *value = range.low;
+    if (plan->info.savings & WEFT_SAVING_CONSTANT && range.finite && range.low == range.high)
+        return WEFT_CELL_CONSTANT;
+    if (!fit)
+        replace_unfit(l, box, size, span);
     if (axes->summed)
         weft_slice_sum_planes(axes, box, size, span, block, block_span[0]);
-    if (plan->smooth.error > 0.0) {
+    if (fit && plan->smooth.error > 0.0) {
         samples = samples_of(block, block_size, block_span);
         range = range_of(&samples);
         *value = (float)(0.5 * ((double)range.low + range.high));
@@ -206,19 +217,15 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
 // ---- tiles --------------------------------------------------------------------------------------
 
 void weft_slice_layout_write(struct weft_slice_layout *l, const struct weft_slice_tile_plan *tile,
-                             const weft_brick_store *store, enum weft_layout kind, char *source)
+                             const weft_brick_store *store, char *source)
 {
     const struct weft_slice_axes *axes = &l->plan->axes;
     l->block_layout = tile->layout;
-    if (kind != tile->layout.kind) {
-        const int starts[3] = {WEFT_BRICK_SIZE, tile->layout.span[1] - axes->taps[1] + 1,
-                               tile->layout.span[2] - axes->taps[2] + 1};
-        weft_block_layout_init(&l->block_layout, kind, tile->layout.format, axes->taps, starts);
-    }
     const int last[3] = {7, 7, axes->summed ? 0 : 7};
     size_t at = weft_block_layout_offset(&l->block_layout, last) + 1;
     memset(source, 0, at * l->block_layout.texel_bytes);
     l->constant_count = 0;
+    l->any_unfit = false;
     for (size_t i = 0; i < tile->map.count; i++) {
         const struct weft_slice_cell *cell = &tile->cells[i];
         float value = cell->value;
@@ -235,7 +242,7 @@ void weft_slice_layout_write(struct weft_slice_layout *l, const struct weft_slic
         int low[3];
         for (int a = 0; a < 3; a++)
             low[a] = a == 2 && axes->summed ? 0 : cell->low[axes->order[a]];
-        if (kind == WEFT_LAYOUT_ALIGNED)
+        if (tile->layout.kind == WEFT_LAYOUT_ALIGNED)
             low[0] = 0;
         weft_block_layout_write(&l->block_layout, &l->plan->range, l->block,
                                 source + at * l->block_layout.texel_bytes);

@@ -19,6 +19,7 @@ struct weft_slice_layout {
     uint8_t *classes;                      // by cell, enum weft_cell_class
     size_t constant_count;                 // of this tile
     uint64_t cells_constant, cells_smooth; // found in the voxels, over all tiles
+    bool any_unfit; // of this tile's voxels, laid out as 0 (passes/slice_exact.h)
 };
 
 // Scratch for the plan's largest tile. Returns WEFT_ERR_MEMORY.
@@ -26,11 +27,10 @@ enum weft_result weft_slice_layout_create(const struct weft_slice_plan *plan,
                                           struct weft_slice_layout *out);
 void weft_slice_layout_destroy(struct weft_slice_layout *layout); // {0} is fine
 
-// Writes the tile's source texels, constants, entries and classes. `kind`: that of the tile's
-// layout, or plain instead of aligned.
+// Writes the tile's source texels, constants, entries and classes.
 void weft_slice_layout_write(struct weft_slice_layout *layout,
                              const struct weft_slice_tile_plan *tile, const weft_brick_store *store,
-                             enum weft_layout kind, char *source);
+                             char *source);
 
 // Sums a box of voxels, [z][y][x], `span` apart, along the axis where every pixel has the same
 // coordinate: out[y * stride + x], with x and y along order[0] and order[1].

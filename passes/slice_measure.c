@@ -42,13 +42,16 @@ static void measure_differences(const float *brick, struct weft_slice_measure *o
     }
 }
 
-// Constant tiles and the background count too.
+// Constant tiles and the background count too, though not among the voxels read.
 static void measure_constants(const struct weft_slice_plan *plan,
                               const struct weft_volume_info *info, struct weft_slice_measure *out)
 {
-    measure_voxels(&info->background, isfinite(info->background) ? 1 : 0, out);
+    const uint64_t read = out->voxels;
+    if (!info->clamp_to_edge)
+        measure_voxels(&info->background, 1, out);
     for (size_t i = 0; i < plan->topology.tile_count; i++)
         measure_voxels(&plan->topology.tiles[i].value, 1, out);
+    out->voxels = read;
 }
 
 enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,

@@ -305,18 +305,21 @@ static enum weft_result fill_box(struct runner *r, const weft_brick_store *store
     return WEFT_OK;
 }
 
-// The block's fixed-point positions in the box's coordinates: in double they are exact, and so are
-// their sums with multiples of the steps that stay in the box.
+// The block's fixed-point positions in the box's coordinates, before they are rounded: in double
+// they are exact, and so are their sums with multiples of the steps that stay in the box.
 static void set_grid(const struct runner *r, const struct rectangle *at, const struct reach *reach,
                      struct weft_pixel_grid *out)
 {
     const struct weft_slice_grid *grid = &r->slice->grid;
     const int bx = at->x / WEFT_GRID_BLOCK, by = at->y / WEFT_GRID_BLOCK;
+    const int low_bits = grid->fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
     struct weft_slice_block block;
     weft_slice_grid_block(grid, bx, by, &block);
-    *out = (struct weft_pixel_grid){.width = at->width, .height = at->height};
+    *out = (struct weft_pixel_grid){
+        .width = at->width, .height = at->height, .fraction_bits = WEFT_GRID_WORD_FRACTION_BITS};
     for (int a = 0; a < 3; a++) {
-        const int64_t position = block.position[a] + (at->x - bx * WEFT_GRID_BLOCK) * grid->du[a] +
+        const int64_t position = block.position[a] - (INT64_C(1) << low_bits) / 2 +
+                                 (at->x - bx * WEFT_GRID_BLOCK) * grid->du[a] +
                                  (at->y - by * WEFT_GRID_BLOCK) * grid->dv[a];
         const int64_t whole = position >> grid->fraction_bits;
         const int64_t fraction = position - whole * (INT64_C(1) << grid->fraction_bits);

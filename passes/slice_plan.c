@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passes/slice_plan.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -415,12 +416,19 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 
 // ---- the request --------------------------------------------------------------------------------
 
-static enum weft_result check_request(const struct weft_slice_params *p)
+bool weft_slice_source_holds(enum weft_source_format source, double low, double high)
 {
     const double most = 1e37; // so that widths and sums of a range are single precision too
-    if (p->source != WEFT_SOURCE_FLOAT &&
-        !(p->low < p->high && fabs(p->low) <= most && fabs(p->high) <= most)) {
-        weft_error(p->log, "a source of format %s needs a range: %g to %g is none",
+    return source == WEFT_SOURCE_FLOAT ||
+           (high - low >= FLT_MIN && fabs(low) <= most && fabs(high) <= most);
+}
+
+static enum weft_result check_request(const struct weft_slice_params *p)
+{
+    if (!weft_slice_source_holds(p->source, p->low, p->high)) {
+        weft_error(p->log,
+                   "a source of format %s needs a range within +-1e37, 1.2e-38 wide or more: %g to "
+                   "%g is none",
                    weft_source_format_name(p->source), p->low, p->high);
         return WEFT_ERR_ARGUMENT;
     }

@@ -52,6 +52,7 @@ struct weft_slice_plan {
     struct weft_slice_axes axes;
     struct weft_slice_smooth smooth;
     struct weft_source_range range; // of stored samples
+    float largest_fit;              // see passes/slice_exact.h
     bool clamp_to_samples;
     struct weft_polynomial_tiles kernel_tiles;
     struct weft_brick_list topology; // of everything near the slice
@@ -75,6 +76,9 @@ void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum);
 void weft_slice_separable_set(struct weft_slice_plan *plan);
 // The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params.
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
+
+// Whether a source of this format can hold a range of voxels.
+bool weft_slice_source_holds(enum weft_source_format source, double low, double high);
 
 // The largest sum of |h'| over the taps of a position; 0 where the kernel has no derivative.
 double weft_slice_largest_slope(const struct weft_kernel *kernel);

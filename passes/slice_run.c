@@ -6,6 +6,7 @@
 
 #include "passes/context_backend.h"
 #include "passes/program.h"
+#include "passes/slice_exact.h"
 #include "passes/slice_layout.h"
 
 // Shaders for pixels that need less: a software GL runs both sides of a branch.
@@ -25,8 +26,8 @@ struct runner {
     const struct weft_progress *progress;
     struct weft_slice_report report;
 
-    enum weft_layout layout;        // the plan's, unless it had to fall back
     float *values;                  // voxels of the tile's bricks
+    weft_brick_store *store;        // of the tile
     struct weft_slice_layout cells; // of the tile
     int32_t *entries;               // by pixel, while the buffer is mapped
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
@@ -70,7 +71,7 @@ static size_t square_count(const struct weft_slice_tile *tile)
            (size_t)count_cut(tile->y, tile->height, SQUARE);
 }
 
-// What the tiles need at most; a fallback to the plain layout never needs more.
+// What the tiles need at most.
 static struct sizes largest_sizes(const struct weft_slice_plan *plan)
 {
     struct sizes s = {0};
@@ -126,7 +127,7 @@ static enum weft_result find_program(struct runner *r, enum kind kind, bool cons
              full ? tiles->width : 2, full ? 0 : middle, full ? tiles->groups : 1,
              full ? tiles->degree : 1, full ? tiles->segments : 1, plan->axes.summed, constants,
              kind == KIND_CONSTANT, plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum,
-             layout_define[r->layout]);
+             layout_define[r->plan->info.layout]);
     if (full && plan->clamp_to_samples && tiles->width > 1)
         snprintf(defines + strlen(defines), sizeof defines - strlen(defines),
                  "#define CLAMP_FROM %d\n#define CLAMP_TO %d\n", middle - odd, middle + 1);
@@ -185,7 +186,7 @@ static GLenum source_format(enum weft_source_format format, enum weft_layout lay
 
 static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
 {
-    GLenum format = source_format(r->plan->info.source, r->layout);
+    GLenum format = source_format(r->plan->info.source, r->plan->info.layout);
     // malloc(0) may be NULL: one more than needed.
     r->values = malloc((s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values);
     r->squares = malloc(s->squares * sizeof *r->squares);
@@ -231,39 +232,6 @@ static void destroy(struct runner *r)
 
 // ---- one tile's data ----------------------------------------------------------------------------
 
-static bool all_finite(const float *values, size_t count)
-{
-    // Finite numbers times zero are zero; anything else is NaN.
-    float sum = 0.0f;
-    for (size_t i = 0; i < count; i++)
-        sum += values[i] * 0.0f;
-    return sum == 0.0f;
-}
-
-// Aligned rows multiply samples beside the kernel's reach by zero, which only finite ones stand.
-static enum weft_result choose_layout(struct runner *r, size_t value_count)
-{
-    const enum weft_source_format source = r->plan->info.source;
-    const bool holds_all = source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF;
-    if ((r->layout != WEFT_LAYOUT_ALIGNED && holds_all) || all_finite(r->values, value_count))
-        return WEFT_OK;
-    if (!holds_all) {
-        weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
-                   weft_source_format_name(source));
-        return WEFT_ERR_UNSUPPORTED;
-    }
-    weft_note(r->log, "the volume holds NaN or infinity: layout plain instead of aligned");
-    r->report.plain_fallback = true;
-    r->layout = WEFT_LAYOUT_PLAIN;
-    // The same memory, read as single samples.
-    r->source.format = source_format(source, r->layout);
-    r->source.texel_bytes /= 4;
-    r->gl->BindTexture(GL_TEXTURE_BUFFER, r->source.texture);
-    r->gl->TexBuffer(GL_TEXTURE_BUFFER, r->source.format, r->source.buffer);
-    memset(r->programs, 0, sizeof r->programs);
-    return WEFT_OK;
-}
-
 struct entry_writer {
     struct runner *r;
     const struct weft_slice_tile_plan *tile_plan;
@@ -295,21 +263,29 @@ static void write_constants(struct runner *r)
     }
 }
 
+// Sources of fixed point, which hold a range, have nothing for what is not finite.
+static enum weft_result check_source(const struct runner *r)
+{
+    const enum weft_source_format source = r->plan->info.source;
+    if (!r->cells.any_unfit || source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
+        return WEFT_OK;
+    weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
+               weft_source_format_name(source));
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 static enum weft_result load_tile(struct runner *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
-    weft_brick_store *store = NULL;
     double start = weft_now_seconds();
     enum weft_result res = weft_slice_read_bricks(r->plan, r->volume, &p->bricks, r->values);
     double read = weft_now_seconds();
     if (res == WEFT_OK)
-        res = choose_layout(r, p->bricks.count * WEFT_BRICK_VOXELS);
-    if (res == WEFT_OK)
         res = weft_slice_store_create(r->log, weft_volume_get_info(r->volume), &r->plan->topology,
-                                      &p->bricks, r->values, &store);
+                                      &p->bricks, r->values, &r->store);
     if (res != WEFT_OK)
-        goto fail;
+        return res;
 
     // The layouts are written straight into GL's memory: upload is mapping and unmapping.
     res = WEFT_ERR_GL;
@@ -320,7 +296,7 @@ static enum weft_result load_tile(struct runner *r, int index)
     double mapped = weft_now_seconds();
     if (source && r->entries) {
         struct entry_writer writer = {r, p, tile};
-        weft_slice_layout_write(&r->cells, p, store, r->layout, source);
+        weft_slice_layout_write(&r->cells, p, r->store, source);
         memset(r->squares, 0, square_count(tile));
         weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
@@ -338,9 +314,7 @@ static enum weft_result load_tile(struct runner *r, int index)
     r->report.layout_seconds += laid_out - mapped;
     r->report.upload_seconds += weft_now_seconds() - laid_out + (mapped - read);
     r->report.uploaded_bytes += source_bytes + entry_bytes;
-fail:
-    weft_brick_store_destroy(&store);
-    return res;
+    return res == WEFT_OK ? check_source(r) : res;
 }
 
 // ---- passes -------------------------------------------------------------------------------------
@@ -484,9 +458,10 @@ static void count_fetches(struct runner *r, const struct rectangles *list, enum 
 {
     const struct weft_slice_plan_info *info = &r->plan->info;
     const int depth = r->plan->axes.summed ? 1 : 2;
-    const int fetches = kind == KIND_FULL     ? info->fetches_per_pixel
-                        : kind == KIND_SMOOTH ? 2 * depth * weft_layout_row_fetches(r->layout, 2)
-                                              : 0;
+    const int fetches = kind == KIND_FULL ? info->fetches_per_pixel
+                        : kind == KIND_SMOOTH
+                            ? 2 * depth * weft_layout_row_fetches(r->plan->info.layout, 2)
+                            : 0;
     for (int i = 0; i < list->count; i++)
         r->report.fetches += (uint64_t)(list->at[i][2] - list->at[i][0]) *
                              (uint64_t)(list->at[i][3] - list->at[i][1]) * (uint64_t)fetches;
@@ -625,7 +600,6 @@ static enum weft_result run_cells(weft_context *context, const weft_slice_plan *
         .volume = weft_slice_voxels(plan, volume),
         .log = plan->log,
         .progress = progress,
-        .layout = plan->info.layout,
     };
     struct sizes sizes = largest_sizes(plan);
     enum weft_result res = weft_context_enter(context);
@@ -646,6 +620,10 @@ static enum weft_result run_cells(weft_context *context, const weft_slice_plan *
             res = draw_tile(&r, i);
         if (res == WEFT_OK)
             res = read_back(&r, i, pixels);
+        if (res == WEFT_OK && r.cells.any_unfit)
+            res = weft_slice_exact_paint(plan, &plan->tiles[i], r.store, pixels, progress,
+                                         (i + 1.0) / plan->info.tile_count, &r.report.exact_pixels);
+        weft_brick_store_destroy(&r.store);
     }
     r.report.cells_constant = r.cells.cells_constant;
     r.report.cells_smooth = r.cells.cells_smooth;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "passes/separable.h"
+#include "passes/slice_exact.h"
 #include "passes/slice_layout.h"
 
 // A plane of more samples than this, a pixel, is more work than convolving each pixel by itself.
@@ -44,12 +45,13 @@ void weft_slice_separable_set(struct weft_slice_plan *plan)
 static double coordinate(const struct weft_slice_grid *grid, const struct weft_slice_axes *axes,
                          int axis, int i)
 {
-    const int a = axes->order[axis], block_number = i / WEFT_GRID_BLOCK;
+    const int a = axes->order[axis], x = axis ? 0 : i, y = axis ? i : 0;
     struct weft_slice_block block;
-    weft_slice_grid_block(grid, axis ? 0 : block_number, axis ? block_number : 0, &block);
-    const int64_t step = (i % WEFT_GRID_BLOCK) * (axis ? grid->dv[a] : grid->du[a]);
-    return block.base[a] +
-           (ldexp((double)(block.position[a] + step), -grid->fraction_bits) - grid->tap_shift);
+    int32_t whole[3];
+    double fraction[3];
+    weft_slice_grid_block(grid, x / WEFT_GRID_BLOCK, y / WEFT_GRID_BLOCK, &block);
+    weft_slice_grid_pixel(grid, &block, x, y, whole, fraction);
+    return whole[a] + (fraction[a] - grid->tap_shift);
 }
 
 void weft_slice_separable_box(const struct weft_slice_plan *plan,
@@ -115,10 +117,11 @@ static enum weft_result plane_create(const struct weft_slice_plan *plan,
     return WEFT_OK;
 }
 
-// Sums the planes in reach, the rows of a brick at a time.
-static void plane_fill(const struct weft_slice_plan *plan, const weft_brick_store *store,
+// Sums the planes in reach, the rows of a brick at a time. false: some voxels were unfit.
+static bool plane_fill(const struct weft_slice_plan *plan, const weft_brick_store *store,
                        struct plane *p)
 {
+    bool fit = true;
     const struct weft_slice_axes *axes = &plan->axes;
     const int column = axes->order[1];
     for (int y = 0; y < p->size[1];) {
@@ -132,10 +135,13 @@ static void plane_fill(const struct weft_slice_plan *plan, const weft_brick_stor
         const int in_brick = WEFT_BRICK_SIZE - (min[column] & (WEFT_BRICK_SIZE - 1));
         size[column] = p->size[1] - y < in_brick ? p->size[1] - y : in_brick;
         weft_brick_store_copy_box(store, min, size, size, p->strip);
+        fit &= !weft_slice_replace_unfit(plan, p->strip,
+                                         (size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
         weft_slice_sum_planes(axes, p->strip, size, size,
                               p->samples + (size_t)y * (size_t)p->size[0], p->size[0]);
         y += size[column];
     }
+    return fit;
 }
 
 static void add_report(const struct weft_separable_report *one, struct weft_slice_report *sum)
@@ -174,7 +180,7 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
         res = plane_create(plan, tile, &plane);
     if (res != WEFT_OK)
         goto fail;
-    plane_fill(plan, store, &plane);
+    const bool fit = plane_fill(plan, store, &plane);
     report->read_seconds += read - start;
     report->layout_seconds += weft_now_seconds() - read;
     const int width = plan->grid.index.width;
@@ -193,6 +199,9 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
         .log = plan->log,
     };
     res = weft_separable_run(context, &params, &own);
+    if (res == WEFT_OK && !fit)
+        res =
+            weft_slice_exact_paint(plan, tile, store, pixels, progress, 1.0, &report->exact_pixels);
     if (res != WEFT_OK)
         goto fail;
     add_report(&own, report);

@@ -3,15 +3,10 @@
 #include <stdlib.h>
 
 #include "filter/reference.h"
+#include "passes/pixel_error.h"
 #include "passes/slice_samples.h"
 
 static const double DEFAULT_SECONDS = 10.0;
-
-// Positions are known this well, in voxels: the grid's steps, and double far from the origin.
-static double position_margin(const double position[3])
-{
-    return 0x1p-30 + 0x1p-50 * fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
-}
 
 // Relative errors below this need no second look.
 static const double CLOSE = 1e-6;
@@ -91,33 +86,36 @@ static double pixel_random(int x, int y)
     return (double)(h >> 11) * 0x1p-53;
 }
 
-static double difference(double value, double reference)
+// Infinite where one is finite and the other is not.
+static double difference(float value, double reference)
 {
-    return value == reference ? 0.0 : fabs(value - reference);
+    bool mismatch;
+    const double error = weft_pixel_error(value, reference, &mismatch);
+    return mismatch ? INFINITY : isnan(error) ? 0.0 : error;
 }
 
-// The reference at a pixel. Where that is not close, the pixel may lie on a cell's border: then the
-// largest |voxel| on either side counts, and where the kernel jumps the side that comes closer; and
-// a tap whose weight is next to nothing may meet what is not finite on one side only.
-static struct weft_reference_value refer(struct verifier *v, int x, int y, double value)
+// The reference at a pixel. Where that is not close, engines may have its position rounded the
+// other way, onto the other side of a cell's border: then the largest |voxel| on either side
+// counts, and where the kernel jumps, or what counts is not finite, the side that comes closer.
+static struct weft_reference_value refer(struct verifier *v, int x, int y, float value)
 {
     const struct weft_kernel *kernel = &v->plan->info.kernel;
     double position[3];
-    weft_slice_grid_position(&v->plan->grid, x, y, position);
+    weft_slice_grid_position(&v->plan->grid, x, y, NULL, position);
     struct weft_reference_value best = refer_at(v, position, isfinite(value));
     if (difference(value, best.value) <= CLOSE * best.magnitude)
         return best;
-    double margin = position_margin(position);
+    const bool jumps = kernel->continuity < 0 || v->plan->clamp_to_samples ||
+                       isinf(difference(value, best.value));
+    const double margin = weft_slice_grid_margin(&v->plan->grid, position);
     for (int corner = 0; corner < 8; corner++) {
-        double moved[3];
+        double moved[3], at[3];
         for (int a = 0; a < 3; a++)
-            moved[a] = position[a] + (corner >> a & 1 ? margin : -margin);
-        struct weft_reference_value other = refer_at(v, moved, isfinite(value));
+            moved[a] = corner >> a & 1 ? margin : -margin;
+        weft_slice_grid_position(&v->plan->grid, x, y, moved, at);
+        struct weft_reference_value other = refer_at(v, at, isfinite(value));
         best.magnitude = fmax(best.magnitude, other.magnitude);
-        const bool alike = isfinite(value) == isfinite(best.value);
-        const bool closer = (kernel->continuity < 0 || v->plan->clamp_to_samples) &&
-                            difference(value, other.value) < difference(value, best.value);
-        if (alike ? closer : isfinite(value) == isfinite(other.value))
+        if (jumps && difference(value, other.value) < difference(value, best.value))
             best.value = other.value;
     }
     return best;
@@ -126,14 +124,14 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, doubl
 static void check_pixel(struct verifier *v, int x, int y)
 {
     struct weft_slice_error *e = &v->error;
-    double value = v->pixels[(size_t)y * (size_t)v->plan->grid.index.width + (size_t)x];
-    struct weft_reference_value reference = refer(v, x, y, value);
+    const float value = v->pixels[(size_t)y * (size_t)v->plan->grid.index.width + (size_t)x];
+    const struct weft_reference_value reference = refer(v, x, y, value);
+    bool mismatch;
+    const double error = weft_pixel_error(value, reference.value, &mismatch);
     e->pixels_checked++;
-    if (!isfinite(value) || !isfinite(reference.value)) {
-        e->not_finite_mismatches += isfinite(value) != isfinite(reference.value);
+    e->not_finite_mismatches += mismatch;
+    if (isnan(error))
         return;
-    }
-    double error = fabs(value - reference.value);
     v->square_sum += error * error;
     e->magnitude = fmax(e->magnitude, reference.magnitude);
     if (reference.magnitude > 0.0)

@@ -194,6 +194,13 @@ enum weft_result weft_way_check(const struct weft_way_params *p)
 {
     const struct weft_way *way = &p->way;
     const bool unorm = way->method == WEFT_METHOD_FUSED && way->source >= WEFT_SOURCE_UNORM16;
+    const struct weft_slice_params slice = weft_way_slice_params(p);
+    if (way->method == WEFT_METHOD_FUSED &&
+        !weft_slice_source_holds(slice.source, slice.low, slice.high)) {
+        weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
+                   weft_source_format_name(way->source), slice.low, slice.high);
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (way->method == WEFT_METHOD_PASSES && way->technique == WEFT_TECHNIQUE_LOG &&
         p->measure.low < 0.0) {
         weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g", p->measure.low);

@@ -229,7 +229,7 @@ static void set_run(json_t *root, const struct slice_job *job)
     if (job->passes)
         set_passes_run(root, job);
     else
-        json_object_set_new(root, "plain_fallback", json_boolean(r->plain_fallback));
+        json_object_set_new(root, "exact_pixels", json_count(r->exact_pixels));
     json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
     json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
     json_object_set_new(root, "process_peak_bytes", json_count((uint64_t)usage.ru_maxrss * 1024));
