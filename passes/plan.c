@@ -6,8 +6,9 @@
 #include <string.h>
 
 #include "passes/plan_impl.h"
+#include "passes/range_impl.h"
 
-enum { LOG_EXTRA_BITS = 8 };
+enum { LOG_EXTRA_BITS = 8, MOST_MARGINS = 12, SOME_POSITIONS = 4096, SOME_EVERY = 16 };
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 
 const char *const weft_technique_names[] = {"plain",        "dot4", "split-precision",
@@ -130,19 +131,14 @@ static void start_list(struct weft_planner *planner)
     }
 }
 
-static enum weft_result emit(struct weft_planner *planner, struct weft_plan_order *order)
+static enum weft_result emit(struct weft_planner *planner, const struct weft_plan_order *order)
 {
+    planner->plan->list.pass_count = planner->plan->list.group_count = 0;
     if (planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL)
         return weft_planner_emit_hierarchy(planner);
-    enum weft_result res = weft_planner_fit(planner, order);
-    if (res != WEFT_OK)
-        return res;
-    res = planner->p.technique == WEFT_TECHNIQUE_SPLIT_PRECISION
-              ? weft_planner_emit_split(planner, order)
-              : weft_planner_emit(planner, order);
-    if (!planner->logarithms)
-        planner->plan->list.result_scale = 1.0 / (planner->unit * planner->divisor);
-    return res;
+    return planner->p.technique == WEFT_TECHNIQUE_SPLIT_PRECISION
+               ? weft_planner_emit_split(planner, order)
+               : weft_planner_emit(planner, order);
 }
 
 // What a pass adds up, before it divides, must fit into 31 bits.
@@ -181,25 +177,108 @@ struct weft_progress weft_planner_watch(struct weft_planner *planner)
     return (struct weft_progress){goes_on, planner};
 }
 
-static enum weft_result simulate(struct weft_planner *planner)
+static enum weft_result simulate(struct weft_planner *planner, size_t every)
 {
     const struct weft_progress watch = weft_planner_watch(planner);
     struct weft_plan *plan = planner->plan;
+    free(plan->ranges);
     plan->ranges = calloc((size_t)plan->list.pass_count + 1, sizeof *plan->ranges);
     if (!plan->ranges) {
         weft_error(planner->p.log, "plan: not enough memory for %d ranges", plan->list.pass_count);
         return WEFT_ERR_MEMORY;
     }
-    enum weft_result res = weft_range_simulate(planner->p.log, &plan->list, planner->p.worst_case,
-                                               &watch, plan->ranges, &plan->info.range);
+    enum weft_result res =
+        weft_range_simulate_some(planner->p.log, &plan->list, planner->p.worst_case, every, &watch,
+                                 plan->ranges, &plan->info.range);
     plan->info.valid = plan->info.range.valid;
-    if (res != WEFT_OK || plan->info.valid || planner->p.order != WEFT_ORDER_PLANNED)
-        return res;
+    return res;
+}
+
+static int codes_beyond(const struct weft_planner *planner, double x)
+{
+    return x > 0.0 ? (int)ceil(x * planner->full - 1e-6) : 0;
+}
+
+// In a hierarchy roundings of groups shrink with the result's scale: what reaches from `low` codes
+// below to `high` above is made to fit as it is.
+static void shrink(struct weft_planner *planner, int low, int high)
+{
+    struct weft_plan_margin *m = &planner->margin;
+    const double room = planner->full - planner->bias;
+    const double ratio = (double)planner->full / (planner->full + low + high);
+    const double k = 1.0 - (m->low + m->high) / room;
+    const int below = (int)ceil(ratio * (planner->bias + m->low + low) - 1e-9) - planner->bias;
+    const int all = (int)ceil(room * (1.0 - k * ratio) - 1e-9);
+    m->low = below > m->low ? below : m->low;
+    m->high = all - m->low > m->high ? all - m->low : m->high;
+}
+
+// Gives the margin what roundings were seen to take; what a pass has inside counts as its top.
+static void widen_margin(struct weft_planner *planner)
+{
+    const struct weft_plan *plan = planner->plan;
+    const bool leaves = planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL;
+    int low = 0, high = 0, leaf = 0;
+    bool carries = false;
+    for (int i = 0; i < plan->list.pass_count; i++) {
+        const struct weft_pass *pass = &plan->passes[i];
+        const int below = codes_beyond(planner, -plan->ranges[i].minimum);
+        const int above = codes_beyond(planner, plan->ranges[i].maximum - 1.0);
+        int *top = leaves && pass->kind == WEFT_PASS_TAPS ? &leaf : &high;
+        carries = carries || (pass->part == WEFT_PASS_LOW && above);
+        low = below > low ? below : low;
+        *top = above > *top ? above : *top;
+    }
+    if (!low && !high && !leaf)
+        *(leaves ? &leaf : &high) = codes_beyond(planner, plan->info.range.overflow);
+    if (carries) {
+        planner->margin.fewer_bits++;
+        return;
+    }
+    planner->margin.leaf += leaf;
+    if (leaves) {
+        shrink(planner, low, high);
+        return;
+    }
+    planner->margin.low += low;
+    planner->margin.high += high;
+}
+
+// Passes that hold for the integers that they compute: with a margin, where roundings take sums
+// beyond their exact range and scaling is allowed. What some positions need is mostly enough.
+static enum weft_result emit_valid(struct weft_planner *planner,
+                                   const struct weft_plan_order *order)
+{
+    const struct weft_plan_params *p = &planner->p;
+    const bool scales = p->order == WEFT_ORDER_PLANNED && p->allow_scale && !planner->real;
+    bool all = !scales || weft_planner_positions(planner) < SOME_POSITIONS;
+    for (int round = 0;; round++) {
+        enum weft_result res = emit(planner, order);
+        if (res == WEFT_OK)
+            res = simulate(planner, all ? 1 : SOME_EVERY);
+        if (res == WEFT_OK && !all && (planner->plan->info.valid || round == MOST_MARGINS)) {
+            all = true;
+            res = simulate(planner, 1);
+        }
+        if (res != WEFT_OK || planner->plan->info.valid || !scales || round >= MOST_MARGINS)
+            return res;
+        widen_margin(planner);
+    }
+}
+
+// A planned order keeps exact sums in range; without a scale, what roundings take beyond is told.
+static enum weft_result judge_planned(const struct weft_planner *planner)
+{
+    const struct weft_pass_list *list = &planner->plan->list;
+    const struct weft_range_report *range = &planner->plan->info.range;
+    const double roundings = 0.5 * (4 * list->group_count + 2 * list->pass_count);
+    if (!planner->p.allow_scale && range->overflow * planner->full <= roundings)
+        return WEFT_OK;
     weft_error(planner->p.log,
                "plan: pass %d leaves [0, 1] with %.6g at sample position (%d, %d, %d), and no "
                "order prevents it",
-               plan->info.range.pass, plan->info.range.value, plan->info.range.position[0],
-               plan->info.range.position[1], plan->info.range.position[2]);
+               range->pass, range->value, range->position[0], range->position[1],
+               range->position[2]);
     return WEFT_ERR_UNSUPPORTED;
 }
 
@@ -263,14 +342,16 @@ static enum weft_result make(struct weft_planner *planner)
         info->tap_count *= planner->p.kernel.width;
     start_list(planner);
     enum weft_result res = weft_planner_prepare(planner, 0.0);
+    if (res == WEFT_OK && planner->p.technique != WEFT_TECHNIQUE_HIERARCHICAL)
+        res = weft_planner_fit(planner, &order);
     if (res == WEFT_OK)
-        res = emit(planner, &order);
+        res = emit_valid(planner, &order);
     weft_plan_order_destroy(&order);
     info->search_seconds = weft_now_seconds() - start;
     if (res == WEFT_OK)
         res = check_bits(planner);
-    if (res == WEFT_OK)
-        res = simulate(planner);
+    if (res == WEFT_OK && !info->valid && planner->p.order == WEFT_ORDER_PLANNED)
+        res = judge_planned(planner);
     if (res == WEFT_OK)
         fill_info(planner);
     if (res == WEFT_OK)

@@ -23,7 +23,11 @@ enum weft_technique {
 WEFT_API extern const char *const weft_technique_names[];
 
 enum weft_order {
-    WEFT_ORDER_PLANNED, // searched for, so that nothing clamps in the declared worst case
+    // Searched for, so that no store clamps in the declared worst case; where roundings take sums
+    // beyond their range, it is scaled to leave them a margin. Not allowed to scale, it tells by
+    // how
+    // much roundings can clamp: see `valid`.
+    WEFT_ORDER_PLANNED,
     WEFT_ORDER_GREEDY,  // the first tile that fits comes next, as long as one does: the baseline
     WEFT_ORDER_NATURAL, // tap by tap, as naive code would: may clamp
     WEFT_ORDER_GIVEN,   // `steps`: may clamp
@@ -99,7 +103,9 @@ struct weft_plan_info {
     enum weft_technique technique;
     enum weft_worst_case worst_case;
     enum weft_order order;
-    bool valid; // nothing clamps in the worst case, by the simulator
+    // No store clamps in the worst case, by the simulator: constants of all levels, or any input.
+    // Else stores clamp by up to range.overflow; the bounds know.
+    bool valid;
     struct weft_range_report range;
     const struct weft_range *ranges; // of each pass
     const struct weft_pass_list *passes;
@@ -125,7 +131,8 @@ typedef struct weft_plan weft_plan; // Thread-safety: read-only once made.
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (no order keeps the range: the log says where and
 // by how much; a technique that the profile has no means for; log with signed data), WEFT_ERR_LIMIT
 // (memory, or sums that 32 bits do not hold), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED. Natural and
-// given orders that clamp are plans too: see `valid`.
+// given orders that clamp are plans too, and so are planned ones that may not scale and clamp by no
+// more than roundings add up to: see `valid`.
 WEFT_API enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out);
 WEFT_API void weft_plan_destroy(weft_plan **plan); // accepts &NULL, leaves NULL behind
 WEFT_API const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan);

@@ -9,7 +9,7 @@ enum { MAX_SPLITS = 16 };
 
 // ---- units --------------------------------------------------------------------------------------
 
-static enum weft_result make_log_table(struct weft_planner *planner, double scale)
+enum weft_result weft_planner_make_log_table(struct weft_planner *planner, double scale)
 {
     struct weft_pass_list *list = &planner->plan->list;
     const int full = planner->full;
@@ -119,10 +119,9 @@ static void set_scale(struct weft_planner *planner, const struct weft_plan_sums 
 static enum weft_result scale_log_table(struct weft_planner *planner)
 {
     const double one = 1.0 / planner->unit;
-    enum weft_result res = make_log_table(planner, one / planner->divisor);
-    planner->plan->list.result_scale = one / planner->divisor;
+    planner->log_scale = one / planner->divisor;
     planner->divisor = (int32_t)one;
-    return res;
+    return weft_planner_make_log_table(planner, planner->log_scale);
 }
 
 // ---- finding an order ---------------------------------------------------------------------------
@@ -152,7 +151,7 @@ enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare
         return res;
     set_units(planner);
     if (planner->logarithms)
-        res = make_log_table(planner, 1.0);
+        res = weft_planner_make_log_table(planner, 1.0);
     if (res == WEFT_OK)
         res = weft_planner_make_atoms(planner, mixes_signs(planner) || planner->real);
     if (res != WEFT_OK)

@@ -9,7 +9,7 @@
 #include "passes/accumulate/tree.h"
 #include "passes/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8 };
+enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8, MAX_UNITS = 4096 };
 
 // Atoms in a row of planner->atoms that share a target.
 struct leaf {
@@ -22,7 +22,7 @@ struct hierarchy {
     struct weft_planner *planner;
     int leaf_count;
     struct leaf leaf[MAX_LEAVES];
-    int64_t full;   // values that are 1.0
+    int64_t full;   // values that fill a group's target
     int most_level; // the largest scale of a tile: divisors stay whole numbers
     size_t sampled;
     int32_t *value; // [atom][sampled]
@@ -236,17 +236,30 @@ static int deepest(const struct hierarchy *h)
     return deepest;
 }
 
-// The last pass: its denominator scales the result and its bias is the result's.
+// The last pass: its denominator scales the result and its bias is the result's. A margin asks for
+// finer denominators, as far as sums of 32 bits allow.
 static enum weft_result emit_last(struct hierarchy *h, struct weft_pass pass)
 {
     struct weft_planner *planner = h->planner;
-    const int64_t units = INT64_C(1) << deepest(h);
+    const int bias = planner->bias + planner->margin.low;
+    const int divisor = weft_planner_margin_divisor(planner, bias, 0);
+    const bool exact = !planner->margin.low && !planner->margin.high && !planner->margin.leaf;
+    const int inside = planner->full << planner->plan->list.extra_bits;
+    int64_t units = INT64_C(1) << deepest(h), sum = 0;
+    if (!divisor)
+        return WEFT_ERR_UNSUPPORTED;
+    for (int i = 0; i < pass.input_count; i++)
+        sum += abs(pass.numerator[i]);
+    for (; !exact && units < MAX_UNITS && 8 * sum * inside < INT32_MAX; units *= 2, sum *= 2)
+        for (int i = 0; i < pass.input_count; i++)
+            pass.numerator[i] *= 2;
     pass.kind = WEFT_PASS_COMBINE;
     pass.clears = true;
-    pass.denominator = (int)((units * planner->divisor + h->full - 1) / h->full);
-    pass.bias = planner->bias * pass.denominator;
-    planner->plan->list.result_scale = (double)units / pass.denominator;
-    planner->plan->list.result_bias = (double)planner->bias / planner->full;
+    pass.denominator = (int)((units * divisor + h->full - 1) / h->full);
+    pass.bias = bias * pass.denominator;
+    planner->plan->list.result_scale =
+        (double)units / planner->unit / (double)h->full / pass.denominator;
+    planner->plan->list.result_bias = (double)bias / planner->full;
     return weft_planner_add_pass(planner, pass) ? WEFT_OK : WEFT_ERR_MEMORY;
 }
 
@@ -357,8 +370,12 @@ static void choose_leaves(struct hierarchy *h)
 enum weft_result weft_planner_emit_hierarchy(struct weft_planner *planner)
 {
     const double one = weft_kernel_tiles_get_info(planner->plan->tiles)->one;
-    struct hierarchy h = {.planner = planner, .full = llround(1.0 / planner->unit)};
-    h.most_level = (int)lround(log2((double)h.full / one));
+    const double room = (double)(planner->full - planner->margin.leaf) / planner->full;
+    struct hierarchy h = {.planner = planner};
+    h.most_level = (int)lround(-log2(planner->unit * one));
+    // Divisors of all levels are whole numbers.
+    h.full = h.most_level > 0 ? (int64_t)ceil(one / room) << h.most_level
+                              : (int64_t)ceil(ldexp(one / room, h.most_level));
     sort_atoms(planner);
     enum weft_result res = sample(&h);
     if (res == WEFT_OK) {

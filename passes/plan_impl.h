@@ -42,6 +42,12 @@ struct weft_planner {
     struct weft_plan_atom *atoms;
     int32_t divisor;         // where a target is full
     int32_t bias, bias_step; // of the result, in codes, and what each pass's is a multiple of
+    struct weft_plan_margin {
+        int low, high;  // codes of every target that exact sums leave to roundings
+        int leaf;       // of a hierarchy's groups, above
+        int fewer_bits; // split precision: than low parts could have, exact sums
+    } margin;
+    double log_scale; // of the table's entries, without the margin
     int pass_room, group_room;
 };
 
@@ -119,14 +125,21 @@ enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare
 // Returns WEFT_ERR_UNSUPPORTED where nothing helps.
 enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_plan_order *order);
 
+// With entries for weights and samples of 1 that are `scale` of full range.
+enum weft_result weft_planner_make_log_table(struct weft_planner *planner, double scale);
+
 // ---- plan_passes.c ------------------------------------------------------------------------------
 
-// Writes the list's passes: by one order, split into high and low parts, or by groups with targets
-// of their own. Return WEFT_ERR_LIMIT, WEFT_ERR_UNSUPPORTED and WEFT_ERR_MEMORY.
+// Write the list's passes: by one order, split into high and low parts, or by groups with targets
+// of their own, and set the result's scale and bias. Return WEFT_ERR_LIMIT, WEFT_ERR_UNSUPPORTED
+// and WEFT_ERR_MEMORY.
 enum weft_result weft_planner_emit(struct weft_planner *planner,
                                    const struct weft_plan_order *order);
 enum weft_result weft_planner_emit_split(struct weft_planner *planner,
                                          const struct weft_plan_order *order);
+// The divisor with which exact sums leave the margin, and as much more at the upper end, for passes
+// whose biases, the margin below included, are so many codes in all; 0: there is no room.
+int32_t weft_planner_margin_divisor(const struct weft_planner *planner, int bias, int more);
 // Largest sum of magnitudes of a pass's weights over all positions.
 int32_t weft_planner_pass_magnitude(const struct weft_planner *planner,
                                     const struct weft_pass *pass);

@@ -145,20 +145,61 @@ static int bias_codes(const struct weft_plan_order *order)
     return sum;
 }
 
+// Exact sums B_n + x_n of codes, B_n <= B being what the passes so far have of the bias, stay
+// within [0, T]. With x_n made smaller by k, they stay within [0, T - (1 - k) (T - B)]: so much can
+// be given to the margin, and what lies below it is added to the first B.
+static bool margin_factor(const struct weft_planner *planner, int bias, int more, double *out)
+{
+    const int own = bias - planner->margin.low, room = planner->full - own;
+    const int given = planner->margin.low + planner->margin.high + more;
+    *out = room > 0 ? 1.0 - (double)given / room : 0.0;
+    if (*out >= 0.02)
+        return true;
+    weft_error(planner->p.log,
+               "plan: roundings take sums %d codes below and %d above their exact range, which "
+               "leaves no room for them",
+               planner->margin.low, planner->margin.high + more);
+    return false;
+}
+
+int32_t weft_planner_margin_divisor(const struct weft_planner *planner, int bias, int more)
+{
+    double k;
+    return margin_factor(planner, bias, more, &k) ? (int32_t)ceil(planner->divisor / k - 1e-9) : 0;
+}
+
+static enum weft_result scale_log_table(struct weft_planner *planner, int bias)
+{
+    double k;
+    if (!margin_factor(planner, bias, 0, &k))
+        return WEFT_ERR_UNSUPPORTED;
+    planner->plan->list.result_scale = planner->log_scale * k;
+    return weft_planner_make_log_table(planner, planner->plan->list.result_scale);
+}
+
 enum weft_result weft_planner_emit(struct weft_planner *planner,
                                    const struct weft_plan_order *order)
 {
     struct weft_pass_list *list = &planner->plan->list;
-    // Entries of the log table are scaled already.
+    const int bias = bias_codes(order) + planner->margin.low;
     const struct sequence whole = {
-        .initial = order->initial,
-        .divisor = planner->logarithms ? 1 : planner->divisor,
+        .initial = order->initial + planner->margin.low,
+        // Entries of the log table are scaled already.
+        .divisor = planner->logarithms ? 1 : weft_planner_margin_divisor(planner, bias, 0),
         .bias_factor = 1 << list->extra_bits,
     };
-    enum weft_result res = emit_sequence(planner, order, &whole);
+    enum weft_result res = WEFT_OK;
+    if (planner->logarithms)
+        res = scale_log_table(planner, bias);
+    else if (!whole.divisor)
+        res = WEFT_ERR_UNSUPPORTED;
+    else
+        list->result_scale = 1.0 / (planner->unit * whole.divisor);
+    if (res == WEFT_OK)
+        res = emit_sequence(planner, order, &whole);
     list->slot_count = 1;
     list->scratch_count = any_reads(list);
-    list->result_bias = (double)bias_codes(order) / planner->full;
+    list->result_bias = (double)bias / planner->full;
     return res;
 }
 
@@ -253,7 +294,8 @@ static int choose_bits(const struct weft_planner *planner, const struct weft_pla
     int bits = internal ? internal - target_bits : MAX_EXTRA_BITS;
     // More than this the carries of so many passes do not leave, unless most weights are tiny.
     const int likely = (int)log2((double)planner->full / order->pass_count + 1.0) + 2;
-    for (bits = bits < likely ? bits : likely; bits > 0; bits--) {
+    bits = (bits < likely ? bits : likely) - planner->margin.fewer_bits;
+    for (; bits > 0; bits--) {
         struct split_need need;
         find_need(planner, order, bits, &need);
         *head = subtracts(planner) ? (int)ceil(need.lost) + 1 : 0;
@@ -287,7 +329,6 @@ enum weft_result weft_planner_emit_split(struct weft_planner *planner,
                                          const struct weft_plan_order *order)
 {
     struct weft_pass_list *list = &planner->plan->list;
-    const int full = planner->full;
     int head = 0;
     list->extra_bits = choose_bits(planner, order, &head);
     if (!list->extra_bits) {
@@ -298,12 +339,11 @@ enum weft_result weft_planner_emit_split(struct weft_planner *planner,
             order->pass_count, weft_target_bits(planner->p.profile.target));
         return WEFT_ERR_UNSUPPORTED;
     }
-    // What the bias takes of the range grows with it.
-    const int bias = bias_codes(order),
-              room = full - head - (bias * head + full - bias - 1) / (full - bias);
-    const int divisor = (int)(((int64_t)planner->divisor * full + room - 1) / room);
-    enum weft_result res = emit_parts(planner, order, head, divisor);
-    planner->divisor = divisor;
+    const int bias = bias_codes(order) + planner->margin.low;
+    const int divisor = weft_planner_margin_divisor(planner, bias, head);
+    if (!divisor)
+        return WEFT_ERR_UNSUPPORTED;
+    enum weft_result res = emit_parts(planner, order, head + planner->margin.low, divisor);
     const struct weft_pass combine = {.kind = WEFT_PASS_COMBINE,
                                       .target = 0,
                                       .clears = true,
@@ -315,6 +355,7 @@ enum weft_result weft_planner_emit_split(struct weft_planner *planner,
         res = WEFT_ERR_MEMORY;
     list->slot_count = 2;
     list->scratch_count = 1;
-    list->result_bias = (double)(bias_codes(order) + head) / full;
+    list->result_bias = (double)(bias + head) / planner->full;
+    list->result_scale = 1.0 / (planner->unit * divisor);
     return res;
 }

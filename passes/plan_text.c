@@ -131,7 +131,7 @@ static void print_head(FILE *out, const struct weft_planner *planner)
 static void print_verdict(FILE *out, const struct weft_planner *planner)
 {
     const struct weft_plan_info *info = &planner->plan->info;
-    const char *input = info->worst_case == WEFT_WORST_ANY ? "any input" : "constant inputs";
+    const char *input = info->worst_case == WEFT_WORST_ANY ? "any input" : "constants of any level";
     if (planner->real) {
         fprintf(out, "range: %s does not clamp\n", weft_target_name(info->profile.target));
         return;
@@ -141,14 +141,14 @@ static void print_verdict(FILE *out, const struct weft_planner *planner)
     if (info->scale_bits > 0.005)
         fprintf(out, "; scaling costs %.2f bits", info->scale_bits);
     if (info->valid)
-        fprintf(out, "\nrange: valid, nothing clamps for %s\n", input);
+        fprintf(out, "\nrange: valid, no store clamps for %s\n", input);
     else
         fprintf(out,
-                "\nrange: INVALID for %s: pass %02d leaves [0, 1] with %.4f (%.1f LSB beyond) at "
-                "sample position (%d, %d, %d)\n",
-                input, info->range.pass, info->range.value,
-                planner->full * fmax(-info->range.value, info->range.value - 1.0),
-                info->range.position[0], info->range.position[1], info->range.position[2]);
+                "\nrange: INVALID for %s: stores clamp by up to %.0f codes; the first is pass %02d, "
+                "with %.4f at sample position (%d, %d, %d)\n",
+                input, ceil(planner->full * info->range.overflow - 1e-6), info->range.pass,
+                info->range.value, info->range.position[0], info->range.position[1],
+                info->range.position[2]);
 }
 
 static void print_error(FILE *out, const struct weft_planner *planner)

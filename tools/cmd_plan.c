@@ -19,7 +19,7 @@ static const struct option_spec options[PLAN_OPTION_COUNT] = {
                     'o',
                     OPTION_CHOICE,
                     "planned|greedy|natural",
-                    "of the passes. planned: searched for, so that nothing clamps (default); "
+                    "of the passes. planned: searched for, so that no store clamps (default); "
                     "greedy: the first tap that fits comes next, the baseline; natural: tap by "
                     "tap, as naive code has it. The last two may clamp, and the plan says so",
                     orders},
@@ -81,8 +81,9 @@ const struct verb verb_plan = {
     .summary = "the passes that reconstruct with a kernel, their cost and error",
     .usage = "[--kernel NAME] [--dims D] [--profile P] [--json] [options]",
     .description = "Plans the rendering passes that reconstruct with a kernel on a target of "
-                   "limited precision, in an order in which nothing clamps, and prints them with "
-                   "ranges, memory, fetches and error bounds. Needs no file and no GL.",
+                   "limited precision, in an order in which no store clamps (roundings "
+                   "included; with --no-scale they can, and it says by how much), and prints "
+                   "them with ranges, memory, fetches and error bounds. Needs no file and no GL.",
     .epilogue = epilogue,
     .options = options,
     .option_count = PLAN_OPTION_COUNT,

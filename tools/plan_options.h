@@ -113,8 +113,8 @@ enum plan_option {
                          'w',                                                                      \
                          OPTION_CHOICE,                                                            \
                          "constant|any",                                                           \
-                         "input for which nothing may clamp: 1.0 everywhere (default, the "        \
-                         "paper's), or samples anywhere in [0, 1]",                                \
+                         "input for which no store may clamp: constants of any level (default), "  \
+                         "or samples anywhere in [0, 1]",                                          \
                          plan_worst_case_choices},                                                 \
     [PLAN_MEMORY] = {.name = "memory",                                                             \
                      0,                                                                            \

@@ -60,15 +60,15 @@ enum resample_plan_option {
                                               'w',                                                 \
                                               OPTION_CHOICE,                                       \
                                               "constant|any",                                      \
-                                              "input for which nothing may clamp: constants "      \
-                                              "(default), or samples anywhere in range",           \
+                                              "input for which no store may clamp: constants of "  \
+                                              "any level (default), or samples anywhere in range", \
                                               plan_worst_case_choices},                            \
         [first +                                                                                   \
             RESAMPLE_PLAN_ORDER] = {.name = "order",                                               \
                                     0,                                                             \
                                     OPTION_CHOICE,                                                 \
                                     "planned|greedy|natural",                                      \
-                                    "of the passes: searched for so that nothing clamps "          \
+                                    "of the passes: searched for so that no store clamps "         \
                                     "(default), or, where results may clamp, what comes first "    \
                                     "and fits, or tap by tap",                                     \
                                     resample_plan_orders},                                         \

@@ -11,7 +11,8 @@ enum { SIDE = 8, M = 8, SHIFTED = SIDE * M, PIXELS = SHIFTED * SHIFTED };
 static const char paper[] = "Hadwiger, Hauser and Moeller, WSCG 2003";
 
 // A constant 1.0 comes back as 1.0: the weights of a position add up to 255 codes, products with
-// the code of 1.0 are whole, so sums have no rounding but the result's to single precision.
+// the code of 1.0 are whole, so sums have no rounding but the result's to single precision, if the
+// range is not scaled to leave other levels' roundings a margin.
 static const double constant_limit_lsb = 255.0 * 0x1p-24;
 
 // Reconstructs a constant 1.0, M pixels a sample, so that every sample of the tiles is met.
@@ -61,7 +62,7 @@ static enum weft_result measure_order(const struct weft_stability_params *params
         weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
                          .order = WEFT_ORDER_NATURAL);
     const struct weft_plan_params *ours =
-        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1);
+        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1, .allow_scale = false);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 comes out as %.0f", dims,
@@ -134,7 +135,8 @@ static enum weft_result measure_ripple(const struct weft_stability_params *param
     struct weft_plan_error bounds = {0};
     const struct weft_plan_params *naive =
         weft_plan_params(.dims = dims, .samples = M, .round_singly = true);
-    const struct weft_plan_params *ours = weft_plan_params(.dims = dims, .samples = M);
+    const struct weft_plan_params *ours =
+        weft_plan_params(.dims = dims, .samples = M, .allow_scale = false);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 ripples by %.1f LSB",
