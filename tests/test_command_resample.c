@@ -445,6 +445,113 @@ static void axes_are_filtered_one_after_the_other(void **state)
     json_decref(root);
 }
 
+// ---- normalised kernels -------------------------------------------------------------------------
+
+// "lanczos:3" of a channel that is 1 everywhere, at an odd size.
+static json_t *resample_white(const char *kernel, const char *normalise, const char *way)
+{
+    char option[32];
+    snprintf(option, sizeof option, "--normalise=%s", normalise ? normalise : "");
+    return parse(command_succeeds("resample", "white.exr", "--json", "--verify", "--size", "53x47",
+                                  "--kernel", kernel, normalise ? option : "-q", way));
+}
+
+// Its smallest and largest pixel, and how far from 1 the bound lets them be.
+static bool is_white(const json_t *root)
+{
+    const json_t *group = json_array_get(part(root, "groups"), 0);
+    const double bound = number(part(group, "bound"), "total");
+    assert_true(number(part(group, "verify"), "maximum") <= bound);
+    return fabs(number(group, "minimum") - 1.0) <= bound &&
+           fabs(number(group, "maximum") - 1.0) <= bound;
+}
+
+static void white_stays_white(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    make_image("white.exr", one_channel, 1.0, 1.0);
+    int normalised = 0;
+    for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
+        if ((*k)->derivation > 0 || (*k)->unit_sum)
+            continue;
+        json_t *root = resample_white((*k)->name, NULL, NULL);
+        const char *name = text(root, "kernel");
+        assert_string_equal(name + strlen(name) - 5, "+unit");
+        if (!is_white(root))
+            fail_msg("%s", name);
+        json_decref(root);
+        normalised++;
+    }
+    assert_in_range(normalised, 5, 50);
+    static const char *const odd[] = {"lanczos:2.3", "gaussian:1.3,0.2", "lanczos:3+radial",
+                                      "catmull-rom"};
+    for (size_t i = 0; i < COUNT(odd); i++) {
+        json_t *root = resample_white(odd[i], NULL, "--emulate");
+        if (!is_white(root))
+            fail_msg("%s in passes", odd[i]);
+        json_decref(root);
+    }
+}
+
+static void normalising_is_a_choice(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const struct {
+        const char *kernel, *normalise, *name;
+        bool white;
+    } cases[] = {
+        {"lanczos:3", "off", "lanczos:3", false},
+        {"lanczos:3", "on", "lanczos:3+unit", true},
+        {"lanczos:3+unit", "off", "lanczos:3+unit", true},
+        {"blackman-sinc", "off", "blackman-sinc:2", false},
+        {"mitchell", "on", "mitchell", true},
+        {"table:own.txt", NULL, "table:own.txt", false},
+        {"table:own.txt", "on", "table:own.txt+unit", true},
+    };
+    make_image("white.exr", one_channel, 1.0, 1.0);
+    command_write_file("own.txt", "support 1 0.9 0.3 0\n", 20);
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        json_t *root = resample_white(cases[i].kernel, cases[i].normalise, NULL);
+        assert_string_equal(text(root, "kernel"), cases[i].name);
+        assert_int_equal(is_white(root), cases[i].white);
+        json_decref(root);
+    }
+    command_write_file("dip.txt", "support 1 whole -1 0.5 1 0.5 -1\n", 31);
+    command_fails(2, "cannot be divided", "resample", "white.exr", "--json", "--kernel",
+                  "table:dip.txt", "--normalise", "on");
+    unlink("dip.txt");
+    unlink("own.txt");
+    unlink("white.exr");
+}
+
+static void slices_normalise_too(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const cases[][3] = {{"lanczos:3", NULL, "lanczos:3+unit"},
+                                           {"lanczos:3", "--normalise=off", "lanczos:3"},
+                                           {"lanczos:3+unit", NULL, "lanczos:3+unit"}};
+    struct weft_image out[3];
+    for (int i = 0; i < 3; i++) {
+        json_t *root =
+            parse(command_succeeds("slice", "ml.vdb", "-o", "s.exr", "--json", "--size", "40x40",
+                                   "--verify", "--kernel", cases[i][0], cases[i][1]));
+        assert_string_equal(text(root, "kernel"), cases[i][2]);
+        assert_true(number(part(root, "verify"), "relative_maximum") <=
+                    number(root, "error_bound"));
+        json_decref(root);
+        load("s.exr", &out[i]);
+    }
+    const size_t bytes = 40 * 40 * sizeof(float);
+    assert_memory_equal(out[0].channels[0].plane, out[2].channels[0].plane, bytes);
+    assert_memory_not_equal(out[0].channels[0].plane, out[1].channels[0].plane, bytes);
+    for (int i = 0; i < 3; i++)
+        weft_image_clear(&out[i]);
+    unlink("s.exr");
+}
+
 // ---- budgets ------------------------------------------------------------------------------------
 
 static void budgets_are_checked_before_anything_runs(void **state)
@@ -1004,6 +1111,9 @@ int main(void)
         cmocka_unit_test(prefiltered_slices_are_verified),
         cmocka_unit_test(channels_can_be_chosen),
         cmocka_unit_test(axes_are_filtered_one_after_the_other),
+        cmocka_unit_test(white_stays_white),
+        cmocka_unit_test(normalising_is_a_choice),
+        cmocka_unit_test(slices_normalise_too),
         cmocka_unit_test(budgets_are_checked_before_anything_runs),
         cmocka_unit_test(constant_channels_have_budgets),
         cmocka_unit_test(the_cheapest_passes_within_a_budget_are_chosen),

@@ -37,6 +37,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "NAME[:p,q]|table:FILE",
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
                          "'help' lists them"},
+    [RESAMPLE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "filter in the passes of a plan: what a pass may do"),
     [RESAMPLE_CHANNELS] =
         {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
@@ -155,6 +156,8 @@ static enum weft_result check_options(struct resample_job *job)
         res =
             kernels_load_filter(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
                                 2, &job->kernel, &job->kernel_file);
+    if (res == WEFT_OK)
+        res = kernels_normalise(&o[RESAMPLE_NORMALISE], 2, job->kernel_file, &job->kernel);
     if (res == WEFT_OK && o[RESAMPLE_MAX_ERROR].given)
         res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
     if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)

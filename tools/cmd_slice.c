@@ -35,6 +35,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "NAME[:p,q]|table:FILE",
                       "the reconstruction kernel (default catmull-rom), NAME+unit for weights "
                       "that add up to 1, table:FILE for one's own; 'help' lists them"},
+    [SLICE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     [SLICE_SIZE] = {.name = "size",
                     0,
                     OPTION_PIXELS,
@@ -236,6 +237,8 @@ static enum weft_result check_options(struct slice_job *job)
     enum weft_result res = resample_plan_check(&o[SLICE_PASSES]);
     if (res == WEFT_OK && o[SLICE_KERNEL].given)
         res = kernels_load_filter(o[SLICE_KERNEL].text, 3, &job->kernel, &job->kernel_file);
+    if (res == WEFT_OK && o[SLICE_KERNEL].given && !job->kernel.radial) // which slices refuse
+        res = kernels_normalise(&o[SLICE_NORMALISE], 3, job->kernel_file, &job->kernel);
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &job->context_kind);
     if (res == WEFT_OK)

@@ -60,6 +60,36 @@ enum weft_result kernels_load_filter(const char *text, int axes, struct weft_ker
     return WEFT_ERR_ARGUMENT;
 }
 
+const char *const kernels_normalise_choices[] = {"on", "off", NULL};
+
+static bool has_sums(const struct weft_kernel *kernel, int dims)
+{
+    double at;
+    if (!weft_kernel_is_radial(kernel, dims))
+        return can_be_normalised(kernel, &at);
+    const struct weft_kernel_sums sums = weft_kernel_radial_sums(kernel, dims);
+    return sums.least > 0.0 || sums.largest < 0.0;
+}
+
+enum weft_result kernels_normalise(const struct option_value *option, int dims,
+                                   const weft_kernel_file *file, struct weft_kernel *kernel)
+{
+    const bool on = option->given && option->integer[0] == 0;
+    if (kernel->unit_sum || !(option->given ? on : !file))
+        return WEFT_OK;
+    if (has_sums(kernel, dims))
+        return weft_kernel_normalise(report_log(), kernel);
+    char name[KERNELS_TEXT], line[KERNELS_TEXT + 100];
+    weft_kernel_format(kernel, name, sizeof name);
+    snprintf(line, sizeof line, "kernel %s: the weights add up to 0 at some positions: they %s",
+             name, on ? "cannot be divided by their sum" : "are taken as they are");
+    if (on)
+        report_error("%s", line);
+    else
+        report_log()->write(report_log()->priv, WEFT_LOG_WARNING, line);
+    return on ? WEFT_ERR_ARGUMENT : WEFT_OK;
+}
+
 size_t kernels_list_length(const char *text, bool semicolons)
 {
     if (semicolons)

@@ -11,6 +11,7 @@ enum resample_option {
     RESAMPLE_PREVIEW,
     RESAMPLE_SIZE,
     RESAMPLE_KERNEL,
+    RESAMPLE_NORMALISE,
     RESAMPLE_PLAN, // the first of enum resample_plan_option
     RESAMPLE_CHANNELS = RESAMPLE_PLAN + RESAMPLE_PLAN_OPTION_COUNT,
     RESAMPLE_MAX_ERROR,

@@ -13,6 +13,7 @@ enum slice_option {
     SLICE_PREVIEW,
     SLICE_GRID,
     SLICE_KERNEL,
+    SLICE_NORMALISE,
     SLICE_SIZE,
     SLICE_AXIS,
     SLICE_AT,
