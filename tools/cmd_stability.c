@@ -309,7 +309,7 @@ static const char *const epilogue[] = {
     "which is derived and not tuned, and the naive way does not. Where the naive way keeps the "
     "limit too, the case shows nothing on this OpenGL.",
     "The exit code is 1 when weft's way fails a case. In JSON an error that is infinite is null.",
-    "weft stability --case far-away,denormals -v",
+    "weft stability --case far-away,no-data -v",
     NULL,
 };
 

@@ -1,10 +1,11 @@
 // Fragment shader: a slice as one writes it first, to be beaten (passes/stability.h).
 // Defined: LOOKUP (0 Catmull-Rom, 1 linear in a row of four, 2 sampler, 3 sampler from corner to
-// corner).
+// corner), NORMALISED (1: positions by way of a texture coordinate of the whole picture).
 
 uniform sampler3D source;
 uniform vec3 origin, du, dv; // index space
 uniform vec3 first;          // index coordinates of texel (0, 0, 0)
+uniform vec2 shown;          // pixels of the target
 
 out float value;
 
@@ -20,8 +21,13 @@ vec4 weights(float t)
 
 void main()
 {
-    vec3 position = origin + gl_FragCoord.x * du + gl_FragCoord.y * dv;
     ivec3 size = textureSize(source, 0);
+#if NORMALISED
+    vec2 coordinate = gl_FragCoord.xy / shown;
+    vec3 position = vec3(coordinate * vec2(size.xy) - 0.5, 0.0);
+#else
+    vec3 position = origin + gl_FragCoord.x * du + gl_FragCoord.y * dv;
+#endif
 #if LOOKUP == 2
     value = texture(source, (position - first + 0.5) / vec3(size)).r;
 #elif LOOKUP == 3

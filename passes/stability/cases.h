@@ -13,11 +13,11 @@ extern const struct weft_stability_case weft_stability_order_2d, weft_stability_
 extern const struct weft_stability_case weft_stability_blend_8, weft_stability_mean_8,
     weft_stability_half_sum, weft_stability_half_passes, weft_stability_half_overflow;
 extern const struct weft_stability_case weft_stability_filter_weights, weft_stability_texel_centres,
-    weft_stability_on_lattice, weft_stability_odd_width;
-extern const struct weft_stability_case weft_stability_far_away, weft_stability_degenerate,
-    weft_stability_one_voxel, weft_stability_wide_kernel;
-extern const struct weft_stability_case weft_stability_wide_range, weft_stability_not_finite,
-    weft_stability_denormals, weft_stability_ringing;
+    weft_stability_same_size, weft_stability_odd_width;
+extern const struct weft_stability_case weft_stability_far_away, weft_stability_one_voxel,
+    weft_stability_wide_kernel;
+extern const struct weft_stability_case weft_stability_wide_range, weft_stability_no_data,
+    weft_stability_not_finite, weft_stability_zero_weight, weft_stability_ringing;
 
 // One line of the result.
 void weft_stability_say(struct weft_stability_result *result, const char *unit, const char *format,
@@ -43,20 +43,27 @@ struct weft_stability_slice {
 struct weft_slice_geometry weft_stability_oblique(const int32_t first[3], double length, int width,
                                                   int height);
 
-// Pixels of weft_slice_run, and the bound of their error relative to the largest voxel in reach.
+// What a slice's plan promises: relative * largest voxel in reach + absolute.
+struct weft_stability_bound {
+    double relative, absolute;
+};
+
+// Pixels of weft_slice_run, and the bound of their error.
 enum weft_result weft_stability_slice_run(const struct weft_stability_params *params,
                                           const struct weft_stability_slice *slice, float *pixels,
-                                          double *bound);
+                                          struct weft_stability_bound *bound);
 
-// From filter/reference.h's pixels.
+// From filter/reference.h's pixels. What is beyond the range of floats there counts nowhere.
 struct weft_stability_error {
-    double absolute;
-    double relative;     // to the largest voxel in reach, or to `smallest` where that is less
+    double relative;     // to the largest voxel in reach
+    double share;        // of the bound, the largest of any pixel
     uint64_t mismatches; // pixels that are finite here and not there
 };
+// bound: NULL where `share` is not asked for.
 enum weft_result weft_stability_compare(const struct weft_log *log,
                                         const struct weft_stability_slice *slice,
-                                        const float *pixels, double smallest,
+                                        const float *pixels,
+                                        const struct weft_stability_bound *bound,
                                         struct weft_stability_error *out);
 // INFINITY with mismatches.
 double weft_stability_relative(const struct weft_stability_error *error);
@@ -82,12 +89,24 @@ struct weft_naive_slice {
         WEFT_NAIVE_SAMPLER, // GL_LINEAR at (position + 0.5) / size
         WEFT_NAIVE_CORNERS, // GL_LINEAR at position / (size - 1)
     } lookup;
+    bool normalised; // the texture coordinate of a picture as large as the target: positions are
+                     // gl_FragCoord / target * source - 0.5, whatever the slice's geometry
     GLenum source, target; // internal formats, red only
     bool mapped; // samples to [0, 1] and pixels back, by a scale formed in single precision
 };
 enum weft_result weft_naive_slice_run(const struct weft_stability_params *params,
                                       const struct weft_stability_slice *slice,
                                       const struct weft_naive_slice *naive, float *pixels);
+
+// A slice by weft's way and by the naive one, each against the reference. pixels: room for one.
+struct weft_stability_ways {
+    struct weft_stability_error ours, naive;
+    struct weft_stability_bound bound; // of ours
+};
+enum weft_result weft_stability_compare_ways(const struct weft_stability_params *params,
+                                             const struct weft_stability_slice *slice,
+                                             const struct weft_naive_slice *naive, float *pixels,
+                                             struct weft_stability_ways *out);
 
 // The same in double on the CPU, with one of the mistakes.
 enum weft_naive_mistake {

@@ -6,22 +6,17 @@
 #include "filter/check.h"
 #include "passes/stability/cases.h"
 
-// Both ways of a slice, as relative errors. pixels: room for one of them.
+// The limit is what the slice's plan promises.
 static enum weft_result compare_naive(const struct weft_stability_params *params,
                                       const struct weft_stability_slice *slice,
                                       const struct weft_naive_slice *naive, float *pixels,
                                       struct weft_stability_result *result)
 {
-    struct weft_stability_error error = {0};
-    enum weft_result res = weft_stability_slice_run(params, slice, pixels, &result->limit);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, slice, pixels, 0.0, &error);
-    result->ours = weft_stability_relative(&error);
-    if (res == WEFT_OK)
-        res = weft_naive_slice_run(params, slice, naive, pixels);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, slice, pixels, 0.0, &error);
-    result->naive = weft_stability_relative(&error);
+    struct weft_stability_ways ways;
+    const enum weft_result res = weft_stability_compare_ways(params, slice, naive, pixels, &ways);
+    result->limit = ways.bound.relative;
+    result->ours = weft_stability_relative(&ways.ours);
+    result->naive = weft_stability_relative(&ways.naive);
     return res;
 }
 
@@ -53,7 +48,6 @@ static enum weft_result measure_filter_weights(const struct weft_stability_param
     const struct weft_naive_slice naive = {
         .lookup = WEFT_NAIVE_SAMPLER, .source = GL_R8, .target = GL_R32F};
     float pixels[MAGNIFIED];
-    // The limit is what the slice's plan promises.
     const enum weft_result res = compare_naive(params, &slice, &naive, pixels, result);
     weft_stability_say(result, "relative", "a ramp of %d pixels has %d levels", MAGNIFIED,
                        res == WEFT_OK ? count_levels(pixels, MAGNIFIED) : 0);
@@ -87,7 +81,6 @@ static enum weft_result measure_texel_centres(const struct weft_stability_params
         .geometry = weft_stability_oblique((const int32_t[3]){0, 0, 0}, N, SHOWN, SHOWN)};
     const struct weft_naive_slice naive = {
         .lookup = WEFT_NAIVE_CORNERS, .source = GL_R32F, .target = GL_R32F};
-    // The limit is what the slice's plan promises.
     const enum weft_result res = compare_naive(params, &slice, &naive, pixels, result);
     free(data);
     weft_stability_say(result, "relative",
@@ -105,62 +98,65 @@ const struct weft_stability_case weft_stability_texel_centres = {
     .measure = measure_texel_centres,
 };
 
-// ---- positions on the lattice -------------------------------------------------------------------
+// ---- the same size ------------------------------------------------------------------------------
 
-enum { LATTICE = 16 };
+enum { COLUMNS = 1920, ROWS = 3 };
 
-static enum weft_result lattice_naive(const struct weft_stability_params *params, const float *data,
-                                      float *pixels, double *error)
+static int count_changed(const float *pixels, const float *data)
 {
-    const struct weft_samples samples = {
-        .size = {LATTICE, LATTICE, 1}, .plane = {data}, .low = -1.0, .high = 1.0};
-    const struct weft_pixel_grid grid = {
-        .width = LATTICE, .height = LATTICE, .du = {1.0}, .dv = {0.0, 1.0}};
-    struct weft_convolve_error e = {0};
-    struct weft_plan_error bounds = {0};
-    const enum weft_result res = weft_stability_passes_run(
-        params, weft_plan_params(.samples = 16, .profile = *weft_profile_find("fp32")), &samples,
-        &grid, pixels, &e, &bounds);
-    *error = e.maximum;
-    return res;
+    int changed = 0;
+    for (int i = 0; i < COLUMNS * ROWS; i++)
+        changed += pixels[i] != data[i];
+    return changed;
 }
 
-static enum weft_result measure_on_lattice(const struct weft_stability_params *params,
-                                           struct weft_stability_result *result)
+// Small samples, and beside every third a large one, whose weight is to be exactly 0.
+static void fill_contrasts(float *data)
 {
-    const int size[3] = {LATTICE, LATTICE, 1};
-    float data[LATTICE * LATTICE], pixels[LATTICE * LATTICE];
+    for (int i = 0; i < COLUMNS * ROWS; i++)
+        data[i] = (i % 3 ? 1.0f : 1e30f) * weft_stability_noise(i, 0, 0);
+}
+
+static enum weft_result measure_same_size(const struct weft_stability_params *params,
+                                          struct weft_stability_result *result)
+{
+    const struct weft_naive_slice naive = {
+        .normalised = true, .source = GL_R32F, .target = GL_R32F};
+    struct weft_stability_bound bound;
+    float *data = malloc(2 * COLUMNS * ROWS * sizeof *data);
+    if (!data)
+        return WEFT_ERR_MEMORY;
+    float *pixels = data + COLUMNS * ROWS;
     const struct weft_stability_slice slice = {.kernel = "catmull-rom",
                                                .data = data,
-                                               .size = {LATTICE, LATTICE, 1},
+                                               .size = {COLUMNS, ROWS, 1},
                                                .geometry = {.origin = {-0.5, -0.5, 0.0},
-                                                            .u = {LATTICE, 0.0, 0.0},
-                                                            .v = {0.0, LATTICE, 0.0},
-                                                            .width = LATTICE,
-                                                            .height = LATTICE}};
-    double bound;
-    weft_stability_fill_noise(data, size);
+                                                            .u = {COLUMNS, 0.0, 0.0},
+                                                            .v = {0.0, ROWS, 0.0},
+                                                            .width = COLUMNS,
+                                                            .height = ROWS}};
+    fill_contrasts(data);
     enum weft_result res = weft_stability_slice_run(params, &slice, pixels, &bound);
-    result->ours = 0.0;
-    for (int i = 0; res == WEFT_OK && i < LATTICE * LATTICE; i++)
-        result->ours = fmax(result->ours, fabs((double)pixels[i] - (double)data[i]));
-    // At fraction 0 the polynomials of Catmull-Rom are 0, 1, 0 and 0 without a rounding.
-    result->limit = 0.0;
+    result->ours = count_changed(pixels, data);
     if (res == WEFT_OK)
-        res = lattice_naive(params, data, pixels, &result->naive);
-    weft_stability_say(result, "absolute", "samples in [-1, 1] come back changed by up to %.3f",
-                       result->naive);
+        res = weft_naive_slice_run(params, &slice, &naive, pixels);
+    result->naive = count_changed(pixels, data);
+    // Positions of whole ratios are whole, and there an interpolating kernel is 0, 1, 0 and 0.
+    result->limit = 0.0;
+    free(data);
+    weft_stability_say(result, "pixels",
+                       "%d columns of the same size: %.0f of %d samples come back changed", COLUMNS,
+                       result->naive, COLUMNS * ROWS);
     return res;
 }
 
-const struct weft_stability_case weft_stability_on_lattice = {
-    .name = "on-lattice",
-    .failure = "an interpolating kernel does not return the samples themselves",
-    .naive = "tiles sampled at centres, looked up at the nearest of 16 samples",
-    .ours = "polynomial tiles, exact at fraction 0",
-    .source = "Hadwiger, Hauser and Moeller, WSCG 2003",
+const struct weft_stability_case weft_stability_same_size = {
+    .name = "same-size",
+    .failure = "a picture resampled to its own size is not the picture",
+    .naive = "positions by way of a texture coordinate, in single precision",
+    .ours = "positions that are exact where the ratio is whole",
     .needs_context = true,
-    .measure = measure_on_lattice,
+    .measure = measure_same_size,
 };
 
 // ---- odd widths ---------------------------------------------------------------------------------
@@ -181,19 +177,19 @@ static enum weft_result measure_odd_width(const struct weft_stability_params *pa
     result->naive = result->ours = result->limit = 0.0;
     for (size_t k = 0; res == WEFT_OK && k < WEFT_COUNT(kernels); k++) {
         struct weft_stability_error naive = {0}, ours = {0};
-        double bound = 0.0;
+        struct weft_stability_bound bound = {0};
         slice.kernel = kernels[k];
         res = weft_stability_slice_run(params, &slice, pixels, &bound);
         if (res == WEFT_OK)
-            res = weft_stability_compare(params->log, &slice, pixels, 0.0, &ours);
+            res = weft_stability_compare(params->log, &slice, pixels, NULL, &ours);
         if (res == WEFT_OK)
             res = weft_naive_convolve(params->log, &slice, WEFT_NAIVE_FLOOR, pixels);
         if (res == WEFT_OK)
-            res = weft_stability_compare(params->log, &slice, pixels, 0.0, &naive);
+            res = weft_stability_compare(params->log, &slice, pixels, NULL, &naive);
         result->naive = fmax(result->naive, weft_stability_relative(&naive));
         result->ours = fmax(result->ours, weft_stability_relative(&ours));
         // What the plans promise, the largest of the three.
-        result->limit = fmax(result->limit, bound);
+        result->limit = fmax(result->limit, bound.relative);
     }
     weft_stability_say(result, "relative",
                        "bspline2, bspline4 and bspline6: naive values are off "

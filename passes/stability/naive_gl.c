@@ -101,6 +101,7 @@ static void draw_slice(const GladGLContext *gl, const struct weft_stability_slic
     set_vector(gl, program, "du", g->u, g->width);
     set_vector(gl, program, "dv", g->v, g->height);
     set_vector(gl, program, "first", first, 1.0);
+    gl->Uniform2f(gl->GetUniformLocation(program, "shown"), (float)g->width, (float)g->height);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
     gl->ReadPixels(0, 0, g->width, g->height, GL_RED, GL_FLOAT, pixels);
 }
@@ -115,7 +116,7 @@ enum weft_result weft_naive_slice_run(const struct weft_stability_params *params
     struct mapping map = {0.0f, 1.0f, 1.0f};
     struct target target = {0};
     GLuint program = 0;
-    char defines[32];
+    char defines[64];
     float *mapped = malloc(count * sizeof *mapped);
     enum weft_result res = mapped ? weft_context_enter(params->context) : WEFT_ERR_MEMORY;
     if (res != WEFT_OK)
@@ -124,7 +125,8 @@ enum weft_result weft_naive_slice_run(const struct weft_stability_params *params
         map = map_range(slice->data, count);
     for (size_t i = 0; i < count; i++)
         mapped[i] = naive->mapped ? (slice->data[i] - map.low) * map.scale : slice->data[i];
-    snprintf(defines, sizeof defines, "#define LOOKUP %d\n", (int)naive->lookup);
+    snprintf(defines, sizeof defines, "#define LOOKUP %d\n#define NORMALISED %d\n",
+             (int)naive->lookup, naive->normalised);
     res = set_up(params, "naive slice", defines, weft_shader_naive_slice, naive->target,
                  slice->geometry.width, slice->geometry.height, &target, &program);
     if (res == WEFT_OK) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -52,7 +53,7 @@ struct weft_slice_geometry weft_stability_oblique(const int32_t first[3], double
 
 enum weft_result weft_stability_slice_run(const struct weft_stability_params *params,
                                           const struct weft_stability_slice *slice, float *pixels,
-                                          double *bound)
+                                          struct weft_stability_bound *bound)
 {
     struct weft_volume_params *volume_params =
         weft_volume_params(.data = slice->data, .log = params->log);
@@ -70,7 +71,8 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
     if (res == WEFT_OK)
         res = weft_slice_plan_create(volume, &slice_params, &plan);
     if (res == WEFT_OK) {
-        *bound = weft_slice_plan_get_info(plan)->error_bound;
+        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
+        *bound = (struct weft_stability_bound){info->error_bound, info->error_absolute};
         res = weft_slice_run(params->context, plan, volume, pixels, NULL, NULL);
     }
     weft_slice_plan_destroy(&plan);
@@ -101,21 +103,27 @@ static void pixel_position(const struct weft_slice_geometry *g, int x, int y, do
 }
 
 static void compare_pixel(double value, const struct weft_reference_value *reference,
-                          double smallest, struct weft_stability_error *e)
+                          const struct weft_stability_bound *bound, struct weft_stability_error *e)
 {
     const double difference = fabs(value - reference->value);
+    if (isfinite(reference->value) && fabs(reference->value) > (double)FLT_MAX)
+        return;
     if (!isfinite(value) || !isfinite(reference->value)) {
         e->mismatches += isfinite(value) != isfinite(reference->value);
         return;
     }
-    e->absolute = fmax(e->absolute, difference);
-    if (difference > 0.0)
-        e->relative = fmax(e->relative, difference / fmax(reference->magnitude, smallest));
+    if (!(difference > 0.0))
+        return;
+    e->relative = fmax(e->relative, difference / reference->magnitude);
+    if (bound)
+        e->share =
+            fmax(e->share, difference / (bound->relative * reference->magnitude + bound->absolute));
 }
 
 enum weft_result weft_stability_compare(const struct weft_log *log,
                                         const struct weft_stability_slice *slice,
-                                        const float *pixels, double smallest,
+                                        const float *pixels,
+                                        const struct weft_stability_bound *bound,
                                         struct weft_stability_error *out)
 {
     struct weft_stability_slice s = *slice;
@@ -128,7 +136,7 @@ enum weft_result weft_stability_compare(const struct weft_log *log,
             pixel_position(&s.geometry, x, y, position);
             const struct weft_reference_value reference =
                 weft_reference_compute(&kernel, 3, position, fetch, &s);
-            compare_pixel((double)*pixels++, &reference, smallest, out);
+            compare_pixel((double)*pixels++, &reference, bound, out);
         }
     }
     return res;
@@ -137,6 +145,22 @@ enum weft_result weft_stability_compare(const struct weft_log *log,
 double weft_stability_relative(const struct weft_stability_error *error)
 {
     return error->mismatches ? (double)INFINITY : error->relative;
+}
+
+enum weft_result weft_stability_compare_ways(const struct weft_stability_params *params,
+                                             const struct weft_stability_slice *slice,
+                                             const struct weft_naive_slice *naive, float *pixels,
+                                             struct weft_stability_ways *out)
+{
+    *out = (struct weft_stability_ways){0};
+    enum weft_result res = weft_stability_slice_run(params, slice, pixels, &out->bound);
+    if (res == WEFT_OK)
+        res = weft_stability_compare(params->log, slice, pixels, &out->bound, &out->ours);
+    if (res == WEFT_OK)
+        res = weft_naive_slice_run(params, slice, naive, pixels);
+    if (res == WEFT_OK)
+        res = weft_stability_compare(params->log, slice, pixels, &out->bound, &out->naive);
+    return res;
 }
 
 // ---- passes of plans ----------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cases of what samples hold: wide ranges, NaN, denormals, steps.
+// Cases of what samples hold: wide ranges, marks, NaN, steps.
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -56,63 +56,98 @@ static const char *plane_name(const struct plane *plane, const char *name)
 
 static const char wide_name[] = "WideFloatRange.exr";
 
-// +-10^-36 to 10^37.
+// +-10^-30 to 10^37.
 static float fill_wide(int x, int y)
 {
-    const double exponent = -36.0 + 73.0 * fabs(y - 199.5) / 199.5;
+    const double exponent = -30.0 + 67.0 * fabs(y - 199.5) / 199.5;
     return (float)((y < 200 ? -1.0 : 1.0) * (1.0 + x / 400.0) * pow(10.0, exponent));
+}
+
+// A plane seen in SHOWN^2 pixels: the limit is all of the plan's bound, at every pixel.
+static enum weft_result compare_plane(const struct weft_stability_params *params,
+                                      const struct plane *plane, int shown,
+                                      const struct weft_naive_slice *naive, float *pixels,
+                                      struct weft_stability_result *result)
+{
+    const struct weft_stability_slice slice = {.kernel = "catmull-rom",
+                                               .data = plane->data,
+                                               .size = {plane->width, plane->height, 1},
+                                               .geometry = {.origin = {2.0, 1.0, 0.0},
+                                                            .u = {plane->width - 9.0, 3.0, 0.0},
+                                                            .v = {2.0, plane->height - 9.0, 0.0},
+                                                            .width = shown,
+                                                            .height = shown}};
+    struct weft_stability_ways ways;
+    const enum weft_result res = weft_stability_compare_ways(params, &slice, naive, pixels, &ways);
+    result->ours = ways.ours.mismatches ? (double)INFINITY : ways.ours.share;
+    result->naive = ways.naive.mismatches ? (double)INFINITY : ways.naive.share;
+    result->limit = 1.0;
+    return res;
 }
 
 static enum weft_result measure_wide_range(const struct weft_stability_params *params,
                                            struct weft_stability_result *result)
 {
     enum { SHOWN = 160 };
-    // Products below FLT_MIN are denormals, which GL may flush to 0. All 64 together are 2^-18 of
-    // this, less than the plan's bound: errors of pixels with smaller samples are relative to it.
-    const double smallest = (double)FLT_MIN * 0x1p24;
-    const struct weft_naive_slice naive = {.source = GL_R16, .target = GL_R32F, .mapped = true};
-    struct weft_stability_error error = {0};
+    const struct weft_naive_slice naive = {.source = GL_R32F, .target = GL_R32F, .mapped = true};
     struct plane plane;
     float *pixels = malloc(SHOWN * SHOWN * sizeof *pixels);
     enum weft_result res = get_plane(params, wide_name, fill_wide, &plane);
     if (res == WEFT_OK && !pixels)
         res = WEFT_ERR_MEMORY;
-    const struct weft_stability_slice slice = {.kernel = "catmull-rom",
-                                               .data = plane.data,
-                                               .size = {plane.width, plane.height, 1},
-                                               .geometry = {.origin = {2.0, 1.0, 0.0},
-                                                            .u = {plane.width - 9.0, 3.0, 0.0},
-                                                            .v = {2.0, plane.height - 9.0, 0.0},
-                                                            .width = SHOWN,
-                                                            .height = SHOWN}};
-    // The limit is what the slice's plan promises, relative to the largest sample in reach.
     if (res == WEFT_OK)
-        res = weft_stability_slice_run(params, &slice, pixels, &result->limit);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, smallest, &error);
-    result->ours = weft_stability_relative(&error);
-    if (res == WEFT_OK)
-        res = weft_naive_slice_run(params, &slice, &naive, pixels);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, smallest, &error);
-    result->naive = weft_stability_relative(&error);
+        res = compare_plane(params, &plane, SHOWN, &naive, pixels, result);
     free(plane.data);
     free(pixels);
-    weft_stability_say(result, "relative", "%s, 70 orders of magnitude and more: %s",
+    weft_stability_say(result, "of the bound",
+                       "%s, 60 orders of magnitude and more: mapped to [0, 1], %s",
                        plane_name(&plane, wide_name),
-                       error.mismatches ? "the range itself is beyond single precision"
-                                        : "on 16 bits the small ones are lost");
+                       isinf(result->naive) ? "the range itself is beyond single precision"
+                                            : "the small samples are lost beside the large ones");
     return res;
 }
 
 const struct weft_stability_case weft_stability_wide_range = {
     .name = "wide-range",
-    .failure = "samples of both signs and more than 70 orders of magnitude",
-    .naive = "the range mapped to [0, 1] on 16 bits, and back",
+    .failure = "samples of both signs and more than 60 orders of magnitude",
+    .naive = "the range mapped to [0, 1] in single precision, and back",
     .ours = "samples as they are, in single precision",
     .image = wide_name,
     .needs_context = true,
     .measure = measure_wide_range,
+};
+
+// ---- no data ------------------------------------------------------------------------------------
+
+// A map with FLT_MAX where nothing is known, as image and terrain formats have it.
+static float fill_no_data(int x, int y)
+{
+    return x > y ? FLT_MAX : 100.0f * weft_stability_noise(x, y, 0);
+}
+
+static enum weft_result measure_no_data(const struct weft_stability_params *params,
+                                        struct weft_stability_result *result)
+{
+    enum { SIDE = 48, SHOWN = 96 };
+    const struct weft_naive_slice naive = {.source = GL_R32F, .target = GL_R32F};
+    float data[SIDE * SIDE], pixels[SHOWN * SHOWN];
+    for (int i = 0; i < SIDE * SIDE; i++)
+        data[i] = fill_no_data(i % SIDE, i / SIDE);
+    const struct plane plane = {.width = SIDE, .height = SIDE, .data = data};
+    const enum weft_result res = compare_plane(params, &plane, SHOWN, &naive, pixels, result);
+    weft_stability_say(result, "of the bound", "FLT_MAX where nothing is known: %s",
+                       isinf(result->naive) ? "sums overflow that come back to finite values"
+                                            : "no sum overflows here");
+    return res;
+}
+
+const struct weft_stability_case weft_stability_no_data = {
+    .name = "no-data",
+    .failure = "FLT_MAX as a mark: sums overflow on their way to a finite result",
+    .naive = "taps summed as they come, in single precision",
+    .ours = "samples scaled so that no sum on the way overflows",
+    .needs_context = true,
+    .measure = measure_no_data,
 };
 
 // ---- NaN and infinity ---------------------------------------------------------------------------
@@ -126,39 +161,43 @@ static float fill_rings(int x, int y)
     return 500.0f + 500.0f * (float)sin(0.05 * hypot(x, y));
 }
 
+// Pixels that are finite and should not be, or the other way round.
+static enum weft_result count_mismatches(const struct weft_stability_params *params,
+                                         const struct plane *plane,
+                                         const struct weft_slice_geometry *geometry, float *pixels,
+                                         struct weft_stability_result *result)
+{
+    const struct weft_naive_slice naive = {
+        .lookup = WEFT_NAIVE_LINEAR_OF_FOUR, .source = GL_R32F, .target = GL_R32F};
+    const struct weft_stability_slice slice = {.kernel = "linear",
+                                               .data = plane->data,
+                                               .size = {plane->width, plane->height, 1},
+                                               .geometry = *geometry};
+    struct weft_stability_ways ways;
+    const enum weft_result res = weft_stability_compare_ways(params, &slice, &naive, pixels, &ways);
+    result->ours = (double)ways.ours.mismatches;
+    result->naive = (double)ways.naive.mismatches;
+    result->limit = 0.0; // exactly what eq. 1 of the kernel reaches with a weight that is not 0
+    return res;
+}
+
 static enum weft_result measure_not_finite(const struct weft_stability_params *params,
                                            struct weft_stability_result *result)
 {
     enum { SHOWN = 128 };
-    const struct weft_naive_slice naive = {
-        .lookup = WEFT_NAIVE_LINEAR_OF_FOUR, .source = GL_R32F, .target = GL_R32F};
-    struct weft_stability_error error = {0};
+    // Every not finite sample of the file's lower left quarter, and no position on a sample.
+    static const struct weft_slice_geometry geometry = {.origin = {310.13, 310.17, 0.0},
+                                                        .u = {83.1, 0.0, 0.0},
+                                                        .v = {0.0, 83.3, 0.0},
+                                                        .width = SHOWN,
+                                                        .height = SHOWN};
     struct plane plane;
-    double bound;
     float *pixels = malloc(SHOWN * SHOWN * sizeof *pixels);
     enum weft_result res = get_plane(params, rings_name, fill_rings, &plane);
     if (res == WEFT_OK && !pixels)
         res = WEFT_ERR_MEMORY;
-    // Every not finite sample of the file's lower left quarter, and no position on a sample.
-    const struct weft_stability_slice slice = {.kernel = "linear",
-                                               .data = plane.data,
-                                               .size = {plane.width, plane.height, 1},
-                                               .geometry = {.origin = {310.13, 310.17, 0.0},
-                                                            .u = {83.1, 0.0, 0.0},
-                                                            .v = {0.0, 83.3, 0.0},
-                                                            .width = SHOWN,
-                                                            .height = SHOWN}};
     if (res == WEFT_OK)
-        res = weft_stability_slice_run(params, &slice, pixels, &bound);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, 0.0, &error);
-    result->ours = (double)error.mismatches;
-    result->limit = 0.0; // exactly what eq. 1 of the kernel reaches
-    if (res == WEFT_OK)
-        res = weft_naive_slice_run(params, &slice, &naive, pixels);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, 0.0, &error);
-    result->naive = (double)error.mismatches;
+        res = count_mismatches(params, &plane, &geometry, pixels, result);
     free(plane.data);
     free(pixels);
     weft_stability_say(result, "pixels", "%s: %.0f of %d pixels are NaN beyond the kernel's reach",
@@ -176,55 +215,35 @@ const struct weft_stability_case weft_stability_not_finite = {
     .measure = measure_not_finite,
 };
 
-// ---- denormals ----------------------------------------------------------------------------------
-
-static enum weft_result measure_denormals(const struct weft_stability_params *params,
-                                          struct weft_stability_result *result)
+static enum weft_result measure_zero_weight(const struct weft_stability_params *params,
+                                            struct weft_stability_result *result)
 {
-    enum { N = 12, SHOWN = 24 };
-    const int size[3] = {N, N, N};
-    float data[N * N * N], pixels[SHOWN * SHOWN];
-    const struct weft_naive_slice naive = {.source = GL_R32F, .target = GL_R32F, .mapped = true};
-    const struct weft_stability_slice slice = {
-        .kernel = "catmull-rom",
-        .data = data,
-        .size = {N, N, N},
-        .geometry = weft_stability_oblique((const int32_t[3]){0, 0, 0}, N, SHOWN, SHOWN)};
-    struct weft_stability_error error = {0};
-    double bound;
-    bool flushed = true;
-    weft_stability_fill_noise(data, size);
-    for (int i = 0; i < N * N * N; i++)
-        data[i] = (float)(1e-40 * (double)data[i]);
-    enum weft_result res = weft_stability_slice_run(params, &slice, pixels, &bound);
-    for (int i = 0; res == WEFT_OK && i < SHOWN * SHOWN; i++)
-        flushed &= pixels[i] == 0.0f;
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, 0.0, &error);
-    result->ours = error.mismatches ? (double)INFINITY : error.absolute / (double)FLT_MIN;
-    // Nothing is promised of denormals but that they may count as 0, and no more than that is lost.
-    result->limit = 1.0;
-    if (res == WEFT_OK)
-        res = weft_naive_slice_run(params, &slice, &naive, pixels);
-    if (res == WEFT_OK)
-        res = weft_stability_compare(params->log, &slice, pixels, 0.0, &error);
-    result->naive = error.mismatches ? (double)INFINITY : error.absolute / (double)FLT_MIN;
-    weft_stability_say(result, "FLT_MIN",
-                       "samples up to 1e-40: %s; 1 / (high - low) is infinite, "
-                       "%d of %d pixels are not finite",
-                       flushed ? "all flushed to 0, so lost" : "kept", (int)error.mismatches,
-                       SHOWN * SHOWN);
+    enum { SIDE = 40 };
+    float data[SIDE * SIDE], pixels[SIDE * SIDE];
+    const struct plane plane = {.width = SIDE, .height = SIDE, .data = data};
+    static const struct weft_slice_geometry lattice = {.origin = {-0.5, -0.5, 0.0},
+                                                       .u = {SIDE, 0.0, 0.0},
+                                                       .v = {0.0, SIDE, 0.0},
+                                                       .width = SIDE,
+                                                       .height = SIDE};
+    for (int i = 0; i < SIDE * SIDE; i++)
+        data[i] = i % 97 == 0 ? NAN : i % 89 == 0 ? INFINITY : weft_stability_noise(i, 0, 0);
+    const enum weft_result res = count_mismatches(params, &plane, &lattice, pixels, result);
+    weft_stability_say(result, "pixels",
+                       "linear interpolation at the samples themselves: %.0f of %d pixels are NaN "
+                       "by a weight of 0",
+                       result->naive, SIDE * SIDE);
     return res;
 }
 
-const struct weft_stability_case weft_stability_denormals = {
-    .name = "denormals",
-    .failure = "samples below the smallest normal float, 1.2e-38",
-    .naive = "the range mapped to [0, 1] by its reciprocal, and back",
-    .ours = "samples as they are: denormals may be lost, nothing else",
-    .source = "Mesa 22.3, lp_rast.c: denormals are flushed",
+const struct weft_stability_case weft_stability_zero_weight = {
+    .name = "zero-weight",
+    .failure = "NaN and infinity spread by taps whose weight is exactly 0",
+    .naive = "every tap times its weight",
+    .ours = "a tap of weight 0 does not count",
+    .source = "IEEE 754: 0 times NaN, or infinity, is NaN",
     .needs_context = true,
-    .measure = measure_denormals,
+    .measure = measure_zero_weight,
 };
 
 // ---- steps --------------------------------------------------------------------------------------
@@ -250,7 +269,7 @@ static enum weft_result measure_ringing(const struct weft_stability_params *para
                                                       .v = {0.0, 1.0, 0.0},
                                                       .width = SHOWN,
                                                       .height = 1}};
-    double bound;
+    struct weft_stability_bound bound;
     for (int i = 0; i < N; i++)
         data[i] = i < N / 2 ? 0.0f : 1.0f;
     slice.kernel = "catmull-rom";
@@ -264,7 +283,8 @@ static enum weft_result measure_ringing(const struct weft_stability_params *para
     if (res == WEFT_OK)
         res = weft_stability_slice_run(params, &slice, pixels, &bound);
     result->ours = excess(pixels, SHOWN);
-    result->limit = bound; // clamping to samples in range leaves nothing but the plan's error
+    result->limit =
+        bound.relative; // clamping to samples in range leaves nothing but the plan's error
     weft_stability_say(result, "of the step",
                        "Lanczos overshoots by %.1f %%, Catmull-Rom by %.1f %%; clamped: %.1g",
                        100.0 * result->naive, 100.0 * cubic, result->ours);
