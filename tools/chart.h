@@ -65,6 +65,7 @@ struct chart_point {
     double max_error, rms_error;
     double bound;              // of max_error where that is against the kernel; NAN: none
     uint64_t pixels_checked;   // 0: unknown
+    uint64_t not_finite_mismatches; // pixels that are finite on one side only
     bool front;                // no other point is both as fast and as accurate
     char reason[CHART_REASON]; // why it was not measured; empty: it was
 };

@@ -119,6 +119,7 @@ static enum weft_result verify_kernel(struct bench *b, const weft_way_plan *plan
     point->max_error = error.maximum;
     point->rms_error = error.rms;
     point->pixels_checked = error.pixels_checked;
+    point->not_finite_mismatches = error.not_finite_mismatches;
     point->bound = weft_way_plan_get_info(plan)->bound;
     return WEFT_OK;
 }

@@ -273,6 +273,16 @@ static enum exit_code write_outputs(const struct chart_job *job)
     return code;
 }
 
+static bool all_within_bounds(const struct chart *chart)
+{
+    bool good = true;
+    for (size_t i = 0; good && i < chart->count; i++) {
+        const struct chart_point *p = &chart->point[i];
+        good = report_verdict(p->label, p->max_error, p->bound, p->not_finite_mismatches);
+    }
+    return good;
+}
+
 // ---- the verb -----------------------------------------------------------------------------------
 
 static void describe_machine(char out[CHART_TEXT])
@@ -324,7 +334,9 @@ static int run_stages(struct chart_job *job, const char *operand)
     // What was measured is kept.
     if (res != WEFT_OK && !job->interrupted)
         return report_finish(res);
-    const enum exit_code code = write_outputs(job);
+    enum exit_code code = write_outputs(job);
+    if (code == EXIT_CODE_DONE && !all_within_bounds(&job->ways))
+        code = EXIT_CODE_FAILED;
     return code != EXIT_CODE_DONE ? (int)code : report_finish(res);
 }
 

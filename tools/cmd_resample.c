@@ -410,6 +410,23 @@ static void destroy(struct resample_job *job)
     free(job->group);
 }
 
+// The first group that is not within its bound is told.
+static bool check_groups(const struct resample_job *job)
+{
+    const bool ranged = job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    bool good = true;
+    for (size_t g = 0; good && g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const double bound = ranged && group->clamped ? NAN : group->bound.total;
+        char name[128], what[160];
+        resample_group_name(job, group, name, sizeof name);
+        snprintf(what, sizeof what, "channels %s", name);
+        good =
+            report_verdict(what, group->error.maximum, bound, group->error.not_finite_mismatches);
+    }
+    return good;
+}
+
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
@@ -428,9 +445,11 @@ static int run(const char *operand, const struct option_value *values)
         resample_print_text(&job);
     else if (job.choice_count && values[RESAMPLE_EXPLAIN].given)
         resample_print_choices(&job);
+    const bool verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
+                          values[RESAMPLE_EXPLAIN].given || check_groups(&job);
     destroy(&job);
     const int code = report_finish(res);
-    return job.over_budget ? EXIT_CODE_FAILED : code;
+    return job.over_budget || !verified ? EXIT_CODE_FAILED : code;
 }
 
 static const char *const epilogue[] = {

@@ -137,7 +137,8 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       OPTION_FLAG,
                       NULL,
                       "recompute in double precision (a random sample of the pixels when all "
-                      "would take over 10 s) and print the largest and RMS difference"},
+                      "would take over 10 s) and print the largest and RMS difference; fails if "
+                      "that is beyond the plan's bound"},
     [SLICE_JSON] = {.name = "json",
                     0,
                     OPTION_FLAG,
@@ -551,6 +552,9 @@ static int run(const char *operand, const struct option_value *values)
         res = slice_print_json(&job);
     else if (res == WEFT_OK)
         slice_print_text(&job);
+    const bool verified = res != WEFT_OK || !job.context || !values[SLICE_VERIFY].given ||
+                          report_verdict("the slice", job.error.maximum, slice_verify_bound(&job),
+                                         job.error.not_finite_mismatches);
     free(job.pixels);
     weft_context_destroy(&job.context);
     weft_choice_clear(&job.choice);
@@ -559,7 +563,7 @@ static int run(const char *operand, const struct option_value *values)
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);
     const int code = report_finish(res);
-    return job.over_budget ? EXIT_CODE_FAILED : code;
+    return job.over_budget || !verified ? EXIT_CODE_FAILED : code;
 }
 
 static const char *const epilogue[] = {

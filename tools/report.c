@@ -55,6 +55,18 @@ static void write_line(void *priv, enum weft_log_level level, const char *messag
 
 static const struct weft_log log_to_stderr = {.write = write_line};
 
+bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches)
+{
+    if (not_finite_mismatches)
+        report_error("verification failed, %s: %llu pixels are finite on one side only", what,
+                     (unsigned long long)not_finite_mismatches);
+    else if (error > bound)
+        report_error("verification failed, %s: the largest error, %.3g, is beyond the bound of "
+                     "%.3g",
+                     what, error, bound);
+    return !not_finite_mismatches && !(error > bound);
+}
+
 const struct weft_log *report_log(void)
 {
     return &log_to_stderr;

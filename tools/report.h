@@ -10,7 +10,7 @@
 
 enum exit_code {
     EXIT_CODE_DONE = 0,
-    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot
+    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot, a verification that failed
     EXIT_CODE_USAGE = 2,   // wrong usage
     EXIT_CODE_INPUT = 3,   // unreadable or refused input
     EXIT_CODE_OUTPUT = 4,  // output not written
@@ -24,6 +24,10 @@ bool report_is_quiet(void);
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// The verdict of a verification: false, after an error line, where pixels are finite on one side
+// only or the largest error is beyond its bound (NAN: it has none). `what`: whose.
+bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches);
 
 // Prints one line on stdout, cleaned (weft_text_clean), and a line end: for lines that hold names,
 // paths or other text from outside.

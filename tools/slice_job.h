@@ -78,6 +78,10 @@ enum { SLICE_ATTRIBUTES = 24 };
 // What the EXR file says about itself; returns how many.
 size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES]);
 
+// What |pixel - reference| may be by the plan; NAN where voxels outside --source-range were
+// clamped.
+double slice_verify_bound(const struct slice_job *job);
+
 // Everything, on stdout.
 enum weft_result slice_print_json(const struct slice_job *job);
 // What was asked for in words: plan (with --explain), preview range, verification.

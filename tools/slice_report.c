@@ -281,6 +281,17 @@ static void print_error(const struct weft_slice_error *e)
                (unsigned long long)e->not_finite_mismatches);
 }
 
+double slice_verify_bound(const struct slice_job *job)
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    if (!job->passes)
+        return ranged ? NAN : plan->error_bound * job->error.magnitude + plan->error_absolute;
+    const double largest = fmax(fabs(r->low), fabs(r->high));
+    return ranged && r->clamped ? NAN : job->bound.total + plan->prefilter_error * largest;
+}
+
 static void print_bound(const struct slice_job *job)
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
