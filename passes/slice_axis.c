@@ -29,16 +29,27 @@ void weft_slice_active_box(const struct weft_volume_info *info, enum weft_space 
 static double world_length(const struct weft_volume_info *info, enum weft_space space,
                            const double edge[3])
 {
-    double square = 0.0;
+    double length = 0.0; // by hypot: squares overflow where lengths do not
     for (int r = 0; r < 3; r++) {
         double along = edge[r];
         if (space == WEFT_SPACE_INDEX) {
             const double *m = info->index_to_world[r];
             along = m[0] * edge[0] + m[1] * edge[1] + m[2] * edge[2];
         }
-        square += along * along;
+        length = hypot(length, along);
     }
-    return sqrt(square);
+    return length;
+}
+
+static bool has_length(const double edge[3])
+{
+    const double length = hypot(hypot(edge[0], edge[1]), edge[2]);
+    return length > 0.0 && isfinite(length);
+}
+
+static bool spans_plane(const struct weft_slice_geometry *g)
+{
+    return has_length(g->u) && has_length(g->v);
 }
 
 static int scaled_side(int side, double length, double other_length)
@@ -58,7 +69,7 @@ enum weft_result weft_slice_size_compute(const struct weft_log *log, const weft_
     if (!(u > 0.0 && v > 0.0 && isfinite(u) && isfinite(v))) {
         weft_error(log, "the edge vectors u and v have lengths %g and %g: they span no plane", u,
                    v);
-        return res;
+        return spans_plane(geometry) ? WEFT_ERR_FORMAT : res; // it is the transform then
     }
     if (geometry->width == 0 && geometry->height == 0) {
         geometry->width = u >= v ? DEFAULT_SIDE : scaled_side(DEFAULT_SIDE, u, v);
@@ -88,6 +99,13 @@ enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft
     out->origin[axis] = isnan(coordinate) ? 0.5 * (low[axis] + high[axis]) : coordinate;
     out->u[along_u] = high[along_u] - low[along_u];
     out->v[along_v] = high[along_v] - low[along_v];
+    if (!isfinite(out->origin[axis]) || !isfinite(low[along_u]) || !isfinite(low[along_v]) ||
+        !spans_plane(out)) {
+        weft_error(log, "grid %s: its transform leaves no box to cut: (%g, %g, %g) to (%g, %g, %g)",
+                   weft_volume_get_info(volume)->name, low[0], low[1], low[2], high[0], high[1],
+                   high[2]);
+        return WEFT_ERR_FORMAT;
+    }
     res = weft_slice_size_compute(log, volume, space, out);
 fail:
     return res;

@@ -28,6 +28,25 @@ static bool all_finite(const double v[3])
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
 
+// Scaled to length 1, which is returned; by hypot, since squares overflow where lengths do not.
+static double normalise(const double v[3], double out[3])
+{
+    const double length = hypot(hypot(v[0], v[1]), v[2]);
+    for (int a = 0; a < 3; a++)
+        out[a] = v[a] / length;
+    return length;
+}
+
+// The sine of the angle between two vectors; NaN where one has no length.
+static double sine(const double u[3], const double v[3])
+{
+    double unit_u[3], unit_v[3], normal[3];
+    normalise(u, unit_u);
+    normalise(v, unit_v);
+    cross(unit_u, unit_v, normal);
+    return sqrt(dot(normal, normal));
+}
+
 // The inverse of an affine map by cofactors; false if it has none in double.
 static bool invert(const double m[3][4], double out[3][4])
 {
@@ -80,10 +99,7 @@ static enum weft_result check_geometry(const struct weft_log *log,
                    g->v[1], g->v[2]);
         return WEFT_ERR_ARGUMENT;
     }
-    double normal[3];
-    cross(g->u, g->v, normal);
-    double u = sqrt(dot(g->u, g->u)), v = sqrt(dot(g->v, g->v));
-    if (!(u > 0.0) || !(v > 0.0) || !(sqrt(dot(normal, normal)) > 1e-9 * u * v)) {
+    if (!(sine(g->u, g->v) > 1e-9)) {
         weft_error(log,
                    "the edge vectors u (%g, %g, %g) and v (%g, %g, %g) span no plane: zero or "
                    "parallel",
@@ -146,6 +162,14 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
         transform(inverse, g->origin, true, out->index.origin);
         transform(inverse, g->u, false, out->index.u);
         transform(inverse, g->v, false, out->index.v);
+        if (!(sine(out->index.u, out->index.v) > 1e-12)) {
+            weft_error(log,
+                       "grid %s has a transform that leaves no plane of the slice: edges (%g, %g, "
+                       "%g) and (%g, %g, %g) in index space",
+                       info->name, out->index.u[0], out->index.u[1], out->index.u[2],
+                       out->index.v[0], out->index.v[1], out->index.v[2]);
+            return WEFT_ERR_FORMAT;
+        }
     }
     res = check_range(log, &out->index);
     if (res != WEFT_OK)
@@ -235,20 +259,22 @@ void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct
         out->min[a] = (int32_t)floor(g->origin[a] + low - reach);
         out->max[a] = (int32_t)ceil(g->origin[a] + high + reach);
     }
-    // The plane, and its two directions by dual vectors: dual . edge is 0 to 1 across the slice.
-    double normal[3], dual_u[3], dual_v[3];
-    cross(g->u, g->v, normal);
+    // The plane, and its two directions by vectors that are dual to the edges' directions: dual .
+    // edge is 0 to the edge's length across the slice.
+    double u[3], v[3], normal[3], dual_u[3], dual_v[3];
+    const double length_u = normalise(g->u, u), length_v = normalise(g->v, v);
+    cross(u, v, normal);
     double square = dot(normal, normal), length = sqrt(square);
-    cross(g->v, normal, dual_u);
-    cross(normal, g->u, dual_v);
+    cross(v, normal, dual_u);
+    cross(normal, u, dual_v);
     for (int a = 0; a < 3; a++) {
         normal[a] /= length;
         dual_u[a] /= square;
         dual_v[a] /= square;
     }
     set_slab(normal, g->origin, 0.0, 0.0, reach, &out->slab[0]);
-    set_slab(dual_u, g->origin, 0.0, 1.0, reach, &out->slab[1]);
-    set_slab(dual_v, g->origin, 0.0, 1.0, reach, &out->slab[2]);
+    set_slab(dual_u, g->origin, 0.0, length_u, reach, &out->slab[1]);
+    set_slab(dual_v, g->origin, 0.0, length_v, reach, &out->slab[2]);
 }
 
 // ---- cells --------------------------------------------------------------------------------------

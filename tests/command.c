@@ -124,10 +124,10 @@ void command_run_list(struct command_result *result, const char *const *argv)
     assert_no_orphan();
 }
 
-pid_t command_start(int out, const char *const *argv)
+pid_t command_start(int out, int err, const char *const *argv)
 {
     int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    pid_t pid = start(argv, out < 0 ? null : out, out < 0 ? null : out);
+    pid_t pid = start(argv, out < 0 ? null : out, err < 0 ? null : err);
     close(null);
     return pid;
 }
@@ -153,7 +153,7 @@ double command_signal(pid_t pid, int signal, int *status)
 
 int command_interrupt(double seconds, int signal, const char *const *argv)
 {
-    pid_t pid = command_start(-1, argv);
+    pid_t pid = command_start(-1, -1, argv);
     pause_seconds(seconds);
     int status;
     bool ended = waitpid(pid, &status, WNOHANG) == pid;

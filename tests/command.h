@@ -31,10 +31,11 @@ void command_environment(const char *variable);
 // and returns the code as above. -1: it had ended before the signal.
 int command_interrupt(double seconds, int signal, const char *const *argv);
 
-// The parts of that. Output goes to `out`, < 0: to the null device. Waits until so many processes
-// that are children of the test, or theirs, run. Sends a signal, waits for the end, and returns the
-// seconds that took; the test fails if a process is still there afterwards.
-pid_t command_start(int out, const char *const *argv);
+// The parts of that. Standard output and errors go to descriptors, < 0: to the null device. Waits
+// until so many processes that are children of the test, or theirs, run. Sends a signal, waits for
+// the end, and returns the seconds that took; the test fails if a process is still there
+// afterwards.
+pid_t command_start(int out, int err, const char *const *argv);
 bool command_wait_for_programs(int count);
 double command_signal(pid_t pid, int signal, int *status);
 

@@ -625,7 +625,7 @@ static void bad_table_options(void **state)
     for (size_t i = 0; i < COUNT(cases); i++)
         command_fails(2, cases[i].message, "table", cases[i].option);
     command_fails(2, "excludes", "table", "--target-error", "1", "--statistics");
-    command_fails(2, "same file", "table", "-o", "a.png", "--plot", "./a.png");
+    command_fails(2, "(--plot writes .png)", "table", "-o", "a.png", "--plot", "./a.png");
     command_fails(4, "nowhere", "table", "-o", "nowhere/a.txt");
     command_fails(4, "folder", "table", "-o", ".");
     if (has_gnuplot())

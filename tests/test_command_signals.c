@@ -60,7 +60,7 @@ static void while_a_reader_is_waited_for(void **state)
         for (int i = 0; i < ENDING_COUNT; i++) {
             command_environment(variable);
             pid_t pid = command_start(
-                -1, (const char *[]){"weft", "slice", "ml.vdb", "-o", "out.exr", NULL});
+                -1, -1, (const char *[]){"weft", "slice", "ml.vdb", "-o", "out.exr", NULL});
             assert_true(command_wait_for_programs(readers[r].processes));
             assert_dies(pid, ending[i]);
         }
@@ -78,7 +78,7 @@ static void while_a_pipe_is_waited_for(void **state)
         {"weft", "validate", "pipe", NULL},
     };
     for (int i = 0; i < ENDING_COUNT; i++) {
-        pid_t pid = command_start(-1, waiting[i % 2]);
+        pid_t pid = command_start(-1, -1, waiting[i % 2]);
         pause_ms(100);
         assert_dies(pid, ending[i]);
     }
@@ -92,7 +92,8 @@ static void while_it_writes(void **state)
     int ended = 0;
     for (int i = 0; i < 6; i++) {
         pid_t pid = command_start(
-            -1, (const char *[]){"weft", "make", "chirp", "--size", "150", "-o", "big.vdb", NULL});
+            -1, -1,
+            (const char *[]){"weft", "make", "chirp", "--size", "150", "-o", "big.vdb", NULL});
         pause_ms(40 + 60 * i);
         int status, before = command_folder_size();
         command_signal(pid, ending[i % ENDING_COUNT], &status);
@@ -118,7 +119,7 @@ static void a_drawing_program_goes_along(void **state)
     for (size_t i = 0; i < 3; i++) {
         command_environment(variable);
         pid_t pid = command_start(
-            -1, (const char *[]){"weft", "kernel", "linear", "--plot", "a.svg", NULL});
+            -1, -1, (const char *[]){"weft", "kernel", "linear", "--plot", "a.svg", NULL});
         assert_true(command_wait_for_programs(4));
         assert_dies(pid, some[i]);
     }
@@ -131,7 +132,7 @@ static void an_ignored_signal_stays_ignored(void **state)
     (void)state;
     signal(SIGHUP, SIG_IGN);
     assert_int_equal(mkfifo("pipe", 0600), 0);
-    pid_t pid = command_start(-1, (const char *[]){"weft", "validate", "pipe", NULL});
+    pid_t pid = command_start(-1, -1, (const char *[]){"weft", "validate", "pipe", NULL});
     signal(SIGHUP, SIG_DFL);
     pause_ms(200);
     kill(pid, SIGHUP);
@@ -147,7 +148,7 @@ static void a_kill_leaves_no_reader_and_no_file(void **state)
 {
     (void)state;
     pid_t pid = command_start(
-        -1, (const char *[]){"weft", "make", "chirp", "--size", "200", "-o", "big.vdb", NULL});
+        -1, -1, (const char *[]){"weft", "make", "chirp", "--size", "200", "-o", "big.vdb", NULL});
     assert_true(command_wait_for_programs(2)); // the writer is there, and so is its file
     assert_dies(pid, SIGKILL);
 }
@@ -158,7 +159,7 @@ static void an_unread_pipe_ends_it(void **state)
     int ends[2], status;
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
     close(ends[0]);
-    pid_t pid = command_start(ends[1], (const char *[]){"weft", "kernel", "--list", NULL});
+    pid_t pid = command_start(ends[1], -1, (const char *[]){"weft", "kernel", "--list", NULL});
     close(ends[1]);
     assert_int_equal(waitpid(pid, &status, 0), pid);
     assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGPIPE);

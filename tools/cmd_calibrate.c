@@ -20,12 +20,14 @@ enum {
     CALIBRATE_OPTION_COUNT
 };
 
+static const char *const text_ending[] = {".txt", NULL};
 static const struct option_spec options[CALIBRATE_OPTION_COUNT] = {
     [CALIBRATE_OUTPUT] = {.name = "output",
                           'o',
-                          OPTION_TEXT,
+                          OPTION_OUTPUT,
                           "FILE",
-                          "where the numbers go (default: where other verbs look for them)"},
+                          "where the numbers go (default: where other verbs look for them)",
+                          text_ending},
     [CALIBRATE_CONTEXT] = {.name = "context",
                            0,
                            OPTION_TEXT,

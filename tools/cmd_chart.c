@@ -17,21 +17,32 @@ static const char default_kernels[] = "catmull-rom;linear;mitchell;bspline3;lanc
 static const char default_truth_kernels[] =
     "nearest;linear;mitchell;catmull-rom;keys6;lanczos:3+unit;bspline3;bspline3i";
 
+static const char *const json_ending[] = {".json", NULL};
+static const char *const csv_ending[] = {".csv", NULL};
+static const char *const png_ending[] = {".png", NULL};
+static const char *const chart_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[CHART_OPTION_COUNT] = {
     [CHART_OUTPUT] = {.name = "output",
                       'o',
-                      OPTION_TEXT,
+                      OPTION_OUTPUT,
                       "CHART.svg|CHART.png",
                       "the chart, by gnuplot (default chart.svg, where no other output is asked "
-                      "for). Of two charts the second is CHART-truth.svg"},
-    [CHART_PNG] =
-        {.name = "png", 0, OPTION_TEXT, "CHART.png", "the same as PNG; the second likewise"},
-    [CHART_CSV] = {.name = "csv", 0, OPTION_TEXT, "FILE.csv", "the points of both charts"},
+                      "for). Of two charts the second is CHART-truth.svg",
+                      chart_endings},
+    [CHART_PNG] = {.name = "png",
+                   0,
+                   OPTION_OUTPUT,
+                   "CHART.png",
+                   "the same as PNG; the second likewise",
+                   png_ending},
+    [CHART_CSV] =
+        {.name = "csv", 0, OPTION_OUTPUT, "FILE.csv", "the points of both charts", csv_ending},
     [CHART_JSON] = {.name = "json",
                     0,
-                    OPTION_TEXT,
+                    OPTION_OUTPUT,
                     "FILE.json",
-                    "the points, what was skipped and why, the slice and the machine"},
+                    "the points, what was skipped and why, the slice and the machine",
+                    json_ending},
     [CHART_SCRIPT] = {.name = "script",
                       0,
                       OPTION_FLAG,
@@ -194,7 +205,7 @@ static char *chart_path(const struct chart_job *job, const struct chart *chart, 
 static bool ends_in(const char *path, const char *ending)
 {
     const size_t length = strlen(paths_base_name(path)), size = strlen(ending);
-    return length > size && strcmp(path + strlen(path) - size, ending) == 0;
+    return length > size && strcasecmp(path + strlen(path) - size, ending) == 0;
 }
 
 static const char *output_of(const struct chart_job *job)

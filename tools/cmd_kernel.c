@@ -11,6 +11,7 @@
 
 enum { KERNEL_LIST, KERNEL_PLOT, KERNEL_JSON, KERNEL_QUIET, KERNEL_VERBOSE, KERNEL_OPTION_COUNT };
 
+static const char *const plot_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[KERNEL_OPTION_COUNT] = {
     [KERNEL_LIST] = {.name = "list",
                      'l',
@@ -20,9 +21,10 @@ static const struct option_spec options[KERNEL_OPTION_COUNT] = {
                      "as JSON)"},
     [KERNEL_PLOT] = {.name = "plot",
                      'p',
-                     OPTION_TEXT,
+                     OPTION_OUTPUT,
                      "OUT.svg|OUT.png",
-                     "kernel, derivative and spectrum as a picture (needs gnuplot)"},
+                     "kernel, derivative and spectrum as a picture (needs gnuplot)",
+                     plot_endings},
     [KERNEL_JSON] = {.name = "json",
                      0,
                      OPTION_FLAG,

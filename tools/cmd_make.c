@@ -25,8 +25,10 @@ enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
 // Of voxels. Building, handing over and writing hold about four times that for a while.
 static const uint64_t max_bytes = UINT64_C(2) << 30;
 
+static const char *const vdb_ending[] = {".vdb", NULL};
 static const struct option_spec options[MAKE_OPTION_COUNT] = {
-    [MAKE_OUTPUT] = {.name = "output", 'o', OPTION_TEXT, "OUT.vdb", "the volume (required)"},
+    [MAKE_OUTPUT] =
+        {.name = "output", 'o', OPTION_OUTPUT, "OUT.vdb", "the volume (required)", vdb_ending},
     [MAKE_SIZE] = {.name = "size",
                    0,
                    OPTION_VOXELS,

@@ -12,18 +12,22 @@
 #include "resample_job.h"
 #include "verb.h"
 
+static const char *const png_ending[] = {".png", NULL};
+static const char *const exr_ending[] = {".exr", NULL};
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
                          'o',
-                         OPTION_TEXT,
+                         OPTION_OUTPUT,
                          "OUT.exr",
                          "the image: float channels of the same names, with the input's attributes "
-                         "as text and attributes that tell how it was made"},
+                         "as text and attributes that tell how it was made",
+                         exr_ending},
     [RESAMPLE_PREVIEW] = {.name = "preview",
                           0,
-                          OPTION_TEXT,
+                          OPTION_OUTPUT,
                           "OUT.png",
-                          "the luminance of R, G and B, or else the first channel, as 8-bit PNG"},
+                          "the luminance of R, G and B, or else the first channel, as 8-bit PNG",
+                          png_ending},
     [RESAMPLE_SIZE] =
         {.name = "size",
          0,

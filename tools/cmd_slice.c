@@ -17,13 +17,17 @@ static const char *const spaces[] = {"world", "index", NULL}; // in the order of
 static const char *const sources[] = {"32f", "16f", "unorm16", "unorm8", NULL};         // likewise
 static const char *const layouts[] = {"auto", "interleaved", "aligned", "plain", NULL}; // likewise
 
+static const char *const png_ending[] = {".png", NULL};
+static const char *const exr_ending[] = {".exr", NULL};
 static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_OUTPUT] = {.name = "output",
                       'o',
-                      OPTION_TEXT,
+                      OPTION_OUTPUT,
                       "OUT.exr",
-                      "the slice: one float channel, Y, with attributes that tell how it was made"},
-    [SLICE_PREVIEW] = {.name = "preview", 0, OPTION_TEXT, "OUT.png", "the slice as 8-bit PNG"},
+                      "the slice: one float channel, Y, with attributes that tell how it was made",
+                      exr_ending},
+    [SLICE_PREVIEW] =
+        {.name = "preview", 0, OPTION_OUTPUT, "OUT.png", "the slice as 8-bit PNG", png_ending},
     [SLICE_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,

@@ -18,6 +18,8 @@ static const char *const lookups[] = {"nearest", "linear", "both", NULL}; // wef
 static const char *const conventions[] = {"eq4", "wscg2003", NULL}; // enum weft_error_convention
 static const char *const formats[] = {"text", "markdown", "csv", "json", "latex", NULL};
 
+static const char *const format_endings[] = {".txt", ".md", ".csv", ".json", ".tex", NULL};
+static const char *const plot_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[TABLE_OPTION_COUNT] = {
     [TABLE_KERNELS] = {.name = "kernels",
                        'k',
@@ -79,7 +81,8 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                       'f',
                       OPTION_CHOICE,
                       "text|markdown|csv|json|latex",
-                      "of the table (default text); csv and json have one line or object for "
+                      "of the table (default: as -o ends in .txt, .md, .csv, .json or .tex, else "
+                      "text); csv and json have one line or object for "
                       "each cell",
                       formats},
     [TABLE_STATISTICS] = {.name = "statistics",
@@ -90,9 +93,10 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                           "sum, which is the ripple on a constant signal"},
     [TABLE_PLOT] = {.name = "plot",
                     'p',
-                    OPTION_TEXT,
+                    OPTION_OUTPUT,
                     "OUT.svg|OUT.png",
-                    "eps_h over the resolution as a picture (needs gnuplot)"},
+                    "eps_h over the resolution as a picture (needs gnuplot)",
+                    plot_endings},
     [TABLE_TARGET_ERROR] = {.name = "target-error",
                             't',
                             OPTION_NUMBER,
@@ -103,9 +107,10 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                             "(4 / 255 = 0.0157 is what the paper found good enough)"},
     [TABLE_OUTPUT] = {.name = "output",
                       'o',
-                      OPTION_TEXT,
+                      OPTION_OUTPUT,
                       "FILE",
-                      "write the table there instead of to standard output"},
+                      "write the table there instead of to standard output",
+                      format_endings},
     [TABLE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},
     [TABLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
@@ -294,6 +299,20 @@ static enum weft_result check_target(const struct table_job *job)
     return WEFT_OK;
 }
 
+// The ending of the output tells it, too.
+static enum weft_result read_format(struct table_job *job)
+{
+    const struct option_value *format = &job->option[TABLE_FORMAT];
+    const struct option_value *output = &job->option[TABLE_OUTPUT];
+    const bool told = output->given && output->integer[0] >= 0;
+    job->format = (enum table_format)(told ? output->integer[0] : format->integer[0]);
+    if (!told || !format->given || format->integer[0] == output->integer[0])
+        return WEFT_OK;
+    report_error("-o %s: the name of a table in %s must end in %s", output->text, format->text,
+                 format_endings[format->integer[0]]);
+    return WEFT_ERR_ARGUMENT;
+}
+
 static enum weft_result read_options(struct table_job *job)
 {
     const struct option_value *o = job->option;
@@ -301,12 +320,13 @@ static enum weft_result read_options(struct table_job *job)
     int count;
     job->rounding = (enum weft_fixed_rounding)o[TABLE_ROUNDING].integer[0];
     job->convention = (enum weft_error_convention)o[TABLE_CONVENTION].integer[0];
-    job->format = (enum table_format)o[TABLE_FORMAT].integer[0];
     const int64_t lookup = o[TABLE_LOOKUP].given ? o[TABLE_LOOKUP].integer[0] : 2;
     job->lookup_count = lookup == 2 ? 2 : 1;
     job->lookup[0] = lookup == 1 ? WEFT_ERROR_LINEAR : WEFT_ERROR_NEAREST;
     job->lookup[1] = WEFT_ERROR_LINEAR;
-    enum weft_result res = check_target(job);
+    enum weft_result res = read_format(job);
+    if (res == WEFT_OK)
+        res = check_target(job);
     if (res == WEFT_OK)
         res = read_list(job, TABLE_RESOLUTIONS, "16,32,64,128,256,512", 1, TABLE_MAX_SAMPLES,
                         TABLE_MAX_LIST, job->samples, &job->sample_count);

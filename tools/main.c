@@ -38,6 +38,8 @@ static void print_help(void)
          "  4  output not written\n"
          "  5  no usable GL context\n"
          "a signal ends weft at once, and by that signal\n\n"
+         "outputs: the ending of a name tells the format; - is standard output, where nothing\n"
+         "else goes then: texts go to stderr\n\n"
          "environment:\n"
          "  WEFT_LIBEXEC    folder of the reader programs (weft-read-vdb and its siblings)\n"
          "  XDG_CACHE_HOME  where weft calibrate keeps its numbers (default ~/.cache)\n"
@@ -122,6 +124,8 @@ static int run_verb(const struct verb *verb, int argc, char **argv)
         print_verb_help(verb);
         return report_finish(WEFT_OK);
     }
+    if (parse.writes_stdout)
+        report_keep_stdout();
     ending_start();
     const int code = verb->run(operand, values);
     ending_finish();

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "paths.h"
 #include "report.h"
 
 // How the types that are lists of numbers are written.
@@ -112,8 +113,52 @@ static bool parse_choice(const struct option_spec *spec, const char *text,
     return false;
 }
 
-static bool parse_value(const struct option_spec *spec, const char *text,
-                        struct option_value *value)
+// "svg or png" for messages.
+static void list_endings(const struct option_spec *spec, char *out, size_t size)
+{
+    *out = 0;
+    for (int i = 0; spec->choices[i]; i++) {
+        size_t used = strlen(out);
+        snprintf(out + used, size - used, "%s%s",
+                 !i                     ? ""
+                 : spec->choices[i + 1] ? ", "
+                                        : " or ",
+                 spec->choices[i]);
+    }
+}
+
+// -1: it is not one of them.
+static int find_ending(const struct option_spec *spec, const char *ending)
+{
+    for (int i = 0; spec->choices[i]; i++)
+        if (strcasecmp(spec->choices[i], ending) == 0)
+            return i;
+    return -1;
+}
+
+// What is no file has a name of its own, which tells no format.
+static bool parse_output(const struct option_parse *parse, const struct option_spec *spec,
+                         struct option_value *value)
+{
+    if (strcmp(value->text, "-") == 0)
+        value->text = "/dev/stdout";
+    const char *ending = paths_ending(value->text);
+    value->integer[0] = find_ending(spec, ending);
+    if (value->integer[0] >= 0 || !*ending || paths_is_special(value->text))
+        return true;
+    char endings[64], other[64] = "";
+    list_endings(spec, endings, sizeof endings);
+    for (int i = 0; i < parse->option_count; i++) {
+        const struct option_spec *that = &parse->options[i];
+        if (that->type == OPTION_OUTPUT && find_ending(that, ending) >= 0)
+            snprintf(other, sizeof other, " (--%s writes %s)", that->name, ending);
+    }
+    report_error("--%s %s: the name must end in %s%s", spec->name, value->text, endings, other);
+    return false;
+}
+
+static bool parse_value(const struct option_parse *parse, const struct option_spec *spec,
+                        const char *text, struct option_value *value)
 {
     value->given = true;
     value->text = text;
@@ -121,8 +166,9 @@ static bool parse_value(const struct option_spec *spec, const char *text,
     case OPTION_FLAG:
         return true;
     case OPTION_TEXT:
+    case OPTION_OUTPUT:
         if (*text)
-            return true;
+            return spec->type == OPTION_TEXT || parse_output(parse, spec, value);
         report_error("--%s: the value is empty", spec->name);
         return false;
     case OPTION_CHOICE:
@@ -238,7 +284,7 @@ static bool parse_option(struct option_parse *parse, int argc, char **argv, int 
         report_error("--%s needs a value: --%s %s", spec->name, spec->name, spec->value);
         return false;
     }
-    return parse_value(spec, text, &parse->values[index]);
+    return parse_value(parse, spec, text, &parse->values[index]);
 }
 
 static bool asks_for_help(int argc, char **argv)
@@ -247,6 +293,27 @@ static bool asks_for_help(int argc, char **argv)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
             return true;
     return false;
+}
+
+// What is on standard output must be one thing.
+static bool check_stdout(struct option_parse *parse)
+{
+    const char *first = NULL;
+    for (int i = 0; i < parse->option_count; i++) {
+        const struct option_spec *spec = &parse->options[i];
+        const struct option_value *value = &parse->values[i];
+        bool output = spec->type == OPTION_OUTPUT && paths_is_stdout(value->text);
+        bool json = spec->type == OPTION_FLAG && strcmp(spec->name, "json") == 0;
+        if (!value->given || !(output || json))
+            continue;
+        parse->writes_stdout = parse->writes_stdout || output;
+        if (first && parse->writes_stdout) {
+            report_error("--%s and --%s both go to standard output", first, spec->name);
+            return false;
+        }
+        first = spec->name;
+    }
+    return true;
 }
 
 bool options_parse(struct option_parse *parse, int argc, char **argv)
@@ -269,7 +336,7 @@ bool options_parse(struct option_parse *parse, int argc, char **argv)
             parse->positional[parse->positional_count++] = argv[i];
         }
     }
-    return true;
+    return check_stdout(parse);
 }
 
 void options_print_wrapped(const char *text, int indent)

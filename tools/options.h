@@ -2,7 +2,8 @@
 // tools/options.h - one option parser for all verbs: each verb declares its options as a table, and
 // the same table prints its help.
 // Written as `--name value`, `--name=value`, or `-n value` where the option has a letter. An option
-// given twice is an error, so that nothing is ignored in silence; flags may be repeated. A value
+// given twice is an error, so that nothing is ignored in silence; flags may be repeated. So are two
+// outputs, or an output and a flag --json, for standard output. A value
 // that starts with '-' and is not a number is taken only as `--name=value`. `--` ends the options.
 #ifndef WEFT_TOOLS_OPTIONS_H
 #define WEFT_TOOLS_OPTIONS_H
@@ -22,6 +23,8 @@ enum option_type {
     OPTION_PIXELS,  // WxH -> integer[2]
     OPTION_VOXELS,  // N (all three alike) or NxNxN -> integer[3]
     OPTION_INDEX,   // I,J,K -> integer[3]
+    OPTION_OUTPUT,  // a file's name, "-" for standard output (text is then /dev/stdout); the ending
+                    // is one of the list or there is none -> integer[0], its place, or -1
 };
 
 struct option_spec {
@@ -30,7 +33,7 @@ struct option_spec {
     enum option_type type;
     const char *value; // how help writes the value: "OUT.exr"; NULL for flags
     const char *help;  // wrapped when printed
-    const char *const *choices;
+    const char *const *choices; // words, or endings as ".exr"
 };
 
 struct option_value {
@@ -51,6 +54,7 @@ struct option_parse {
     int positional_max;
     int positional_count; // out
     bool help;            // out
+    bool writes_stdout;   // out: one of the outputs is standard output
 };
 bool options_parse(struct option_parse *parse, int argc, char **argv);
 

@@ -16,6 +16,32 @@ const char *paths_base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
+const char *paths_ending(const char *path)
+{
+    const char *base = paths_base_name(path), *dot = strrchr(base, '.');
+    return dot && dot != base && dot[1] ? dot : "";
+}
+
+bool paths_is_stdout(const char *path)
+{
+    static const char *const names[] = {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"};
+    for (size_t i = 0; path && i < sizeof names / sizeof *names; i++)
+        if (strcmp(path, names[i]) == 0)
+            return true;
+    return false;
+}
+
+// A descriptor may be of a file, which is to go on where it stands.
+bool paths_is_special(const char *path)
+{
+    static const char *const folders[] = {"/dev/std", "/dev/fd/", "/proc/self/fd/"};
+    struct stat status;
+    for (size_t i = 0; i < sizeof folders / sizeof *folders; i++)
+        if (strncmp(path, folders[i], strlen(folders[i])) == 0)
+            return true;
+    return stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
 // "." where the path has none; cut at PATH_MAX, which no call accepts anyway.
 static void folder_name(const char *path, char out[PATH_MAX])
 {
@@ -48,6 +74,8 @@ enum weft_result paths_check_output(const char *path, bool no_clobber)
     struct stat status;
     char folder[PATH_MAX];
     folder_name(path, folder);
+    if (paths_is_special(path))
+        return WEFT_OK; // opening it tells
     if (lstat(path, &status) == 0 && no_clobber)
         report_error("%s exists, and --no-clobber is given", path);
     else if (*paths_base_name(path) == 0 || (stat(path, &status) == 0 && S_ISDIR(status.st_mode)))

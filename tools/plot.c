@@ -18,7 +18,7 @@ extern char **environ;
 static bool ends_with(const char *text, const char *end)
 {
     size_t size = strlen(text), end_size = strlen(end);
-    return size > end_size && strcmp(text + size - end_size, end) == 0;
+    return size > end_size && strcasecmp(text + size - end_size, end) == 0;
 }
 
 // In memory: no folder for temporary files is asked for. NULL with errno.

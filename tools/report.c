@@ -23,6 +23,11 @@ void report_set_level(bool quiet, bool verbose)
     shown_level = verbose ? WEFT_LOG_DEBUG : quiet ? WEFT_LOG_ERROR : WEFT_LOG_WARNING;
 }
 
+void report_keep_stdout(void)
+{
+    stdout = stderr;
+}
+
 bool report_is_quiet(void)
 {
     return shown_level == WEFT_LOG_ERROR;

@@ -21,6 +21,9 @@ enum exit_code {
 void report_set_level(bool quiet, bool verbose);
 bool report_is_quiet(void);
 
+// Standard output is for an output file: what is printed goes to stderr from now on.
+void report_keep_stdout(void);
+
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
