@@ -371,7 +371,9 @@ static enum weft_result write_ways(FILE *s, const struct chart_job *job)
         write_groups(&plot, plots_out, bounds_out);
         write_front(&plot, sorted);
     }
-    if ((plots_out && fclose(plots_out) != 0) || (bounds_out && fclose(bounds_out) != 0))
+    if (plots_out && !report_close(plots_out))
+        res = WEFT_ERR_MEMORY;
+    if (bounds_out && !report_close(bounds_out))
         res = WEFT_ERR_MEMORY;
     if (res == WEFT_OK)
         fprintf(s,

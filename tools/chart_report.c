@@ -78,7 +78,7 @@ enum weft_result chart_save_csv(const struct chart_job *job, const char *path)
     FILE *out = fill_csv(job, &cells) ? open_memstream(&text, &size) : NULL;
     if (out)
         cells_print(&cells, CELLS_CSV, out);
-    if (out && fclose(out) == 0)
+    if (out && report_close(out))
         res = weft_file_save(report_log(), path, false, text, size);
     free(text);
     cells_destroy(&cells);
@@ -142,12 +142,9 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
     }
     if (job->has_truth)
         json_object_set_new(root, "truth", chart_json(&job->truth));
-    char *text = json_dumps(root, JSON_INDENT(2));
-    json_decref(root);
-    if (!text) {
-        report_error("out of memory for the JSON text");
+    char *text = json_format(root);
+    if (!text)
         return WEFT_ERR_MEMORY;
-    }
     enum weft_result res = weft_file_save(report_log(), path, false, text, strlen(text));
     free(text);
     return res;

@@ -494,7 +494,7 @@ static enum weft_result write_table(const struct table_job *job)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     enum weft_result res = out ? table_print(job, out) : WEFT_ERR_MEMORY;
-    if (out && fclose(out) != 0)
+    if (out && !report_close(out))
         res = WEFT_ERR_MEMORY;
     if (res == WEFT_OK)
         res = weft_file_save(report_log(), job->option[TABLE_OUTPUT].text, false, text, size);

@@ -8,6 +8,20 @@
 
 #include "report.h"
 
+static bool failed;
+
+json_t *json_watch(json_t *value)
+{
+    failed = failed || !value;
+    return value;
+}
+
+int json_watch_result(int result)
+{
+    failed = failed || result != 0;
+    return result;
+}
+
 json_t *json_number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
@@ -53,14 +67,31 @@ json_t *json_metadata(const struct weft_metadata *metadata, size_t count)
     return object;
 }
 
+static int append(const char *text, size_t size, void *out)
+{
+    return fwrite(text, 1, size, out) == size ? 0 : -1;
+}
+
+// Not by json_dumps, which leaves out keys that it has no memory for (jansson 2.14).
+char *json_format(json_t *root)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = root && !failed ? open_memstream(&text, &size) : NULL;
+    bool whole = out && json_dump_callback(root, append, out, JSON_INDENT(2)) == 0;
+    json_decref(root);
+    if (out && report_close(out) && whole)
+        return text;
+    free(text);
+    report_error("out of memory for the JSON text");
+    return NULL;
+}
+
 enum weft_result json_print(json_t *root)
 {
-    char *text = json_dumps(root, JSON_INDENT(2));
-    json_decref(root);
-    if (!text) {
-        report_error("out of memory for the JSON text");
+    char *text = json_format(root);
+    if (!text)
         return WEFT_ERR_MEMORY;
-    }
     puts(text);
     free(text);
     return WEFT_OK;

@@ -194,7 +194,7 @@ enum exit_code plot_save_script(struct plot *plot, const char *script_path)
     FILE *out = open_memstream(&text, &size);
     if (out)
         copy_script(plot->script, plot->path, out);
-    bool good = out && fclose(out) == 0;
+    bool good = out && report_close(out);
     enum exit_code code = EXIT_CODE_FAILED;
     if (good)
         code = save_file(script_path, text, size);

@@ -186,6 +186,12 @@ int report_finish(enum weft_result result)
     return exit_code(result);
 }
 
+bool report_close(FILE *text)
+{
+    const bool lost = ferror(text);
+    return fclose(text) == 0 && !lost;
+}
+
 double report_now_seconds(void)
 {
     struct timespec now;

@@ -6,6 +6,8 @@
 #ifndef WEFT_TOOLS_REPORT_H
 #define WEFT_TOOLS_REPORT_H
 
+#include <stdio.h>
+
 #include "weft.h"
 
 enum exit_code {
@@ -49,6 +51,9 @@ void report_erase_progress(void);
 
 // The exit code of a result; makes sure that a failure has its error line, and flushes stdout.
 int report_finish(enum weft_result result);
+
+// Closes a text in memory; false where there was none for all that was written.
+bool report_close(FILE *text);
 
 double report_now_seconds(void); // monotonic
 

@@ -335,13 +335,12 @@ static enum weft_result print_json(const struct table_job *job, FILE *out)
     else
         json_object_set_new(root, "factor", json_number(job->cell[0].error.scale));
     json_object_set_new(root, "cells", list);
-    // A full device shows when the stream is flushed.
-    int failed = json_dumpf(root, out, JSON_INDENT(2)) && !ferror(out);
-    json_decref(root);
-    putc('\n', out);
-    if (failed)
-        report_error("out of memory for the JSON text");
-    return failed ? WEFT_ERR_MEMORY : WEFT_OK;
+    char *text = json_format(root);
+    if (!text)
+        return WEFT_ERR_MEMORY;
+    fprintf(out, "%s\n", text); // a full device shows when the stream is flushed
+    free(text);
+    return WEFT_OK;
 }
 
 enum weft_result table_print(const struct table_job *job, FILE *out)
