@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the command's outputs go: endings that tell formats, and standard output.
+#include <errno.h>
 #include <fcntl.h>
+#include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -175,6 +178,103 @@ static void special_files_take_any_name(void **state)
     command_fails(4, "No space left on device", "make", "ramp", "--size", "8", "-o", "/dev/full");
 }
 
+// ---- progress -----------------------------------------------------------------------------------
+
+// What the command shows on a terminal.
+static char *run_on_a_terminal(const char *const *argv)
+{
+    int terminal = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC), status;
+    assert_true(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+    int theirs = open(ptsname(terminal), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    assert_true(theirs >= 0);
+    pid_t pid = command_start(-1, theirs, argv);
+    close(theirs);
+    char *shown = calloc(1, 1 << 16);
+    ssize_t count;
+    for (size_t size = 0; (count = read(terminal, shown + size, (1 << 16) - 1 - size)) > 0;)
+        size += (size_t)count; // until the other end is closed
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(status, 0);
+    close(terminal);
+    return shown;
+}
+
+static void assert_ends_erased(const char *shown)
+{
+    static const char erase[] = "\r\033[K";
+    assert_true(strlen(shown) > strlen(erase));
+    assert_string_equal(shown + strlen(shown) - strlen(erase), erase);
+    assert_null(strstr(shown, "100 %"));
+}
+
+static void progress_tells_of_files(void **state)
+{
+    (void)state;
+    const char *const make[] = {"weft", "make", "chirp", "--size", "64", "-o", "p.vdb", NULL};
+    char *shown = run_on_a_terminal(make);
+    assert_non_null(strstr(shown, "weft: sampling  "));
+    assert_non_null(strstr(shown, "weft: writing p.vdb"));
+    assert_ends_erased(shown);
+    free(shown);
+    if (command_has_gl()) {
+        const char *const slice[] = {"weft",     "slice", "p.vdb",  "-o",      "p.exr",
+                                     "--verify", "-q",    "--size", "100x100", NULL};
+        shown = run_on_a_terminal(slice);
+        assert_string_equal(shown, "");
+        free(shown);
+        const char *const loud[] = {"weft",   "slice",   "p.vdb",     "-o",    "p.exr", "--verify",
+                                    "--size", "100x100", "--preview", "p.png", NULL};
+        shown = run_on_a_terminal(loud);
+        assert_non_null(strstr(shown, "weft: reading p.vdb"));
+        assert_non_null(strstr(shown, "weft: writing p.exr"));
+        assert_non_null(strstr(shown, "weft: writing p.png"));
+        assert_ends_erased(shown);
+        free(shown);
+        unlink("p.exr");
+        unlink("p.png");
+    }
+    unlink("p.vdb");
+}
+
+// A writer's word is not enough.
+static void a_lying_writer_is_found_out(void **state)
+{
+    (void)state;
+    static const char *const lies[] = {"WEFT_LIE=0 0", "WEFT_LIE=500 0", "WEFT_LIE=500 500",
+                                       "WEFT_LIE=vdb 500 300", "WEFT_LIE=vdb 300 500"};
+    for (size_t i = 0; i < sizeof lies / sizeof *lies; i++) {
+        command_environment("WEFT_LIBEXEC=" WEFT_BINARY_DIR "/liars");
+        command_environment(lies[i]);
+        command_fails(4, "weft-write-vdb tells of", "make", "ramp", "--size", "8", "-o", "r.vdb");
+    }
+}
+
+// A small file system, which takes a name space of our own to mount.
+static void a_full_disk_is_told(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir("full", 0700), 0);
+    if (unshare(geteuid() == 0 ? CLONE_NEWNS : CLONE_NEWUSER | CLONE_NEWNS) != 0 ||
+        mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
+        mount("weft-test", "full", "tmpfs", 0, "size=64k,mode=777") != 0) {
+        print_message("no file system can be mounted here: %s\n", strerror(errno));
+        rmdir("full");
+        skip();
+    }
+    command_fails(4, "No space left on device", "make", "chirp", "--size", "64", "-o",
+                  "full/c.vdb");
+    if (command_has_gl()) {
+        command_fails(4, "No space left on device", "slice", "ml.vdb", "-o", "full/c.exr");
+        command_fails(4, "No space left on device", "slice", "ml.vdb", "--preview", "full/c.png");
+    }
+    char left[8] = "";
+    int fd = open("full/small", O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    assert_int_equal(write(fd, left, sizeof left), sizeof left); // nothing of it stayed
+    close(fd);
+    assert_int_equal(umount("full"), 0);
+    rmdir("full");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -184,6 +284,9 @@ int main(void)
         cmocka_unit_test(volumes_and_tables_on_stdout),
         cmocka_unit_test(images_on_stdout),
         cmocka_unit_test(special_files_take_any_name),
+        cmocka_unit_test(progress_tells_of_files),
+        cmocka_unit_test(a_lying_writer_is_found_out),
+        cmocka_unit_test(a_full_disk_is_told),
     };
     return cmocka_run_group_tests(tests, command_setup, command_teardown);
 }

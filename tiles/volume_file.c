@@ -342,7 +342,28 @@ enum weft_result weft_volume_file_read(weft_volume *volume, size_t count,
 
 // ---- saving -------------------------------------------------------------------------------------
 
-static enum weft_result send_volume(const weft_volume *volume, weft_reader *writer)
+// The writer is believed as little as a reader: the file begins as one, and has the size told.
+static enum weft_result check_written(const struct weft_log *log,
+                                      const struct weft_output_file *file, uint64_t told)
+{
+    static const char magic[8] = {' ', 'B', 'D', 'V'};
+    char start[sizeof magic] = "";
+    struct stat st;
+    if (fstat(file->fd, &st) || pread(file->fd, start, sizeof start, 0) < 0) {
+        weft_error(log, "cannot write %s: %s", file->path, strerror(errno));
+        return WEFT_ERR_WRITE;
+    }
+    if ((uint64_t)st.st_size == told && told > sizeof magic && !memcmp(start, magic, sizeof magic))
+        return WEFT_OK;
+    weft_error(
+        log,
+        "cannot write %s: weft-write-vdb tells of %llu bytes of a VDB file, and left %llu of %s",
+        file->path, (unsigned long long)told, (unsigned long long)st.st_size,
+        memcmp(start, magic, sizeof magic) ? "none" : "one");
+    return WEFT_ERR_WRITE;
+}
+
+static enum weft_result send_volume(const weft_volume *volume, weft_reader *writer, uint64_t *size)
 {
     const struct weft_volume_info *info = &volume->info;
     struct weft_wire_volume head = {.brick_count = volume->brick_count,
@@ -365,6 +386,7 @@ static enum weft_result send_volume(const weft_volume *volume, weft_reader *writ
     enum weft_result res =
         weft_reader_call_parts(writer, &request, parts, WEFT_COUNT(parts), &answer, &payload);
     weft_payload_release(&payload);
+    *size = answer.count[0];
     return res;
 }
 
@@ -375,6 +397,7 @@ enum weft_result weft_volume_save(const weft_volume *volume,
     struct weft_output_file file = {.fd = -1};
     weft_reader *writer = NULL;
     bool created = false;
+    uint64_t size = 0;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, params->path != NULL);
     weft_require(log, volume->reader == NULL && volume->coefficients == NULL);
@@ -384,7 +407,9 @@ enum weft_result weft_volume_save(const weft_volume *volume,
     created = true;
     res = weft_reader_start(log, "weft-write-vdb", params->path, file.fd, &params->limits, &writer);
     if (!res)
-        res = send_volume(volume, writer);
+        res = send_volume(volume, writer, &size);
+    if (!res)
+        res = check_written(log, &file, size);
     if (res)
         goto fail;
     created = false;

@@ -356,6 +356,7 @@ static enum weft_result save_volume(const weft_volume *volume, const struct opti
         .no_clobber = values[MAKE_NO_CLOBBER].given,
         .log = report_log(),
     };
+    report_stage("writing", params.path);
     enum weft_result res = weft_volume_save(volume, &params);
     if (res == WEFT_OK || res == WEFT_ERR_MEMORY || res == WEFT_ERR_CANCELLED)
         return res;

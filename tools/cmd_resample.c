@@ -191,6 +191,7 @@ static enum weft_result load_image(struct resample_job *job)
         .info_only = !needs_samples(job),
         .log = report_log(),
     };
+    report_stage("reading", job->input);
     enum weft_result res = weft_image_load(&params, &job->image);
     job->load_seconds = report_now_seconds() - start;
     return res;
@@ -443,6 +444,7 @@ static int run(const char *operand, const struct option_value *values)
     }
     struct resample_job job = {.input = operand, .option = values, .start = report_now_seconds()};
     enum weft_result res = run_stages(&job);
+    report_erase_progress();
     if (res == WEFT_OK && values[RESAMPLE_JSON].given)
         res = resample_print_json(&job);
     else if (res == WEFT_OK)

@@ -267,6 +267,7 @@ static enum weft_result open_volume(struct slice_job *job)
         .grid = job->option[SLICE_GRID].text,
         .log = report_log(),
     };
+    report_stage("reading", job->input);
     enum weft_result res = weft_volume_open(&params, &job->volume);
     job->open_seconds = report_now_seconds() - start;
     return res;
@@ -444,6 +445,7 @@ static enum weft_result write_exr(const struct slice_job *job)
         .no_clobber = job->option[SLICE_NO_CLOBBER].given,
         .log = report_log(),
     };
+    report_stage("writing", params.path);
     return weft_image_save(&image, &params);
 }
 
@@ -552,6 +554,7 @@ static int run(const char *operand, const struct option_value *values)
     }
     struct slice_job job = {.input = operand, .option = values, .start = report_now_seconds()};
     enum weft_result res = run_stages(&job);
+    report_erase_progress();
     if (res == WEFT_OK && values[SLICE_JSON].given)
         res = slice_print_json(&job);
     else if (res == WEFT_OK)

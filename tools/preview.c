@@ -75,5 +75,6 @@ enum weft_result preview_save(const struct preview_options *options,
         params->low = (float)options->range->number[0];
         params->high = (float)options->range->number[1];
     }
+    report_stage("writing", params->path);
     return weft_preview_save(params, range);
 }

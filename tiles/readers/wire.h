@@ -21,7 +21,7 @@ enum weft_wire_op {
     WEFT_WIRE_FIND,  // VDB: `region`.   -> brick origins, then tiles (counts in the answer)
     WEFT_WIRE_READ,  // VDB: payload of brick origins. -> count * 512 floats
     WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
-                     // written
+                     // written, count[0] bytes of it
     WEFT_WIRE_IMAGE_INFO,   // EXR: -> struct weft_wire_image, channels, metadata
     WEFT_WIRE_IMAGE_PIXELS, // EXR: -> planes of float in the order of the channels
 };

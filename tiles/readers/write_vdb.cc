@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft-write-vdb: a volume as a float grid in a VDB file, by OpenVDB.
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <new>
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
@@ -123,6 +127,24 @@ openvdb::math::Transform::Ptr make_transform(const double m[3][4])
                                                   m[0][3], m[1][3], m[2][3], 1.0));
 }
 
+uint64_t file_size(int fd)
+{
+    struct stat status;
+    return fstat(fd, &status) == 0 ? static_cast<uint64_t>(status.st_size) : 0;
+}
+
+// OpenVDB does not tell when the disk is full, which one more block does. Its signal would end us.
+[[noreturn]] void fail_cut_short(int fd, uint64_t size)
+{
+    static const char block[1 << 16] = {};
+    for (int i = 0; i < 2; i++)
+        if (pwrite(fd, block, sizeof block, static_cast<off_t>(size) + i * (1 << 16)) < 0)
+            fail(WEFT_ERR_WRITE, "the file was not written whole: %s after %llu bytes",
+                 strerror(errno), static_cast<unsigned long long>(size));
+    fail(WEFT_ERR_WRITE, "the file was not written whole: it ends after %llu bytes",
+         static_cast<unsigned long long>(size));
+}
+
 void write_volume(weft_server *server)
 {
     if (server->request->op != WEFT_WIRE_WRITE)
@@ -139,12 +161,14 @@ void write_volume(weft_server *server)
     file.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
     file.write(openvdb::GridCPtrVec{grid});
     file.close();
-    // OpenVDB does not tell when the disk is full; a file that is cut short does.
+    // A file that is cut short is found out by reading it.
+    const uint64_t size = file_size(server->input_fd);
     try {
         weft::scan_file(server->input_fd);
-    } catch (const weft::Failure &failure) {
-        fail(WEFT_ERR_WRITE, "the file was not written whole: %s", failure.text.c_str());
+    } catch (const weft::Failure &) {
+        fail_cut_short(server->input_fd, size);
     }
+    server->answer.count[0] = size;
 }
 
 weft_result handle(weft_server *server)
