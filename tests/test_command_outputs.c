@@ -162,6 +162,28 @@ static void images_on_stdout(void **state)
     unlink("r.exr");
 }
 
+static int run_by_shell(const char *arguments)
+{
+    char line[512];
+    snprintf(line, sizeof line, "exec " WEFT_BINARY_DIR "/weft %s", arguments);
+    int status = system(line);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+// No file takes their descriptors and gets what is printed.
+static void closed_streams_stay_out_of_files(void **state)
+{
+    (void)state;
+    assert_int_equal(run_by_shell("make ramp --size 8 -v -o r.vdb <&- >&- 2>&-"), 0);
+    command_succeeds("info", "r.vdb");
+    assert_int_equal(run_by_shell("make ramp --size 8 --no-clobber -o r.vdb 2>&-"), 4);
+    assert_int_equal(run_by_shell("make ramp --size 8 -o - >&- 2>&-"), 4);
+    assert_int_equal(run_by_shell("info r.vdb >&- 2>&-"), 4);
+    assert_int_equal(run_by_shell("info no.vdb >&- 2>&-"), 3);
+    unlink("r.vdb");
+}
+
 // What has no format in its name: devices and pipes.
 static void special_files_take_any_name(void **state)
 {
@@ -283,6 +305,7 @@ int main(void)
         cmocka_unit_test(the_ending_tells_a_tables_format),
         cmocka_unit_test(volumes_and_tables_on_stdout),
         cmocka_unit_test(images_on_stdout),
+        cmocka_unit_test(closed_streams_stay_out_of_files),
         cmocka_unit_test(special_files_take_any_name),
         cmocka_unit_test(progress_tells_of_files),
         cmocka_unit_test(a_lying_writer_is_found_out),

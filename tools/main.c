@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The weft command: finds the verb, parses its options, prints help.
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "ending.h"
 #include "report.h"
@@ -132,8 +134,18 @@ static int run_verb(const struct verb *verb, int argc, char **argv)
     return code;
 }
 
+// A file that is opened would take the place of a standard stream that is closed, and get its text:
+// what does is of no use in its direction.
+static void fill_standard_streams(void)
+{
+    for (int fd = 0; fd < 3; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY) != fd)
+            _exit(EXIT_CODE_FAILED);
+}
+
 int main(int argc, char **argv)
 {
+    fill_standard_streams();
     const char *name = argc > 1 ? argv[1] : "";
     if (strcmp(name, "--version") == 0) {
         printf("weft %s\n", weft_version());
