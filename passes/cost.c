@@ -190,6 +190,7 @@ enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
     text += strlen(head);
     const size_t length = strcspn(text, "\n");
     snprintf(out->renderer, sizeof out->renderer, "%.*s", (int)(length < 127 ? length : 127), text);
+    weft_text_clean(out->renderer, false);
     for (text += length; *text == '\n' && text[1]; text += strcspn(text, "\n")) {
         const struct field *field = find_field(++text);
         number++;

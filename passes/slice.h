@@ -197,6 +197,9 @@ WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice
 
 struct weft_slice_verify_params {
     double max_seconds; // sample pixels when all would take longer (default 10)
+    weft_volume
+        *rest; // the same grid opened with .rest: the reference is of both sums then, that is
+               // of the stored values (default NULL: of floats; prefiltered kernels: always)
     const struct weft_progress *progress;
 };
 

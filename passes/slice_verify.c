@@ -17,6 +17,8 @@ struct verifier {
     const struct weft_slice_verify_params *params;
     const float *pixels;
     struct weft_brick_cursor cursor;
+    struct weft_brick_list rest_topology; // of what floats lack, where it is verified
+    struct weft_brick_cursor rest_cursor;
     weft_slice_samples *samples; // of prefiltered kernels, in place of the cursor
     enum weft_result failure;    // of reading them
     double square_sum;
@@ -34,8 +36,9 @@ static double fetch(void *priv, const int64_t index[3])
     const int64_t plane = axes->summed ? index[axes->order[2]] - axes->plane : 0;
     if (axes->summed && (plane < 0 || plane >= axes->kept))
         return 0.0;
-    return weft_brick_cursor_voxel(&v->cursor, (int32_t)index[0], (int32_t)index[1],
-                                   (int32_t)index[2]);
+    const int32_t x = (int32_t)index[0], y = (int32_t)index[1], z = (int32_t)index[2];
+    const double value = weft_brick_cursor_voxel(&v->cursor, x, y, z);
+    return v->params->rest ? value + weft_brick_cursor_voxel(&v->rest_cursor, x, y, z) : value;
 }
 
 // Clamps the reference as the plan does: to the samples next to the position.
@@ -169,26 +172,39 @@ static bool go_on(const struct verifier *v, double fraction)
     return !progress || !progress->report || progress->report(progress->priv, fraction);
 }
 
+// A tile's voxels; on success the values, which the store borrows, are the caller's to free.
+static enum weft_result make_store(const struct verifier *v, weft_volume *volume,
+                                   const struct weft_brick_list *topology,
+                                   const struct weft_cell_map *bricks, float **values,
+                                   weft_brick_store **store)
+{
+    *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof **values);
+    if (!*values) {
+        weft_error(v->plan->log, "not enough memory for %zu bricks", bricks->count);
+        return WEFT_ERR_MEMORY;
+    }
+    enum weft_result res = weft_slice_read_bricks(v->plan, volume, bricks, *values);
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(v->plan->log, weft_volume_get_info(volume), topology, bricks,
+                                      *values, store);
+    return res;
+}
+
 static enum weft_result check_tile(struct verifier *v, int index)
 {
     const struct weft_slice_tile *tile = &v->plan->tiles[index];
     // Samples are read as they are needed.
     static const struct weft_cell_map none;
     const struct weft_cell_map *bricks = v->samples ? &none : &v->plan->tile_plans[index].bricks;
-    weft_brick_store *store = NULL;
-    enum weft_result res = WEFT_ERR_MEMORY;
-    float *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values);
-    if (!values) {
-        weft_error(v->plan->log, "not enough memory for %zu bricks", bricks->count);
-        goto fail;
-    }
-    res = weft_slice_read_bricks(v->plan, v->volume, bricks, values);
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(v->plan->log, weft_volume_get_info(v->volume),
-                                      &v->plan->topology, bricks, values, &store);
+    weft_brick_store *store = NULL, *rest = NULL;
+    float *values = NULL, *rest_values = NULL;
+    enum weft_result res = make_store(v, v->volume, &v->plan->topology, bricks, &values, &store);
+    if (res == WEFT_OK && v->params->rest)
+        res = make_store(v, v->params->rest, &v->rest_topology, bricks, &rest_values, &rest);
     if (res != WEFT_OK)
         goto fail;
     v->cursor = (struct weft_brick_cursor){.store = store};
+    v->rest_cursor = (struct weft_brick_cursor){.store = rest};
     for (int y = tile->y; y < tile->y + tile->height; y++) {
         double rows = (double)(y - tile->y) / tile->height;
         if (!go_on(v, (index + rows) / v->plan->info.tile_count))
@@ -206,7 +222,9 @@ static enum weft_result check_tile(struct verifier *v, int index)
     }
 fail:
     weft_brick_store_destroy(&store);
+    weft_brick_store_destroy(&rest);
     free(values);
+    free(rest_values);
     return res;
 }
 
@@ -232,9 +250,15 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     if (v.samples)
         v.share =
             time_limit(&v) / (weft_slice_samples_seconds(v.samples) * (double)v.error.pixels_total);
+    if (res == WEFT_OK && v.params->rest) {
+        struct weft_region region;
+        weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
+        res = weft_volume_find(v.params->rest, &region, &v.rest_topology);
+    }
     for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
         res = check_tile(&v, i);
     res = res == WEFT_OK ? v.failure : res;
+    weft_brick_list_clear(&v.rest_topology);
     weft_slice_samples_destroy(&v.samples);
     if (res != WEFT_OK)
         return res;

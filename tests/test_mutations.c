@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Mutated VDB files: each must be read, or refused with a clean error, within the limits.
+// Mutated VDB files: each must be read, or refused with a clean error, within the limits, and at a
+// cost that its size explains.
 // WEFT_MUTATIONS is their number (default 60), WEFT_MUTATION_SEED their seed (default 1).
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <sys/stat.h>
+#include <sys/resource.h>
 
 #include <cmocka.h>
 
@@ -35,15 +36,8 @@ static int setting(const char *name, int otherwise)
 
 static struct bytes load(const char *path)
 {
-    struct bytes bytes = {0};
-    struct stat info;
-    FILE *file = stat(path, &info) ? NULL : fopen(path, "rb");
-    if (!file)
-        return bytes;
-    bytes.data = malloc((size_t)info.st_size + 1);
-    if (bytes.data)
-        bytes.size = fread(bytes.data, 1, (size_t)info.st_size, file);
-    fclose(file);
+    struct bytes bytes;
+    bytes.data = read_whole(path, &bytes.size);
     return bytes;
 }
 
@@ -74,20 +68,18 @@ static void save_mutation(const char *path, struct bytes source)
                 size = 1 + next_random() % size;
         }
     }
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_int_equal(fwrite(data, 1, size, file), size);
-    fclose(file);
+    write_whole(path, data, size);
     free(data);
 }
 
-static enum weft_result try_file(const char *path)
+// memory_bytes: 0 = the default for the file.
+static enum weft_result try_file(const char *path, uint64_t memory_bytes)
 {
     weft_volume *volume = NULL;
     struct weft_brick_list list = {0};
     struct weft_volume_open_params params = {
         .path = path,
-        .limits = {.memory_bytes = UINT64_C(1) << 30, .cpu_seconds = 5, .wall_seconds = 10},
+        .limits = {.memory_bytes = memory_bytes, .cpu_seconds = 5, .wall_seconds = 10},
         .log = &test_log};
     struct weft_volume_list grids;
     *last_error.message = 0;
@@ -125,7 +117,7 @@ static void mutate(const char *path, const char *name)
         random_state = seed << 32 | (uint64_t)i;
         save_mutation(mutant, source);
         double start = weft_now_seconds();
-        enum weft_result res = try_file(mutant);
+        enum weft_result res = try_file(mutant, UINT64_C(1) << 30);
         double seconds = weft_now_seconds() - start;
         longest = seconds > longest ? seconds : longest;
         size_t which = 0;
@@ -163,9 +155,117 @@ static void test_smoke(void **state)
     mutate(WEFT_TEST_DATA "/smoke.vdb", "smoke.vdb");
 }
 
+// ---- lengths and counts -------------------------------------------------------------------------
+
+#if defined(__SANITIZE_ADDRESS__)
+enum { SANITIZED = 1 };
+#else
+enum { SANITIZED = 0 };
+#endif
+
+static uint32_t word_at(struct bytes source, size_t at)
+{
+    uint32_t word;
+    memcpy(&word, source.data + at, sizeof word);
+    return word;
+}
+
+static bool text_at(struct bytes source, size_t at, size_t length)
+{
+    for (size_t i = 0; i < length; i++)
+        if (source.data[at + i] < 0x20 || source.data[at + i] > 0x7e)
+            return false;
+    return true;
+}
+
+static bool length_at(struct bytes source, size_t at)
+{
+    if (at + 8 > source.size)
+        return false;
+    uint32_t length = word_at(source, at);
+    return length >= 2 && length <= 64 && at + 4 + length <= source.size &&
+           text_at(source, at + 4, length);
+}
+
+// Lengths of texts, counts before texts, and lengths of values behind their type's name.
+static size_t find_lengths(struct bytes source, size_t *places)
+{
+    size_t count = 0;
+    for (size_t at = 4; at + 8 <= source.size; at++) {
+        bool behind = text_at(source, at - 4, 4) && word_at(source, at) <= 256;
+        if (length_at(source, at) || length_at(source, at + 4) || behind)
+            places[count++] = at;
+    }
+    return count;
+}
+
+static double children_seconds(void)
+{
+    struct rusage used;
+    getrusage(RUSAGE_CHILDREN, &used);
+    return (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-6 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
+static long children_kilobytes(void)
+{
+    struct rusage used;
+    getrusage(RUSAGE_CHILDREN, &used);
+    return used.ru_maxrss;
+}
+
+// No length makes the readers allocate or do what the file's bytes do not need: 64 MiB more than
+// for the good file, a second of processor time.
+static void test_lengths(void **state)
+{
+    (void)state;
+    char command[1024], mutant[512];
+    snprintf(command, sizeof command, "%s/make_vdb_fixtures %s", WEFT_BINARY_DIR, test_folder);
+    assert_int_equal(system(command), 0);
+    struct bytes source = load(file_path("kinds.vdb"));
+    assert_non_null(source.data);
+    size_t *places = malloc(source.size * sizeof *places);
+    assert_non_null(places);
+    const size_t place_count = find_lengths(source, places);
+    assert_true(place_count > 100);
+    snprintf(mutant, sizeof mutant, "%s", file_path("mutant.vdb"));
+    assert_int_equal(try_file(file_path("kinds.vdb"), 0), WEFT_OK);
+    const long usual = children_kilobytes();
+    double longest = 0;
+    int read = 0, count = setting("WEFT_MUTATIONS", 60);
+    random_state = (uint64_t)setting("WEFT_MUTATION_SEED", 1);
+    for (int i = 0; i < count; i++) {
+        const size_t at = places[next_random() % place_count];
+        const uint32_t good = word_at(source, at), size = (uint32_t)source.size;
+        const uint32_t bad[] = {UINT32_MAX, INT32_MAX, 0x10000000, size, size + 1, good + 1, 0};
+        const uint32_t value = bad[next_random() % WEFT_COUNT(bad)];
+        memcpy(source.data + at, &value, sizeof value);
+        write_whole(mutant, source.data, source.size);
+        memcpy(source.data + at, &good, sizeof good);
+        const double start = children_seconds();
+        const enum weft_result res = try_file(mutant, 0);
+        const double seconds = children_seconds() - start;
+        longest = seconds > longest ? seconds : longest;
+        read += res == WEFT_OK;
+        if (!SANITIZED && (seconds > 1.0 || children_kilobytes() > usual + 65536))
+            fail_msg("word %zu of kinds.vdb = %u: %.2f s, %ld KiB (usually %ld): %s", at, value,
+                     seconds, children_kilobytes(), usual, last_error.message);
+        if (res != WEFT_OK && !*last_error.message)
+            fail_msg("word %zu of kinds.vdb = %u: no message", at, value);
+        if (res == WEFT_ERR_READER)
+            fail_msg("word %zu of kinds.vdb = %u: %s", at, value, last_error.message);
+    }
+    print_message("kinds.vdb: %d lengths at %zu places: %d read; up to %.2f s and %ld KiB, usually "
+                  "%ld KiB\n",
+                  count, place_count, read, longest, children_kilobytes(), usual);
+    free(places);
+    free(source.data);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lengths), // first: it measures the largest child so far
         cmocka_unit_test(test_generated),
         cmocka_unit_test(test_smoke),
     };

@@ -233,7 +233,7 @@ static void test_limit_in_force(void **state)
     struct rlimit old, low;
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
     low = old;
-    low.rlim_cur = 3000;
+    low.rlim_cur = 4000;
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &low), 0);
     weft_volume *volume = open_sphere((struct weft_limits){0});
     enum weft_result found = find_all(volume);
@@ -245,9 +245,9 @@ static void test_limit_in_force(void **state)
     enum weft_result killed = find_all(volume);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &old), 0);
     assert_int_equal(killed, WEFT_ERR_LIMIT);
-    assert_message("limit of 3000 bytes");
+    assert_message("limit of 4000 bytes");
     assert_int_equal(found, WEFT_ERR_LIMIT);
-    assert_non_null(strstr(answer, "output limit is 3000"));
+    assert_non_null(strstr(answer, "output limit is 4000"));
     weft_volume_destroy(&volume);
 }
 

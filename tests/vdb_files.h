@@ -66,6 +66,30 @@ static inline int count_fds(void)
     return count;
 }
 
+// The whole file, to be freed; NULL where there is none.
+static inline unsigned char *read_whole(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    *size = 0;
+    if (!file)
+        return NULL;
+    fseek(file, 0, SEEK_END);
+    long length = ftell(file);
+    rewind(file);
+    unsigned char *data = length < 0 ? NULL : malloc((size_t)length + 1);
+    if (data)
+        *size = fread(data, 1, (size_t)length, file);
+    fclose(file);
+    return data;
+}
+
+static inline void write_whole(const char *path, const void *data, size_t size)
+{
+    FILE *file = fopen(path, "wb");
+    if (!file || fwrite(data, 1, size, file) != size || fclose(file))
+        abort();
+}
+
 static const struct weft_region everywhere = {
     {-WEFT_INDEX_LIMIT, -WEFT_INDEX_LIMIT, -WEFT_INDEX_LIMIT},
     {WEFT_INDEX_LIMIT, WEFT_INDEX_LIMIT, WEFT_INDEX_LIMIT},

@@ -225,6 +225,7 @@ enum weft_result weft_kernel_load(const struct weft_log *log, const char *text,
         goto fail;
     }
     res = load(log, f->name + strlen(prefix), f);
+    weft_text_clean(f->name, false);
     if (!res)
         res = weft_kernel_create(log, &f->table.info, NULL, out);
     if (!res)

@@ -80,6 +80,7 @@ static enum weft_result make(const struct weft_log *log, float background, weft_
     (*out)->log = log;
     (*out)->info.background = background;
     (*out)->info.supported = true;
+    (*out)->info.counted = true;
     (*out)->info.empty = true;
     strcpy((*out)->info.type, "float");
     return WEFT_OK;

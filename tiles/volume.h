@@ -31,19 +31,32 @@ struct weft_metadata {
     char value[192]; // as text
 };
 
+// What a volume is. Texts of files are cleaned (weft_text_clean). A grid's name is what
+// weft_volume_open takes, and no other grid's of the file: a longer name is cut and ends in "...",
+// and a number in brackets tells equal ones apart.
 struct weft_volume_info {
     char name[256];
     char type[32]; // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
     char grid_class[32]; // "fog volume", "level set", "unknown", ...
-    bool supported;      // weft can slice it
+    bool supported;      // weft can slice it; in a list: as far as its header tells
     bool empty;          // no active voxel; active_min/max are then 0
     bool clamp_to_edge;  // outside the box the nearest voxel's value holds, not the background
-    double index_to_world[3][4];          // world[r] = sum_c m[r][c] index[c] + m[r][3]
+    bool counted;        // the active voxels are known; false in lists of files that do not tell
+    enum weft_result result; // of a list: what opening the grid would return, WEFT_OK = supported
+    char problem[256];       // of a list: why it is not supported
+    double index_to_world[3][4]; // world[r] = sum_c m[r][c] index[c] + m[r][3]; in lists NAN where
+                                 // it cannot be read or is not affine, and maybe singular
     int32_t active_min[3], active_max[3]; // box of active voxels, inclusive
     uint64_t active_voxels;
     uint64_t bricks;       // leaf bricks stored
     uint64_t memory_bytes; // of all voxels as weft would hold them: bricks * 512 * 4
     float background;
+    // Values that a float does not hold, among the voxels of bricks, the tiles and the background
+    // of grids of int32 and double (0 in lists and for other types).
+    uint64_t values_rounded;  // int32: replaced by the nearest float; all of these are over 2^24
+    double largest_rounding;  // the largest change of those
+    uint64_t values_infinite; // double: finite but beyond float's range, replaced by an infinity
+    uint64_t values_tiny;     // double: under 2^-126 but not 0; the float has fewer bits, or is 0
     size_t metadata_count;
     struct weft_metadata *metadata; // owned by the volume or list that holds this record
 };
@@ -92,12 +105,17 @@ WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bri
 
 struct weft_volume_open_params {
     const char *path; // required
-    const char *grid; // default: the first supported scalar grid
+    const char *grid; // its name as listed or in the file (default: the first of a scalar type)
+    bool rest; // values are what floats lack of the grid's: stored - float, so that both together
+               // are exact (to 48 bits); 0 where the float is infinite. No warning then.
     struct weft_limits limits;
     const struct weft_log *log;
 };
 
-// Starts a reader, which loads the grid's tree without its voxels and stays until destroy.
+// Starts a reader, which loads the grid's tree without its voxels and stays until destroy. int32
+// and double voxels are read once to count those that a float does not hold, and a warning tells
+// them. Instances, which share another grid's tree, are read as grids of their own. The default of
+// limits.memory_bytes grows with the file: 256 MiB and 256 times its size, up to 4 GiB.
 // Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no scalar grid, frustum transform), _ARGUMENT (no
 // grid of that name; the log lists the names), _LIMIT, _READER.
 WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
@@ -108,9 +126,11 @@ struct weft_volume_list {
     struct weft_volume_info *grids;
 };
 
-// All grids of a file, supported or not, without reading their trees: box and voxel count are what
-// the file's metadata claims; background is NAN, bricks and memory_bytes are 0. Ownership: clear it
-// with weft_volume_list_clear.
+// All grids of a file, supported or not, damaged or not, without reading their trees: box and voxel
+// count are what the file's metadata claims; background is NAN, bricks and memory_bytes are 0.
+// Where the table itself is damaged the grids before the damage are listed, and the last one's
+// problem tells how many more there are. Ownership: clear it with weft_volume_list_clear. Returns
+// as weft_volume_open; WEFT_OK where at least one grid's name could be read, or there is none.
 WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
                                                 struct weft_volume_list *out);
 WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);

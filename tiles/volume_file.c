@@ -41,6 +41,7 @@ static bool bools_valid(const unsigned char *info)
 {
     return info[offsetof(struct weft_volume_info, supported)] <= 1 &&
            info[offsetof(struct weft_volume_info, empty)] <= 1 &&
+           info[offsetof(struct weft_volume_info, counted)] <= 1 &&
            info[offsetof(struct weft_volume_info, clamp_to_edge)] == 0;
 }
 
@@ -56,12 +57,14 @@ static bool box_valid(const struct weft_volume_info *info)
 static bool info_valid(const struct weft_volume_info *info)
 {
     static const char *const types[] = {"float", "double", "half", "int32", "bool", NULL};
+    bool sliceable = weft_transform_valid(info->index_to_world) && one_of(info->type, types);
     return terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
            terminated(info->grid_class, sizeof info->grid_class) &&
-           (!info->supported || one_of(info->type, types)) &&
-           weft_transform_valid(info->index_to_world) && info->empty == !info->active_voxels &&
+           terminated(info->problem, sizeof info->problem) && (!info->supported || sliceable) &&
+           info->supported == (info->result == WEFT_OK) && info->empty == !info->active_voxels &&
            info->bricks <= UINT64_MAX / (WEFT_BRICK_VOXELS * sizeof(float)) &&
-           info->memory_bytes == info->bricks * WEFT_BRICK_VOXELS * sizeof(float);
+           info->memory_bytes == info->bricks * WEFT_BRICK_VOXELS * sizeof(float) &&
+           info->largest_rounding >= 0 && info->largest_rounding <= 64;
 }
 
 static bool metadata_valid(const struct weft_volume_info *info)
@@ -71,6 +74,18 @@ static bool metadata_valid(const struct weft_volume_info *info)
             !terminated(info->metadata[i].value, sizeof info->metadata[i].value))
             return false;
     return true;
+}
+
+static void clean_texts(struct weft_volume_info *info)
+{
+    weft_text_clean(info->name, false);
+    weft_text_clean(info->type, false);
+    weft_text_clean(info->grid_class, false);
+    weft_text_clean(info->problem, false);
+    for (size_t i = 0; i < info->metadata_count; i++) {
+        weft_text_clean(info->metadata[i].key, false);
+        weft_text_clean(info->metadata[i].value, true);
+    }
 }
 
 // The next grid of a payload, with its metadata copied.
@@ -98,15 +113,27 @@ static enum weft_result take_grid(const struct weft_log *log, const struct weft_
         free(info.metadata);
         return contradiction(log, "a grid's metadata");
     }
+    clean_texts(&info);
     *at += sizeof(struct weft_wire_grid) + bytes;
     *out = info;
     return WEFT_OK;
+}
+
+// A tree needs up to some 100 times its bytes in the file: nodes of few voxels, tiles that compress
+// well. A small file that needs much more is hostile.
+static struct weft_limits limits_for(struct weft_limits limits, uint64_t file_bytes)
+{
+    const uint64_t most = UINT64_C(4) << 30, least = UINT64_C(256) << 20;
+    if (!limits.memory_bytes)
+        limits.memory_bytes = file_bytes < (most - least) / 256 ? least + 256 * file_bytes : most;
+    return limits;
 }
 
 static enum weft_result start(const struct weft_volume_open_params *params, weft_reader **reader)
 {
     *reader = NULL;
     const struct weft_log *log = params->log;
+    struct weft_limits limits;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct stat stat;
     int fd = -1;
@@ -122,7 +149,8 @@ static enum weft_result start(const struct weft_volume_open_params *params, weft
         weft_error(log, "%s is not a regular file", params->path);
         goto fail;
     }
-    res = weft_reader_start(log, "weft-read-vdb", params->path, fd, &params->limits, reader);
+    limits = limits_for(params->limits, (uint64_t)stat.st_size);
+    res = weft_reader_start(log, "weft-read-vdb", params->path, fd, &limits, reader);
 fail:
     if (fd >= 0)
         close(fd);
@@ -131,20 +159,37 @@ fail:
 
 // ---- opening and listing ------------------------------------------------------------------------
 
+static void warn_of_values(const struct weft_volume_open_params *params,
+                           const struct weft_volume_info *info)
+{
+    const char *path = params->path, *name = info->name;
+    if (info->values_rounded)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu integers are changed by up to %g, since no float holds them",
+                  path, name, (unsigned long long)info->values_rounded, info->largest_rounding);
+    if (info->values_infinite)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu values are beyond the range of floats (3.4e38): infinite",
+                  path, name, (unsigned long long)info->values_infinite);
+    if (info->values_tiny)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu values are under 1.2e-38: floats lose their bits, or are 0",
+                  path, name, (unsigned long long)info->values_tiny);
+}
+
 enum weft_result weft_volume_open(const struct weft_volume_open_params *params, weft_volume **out)
 {
     *out = NULL;
     weft_volume *volume = NULL;
     const struct weft_log *log = params->log;
-    struct weft_wire_request request = {.op = WEFT_WIRE_OPEN};
+    struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
     enum weft_result res = WEFT_ERR_ARGUMENT;
     size_t at = 0;
     weft_require(log, params->path != NULL);
-    weft_require(log, !params->grid || strlen(params->grid) < sizeof request.name);
     if (params->grid)
-        strcpy(request.name, params->grid);
+        request.payload_bytes = strlen(params->grid) + 1;
     res = WEFT_ERR_MEMORY;
     volume = calloc(1, sizeof *volume);
     if (!volume) {
@@ -155,7 +200,7 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
     volume->output_bytes = params->limits.output_bytes;
     res = start(params, &volume->reader);
     if (!res)
-        res = weft_reader_call(volume->reader, &request, NULL, &answer, &payload);
+        res = weft_reader_call(volume->reader, &request, params->grid, &answer, &payload);
     if (!res)
         res = take_grid(log, &payload, &at, &volume->info);
     if (res)
@@ -164,6 +209,8 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
         res = contradiction(log, "the opened grid");
         goto fail;
     }
+    if (!params->rest)
+        warn_of_values(params, &volume->info);
     *out = volume;
     volume = NULL;
 fail:
@@ -177,6 +224,7 @@ static void mend_claims(struct weft_volume_info *info)
 {
     if (box_valid(info))
         return;
+    info->counted = false;
     info->empty = true;
     info->active_voxels = 0;
     memset(info->active_min, 0, sizeof info->active_min);

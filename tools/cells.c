@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "weft.h"
+
 bool cells_create(struct cells *cells, int rows, int columns)
 {
     *cells = (struct cells){.rows = rows, .columns = columns};
@@ -30,6 +32,8 @@ bool cells_set(struct cells *cells, int row, int column, const char *format, ...
     va_end(args);
     if (length < 0)
         *cell = NULL;
+    else
+        weft_text_clean(*cell, false);
     return length >= 0;
 }
 

@@ -137,7 +137,7 @@ static enum weft_result print_text(const struct calibration *c)
 {
     typedef bool (*print)(const struct weft_cost_model *model);
     static const print tables[] = {print_general, print_sources, print_targets};
-    printf("%s, measured in %.1f s\n", c->model.renderer, c->seconds);
+    report_line("%s, measured in %.1f s", c->model.renderer, c->seconds);
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
         putchar('\n');
         if (!tables[i](&c->model)) {
@@ -145,7 +145,8 @@ static enum weft_result print_text(const struct calibration *c)
             return WEFT_ERR_MEMORY;
         }
     }
-    printf("\nkept in %s\n", c->path);
+    putchar('\n');
+    report_line("kept in %s", c->path);
     return WEFT_OK;
 }
 

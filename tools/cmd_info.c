@@ -12,6 +12,8 @@
 #include "report.h"
 #include "verb.h"
 
+enum { LINE = 1024 }; // of a message
+
 enum info_option { INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_COUNT };
 
 static const struct option_spec options[INFO_OPTION_COUNT] = {
@@ -32,10 +34,31 @@ static void voxel_spacing(const struct weft_volume_info *info, double out[3])
     }
 }
 
+// Not a kind of grid that weft does not slice, but one that cannot be read.
+static bool is_damaged(const struct weft_volume_info *info)
+{
+    return info->result != WEFT_OK && info->result != WEFT_ERR_UNSUPPORTED;
+}
+
+// Not even its header can be read.
+static bool is_unknown(const struct weft_volume_info *info)
+{
+    return is_damaged(info) && isnan(info->index_to_world[0][0]) && !info->metadata_count;
+}
+
 static void active_size(const struct weft_volume_info *info, int32_t out[3])
 {
     for (int c = 0; c < 3; c++)
         out[c] = info->empty ? 0 : info->active_max[c] - info->active_min[c] + 1;
+}
+
+// null: not told by the file, or not affine.
+static json_t *if_counted(const struct weft_volume_info *info, json_t *value)
+{
+    if (info->counted)
+        return value;
+    json_decref(value);
+    return json_null();
 }
 
 static json_t *grid_json(const struct weft_volume_info *info)
@@ -47,34 +70,38 @@ static json_t *grid_json(const struct weft_volume_info *info)
     json_t *transform = json_array();
     for (int r = 0; r < 3; r++)
         json_array_append_new(transform, json_numbers(info->index_to_world[r], 4));
-    return json_pack("{s:o,s:o,s:o,s:b,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "name",
-                     json_text(info->name), "type", json_text(info->type), "class",
-                     json_text(info->grid_class), "supported", info->supported, "empty",
-                     info->empty, "active_min", json_counts(info->active_min, 3), "active_max",
-                     json_counts(info->active_max, 3), "size", json_counts(size, 3),
-                     "active_voxels", json_count(info->active_voxels), "bricks",
-                     json_count(info->bricks), "memory_bytes", json_count(info->memory_bytes),
-                     "voxel_size", json_numbers(spacing, 3), "index_to_world", transform,
-                     "background", json_number(info->background), "metadata",
-                     json_metadata(info->metadata, info->metadata_count));
+    return json_pack(
+        "{s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "name",
+        json_text(info->name), "type", json_text(info->type), "class", json_text(info->grid_class),
+        "supported", info->supported, "problem",
+        *info->problem ? json_text(info->problem) : json_null(), "empty",
+        if_counted(info, json_boolean(info->empty)), "active_min",
+        if_counted(info, json_counts(info->active_min, 3)), "active_max",
+        if_counted(info, json_counts(info->active_max, 3)), "size",
+        if_counted(info, json_counts(size, 3)), "active_voxels",
+        if_counted(info, json_count(info->active_voxels)), "bricks", json_count(info->bricks),
+        "memory_bytes", json_count(info->memory_bytes), "voxel_size", json_numbers(spacing, 3),
+        "index_to_world", transform, "background", json_number(info->background), "values_rounded",
+        json_count(info->values_rounded), "largest_rounding", json_number(info->largest_rounding),
+        "values_infinite", json_count(info->values_infinite), "values_tiny",
+        json_count(info->values_tiny), "metadata",
+        json_metadata(info->metadata, info->metadata_count));
 }
 
 static void print_metadata(const struct weft_metadata *metadata, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        printf("  %s%s = %s\n", i ? "               " : "metadata       ", metadata[i].key,
-               metadata[i].value);
+        report_line("  %s%s = %s", i ? "               " : "metadata       ", metadata[i].key,
+                    metadata[i].value);
 }
 
-static void print_grid(const struct weft_volume_info *info)
+static void print_active(const struct weft_volume_info *info)
 {
-    double spacing[3];
     int32_t size[3];
-    voxel_spacing(info, spacing);
     active_size(info, size);
-    printf("grid '%s': %s, %s%s\n", info->name, info->type, info->grid_class,
-           info->supported ? "" : ", not supported by weft slice");
-    if (info->empty)
+    if (!info->counted)
+        puts("  active voxels  unknown");
+    else if (info->empty)
         puts("  active voxels  none");
     else
         printf("  active voxels  %llu\n"
@@ -82,41 +109,113 @@ static void print_grid(const struct weft_volume_info *info)
                (unsigned long long)info->active_voxels, info->active_min[0], info->active_min[1],
                info->active_min[2], info->active_max[0], info->active_max[1], info->active_max[2],
                size[0], size[1], size[2]);
-    if (info->supported)
-        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n"
-               "  background     %.9g\n",
-               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes,
-               info->background);
+}
+
+static void print_transform(const struct weft_volume_info *info)
+{
+    double spacing[3];
+    voxel_spacing(info, spacing);
+    if (isnan(info->index_to_world[0][0]))
+        return;
     printf("  voxel size     %.9g x %.9g x %.9g\n", spacing[0], spacing[1], spacing[2]);
     for (int r = 0; r < 3; r++)
         printf("  %s%c = %.9g i + %.9g j + %.9g k + %.9g\n",
                r ? "               " : "world          ", "xyz"[r], info -> index_to_world[r][0],
                info -> index_to_world[r][1], info -> index_to_world[r][2],
                info -> index_to_world[r][3]);
+}
+
+static void print_grid(const struct weft_volume_info *info)
+{
+    report_line("grid '%s': %s, %s", info->name, info->type, info->grid_class);
+    if (!info->supported)
+        report_line("  %s %s", is_damaged(info) ? "not readable  " : "not for slices",
+                    info->problem);
+    print_active(info);
+    if (info->supported)
+        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n"
+               "  background     %.9g\n",
+               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes,
+               info->background);
+    if (info->values_rounded)
+        printf("  not in floats  %llu integers, off by up to %g\n",
+               (unsigned long long)info->values_rounded, info->largest_rounding);
+    if (info->values_infinite + info->values_tiny)
+        printf("  not in floats  %llu values too large, %llu too small\n",
+               (unsigned long long)info->values_infinite, (unsigned long long)info->values_tiny);
+    print_transform(info);
     print_metadata(info->metadata, info->metadata_count);
 }
 
 static enum weft_result print_grids(const char *path, const struct weft_volume_list *list,
-                                    weft_volume *const *opened, bool json)
+                                    bool json)
 {
     json_t *grids = json ? json_array() : NULL;
     if (!json)
-        printf("%s: OpenVDB, %zu grid%s\n", path, list->count, list->count == 1 ? "" : "s");
-    for (size_t i = 0; i < list->count; i++) {
-        const struct weft_volume_info *info =
-            opened[i] ? weft_volume_get_info(opened[i]) : &list->grids[i];
+        report_line("%s: OpenVDB, %zu grid%s", path, list->count, list->count == 1 ? "" : "s");
+    for (size_t i = 0; i < list->count; i++)
         if (json)
-            json_array_append_new(grids, grid_json(info));
+            json_array_append_new(grids, grid_json(&list->grids[i]));
         else
-            print_grid(info);
-    }
+            print_grid(&list->grids[i]);
     if (!json)
         return WEFT_OK;
     return json_print(
         json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format", "vdb", "grids", grids));
 }
 
-// The list tells what the file's headers claim; bricks and background come with the grid's tree.
+static void keep_error(void *priv, enum weft_log_level level, const char *message)
+{
+    if (level != WEFT_LOG_ERROR)
+        report_log()->write(report_log()->priv, level, message);
+    else if (!*(char *)priv)
+        snprintf(priv, LINE, "%s", message);
+}
+
+// The list tells what the file's headers claim; bricks and background come with the grid's tree. A
+// reader of its own for each, so that what one grid does to its reader is not the others' end.
+static void look_into(const char *path, struct weft_volume_info *info)
+{
+    char line[LINE] = "", start[LINE];
+    const struct weft_log log = {keep_error, line};
+    const struct weft_volume_open_params params = {.path = path, .grid = info->name, .log = &log};
+    weft_volume *volume = NULL;
+    const enum weft_result res = weft_volume_open(&params, &volume);
+    if (res == WEFT_OK) {
+        struct weft_volume_info whole = *weft_volume_get_info(volume);
+        whole.metadata = info->metadata;
+        whole.metadata_count = info->metadata_count;
+        *info = whole;
+    } else {
+        snprintf(start, sizeof start, "%.400s: grid '%s': ", path, info->name);
+        const size_t length = strlen(weft_text_clean(start, false));
+        const char *reason = strncmp(line, start, length) ? line : line + length;
+        snprintf(info->problem, sizeof info->problem, "%s",
+                 *reason ? reason : weft_result_text(res));
+        info->result = res;
+        info->supported = false;
+    }
+    weft_volume_destroy(&volume);
+}
+
+// An error where no grid can be read, warnings where some can.
+static enum weft_result report_damage(const char *path, const struct weft_volume_list *list,
+                                      size_t damaged)
+{
+    for (size_t i = 0; damaged && i < list->count; i++) {
+        const struct weft_volume_info *info = &list->grids[i];
+        if (!is_damaged(info))
+            continue;
+        if (damaged == list->count) {
+            report_error("%s: %s '%s' cannot be read: %s", path,
+                         damaged == 1 ? "grid" : "no grid can be read;", info->name, info->problem);
+            return info->result;
+        }
+        report_warning("%s: grid '%s' cannot be read: %s", path, info->name, info->problem);
+    }
+    return WEFT_OK;
+}
+
 static enum weft_result inform_vdb(const char *path, bool json)
 {
     struct weft_volume_list list = {0};
@@ -124,19 +223,18 @@ static enum weft_result inform_vdb(const char *path, bool json)
     enum weft_result res = weft_volume_list_load(&params, &list);
     if (res != WEFT_OK)
         return res;
-    weft_volume **opened = calloc(list.count + 1, sizeof *opened);
-    if (!opened)
-        res = WEFT_ERR_MEMORY;
-    for (size_t i = 0; i < list.count && res == WEFT_OK; i++) {
-        params.grid = list.grids[i].name;
+    for (size_t i = 0; i < list.count; i++)
         if (list.grids[i].supported)
-            res = weft_volume_open(&params, &opened[i]);
+            look_into(path, &list.grids[i]);
+    size_t damaged = 0, unknown = 0;
+    for (size_t i = 0; i < list.count; i++) {
+        damaged += is_damaged(&list.grids[i]);
+        unknown += is_unknown(&list.grids[i]);
     }
+    if (list.count == 0 || unknown < list.count)
+        res = print_grids(path, &list, json);
     if (res == WEFT_OK)
-        res = print_grids(path, &list, opened, json);
-    for (size_t i = 0; opened && i < list.count; i++)
-        weft_volume_destroy(&opened[i]);
-    free(opened);
+        res = report_damage(path, &list, damaged);
     weft_volume_list_clear(&list);
     return res;
 }
@@ -160,12 +258,13 @@ static json_t *image_json(const char *path, const struct weft_image *image)
 
 static void print_image(const char *path, const struct weft_image *image)
 {
-    printf("%s: OpenEXR, %d x %d pixels, %zu channel%s, %s, %s compression\n", path, image->width,
-           image->height, image->channel_count, image->channel_count == 1 ? "" : "s",
-           image->tiled ? "tiled" : "scanline", image->compression);
+    report_line("%s: OpenEXR, %d x %d pixels, %zu channel%s, %s, %s compression", path,
+                image->width, image->height, image->channel_count,
+                image->channel_count == 1 ? "" : "s", image->tiled ? "tiled" : "scanline",
+                image->compression);
     for (size_t i = 0; i < image->channel_count; i++)
-        printf("  %s%s (%s)\n", i ? "               " : "channels       ", image->channels[i].name,
-               image->channels[i].type);
+        report_line("  %s%s (%s)", i ? "               " : "channels       ",
+                    image->channels[i].name, image->channels[i].type);
     printf("  data window    (%d, %d) to (%lld, %lld)\n", image->x, image->y,
            (long long)image->x + image->width - 1, (long long)image->y + image->height - 1);
     printf("  display window (%d, %d) to (%d, %d)\n", image->display_min[0], image->display_min[1],

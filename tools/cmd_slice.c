@@ -414,14 +414,25 @@ static enum weft_result create_context_for_choice(struct slice_job *job)
     return o[SLICE_MAX_ERROR].given && !o[SLICE_EXPLAIN].given ? create_context(job) : WEFT_OK;
 }
 
+// The part of the grid's integers that floats lack, so that they are verified as they are stored.
+static enum weft_result open_rest(const struct slice_job *job, weft_volume **out)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(job->volume);
+    const struct weft_volume_open_params params = {
+        .path = job->input, .grid = info->name, .rest = true, .log = report_log()};
+    return info->values_rounded ? weft_volume_open(&params, out) : WEFT_OK;
+}
+
 static enum weft_result verify(struct slice_job *job)
 {
     if (!job->option[SLICE_VERIFY].given)
         return WEFT_OK;
     double start = report_now_seconds();
-    const struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
-    enum weft_result res =
-        weft_slice_verify(job->plan, job->volume, job->pixels, &params, &job->error);
+    struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
+    enum weft_result res = open_rest(job, &params.rest);
+    if (res == WEFT_OK)
+        res = weft_slice_verify(job->plan, job->volume, job->pixels, &params, &job->error);
+    weft_volume_destroy(&params.rest);
     job->verify_seconds = report_now_seconds() - start;
     return res;
 }
@@ -523,6 +534,19 @@ static enum weft_result run_slice(struct slice_job *job)
                           report_progress("slicing"), &job->report);
 }
 
+// Where no float holds the values, nothing is left to be shown.
+static enum weft_result check_values(struct slice_job *job)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(job->volume);
+    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    if (!info->values_infinite || job->report.not_finite < (uint64_t)g->width * (uint64_t)g->height)
+        return WEFT_OK;
+    report_error("%s: no pixel is finite: %llu values of grid '%s' are beyond the range of floats "
+                 "(3.4e38)",
+                 job->input, (unsigned long long)info->values_infinite, info->name);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 // A volume that cannot be opened is reported before any GL context is made.
 static enum weft_result run_stages(struct slice_job *job)
 {
@@ -531,7 +555,8 @@ static enum weft_result run_stages(struct slice_job *job)
         check_options,   check_outputs, open_volume, choose_geometry,
         allocate_pixels, make_plan,     plan_passes, create_context_for_choice,
         slice_choose,    NULL};
-    static const stage computing[] = {create_context, run_slice, verify, write_outputs, NULL};
+    static const stage computing[] = {create_context, run_slice,     check_values,
+                                      verify,         write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);

@@ -45,6 +45,8 @@ void report_erase_progress(void)
 static void write_line(void *priv, enum weft_log_level level, const char *message)
 {
     (void)priv;
+    char line[1024];
+    snprintf(line, sizeof line, "%s", message);
     static const char *const names[] = {"error", "warning", "info", "debug"};
     if (level == WEFT_LOG_ERROR) {
         if (error_shown)
@@ -55,7 +57,7 @@ static void write_line(void *priv, enum weft_log_level level, const char *messag
     if (level > shown_level)
         return;
     report_erase_progress();
-    fprintf(stderr, "weft: %s: %s\n", names[level], message);
+    fprintf(stderr, "weft: %s: %s\n", names[level], weft_text_clean(line, false));
 }
 
 static const struct weft_log log_to_stderr = {.write = write_line};
@@ -81,7 +83,7 @@ static void write_format(enum weft_log_level level, const char *format, va_list 
 {
     char line[1024];
     vsnprintf(line, sizeof line, format, args);
-    write_line(NULL, level, weft_text_clean(line, false));
+    write_line(NULL, level, line);
 }
 
 #define DEFINE_REPORT(name, level)                                                                 \

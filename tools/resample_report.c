@@ -21,6 +21,7 @@ void resample_group_name(const struct resample_job *job, const struct resample_g
         snprintf(text + used, size - used, "%s%s", c ? " " : "",
                  job->result.channels[group->channel[c]].name);
     }
+    weft_text_clean(text, false);
 }
 
 static const weft_plan *first_plan(const struct resample_job *job)
@@ -342,7 +343,9 @@ static void explain_separable(const struct resample_job *job)
 
 static void explain(const struct resample_job *job)
 {
-    printf("resample %s: %d x %d -> %d x %d, channels", paths_base_name(job->input),
+    char file[300];
+    snprintf(file, sizeof file, "%s", paths_base_name(job->input));
+    printf("resample %s: %d x %d -> %d x %d, channels", weft_text_clean(file, false),
            job->image.width, job->image.height, job->result.width, job->result.height);
     for (size_t g = 0; g < job->group_count; g++) {
         char name[300];
@@ -400,8 +403,8 @@ void resample_print_text(const struct resample_job *job)
         return;
     }
     if (job->option[RESAMPLE_PREVIEW].given && !report_is_quiet())
-        printf("%s: values from %.9g to %.9g\n", job->option[RESAMPLE_PREVIEW].text,
-               job->preview_range[0], job->preview_range[1]);
+        report_line("%s: values from %.9g to %.9g", job->option[RESAMPLE_PREVIEW].text,
+                    job->preview_range[0], job->preview_range[1]);
     for (size_t g = 0; job->option[RESAMPLE_VERIFY].given && g < job->group_count; g++)
         print_error(job, &job->group[g]);
     note_times(job);

@@ -131,6 +131,15 @@ static json_t *savings_json(const struct slice_job *job)
                      "fetches", json_count(r->fetches));
 }
 
+// What of the grid's values a float does not hold.
+static void set_values(json_t *root, const struct weft_volume_info *info)
+{
+    json_object_set_new(root, "values_rounded", json_count(info->values_rounded));
+    json_object_set_new(root, "largest_rounding", json_number(info->largest_rounding));
+    json_object_set_new(root, "values_infinite", json_count(info->values_infinite));
+    json_object_set_new(root, "values_tiny", json_count(info->values_tiny));
+}
+
 static void set_plan(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
@@ -139,6 +148,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "weft", json_text(weft_version()));
     json_object_set_new(root, "volume", json_text(job->input));
     json_object_set_new(root, "grid", json_text(weft_volume_get_info(job->volume)->name));
+    set_values(root, weft_volume_get_info(job->volume));
     json_object_set_new(root, "kernel", json_text(kernel));
     json_object_set_new(root, "space", json_text(space_name(plan->space)));
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
@@ -331,8 +341,8 @@ void slice_print_text(const struct slice_job *job)
         return;
     }
     if (job->option[SLICE_PREVIEW].given && !report_is_quiet())
-        printf("%s: values from %.9g to %.9g\n", job->option[SLICE_PREVIEW].text,
-               job->preview_range[0], job->preview_range[1]);
+        report_line("%s: values from %.9g to %.9g", job->option[SLICE_PREVIEW].text,
+                    job->preview_range[0], job->preview_range[1]);
     if (job->option[SLICE_VERIFY].given)
         print_error(&job->error);
     if (job->option[SLICE_VERIFY].given)

@@ -176,8 +176,7 @@ static bool receive(struct weft_wire_request *request, int fds[2], int *exit_cod
     if (count != (request->payload_bytes ? 2 : 1))
         return false;
     memcpy(fds, CMSG_DATA(header), count * sizeof(int));
-    return request->magic == WEFT_WIRE_MAGIC && request->version == WEFT_WIRE_VERSION &&
-           memchr(request->name, 0, sizeof request->name);
+    return request->magic == WEFT_WIRE_MAGIC && request->version == WEFT_WIRE_VERSION;
 }
 
 static bool map_request(struct weft_server *server, int fd, uint64_t size)

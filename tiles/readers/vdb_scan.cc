@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tiles/readers/vdb_scan.h"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <set>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -25,29 +28,51 @@ namespace
 
 constexpr uint64_t magic = 0x56444220;
 constexpr uint32_t oldest_version = 222; // node mask compression, 2012
-constexpr uint32_t longest_name = 4096, most_grids = 65536, most_metadata = 1 << 20;
+constexpr uint32_t most_grids = 65536;
+constexpr size_t longest_label = 255;
 
+unsigned long long wide(uint64_t value)
+{
+    return value;
+}
+
+uint64_t file_size(int fd)
+{
+    struct stat stat;
+    if (fstat(fd, &stat) || !S_ISREG(stat.st_mode))
+        fail(WEFT_ERR_OPEN, "not a regular file");
+    return static_cast<uint64_t>(stat.st_size);
+}
+
+// Reads the bytes of a file from one place to another; what would lead beyond it fails before
+// memory is asked for.
 class Cursor
 {
   public:
-    explicit Cursor(int fd) : fd_(fd)
+    Cursor(int fd, uint64_t at, uint64_t end) : fd_(fd), at_(at), end_(end)
     {
-        struct stat stat;
-        if (fstat(fd, &stat) || !S_ISREG(stat.st_mode))
-            fail(WEFT_ERR_OPEN, "not a regular file");
-        size_ = static_cast<uint64_t>(stat.st_size);
     }
 
-    uint64_t size() const
+    uint64_t at() const
     {
-        return size_;
+        return at_;
+    }
+
+    uint64_t end() const
+    {
+        return end_;
+    }
+
+    void move_to(uint64_t at)
+    {
+        at_ = at;
     }
 
     void skip(uint64_t bytes)
     {
-        if (bytes > size_ - at_)
-            fail(WEFT_ERR_FORMAT, "the file ends within its header, after %llu bytes",
-                 static_cast<unsigned long long>(size_));
+        if (bytes > end_ - at_)
+            fail(WEFT_ERR_FORMAT, "the header has %llu bytes at %llu, and ends at %llu",
+                 wide(bytes), wide(at_), wide(end_));
         at_ += bytes;
     }
 
@@ -55,13 +80,16 @@ class Cursor
     {
         uint64_t from = at_;
         skip(bytes);
-        for (uint64_t done = 0; done < bytes;) {
-            ssize_t n = pread(fd_, static_cast<char *>(out) + done, bytes - done,
-                              static_cast<off_t>(from + done));
-            if (n <= 0)
-                fail(WEFT_ERR_OPEN, "cannot read the file");
-            done += static_cast<uint64_t>(n);
+        if (bytes > window_size) {
+            read(out, from, bytes);
+            return;
         }
+        if (from < window_at_ || at_ > window_at_ + window_.size()) {
+            window_.resize(std::min(window_size, end_ - from));
+            window_at_ = from;
+            read(window_.data(), from, window_.size());
+        }
+        memcpy(out, window_.data() + (from - window_at_), bytes);
     }
 
     template <class T> T get()
@@ -74,36 +102,50 @@ class Cursor
     std::string get_string()
     {
         uint32_t length = get<uint32_t>();
-        if (length > longest_name)
-            fail(WEFT_ERR_FORMAT, "a name of %u bytes in the header; %u is the most", length,
-                 longest_name);
+        if (length > end_ - at_)
+            fail(WEFT_ERR_FORMAT, "a text of %u bytes at %llu of a header that ends at %llu",
+                 length, wide(at_), wide(end_));
         std::string text(length, '\0');
         get(&text[0], length);
         return text;
     }
 
+    void skip_string()
+    {
+        skip(get<uint32_t>());
+    }
+
   private:
+    static constexpr uint64_t window_size = 4096;
+
+    void read(void *out, uint64_t from, uint64_t bytes) const
+    {
+        for (uint64_t done = 0; done < bytes;) {
+            ssize_t n = pread(fd_, static_cast<char *>(out) + done, bytes - done,
+                              static_cast<off_t>(from + done));
+            if (n <= 0)
+                fail(WEFT_ERR_OPEN, "cannot read the file");
+            done += static_cast<uint64_t>(n);
+        }
+    }
+
     int fd_;
-    uint64_t size_ = 0, at_ = 0;
+    uint64_t at_, end_, window_at_ = 0;
+    std::vector<char> window_;
 };
 
 void skip_metadata(Cursor &cursor)
 {
-    uint32_t count = cursor.get<uint32_t>();
-    if (count > most_metadata)
-        fail(WEFT_ERR_FORMAT, "%u metadata entries; %u is the most", count, most_metadata);
-    for (uint32_t i = 0; i < count; i++) {
-        cursor.get_string();
-        cursor.get_string();
-        cursor.skip(cursor.get<uint32_t>());
-    }
+    for (uint32_t count = cursor.get<uint32_t>(); count; count--)
+        for (int part = 0; part < 3; part++) // key, type, value
+            cursor.skip_string();
 }
 
 void read_header(Cursor &cursor)
 {
-    if (cursor.size() == 0)
+    if (cursor.end() == 0)
         fail(WEFT_ERR_FORMAT, "the file is empty");
-    if (cursor.size() < sizeof magic || cursor.get<uint64_t>() != magic)
+    if (cursor.end() < sizeof magic || cursor.get<uint64_t>() != magic)
         fail(WEFT_ERR_FORMAT, "not a VDB file (wrong magic number)");
     uint32_t version = cursor.get<uint32_t>();
     if (version < oldest_version)
@@ -133,15 +175,19 @@ bool strip_end(std::string &text, const char *end)
     return true;
 }
 
-// "Tree_float_5_4_3_HalfFloat" is "half"; trees of another shape keep their full name.
-std::string short_type(std::string type)
+// "Tree_float_5_4_3" is "float", or "half"; trees of another shape keep their full name.
+void name_type(GridEntry &grid, std::string stored)
 {
-    std::string whole = type;
-    bool half = strip_end(type, "_HalfFloat");
-    if (type.compare(0, 5, "Tree_") || !strip_end(type, "_5_4_3"))
-        return whole;
-    type.erase(0, 5);
-    return half && (type == "float" || type == "double") ? "half" : type;
+    std::string whole = stored;
+    grid.half = strip_end(stored, "_HalfFloat");
+    grid.stored_type = stored;
+    grid.type = whole;
+    if (!stored.compare(0, 5, "Tree_") && strip_end(stored, "_5_4_3")) {
+        stored.erase(0, 5);
+        bool narrow = grid.half && (stored == "float" || stored == "double");
+        grid.type = narrow ? "half" : stored;
+    }
+    grid.listed_type = is_readable(grid.type);
 }
 
 // OpenVDB tells grids of one name apart by a record separator and a number.
@@ -153,45 +199,119 @@ std::string shown_name(const std::string &unique)
     return unique.substr(0, separator) + "[" + unique.substr(separator + 1) + "]";
 }
 
-void check_positions(const GridEntry &grid, const int64_t position[3], uint64_t file_size)
+// Whole UTF-8 sequences and "...".
+std::string shorten(const std::string &text, size_t size)
 {
-    if (position[0] > 0 && position[0] <= position[1] && position[1] <= position[2] &&
-        static_cast<uint64_t>(position[2]) <= file_size)
+    if (text.size() <= size)
+        return text;
+    size -= 3;
+    while (size && (text[size] & 0xc0) == 0x80)
+        size--;
+    return text.substr(0, size) + "...";
+}
+
+// Names that differ in what a label does not show are told apart by a number.
+void label_grids(std::vector<GridEntry> &grids)
+{
+    std::set<std::string> taken;
+    std::map<std::string, int> count;
+    for (GridEntry &grid : grids) {
+        std::string text = grid.name;
+        std::replace(text.begin(), text.end(), '\0', '\n');
+        weft_text_clean(&text[0], false);
+        text.resize(strlen(text.c_str()));
+        const std::string plain = shorten(text, longest_label);
+        grid.label = plain;
+        while (!taken.insert(grid.label).second) {
+            std::string number = "[" + std::to_string(++count[plain]) + "]";
+            grid.label = shorten(text, longest_label - number.size()) + number;
+        }
+    }
+}
+
+std::string lost_behind(uint32_t count)
+{
+    return count ? "; " + std::to_string(count) + " more behind it cannot be found" : "";
+}
+
+// The next descriptor follows this grid's data, so that data which ends outside the file hides the
+// grids behind it. Instances have no place for blocks.
+void place_grid(Cursor &cursor, GridEntry &grid, uint32_t behind)
+{
+    int64_t position[3];
+    cursor.get(position, sizeof position);
+    auto starts = static_cast<uint64_t>(position[0]), blocks = static_cast<uint64_t>(position[1]),
+         ends = static_cast<uint64_t>(position[2]);
+    bool ordered = grid.parent.empty() ? starts <= blocks && blocks <= ends : starts <= ends;
+    grid.starts = starts;
+    grid.ends = ends;
+    if (starts >= cursor.at() && ordered && ends <= cursor.end()) {
+        cursor.move_to(ends);
         return;
-    fail(WEFT_ERR_FORMAT,
-         "grid '%.64s' lies at bytes %lld, %lld to %lld of a file of %llu bytes (cut short?)",
-         grid.name.c_str(), static_cast<long long>(position[0]),
-         static_cast<long long>(position[1]), static_cast<long long>(position[2]),
-         static_cast<unsigned long long>(file_size));
+    }
+    char text[256];
+    snprintf(text, sizeof text, "it lies at bytes %lld, %lld to %lld of a file of %llu bytes%s",
+             static_cast<long long>(position[0]), static_cast<long long>(position[1]),
+             static_cast<long long>(position[2]), wide(cursor.end()),
+             ends > cursor.end() ? " (cut short?)" : "");
+    grid.problem = text;
+    grid.problem += lost_behind(behind);
+    grid.starts = std::min(starts, cursor.end());
+    grid.ends = cursor.end();
+}
+
+GridEntry read_descriptor(Cursor &cursor, uint32_t number, uint32_t count)
+{
+    GridEntry grid{};
+    try {
+        grid.unique_name = cursor.get_string();
+        grid.name = shown_name(grid.unique_name);
+        name_type(grid, cursor.get_string());
+        grid.parent = cursor.get_string();
+        place_grid(cursor, grid, count - number);
+    } catch (const Failure &failure) {
+        if (number == 1)
+            throw;
+        grid.problem = "the file's table ends in it (cut short?): " + failure.text +
+                       lost_behind(count - number);
+    }
+    return grid;
 }
 
 } // namespace
 
 std::vector<GridEntry> scan_file(int fd)
 {
-    Cursor cursor(fd);
+    Cursor cursor(fd, 0, file_size(fd));
     read_header(cursor);
     uint32_t count = cursor.get<uint32_t>();
     if (count > most_grids)
         fail(WEFT_ERR_FORMAT, "%u grids; %u is the most", count, most_grids);
     std::vector<GridEntry> grids;
-    for (uint32_t i = 0; i < count; i++) {
-        GridEntry grid;
-        grid.unique_name = cursor.get_string();
-        grid.name = shown_name(grid.unique_name);
-        grid.type = short_type(cursor.get_string());
-        grid.listed_type = is_readable(grid.type);
-        cursor.get_string(); // of the grid that this one is an instance of
-        int64_t position[3];
-        cursor.get(position, sizeof position);
-        check_positions(grid, position, cursor.size());
-        // The next descriptor follows this grid's data.
-        Cursor next(fd);
-        next.skip(static_cast<uint64_t>(position[2]));
-        cursor = next;
-        grids.push_back(grid);
-    }
+    while (grids.size() < count && (grids.empty() || grids.back().problem.empty()))
+        grids.push_back(read_descriptor(cursor, static_cast<uint32_t>(grids.size()) + 1, count));
+    label_grids(grids);
     return grids;
+}
+
+GridHeader scan_header(int fd, const GridEntry &grid)
+{
+    GridHeader header;
+    Cursor cursor(fd, grid.starts, grid.ends);
+    cursor.skip(sizeof(uint32_t)); // compression
+    for (uint32_t count = cursor.get<uint32_t>(); count; count--) {
+        MetadataEntry entry;
+        entry.key = cursor.get_string();
+        entry.type = cursor.get_string();
+        entry.value = cursor.get_string();
+        header.metadata.push_back(std::move(entry));
+    }
+    header.transform = cursor.at();
+    if (cursor.get_string() == "NonlinearFrustumMap") {
+        cursor.skip(8 * sizeof(double)); // taper, depth, box: the map behind it is named next
+        cursor.skip_string();
+    }
+    return header;
 }
 
 } // namespace weft

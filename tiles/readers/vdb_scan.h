@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/vdb_scan.h - the header and grid table of a VDB file, checked before OpenVDB sees
-// it.
+// tiles/readers/vdb_scan.h - the header and grid table of a VDB file and the headers of its grids,
+// checked before OpenVDB sees them.
 #ifndef WEFT_TILES_READERS_VDB_SCAN_H
 #define WEFT_TILES_READERS_VDB_SCAN_H
 
@@ -22,14 +22,34 @@ struct Failure {
 
 struct GridEntry {
     std::string unique_name; // as stored, with a suffix where names repeat
-    std::string name;        // as shown, and as OpenVDB takes it: "density", "density[1]"
+    std::string name;        // as OpenVDB shows it: "density", "density[1]"
+    std::string label;       // the same fit to be printed, up to 255 bytes, and no other grid's
+    std::string stored_type; // "Tree_float_5_4_3"
+    bool half;               // its floats or doubles are stored as halves
     std::string type;        // "float", "half", "vec3s", ... or the stored type where it is unusual
     bool listed_type;        // one of the types that weft reads
+    std::string parent;      // the unique name of the grid whose tree it shares, "" = its own
+    uint64_t starts, ends;   // its bytes in the file: metadata, transform, tree
+    std::string problem;     // why it cannot be read as the table has it; "" = it can
 };
 
-// Checks magic, version, string lengths and that every grid's data lies inside the file, and
-// returns the grids in the file's order. Throws Failure.
+struct MetadataEntry {
+    std::string key, type, value; // the value's bytes
+};
+
+struct GridHeader {
+    std::vector<MetadataEntry> metadata;
+    uint64_t transform; // where it starts in the file
+};
+
+// Checks magic and version, and returns the grids in the file's order. One that lies outside the
+// file has a problem; those behind it are lost, which its problem tells. Throws Failure where not
+// even one grid is found that the file announces.
 std::vector<GridEntry> scan_file(int fd);
+
+// Reads a grid's metadata and checks the lengths in its transform. Every length is compared with
+// the grid's bytes in the file before anything is allocated. Throws Failure.
+GridHeader scan_header(int fd, const GridEntry &grid);
 
 } // namespace weft
 

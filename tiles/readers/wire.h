@@ -12,12 +12,12 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 1, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 3, WEFT_WIRE_FD = 3 };
 
 enum weft_wire_op {
     WEFT_WIRE_LIST,  // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
-    WEFT_WIRE_OPEN,  // VDB: grid `name` ("" = first supported). -> one struct weft_wire_grid,
-                     // metadata
+    WEFT_WIRE_OPEN,  // VDB: payload of the grid's name and a NUL (none = the first supported one).
+                     // -> one struct weft_wire_grid, metadata
     WEFT_WIRE_FIND,  // VDB: `region`.   -> brick origins, then tiles (counts in the answer)
     WEFT_WIRE_READ,  // VDB: payload of brick origins. -> count * 512 floats
     WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
@@ -29,9 +29,8 @@ enum weft_wire_op {
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
-    uint32_t reserved;
+    uint32_t rest;          // OPEN: as in struct weft_volume_open_params
     uint64_t payload_bytes; // in the request's payload memfd, 0 = none
-    char name[256];
     struct weft_region region;
 };
 
