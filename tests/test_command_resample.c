@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft resample and weft slice --profile as their users see them, and what they refuse.
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -443,6 +444,80 @@ static void axes_are_filtered_one_after_the_other(void **state)
                                   "catmull-rom+radial+unit", "--verify"));
     assert_string_equal(text(root, "method"), "passes");
     json_decref(root);
+}
+
+// ---- values that floats hardly hold -------------------------------------------------------------
+
+// One channel of 16 x 12 pixels, its own window.
+static void make_values(const char *path, float *values)
+{
+    struct weft_image_channel channel = {.name = "Y", .plane = values};
+    const struct weft_image image = {
+        .width = 16, .height = 12, .channel_count = 1, .channels = &channel};
+    assert_int_equal(weft_image_save(&image, &(struct weft_image_save_params){.path = path}),
+                     WEFT_OK);
+}
+
+static const char *const value_ways[][2] = {{NULL, NULL},
+                                            {"--emulate", NULL},
+                                            {"--profile=fp32", "--technique=dot4"},
+                                            {"--profile=unorm16", NULL}};
+
+// At the same size every pixel is its own sample: what is missing stays that one pixel.
+static void the_same_size_is_the_same(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const kernels[] = {"nearest", "linear", "catmull-rom", "lanczos:3"};
+    float values[16 * 12];
+    for (int i = 0; i < 16 * 12; i++)
+        values[i] = i == 5 * 16 + 7 ? NAN : i % 3 ? 1e30f : i % 2 ? -0.0f : 1e-40f;
+    make_values("same.exr", values);
+    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_ways); i++) {
+        const char *const *way = value_ways[i / COUNT(kernels)];
+        struct weft_image out;
+        json_t *root = parse(command_succeeds(
+            "resample", "same.exr", "-o", "out.exr", "--verify", "--json", "--size", "16x12",
+            "--kernel", kernels[i % COUNT(kernels)], way[0] ? way[0] : "-q", way[1]));
+        const json_t *group = json_array_get(part(root, "groups"), 0);
+        assert_true(number(group, "not_finite") == 1);
+        assert_true(number(part(group, "verify"), "not_finite_mismatches") == 0);
+        load("out.exr", &out);
+        assert_true(isnan(out.channels[0].plane[5 * 16 + 7]));
+        if (!way[0])
+            assert_memory_equal(out.channels[0].plane, values, sizeof values);
+        weft_image_clear(&out);
+        json_decref(root);
+    }
+    unlink("same.exr");
+    unlink("out.exr");
+}
+
+// The largest float, beside usual values, as many programs mark what is no data.
+static void no_data_may_be_the_largest_float(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const kernels[] = {"linear", "bspline5", "catmull-rom", "lanczos:3"};
+    float values[16 * 12];
+    for (int i = 0; i < 16 * 12; i++)
+        values[i] = (i % 16 > 9) != (i / 16 > 5) ? -FLT_MAX : (float)i;
+    make_values("nodata.exr", values);
+    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_ways); i++) {
+        const char *const *way = value_ways[i / COUNT(kernels)];
+        const char *json = command_succeeds(
+            "resample", "nodata.exr", "--verify", "--json", "--size", "41x31", "--kernel",
+            kernels[i % COUNT(kernels)], way[0] ? way[0] : "-q", way[1]);
+        assert_within_bounds(json, kernels[i % COUNT(kernels)]);
+        json_t *root = parse(json);
+        // Weights that are positive leave nothing outside the range of floats.
+        if (i % COUNT(kernels) < 2)
+            assert_true(number(json_array_get(part(root, "groups"), 0), "not_finite") == 0);
+        json_decref(root);
+    }
+    command_fails(3, "leave the range of floats", "resample", "nodata.exr", "--json", "--kernel",
+                  "bspline3i");
+    unlink("nodata.exr");
 }
 
 // ---- normalised kernels -------------------------------------------------------------------------
@@ -1111,6 +1186,8 @@ int main(void)
         cmocka_unit_test(prefiltered_slices_are_verified),
         cmocka_unit_test(channels_can_be_chosen),
         cmocka_unit_test(axes_are_filtered_one_after_the_other),
+        cmocka_unit_test(the_same_size_is_the_same),
+        cmocka_unit_test(no_data_may_be_the_largest_float),
         cmocka_unit_test(white_stays_white),
         cmocka_unit_test(normalising_is_a_choice),
         cmocka_unit_test(slices_normalise_too),

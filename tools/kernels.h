@@ -29,8 +29,7 @@ extern const char *const kernels_normalise_choices[];
     }
 
 // Does what the option says to a kernel in so many dimensions, which kernels_load_filter gave with
-// `file`.
-// Where the default cannot, as the weights add up to 0 somewhere, a warning says so.
+// `file`. Where the default cannot, as the weights add up to 0 somewhere, a warning says so.
 // Returns WEFT_ERR_ARGUMENT (on, and that cannot be) after an error line.
 enum weft_result kernels_normalise(const struct option_value *option, int dims,
                                    const weft_kernel_file *file, struct weft_kernel *kernel);

@@ -114,7 +114,8 @@ enum weft_result resample_choose_channels(struct resample_job *job);
 enum weft_result resample_make_groups(struct resample_job *job);
 
 // Fills the coefficients where the kernel asks for them; those that depend on samples that are not
-// finite are missing, as filter/prefilter.h says. Returns WEFT_ERR_MEMORY after an error line.
+// finite are missing, as filter/prefilter.h says. Returns WEFT_ERR_MEMORY, or WEFT_ERR_LIMIT where
+// they leave the range of floats, after an error line.
 enum weft_result resample_prefilter(struct resample_job *job);
 void resample_prefilter_clear(struct resample_job *job); // before the result's channels are
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "kernels.h"
 #include "report.h"
 #include "resample_job.h"
 
@@ -92,6 +93,32 @@ static float *filter_plane(const struct weft_prefilter *prefilter, int pad,
     return out;
 }
 
+// Coefficients are several times the samples: those of the largest floats leave their range.
+static enum weft_result check_range(const struct resample_job *job, size_t channel)
+{
+    const struct weft_image *image = &job->image;
+    const struct weft_image_channel *source = &image->channels[job->source[channel]];
+    const int width = image->width + 2 * job->pad, height = image->height + 2 * job->pad;
+    const float *coefficient = job->coefficients[channel];
+    char kernel[KERNELS_TEXT];
+    for (int y = 0; y < height; y++) {
+        const float *row =
+            source->plane + (size_t)clamp(y - job->pad, image->height) * (size_t)image->width;
+        for (int x = 0; x < width; x++, coefficient++) {
+            const float sample = row[clamp(x - job->pad, image->width)];
+            if (!isinf(*coefficient) || !isfinite(sample))
+                continue;
+            weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+            report_error(
+                "channel %s: the coefficients of %s leave the range of floats, at a sample "
+                "of %.9g: mark what is no data by NaN, or take a kernel without prefilter",
+                source->name, kernel, (double)sample);
+            return WEFT_ERR_LIMIT;
+        }
+    }
+    return WEFT_OK;
+}
+
 enum weft_result resample_prefilter(struct resample_job *job)
 {
     struct weft_prefilter prefilter;
@@ -112,6 +139,9 @@ enum weft_result resample_prefilter(struct resample_job *job)
                                             job->image.channels[job->source[i]].plane);
         if (!job->coefficients[i])
             return WEFT_ERR_MEMORY;
+        res = check_range(job, i);
+        if (res != WEFT_OK)
+            return res;
     }
     job->report.prepare_seconds += report_now_seconds() - start;
     return WEFT_OK;
