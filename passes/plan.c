@@ -8,7 +8,13 @@
 #include "passes/plan_impl.h"
 #include "passes/range_impl.h"
 
-enum { LOG_EXTRA_BITS = 8, MOST_MARGINS = 12, SOME_POSITIONS = 4096, SOME_EVERY = 16 };
+enum {
+    LOG_EXTRA_BITS = 8,
+    MOST_MARGINS = 12,
+    SOME_POSITIONS = 4096,
+    SOME_EVERY = 16,
+    MOST_SPLIT_BITS = 8
+};
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 
 const char *const weft_technique_names[] = {"plain",        "dot4", "split-precision",
@@ -309,6 +315,7 @@ static void fill_info(struct weft_planner *planner)
     info->ranges = plan->ranges;
     info->tile_splits = plan->splits;
     info->tile_count = tiles->tile_count;
+    info->split_count = info->tile_split_count;
     info->fetches = count_fetches(list);
     info->kept_bits = weft_target_bits(p->profile.target) +
                       (p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? list->extra_bits : 0);
@@ -322,10 +329,8 @@ static void fill_info(struct weft_planner *planner)
         (uint64_t)(target_bytes * p->channels * (list->slot_count + list->scratch_count));
 }
 
-static enum weft_result make(struct weft_planner *planner)
+static void start_info(struct weft_planner *planner)
 {
-    struct weft_plan_order order = {0};
-    const double start = weft_now_seconds();
     struct weft_plan_info *info = &planner->plan->info;
     *info = (struct weft_plan_info){.kernel = planner->p.kernel,
                                     .profile = planner->p.profile,
@@ -340,6 +345,21 @@ static enum weft_result make(struct weft_planner *planner)
                                     .tap_count = 1};
     for (int a = 0; a < planner->p.dims; a++)
         info->tap_count *= planner->p.kernel.width;
+}
+
+static enum weft_result tell(struct weft_planner *planner)
+{
+    fill_info(planner);
+    const enum weft_result res = weft_planner_find_error(planner);
+    return res == WEFT_OK ? weft_planner_write_text(planner) : res;
+}
+
+static enum weft_result make(struct weft_planner *planner)
+{
+    struct weft_plan_order order = {0};
+    const double start = weft_now_seconds();
+    struct weft_plan_info *info = &planner->plan->info;
+    start_info(planner);
     start_list(planner);
     enum weft_result res = weft_planner_prepare(planner, 0.0);
     if (res == WEFT_OK && planner->p.technique != WEFT_TECHNIQUE_HIERARCHICAL)
@@ -352,14 +372,87 @@ static enum weft_result make(struct weft_planner *planner)
         res = check_bits(planner);
     if (res == WEFT_OK && !info->valid && planner->p.order == WEFT_ORDER_PLANNED)
         res = judge_planned(planner);
-    if (res == WEFT_OK)
-        fill_info(planner);
-    if (res == WEFT_OK)
-        res = weft_planner_find_error(planner);
-    return res == WEFT_OK ? weft_planner_write_text(planner) : res;
+    return res == WEFT_OK ? tell(planner) : res;
 }
 
-enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out)
+// ---- passes that are given ----------------------------------------------------------------------
+
+static const char *foreign_pass(const struct weft_planner *planner, const struct weft_pass *pass)
+{
+    const bool split = planner->p.technique == WEFT_TECHNIQUE_SPLIT_PRECISION;
+    if (pass->kind == WEFT_PASS_COMBINE)
+        return split || planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL ? NULL : "combines";
+    return (pass->part != WEFT_PASS_WHOLE) == split ? NULL
+           : split                                  ? "adds whole parts"
+                                                    : "adds high or low parts";
+}
+
+static enum weft_result take_passes(struct weft_planner *planner, const struct weft_pass_list *from)
+{
+    struct weft_pass_list *list = &planner->plan->list;
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; res == WEFT_OK && i < from->group_count; i++)
+        res = weft_planner_add_group(planner, &from->groups[i]);
+    for (int i = 0; res == WEFT_OK && i < from->pass_count; i++) {
+        const struct weft_pass *pass = &from->passes[i];
+        const char *foreign = foreign_pass(planner, pass);
+        if (foreign) {
+            weft_error(planner->p.log, "plan: pass %d %s, which technique %s does not", i, foreign,
+                       weft_technique_names[planner->p.technique]);
+            return WEFT_ERR_ARGUMENT;
+        }
+        if (!weft_planner_add_pass(planner, *pass))
+            res = WEFT_ERR_MEMORY;
+        list->slot_count = pass->target >= list->slot_count ? pass->target + 1 : list->slot_count;
+        list->scratch_count |= pass->reads_target || pass->kind == WEFT_PASS_COMBINE;
+    }
+    return res;
+}
+
+static enum weft_result take_list(struct weft_planner *planner, const struct weft_pass_list *from)
+{
+    struct weft_pass_list *list = &planner->plan->list;
+    const int most = planner->p.profile.internal_bits ? list->extra_bits : MOST_SPLIT_BITS;
+    if (planner->p.technique == WEFT_TECHNIQUE_SPLIT_PRECISION) {
+        if (from->extra_bits < 1 || from->extra_bits > most) {
+            weft_error(planner->p.log, "plan: %d bits in the low target, not 1 to %d",
+                       from->extra_bits, most);
+            return WEFT_ERR_ARGUMENT;
+        }
+        list->extra_bits = from->extra_bits;
+    }
+    if (list->dot4)
+        memcpy(list->pattern, from->pattern, sizeof list->pattern);
+    list->result = from->result;
+    list->result_scale = from->result_scale;
+    list->result_bias = from->result_bias;
+    const enum weft_result res = take_passes(planner, from);
+    return res == WEFT_OK && planner->logarithms
+               ? weft_planner_make_log_table(planner, list->result_scale)
+               : res;
+}
+
+static enum weft_result judge(struct weft_planner *planner, const struct weft_pass_list *from,
+                              enum weft_order order)
+{
+    start_info(planner);
+    planner->plan->info.order = order;
+    start_list(planner);
+    enum weft_result res = weft_planner_make_tiles(planner);
+    if (res == WEFT_OK)
+        res = take_list(planner, from);
+    if (res == WEFT_OK)
+        res = simulate(planner, 1);
+    if (res == WEFT_OK)
+        res = check_bits(planner);
+    return res == WEFT_OK ? tell(planner) : res;
+}
+
+// ---- creation -----------------------------------------------------------------------------------
+
+static enum weft_result create(const struct weft_plan_params *params,
+                               const struct weft_pass_list *given, enum weft_order order,
+                               weft_plan **out)
 {
     *out = NULL;
     struct weft_planner planner = {.p = *params};
@@ -377,12 +470,31 @@ enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_pl
     planner.full = planner.real ? 1 : weft_target_one(planner.p.profile.target);
     planner.logarithms = planner.p.technique == WEFT_TECHNIQUE_LOG;
     planner.derives = planner.p.derivative || planner.p.kernel.info->derivation > 0;
-    res = make(&planner);
+    res = given ? judge(&planner, given, order) : make(&planner);
     free(planner.atoms);
     if (res == WEFT_OK)
         *out = planner.plan;
     else
         weft_plan_destroy(&planner.plan);
+    return res;
+}
+
+enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out)
+{
+    return create(params, NULL, params->order, out);
+}
+
+enum weft_result weft_plan_judge(const struct weft_plan_params *params,
+                                 const struct weft_pass_list *passes, weft_plan **out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct weft_plan_params p = *params;
+    *out = NULL;
+    weft_require(p.log, passes && passes->passes && passes->pass_count > 0);
+    weft_require(p.log, passes->result_scale > 0.0);
+    p.order = WEFT_ORDER_PLANNED; // the others need steps
+    return create(&p, passes, params->order, out);
+fail:
     return res;
 }
 

@@ -134,6 +134,15 @@ typedef struct weft_plan weft_plan; // Thread-safety: read-only once made.
 // given orders that clamp are plans too, and so are planned ones that may not scale and clamp by no
 // more than roundings add up to: see `valid`.
 WEFT_API enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out);
+// What a plan of these passes is, from a file or by hand: its tiles are made anew from the
+// parameters
+// (`splits` included; `order` is a word only), its ranges, figures and bounds from tiles and
+// passes. Of the list slots, result, scale and bias of the result, pattern and, with split
+// precision, the extra bits count; the rest follows from profile and technique. The bounds are
+// right if the passes count each tile once, at the list's scale. Returns what weft_plan_create
+// does, and WEFT_ERR_ARGUMENT for passes that the technique does not have.
+WEFT_API enum weft_result weft_plan_judge(const struct weft_plan_params *params,
+                                          const struct weft_pass_list *passes, weft_plan **out);
 WEFT_API void weft_plan_destroy(weft_plan **plan); // accepts &NULL, leaves NULL behind
 WEFT_API const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan);
 

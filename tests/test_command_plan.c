@@ -223,9 +223,10 @@ static void other_plans_make_the_trip(void **state)
 static void naive_orders_are_named(void **state)
 {
     (void)state;
-    assert_non_null(strstr(command_succeeds("plan", "--order", "natural", "-p", "geforce3"),
-                           "INVALID for constants of any level: stores clamp by up to 35 codes; the "
-                           "first is pass 01, with -0.0824"));
+    assert_non_null(
+        strstr(command_succeeds("plan", "--order", "natural", "-p", "geforce3"),
+               "INVALID for constants of any level: stores clamp by up to 35 codes; the "
+               "first is pass 01, with -0.0824"));
     json_t *root = make_plan("--order", "natural", "-p", "geforce3");
     assert_false(flag(root, "valid"));
     const json_t *outside = json_object_get(json_object_get(root, "range"), "first_outside");
@@ -521,6 +522,129 @@ static void changed_plans(void **state)
     unlink("plan.json");
 }
 
+// ---- what a plan says of itself -----------------------------------------------------------------
+
+static void set_in(json_t *root, const char *object, const char *key, json_t *value)
+{
+    json_object_set_new(object ? json_object_get(root, object) : root, key, value);
+}
+
+static void zero_logarithms(json_t *root)
+{
+    json_t *table = json_object_get(json_object_get(root, "targets"), "log_table");
+    for (size_t i = 0; i < json_array_size(table); i++)
+        json_array_set_new(table, i, json_integer(0));
+}
+
+static void claim_log_scale(json_t *root)
+{
+    set_in(root, "targets", "result_scale", json_real(0.5));
+}
+
+static void claim_octaves(json_t *root)
+{
+    set_in(root, "targets", "log_octaves", json_real(11.0));
+}
+
+static void claim_scale(json_t *root)
+{
+    set_in(root, "targets", "result_scale", json_real(1.00001));
+}
+
+static void claim_range(json_t *root)
+{
+    set_in(root, "targets", "range", json_real(8.0));
+}
+
+static void claim_exact_sums(json_t *root)
+{
+    set_in(root, "targets", "exact_inside", json_true());
+}
+
+static void claim_bits(json_t *root)
+{
+    set_in(root, "targets", "extra_bits", json_integer(8));
+}
+
+static void claim_dot(json_t *root)
+{
+    set_in(root, "targets", "dot_width", json_integer(4));
+}
+
+static void claim_no_scratch(json_t *root)
+{
+    set_in(root, "targets", "scratch", json_integer(3));
+}
+
+static void claim_profile(json_t *root)
+{
+    set_in(root, "profile", "taps", json_integer(6));
+}
+
+static void claim_bound(json_t *root)
+{
+    set_in(root, "error", "bound", json_real(0.001));
+}
+
+static void claim_fetches(json_t *root)
+{
+    set_in(root, NULL, "fetches", json_integer(1));
+}
+
+static void claim_pass_range(json_t *root)
+{
+    set_in(json_object_get(pass_of(root, 1), "range"), NULL, "maximum", json_real(0.5));
+}
+
+static void claim_more(json_t *root)
+{
+    set_in(root, NULL, "certified", json_true());
+}
+
+static void read_a_file(json_t *root)
+{
+    set_in(root, NULL, "kernel", json_string("table:/etc/passwd"));
+}
+
+static void claims_are_judged(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *technique;
+        void (*change)(json_t *root);
+        int code;
+        const char *text;
+    } cases[] = {
+        {"log", zero_logarithms, 3, "targets.log_table[0] is 0, not "},
+        {"log", claim_log_scale, 3, "targets.log_table[0] is "},
+        {"log", claim_octaves, 3, "targets.log_octaves is 11.0, not 10.0"},
+        {"plain", claim_scale, 1, "invalid: the scale of the passes is "},
+        {"plain", claim_range, 3, "targets.range is 8, not 1"},
+        {"plain", claim_exact_sums, 3, "targets.exact_inside is true, with 9 bits inside"},
+        {"plain", claim_bits, 3, "targets.extra_bits is 8, not 1"},
+        {"dot4", claim_dot, 3, "targets.dot_width is 4, not 3"},
+        {"plain", claim_no_scratch, 3, "targets.scratch is 3, not 0"},
+        {"plain", claim_profile, 3, "profile.taps is 6, not 2"},
+        {"plain", claim_bound, 3, "error.bound is 0.001, not 0."},
+        {"plain", claim_fetches, 3, "fetches is 1, not "},
+        {"plain", claim_pass_range, 3, "passes[1].range.maximum is 0.5, not 0."},
+        {"plain", claim_more, 3, "certified is no member of a plan"},
+        {"plain", read_a_file, 3, "kernel is a table in a file; a plan that is read names none"},
+    };
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        json_t *root = make_plan("-p", "geforce3", "-m", "16", "--technique", cases[i].technique);
+        answers(0, "valid: range [0, ", "plan.json");
+        cases[i].change(root);
+        write_json("plan.json", root);
+        json_decref(root);
+        if (cases[i].code == 1)
+            answers(1, cases[i].text, "plan.json");
+        else
+            command_fails(cases[i].code, cases[i].text, "validate", "plan.json");
+    }
+    unlink("plan.json");
+}
+
 static void put_text(const char *path, const char *text, int repeats)
 {
     FILE *file = fopen(path, "wb");
@@ -774,6 +898,7 @@ int main(void)
         cmocka_unit_test(orders_by_hand),
         cmocka_unit_test(orders_refused),
         cmocka_unit_test(changed_plans),
+        cmocka_unit_test(claims_are_judged),
         cmocka_unit_test(hostile_files),
         cmocka_unit_test(any_value_may_be_wrong),
         cmocka_unit_test(through_a_pipe),

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "plan_check.h"
+#include "plan_claims.h"
 #include "plan_json.h"
 #include "plan_options.h"
 #include "report.h"
@@ -150,6 +151,9 @@ static void print_text(const struct verdict *v)
     double low, high;
     if (v->fault.kind == PLAN_FAULT_TILE) {
         print_tile_fault(v);
+    } else if (v->fault.kind == PLAN_FAULT_SCALE) {
+        printf("invalid: the scale of the passes is %.10g, not result_scale %.10g\n",
+               v->fault.times * v->list->result_scale, v->list->result_scale);
     } else if (v->fault.kind == PLAN_FAULT_BIAS) {
         printf("invalid: the bias of the passes is %.6g, not %.6g\n", v->fault.times,
                v->list->result_bias);
@@ -191,6 +195,10 @@ static json_t *problem_json(const struct verdict *v)
     if (v->fault.kind == PLAN_FAULT_BIAS)
         return json_pack("{s:s,s:o,s:o}", "kind", "bias", "bias", json_number(v->fault.times),
                          "expected", json_number(v->list->result_bias));
+    if (v->fault.kind == PLAN_FAULT_SCALE)
+        return json_pack("{s:s,s:o,s:o}", "kind", "scale", "scale",
+                         json_number(v->fault.times * v->list->result_scale), "expected",
+                         json_number(v->list->result_scale));
     if (r->valid)
         return json_null();
     return json_pack("{s:s,s:s,s:i,s:o,s:o,s:o,s:o}", "kind", "range", "range",
@@ -239,14 +247,15 @@ static enum weft_result simulate(struct verdict *v, struct weft_range *ranges)
 static enum weft_result validate_file(const char *path, const struct option_value *o, bool *valid)
 {
     struct plan_file file;
+    weft_plan *plan = NULL;
     struct weft_range *ranges = NULL;
     enum weft_result res = plan_file_load(path, (uint64_t)o[PLAN_MEMORY].integer[0], &file);
     if (res != WEFT_OK)
         return res;
     struct verdict v = {.list = &file.list, .worst_case = file.worst_case};
+    res = plan_claims_judge(path, &file, report_progress("judging"), &v.fault, &plan);
     if (o[PLAN_WORST_CASE].given)
         v.worst_case = (enum weft_worst_case)o[PLAN_WORST_CASE].integer[0];
-    res = plan_check(v.list, &v.fault);
     if (res == WEFT_OK && v.fault.kind == PLAN_FAULT_NONE) {
         ranges = calloc((size_t)v.list->pass_count, sizeof *ranges);
         res = ranges ? simulate(&v, ranges) : WEFT_ERR_MEMORY;
@@ -254,6 +263,7 @@ static enum weft_result validate_file(const char *path, const struct option_valu
     if (res == WEFT_OK)
         res = answer(&v, o, valid);
     free(ranges);
+    weft_plan_destroy(&plan);
     plan_file_clear(&file);
     return res;
 }
@@ -341,7 +351,8 @@ static const char *const epilogue[] = {
     "Positions "
     "are samples of a tile, from 0 to resolution - 1 along each axis; an LSB is one code of the "
     "target. Of a plan it also finds the first tap that is missing, is there twice or has the "
-    "wrong factor.",
+    "wrong factor, and refuses it (exit code 3) where an error, a range, a count or a cost that it "
+    "claims is not what its passes give. Plans that are read name kernels of the catalogue only.",
     "weft plan --profile unorm8 --json | weft validate - --worst-case any",
     "weft validate --kernel linear --order '0,0 1,0 0,1 1,1'",
     NULL,

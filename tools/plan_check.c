@@ -21,7 +21,7 @@ struct check {
     bool *written;
 };
 
-static const double tolerance = 1e-6;
+static const double tolerance = 1e-9;
 
 static struct terms *slot_of(const struct check *check, int slot)
 {
@@ -117,29 +117,49 @@ static bool is_wrong(const struct terms *terms, double expected, double margin, 
 }
 
 // By the list's promise value = (y / T - bias) / scale, a product s q counts scale / (one * the
-// tile's scale) codes. Tiles that are zero everywhere need not be there.
+// tile's scale) codes.
+static double expected_factor(const struct check *check, int tile)
+{
+    const struct weft_pass_list *list = check->list;
+    const struct weft_kernel_tile *t = weft_kernel_tiles_get(list->tiles, tile);
+    const double one = weft_kernel_tiles_get_info(list->tiles)->one;
+    return (t->negated ? -1.0 : 1.0) * (list->log_table ? ldexp(1.0, -list->extra_bits)
+                                                        : list->result_scale / (one * t->scale));
+}
+
+// The first tile that does not count `times` times, -1 if none. Tiles that are zero everywhere need
+// not be there.
+static int find_tile(const struct check *check, double times, double *found)
+{
+    const struct terms *result = slot_of(check, check->list->result);
+    for (int i = 0; i < check->count - 1; i++) {
+        const struct weft_kernel_tile *tile = weft_kernel_tiles_get(check->list->tiles, i);
+        const double factor = expected_factor(check, i), expected = times * factor;
+        if (tile->minimum == 0.0 && tile->maximum == 0.0)
+            continue;
+        if (!is_wrong(&result[i], expected, tolerance * fabs(expected), found))
+            continue;
+        *found /= factor;
+        return i;
+    }
+    return -1;
+}
+
 static void find_fault(const struct check *check, struct plan_fault *out)
 {
     const struct weft_pass_list *list = check->list;
-    const struct terms *result = slot_of(check, list->result);
-    const double one = weft_kernel_tiles_get_info(list->tiles)->one;
-    double found;
+    double found, other;
     *out = (struct plan_fault){.kind = PLAN_FAULT_NONE, .times = 1.0};
-    for (int i = 0; i < check->count - 1; i++) {
-        const struct weft_kernel_tile *tile = weft_kernel_tiles_get(list->tiles, i);
-        const double sign = tile->negated ? -1.0 : 1.0;
-        const double expected = sign * (list->log_table ? ldexp(1.0, -list->extra_bits)
-                                                        : list->result_scale / (one * tile->scale));
-        if (tile->minimum == 0.0 && tile->maximum == 0.0)
-            continue;
-        if (is_wrong(&result[i], expected, tolerance * fabs(expected), &found)) {
-            *out = (struct plan_fault){PLAN_FAULT_TILE, i, found / expected};
-            return;
-        }
+    const int tile = find_tile(check, 1.0, &found);
+    if (tile >= 0) {
+        const bool all = found > 0.0 && find_tile(check, found, &other) < 0;
+        *out = (struct plan_fault){all ? PLAN_FAULT_SCALE : PLAN_FAULT_TILE, tile, found};
+        return;
     }
     const int full = weft_target_bits(list->target) ? weft_target_one(list->target) : 1;
     const double expected = full * list->result_bias;
-    if (is_wrong(&result[check->count - 1], expected, tolerance * full, &found))
+    if (is_wrong(&slot_of(check, list->result)[check->count - 1], expected, tolerance * full,
+                 &found))
         *out = (struct plan_fault){PLAN_FAULT_BIAS, -1, found / full};
 }
 

@@ -6,13 +6,14 @@
 
 #include "plan_steps.h"
 
-enum plan_fault_kind { PLAN_FAULT_NONE, PLAN_FAULT_TILE, PLAN_FAULT_BIAS };
+enum plan_fault_kind { PLAN_FAULT_NONE, PLAN_FAULT_TILE, PLAN_FAULT_SCALE, PLAN_FAULT_BIAS };
 
 struct plan_fault {
     enum plan_fault_kind kind; // the first one, tiles by their number
     int tile;
     // How often the result has the tile (0: it is missing; -1: its sign is wrong), of its high and
-    // its low part where the two differ the one that is not 1; or the bias, 1 being the list's own.
+    // its low part where the two differ the one that is not 1; where all tiles are there as often,
+    // that; or the bias, 1 being full range.
     double times;
 };
 

@@ -29,7 +29,9 @@ json_t *plan_integers_json(const int *value, int count);
 
 // A plan that was read: what is needed to check it.
 struct plan_file {
-    weft_kernel_file *kernel_file;
+    json_t *root;                   // all that it says
+    struct weft_plan_params params; // for weft_plan_judge; splits are owned
+    struct weft_plan_split *splits;
     weft_kernel_tiles *tiles;
     struct weft_plan_step *steps; // of the tiles
     struct weft_profile profile;

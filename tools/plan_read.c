@@ -168,20 +168,14 @@ static void check_integers(struct reader *r, const json_t *array, const char *ke
 
 // ---- profile and tiles --------------------------------------------------------------------------
 
+// A profile is its name; what else is said of it is compared with that later.
 static void read_profile(struct reader *r, const json_t *root)
 {
-    static const double never = (double)INFINITY;
     const json_t *from = member(r, root, "profile");
-    struct weft_profile *p = &r->out->profile;
     locate(r, "profile.", 0, 0);
-    snprintf(p->name, sizeof p->name, "%s", read_text(r, from, "name", sizeof p->name));
-    p->target = (enum weft_target_format)read_word(r, from, "target", plan_words.targets);
-    p->internal_bits = read_integer(r, from, "internal_bits", 0, MAX_BITS);
-    p->internal_range = read_number(r, from, "range", 1.0, 1024.0, &never);
-    p->taps_per_pass = read_integer(r, from, "taps", 1, WEFT_PASS_MAX_GROUPS);
-    p->dot_width = read_integer(r, from, "dot", 1, 4);
-    p->max_scale = read_integer(r, from, "max_scale", 0, 1 << 16);
-    p->ping_pong = read_flag(r, from, "ping_pong");
+    const char *name = read_text(r, from, "name", sizeof r->out->profile.name);
+    if (good(r))
+        fail(r, weft_profile_parse(report_log(), name, &r->out->profile));
     locate(r, "", 0, 0);
 }
 
@@ -257,6 +251,9 @@ static void split_tiles(struct reader *r, const json_t *from)
     const json_t *splits = read_array(r, from, "splits", 0, MAX_SPLITS, &count);
     if (good(r))
         index_tiles(r, count);
+    r->out->params.splits = r->out->splits = calloc((size_t)count + 1, sizeof *r->out->splits);
+    if (!r->out->splits)
+        fail(r, WEFT_ERR_MEMORY);
     for (int i = 0; i < count && good(r); i++) {
         const json_t *split = json_array_get(splits, (size_t)i);
         struct weft_plan_step step;
@@ -267,6 +264,8 @@ static void split_tiles(struct reader *r, const json_t *from)
         if (tile < 0)
             return;
         fail(r, weft_kernel_tiles_split(r->out->tiles, tile, threshold));
+        r->out->splits[i] = (struct weft_plan_split){step, threshold};
+        r->out->params.split_count = (size_t)i + 1;
         if (good(r))
             enter_tile(r, weft_kernel_tiles_get_info(r->out->tiles)->tile_count - 1);
     }
@@ -310,14 +309,21 @@ static void read_tile_set(struct reader *r, const json_t *root)
     struct weft_kernel_tiles_params params = {0};
     const json_t *from = member(r, root, "tile_set");
     const char *kernel = read_text(r, root, "kernel", KERNELS_TEXT);
+    weft_kernel_file *none = NULL;
+    if (strncmp(kernel, "table:", 6) == 0)
+        refuse(r, "kernel", "is a table in a file; a plan that is read names none");
     read_tile_params(r, root, from, &params);
     check_tile_format(r, params.format, r->out->log_table);
     if (good(r))
-        fail(r, kernels_load(kernel, &params.kernel, &r->out->kernel_file));
+        fail(r, kernels_load(kernel, &params.kernel, &none));
     if (good(r))
         fail(r, weft_kernel_tiles_create(&params, &r->out->tiles));
     if (good(r))
         split_tiles(r, from);
+    r->out->params.kernel = params.kernel;
+    r->out->params.samples = params.samples;
+    r->out->params.derivative = params.derivative;
+    r->out->params.round_singly = params.rounding == WEFT_TILE_NEAREST;
     if (good(r) && !(r->out->steps = plan_steps_of(r->out->tiles))) {
         report_error("out of memory for a list of tiles");
         fail(r, WEFT_ERR_MEMORY);
@@ -360,6 +366,18 @@ static void read_pattern(struct reader *r, const json_t *from)
                        MAX_OFFSET, list->pattern[c]);
 }
 
+// Of sums inside, by profile and technique (split precision: at most).
+static int extra_bits_of(const struct reader *r)
+{
+    enum { SPLIT_BITS = 8, LOG_BITS = 8 };
+    const struct weft_profile *p = &r->out->profile;
+    if (p->internal_bits)
+        return p->internal_bits - weft_target_bits(p->target);
+    return r->out->params.technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? SPLIT_BITS
+           : r->out->params.technique == WEFT_TECHNIQUE_LOG           ? LOG_BITS
+                                                                      : 0;
+}
+
 static void read_targets(struct reader *r, const json_t *root)
 {
     static const double never = (double)INFINITY;
@@ -369,6 +387,9 @@ static void read_targets(struct reader *r, const json_t *root)
     list->target = (enum weft_target_format)read_word(r, from, "target", plan_words.targets);
     if (list->target != r->out->profile.target)
         refuse(r, "target", "is not the profile's, %s", weft_target_name(r->out->profile.target));
+    const struct weft_profile *profile = &r->out->profile;
+    const bool split = r->out->params.technique == WEFT_TECHNIQUE_SPLIT_PRECISION;
+    const int extra = extra_bits_of(r);
     list->dot4 = read_flag(r, from, "dot4");
     list->dot_width = read_integer(r, from, "dot_width", 1, 4);
     read_pattern(r, from);
@@ -377,6 +398,15 @@ static void read_targets(struct reader *r, const json_t *root)
     list->range = read_number(r, from, "range", 1.0, 1024.0, &never);
     list->slot_count = read_integer(r, from, "slots", 1, MAX_SLOTS);
     list->scratch_count = read_integer(r, from, "scratch", 0, MAX_SLOTS);
+    if (list->exact_inside != (profile->internal_bits == 0))
+        refuse(r, "exact_inside", "is %s, with %d bits inside",
+               list->exact_inside ? "true" : "false", profile->internal_bits);
+    if (list->dot_width != profile->dot_width)
+        refuse(r, "dot_width", "is %d, not %d", list->dot_width, profile->dot_width);
+    if (list->range != profile->internal_range)
+        refuse(r, "range", "is %g, not %g", list->range, profile->internal_range);
+    if (split ? list->extra_bits > extra : list->extra_bits != extra)
+        refuse(r, "extra_bits", "is %d, not %s%d", list->extra_bits, split ? "up to " : "", extra);
     list->result = read_integer(r, from, "result", 0, list->slot_count - 1);
     list->result_scale = read_number(r, from, "result_scale", 1e-9, 1e9, NULL);
     list->result_bias = read_number(r, from, "result_bias", -1e9, 1e9, NULL);
@@ -408,6 +438,8 @@ static void read_tap(struct reader *r, const json_t *from, struct weft_tap_group
     read_step(r, from, &step);
     group->sign[component] = read_integer(r, from, "sign", -1, 1);
     group->shift[component] = read_integer(r, from, "shift", 0, MAX_SHIFT);
+    if (good(r) && group->shift[component] && r->out->list.log_table)
+        refuse(r, "shift", "is %d, not 0, of a logarithm", group->shift[component]);
     if (good(r) && group->sign[component] == 0)
         refuse(r, "sign", "is neither 1 nor -1");
     if (good(r))
@@ -439,6 +471,8 @@ static void read_taps(struct reader *r, const json_t *from, int number, struct w
     pass->reads_target = read_flag(r, from, "ping_pong");
     pass->bias = read_integer(r, from, "bias", -MAX_FACTOR, MAX_FACTOR);
     pass->divisor = read_integer(r, from, "divisor", 1, INT_MAX);
+    if (pass->initial && !pass->clears)
+        refuse(r, "initial", "is %d, not 0, of a pass that clears nothing", pass->initial);
     pass->group_first = list->group_count;
     if (pass->reads_target && !r->out->profile.ping_pong)
         refuse(r, "ping_pong", "is true, but the profile has none");
@@ -454,6 +488,8 @@ static void read_inputs(struct reader *r, const json_t *from, int number, struct
     const int last = r->out->list.slot_count - 1;
     pass->bias = read_integer(r, from, "bias", -MAX_FACTOR, MAX_FACTOR);
     pass->denominator = read_integer(r, from, "denominator", 1, INT_MAX);
+    if (!pass->clears)
+        refuse(r, "clears", "is false, not true, of a pass that combines");
     const json_t *inputs =
         read_array(r, from, "inputs", 1, WEFT_PASS_MAX_INPUTS, &pass->input_count);
     for (int i = 0; i < pass->input_count && good(r); i++) {
@@ -505,8 +541,14 @@ static void read_plan(struct reader *r, const json_t *root)
         refuse(r, "", "is JSON, but no plan");
     read_word(r, root, "format", formats);
     read_integer(r, root, "version", 1, 1);
-    out->list.dims = read_integer(r, root, "dims", 2, 3);
-    read_word(r, root, "technique", weft_technique_names);
+    out->params.dims = out->list.dims = read_integer(r, root, "dims", 2, 3);
+    out->params.technique =
+        (enum weft_technique)read_word(r, root, "technique", weft_technique_names);
+    out->params.order = (enum weft_order)read_word(r, root, "order", plan_words.orders);
+    out->params.channels = read_integer(r, root, "channels", 1, 4);
+    out->params.bits = read_integer(r, root, "bits", 4, 16);
+    out->params.memory_bytes = r->memory_bytes;
+    out->params.log = report_log();
     out->worst_case =
         (enum weft_worst_case)read_word(r, root, "worst_case", plan_words.worst_cases);
     if (good(r))
@@ -518,6 +560,8 @@ static void read_plan(struct reader *r, const json_t *root)
     if (good(r))
         read_passes(r, root);
     out->list.tiles = out->tiles;
+    out->params.profile = out->profile;
+    out->params.worst_case = out->worst_case;
 }
 
 enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct plan_file *out)
@@ -530,7 +574,7 @@ enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct 
     r.res = plan_json_load(path, r.memory_bytes, &root);
     if (good(&r))
         read_plan(&r, root);
-    json_decref(root);
+    out->root = root;
     free(r.taps);
     free(r.next);
     if (!good(&r))
@@ -541,7 +585,8 @@ enum weft_result plan_file_load(const char *path, uint64_t memory_bytes, struct 
 void plan_file_clear(struct plan_file *file)
 {
     weft_kernel_tiles_destroy(&file->tiles);
-    weft_kernel_file_destroy(&file->kernel_file);
+    json_decref(file->root);
+    free(file->splits);
     free(file->steps);
     free(file->groups);
     free(file->passes);
