@@ -64,6 +64,8 @@ WEFT_API enum weft_result weft_separable_run(weft_context *context,
 // the bound is g^2 ((1 + u)^(2 n + 2) - 1). GL may flush what is below 2^-126 to zero: add
 // 2^-125 (n + g) (1 + g) if samples are that small, and where some are so large that sums are
 // scaled (g^2 times the largest is 2^127 or more), that times 4 g^2.
+// Of prefiltered kernels samples are coefficients, and g is the kernel's own gain;
+// weft_prefilter_error has the rest.
 WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
 
 struct weft_separable_error {

@@ -75,7 +75,9 @@ fail:
 
 double weft_separable_error_bound(const struct weft_kernel *kernel)
 {
-    const double gain = weft_analysis_overshoot(kernel).gain;
+    struct weft_kernel plain = *kernel;
+    plain.prefiltered = false;
+    const double gain = weft_analysis_overshoot(&plain).gain;
     return gain * gain * expm1((2 * kernel->width + 2) * log1p(0x1p-24));
 }
 

@@ -126,8 +126,10 @@ struct weft_slice_plan_info {
     // weights (E2, E3), and what the source's format, cheaper pieces and products below 2^-126,
     // which GL may flush to 0, add.
     double error_bound, error_absolute;
-    // The same as error_bound, relative to the largest |value| that weft_slice_measure finds:
-    // prefiltered kernels read coefficients. And what these add to any plan's error, likewise.
+    // The same where values are known. Prefiltered kernels read coefficients, which may be much
+    // larger than voxels, and mostly are not: |result - exact| <= error_measured * largest
+    // |coefficient| + prefilter_error * largest |voxel| + error_absolute. For others error_measured
+    // is error_bound, and prefilter_error 0.
     double error_measured, prefilter_error;
     enum weft_source_format source;
     enum weft_lookup lookup;
@@ -163,8 +165,10 @@ struct weft_slice_measure {
     double low, high;    // of the finite voxels, or coefficients; 0 where there are none
     uint64_t voxels;     // of the bricks read
     uint64_t not_finite; // of those, of constant tiles and of the background
-    // Largest |n-th difference| along an axis, n = 1 to 4, of neighbours in a brick: derivatives of
-    // the signal, as far as it is sampled well.
+    // Of the finite voxels themselves, those included that coefficients depend on.
+    double voxel_low, voxel_high;
+    // Largest |n-th difference| along an axis, n = 1 to 4, of neighbouring voxels in a brick:
+    // derivatives of the signal, as far as it is sampled well.
     double difference[WEFT_MEASURE_DIFFERENCES];
 };
 // Reads all bricks of the plan's tiles. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
@@ -211,6 +215,8 @@ struct weft_slice_error {
     int at_x, at_y;          // of the maximum
     double at_value, at_reference;
     uint64_t not_finite_mismatches; // finite here and not there, or the other way round
+    double bound; // of |pixel - reference| for what was read: by the plan's error_bound and the
+                  // magnitude, or by the coefficients
 };
 
 // Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts

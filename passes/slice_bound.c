@@ -143,7 +143,7 @@ static double relative_bound(const struct weft_slice_plan *plan, double gain)
 static double separable_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    const double own = weft_separable_error_bound(kernel);
+    const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
     const double position = position_error(&plan->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
            2.0 * gain * position * weft_slice_largest_slope(kernel);
@@ -191,20 +191,21 @@ static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *k
         plan->smooth.curvature = weft_analysis_curvature(kernel);
 }
 
-// What a prefiltered kernel reads are coefficients: up to gain^3 times the voxels, and off by what
-// tiles/volume.h says. Their weights, whose sums are up to `whole`, are those of the plain kernel.
-static void add_prefilter(struct weft_slice_plan *plan, double whole)
+// What a prefiltered kernel reads are coefficients, of up to gain^3 times the voxels. Their
+// weights, whose errors add `relative` to sums of up to `whole`, are those of the plain kernel.
+static void add_prefilter(struct weft_slice_plan *plan, double whole, double relative)
 {
     struct weft_slice_plan_info *info = &plan->info;
     struct weft_prefilter prefilter;
     info->error_measured = info->error_bound;
     if (!plan->coefficients || weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
         return;
-    const double square = prefilter.gain * prefilter.gain, cube = square * prefilter.gain;
-    const double off = 3.0 * square * WEFT_VOLUME_PREFILTER_ERROR;
-    info->prefilter_error = whole * (off + UNIT);
-    info->error_measured += info->prefilter_error;
-    info->error_bound = cube * info->error_bound + whole * (off + UNIT * cube);
+    const struct weft_prefilter_error error =
+        weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
+    const double more = 1.0 + relative / whole;
+    info->error_measured += more * error.coefficient;
+    info->prefilter_error = more * error.sample;
+    info->error_bound = pow(prefilter.gain, 3) * info->error_measured + info->prefilter_error;
 }
 
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
@@ -225,7 +226,7 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
     info->error_absolute = plan->smooth.error + flushed(plan, gain);
     info->error_bound = relative * (plan->axes.summed ? along : 1.0);
     if (info->source == WEFT_SOURCE_FLOAT) {
-        add_prefilter(plan, (whole + relative) * (plan->axes.summed ? along : 1.0));
+        add_prefilter(plan, whole, relative);
         return;
     }
     // Everything is relative to the range then: samples and sums of at most its width, and what
@@ -235,7 +236,7 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
     double width = plan->range.high - plan->range.low;
     double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
     info->error_bound = 0.0;
-    add_prefilter(plan, whole + relative);
+    add_prefilter(plan, whole, relative);
     info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
                                      relative + 2.0 * UNIT * whole) +
                             4.0 * UNIT * whole * offset;

@@ -228,6 +228,20 @@ fail:
     return res;
 }
 
+static enum weft_result set_bound(struct verifier *v)
+{
+    const struct weft_slice_plan_info *info = &v->plan->info;
+    struct weft_slice_measure measure = {.low = 0.0};
+    v->error.bound = info->error_bound * v->error.magnitude + info->error_absolute;
+    if (!info->kernel.prefiltered)
+        return WEFT_OK;
+    const enum weft_result res =
+        weft_slice_measure(v->plan, v->volume, v->params->progress, &measure);
+    v->error.bound = info->error_measured * fmax(fabs(measure.low), fabs(measure.high)) +
+                     info->prefilter_error * v->error.magnitude + info->error_absolute;
+    return res;
+}
+
 enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                    const float *pixels,
                                    const struct weft_slice_verify_params *params,
@@ -260,6 +274,9 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     res = res == WEFT_OK ? v.failure : res;
     weft_brick_list_clear(&v.rest_topology);
     weft_slice_samples_destroy(&v.samples);
+    if (res != WEFT_OK)
+        return res;
+    res = set_bound(&v);
     if (res != WEFT_OK)
         return res;
     v.error.rms = v.error.pixels_checked ? sqrt(v.square_sum / (double)v.error.pixels_checked) : 0;

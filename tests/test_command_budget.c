@@ -89,6 +89,31 @@ static void a_budget_on_a_profile_chooses_its_plan(void **state)
     json_decref(root);
 }
 
+// Half a code is one of the voxels' range, not of their coefficients'; messages name the voxels.
+static void bits_are_the_voxels_own(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const char *const kernels[] = {"bspline3i", "bspline7i", "omomsi"};
+    json_t *plain = parse(command_succeeds("slice", "ml.vdb", OBLIQUE, "--max-error", "8bit",
+                                           "--kernel", "bspline7", "--json"));
+    for (size_t i = 0; i < sizeof kernels / sizeof *kernels; i++) {
+        json_t *root = parse(command_succeeds("slice", "ml.vdb", OBLIQUE, "--max-error", "8bit",
+                                              "--kernel", kernels[i], "--verify", "--json"));
+        const json_t *budget = json_object_get(root, "budget");
+        const double low = number(budget, "low"), high = number(budget, "high");
+        assert_true(low >= 0.0 && high <= 1.0); // coefficients reach beyond
+        assert_true(fabs(high - number(json_object_get(plain, "budget"), "high")) < 0.02);
+        assert_true(fabs(number(budget, "max_error") - 0.5 * (high - low) / 255.0) < 1e-12);
+        assert_true(number(json_object_get(root, "verify"), "maximum") <=
+                    number(budget, "max_error"));
+        json_decref(root);
+    }
+    json_decref(plain);
+    command_fails(1, "voxels from 0 to 0.99", "slice", "ml.vdb", "-o", "no.exr", "--max-error",
+                  "1e-12", "--kernel", "bspline5i");
+}
+
 static void what_was_considered_is_explained(void **state)
 {
     (void)state;
@@ -197,6 +222,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(budgets_are_kept),
         cmocka_unit_test(a_budget_on_a_profile_chooses_its_plan),
+        cmocka_unit_test(bits_are_the_voxels_own),
         cmocka_unit_test(what_was_considered_is_explained),
         cmocka_unit_test(what_cannot_be_met_is_refused),
         cmocka_unit_test(formats_and_lookups_stay_within_their_bounds),

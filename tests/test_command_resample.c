@@ -665,6 +665,34 @@ static void constant_channels_have_budgets(void **state)
     unlink("flat.exr");
 }
 
+// Half a code is one of the channel's range, not of its coefficients'.
+static void bits_are_the_samples_own(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    static const struct {
+        const char *kernel, *budget, *profile;
+    } cases[] = {{"bspline3i", "6bit", "unorm16"},
+                 {"bspline7i", "4bit", "unorm16"},
+                 {"bspline5i", "12bit", NULL},
+                 {"omomsi", "6bit", "fp32"}};
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        const char *profile = cases[i].profile;
+        json_t *root = parse(command_succeeds("resample", "grey.exr", "--kernel", cases[i].kernel,
+                                              "--json", "--verify", "--max-error", cases[i].budget,
+                                              profile ? "--profile" : NULL, profile));
+        const json_t *group = json_array_get(part(root, "groups"), 0);
+        const double range = number(group, "sample_high") - number(group, "sample_low");
+        assert_true(range < 1.01 && number(group, "high") - number(group, "low") > range);
+        assert_within(0.5 * range / (exp2(atoi(cases[i].budget)) - 1.0), number(group, "max_error"),
+                      1e-12);
+        const double bound = number(part(group, "bound"), "total");
+        assert_true(number(part(group, "verify"), "maximum") <= bound);
+        assert_true(bound <= number(group, "max_error"));
+        json_decref(root);
+    }
+}
+
 static void the_cheapest_passes_within_a_budget_are_chosen(void **state)
 {
     (void)state;
@@ -1193,6 +1221,7 @@ int main(void)
         cmocka_unit_test(slices_normalise_too),
         cmocka_unit_test(budgets_are_checked_before_anything_runs),
         cmocka_unit_test(constant_channels_have_budgets),
+        cmocka_unit_test(bits_are_the_samples_own),
         cmocka_unit_test(the_cheapest_passes_within_a_budget_are_chosen),
         cmocka_unit_test(errors_are_within_bounds),
         cmocka_unit_test(emulation_writes_the_same_pixels),

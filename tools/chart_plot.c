@@ -127,7 +127,7 @@ static double to_pixels(double value, struct range range, double pixels)
 // The error as parts of the range of the voxels, in bits, on the right.
 static void set_bits_axis(const struct ways_plot *plot)
 {
-    const double width = plot->job->measure.high - plot->job->measure.low;
+    const double width = plot->job->measure.voxel_high - plot->job->measure.voxel_low;
     if (!(width > 0.0))
         return;
     fprintf(plot->s,

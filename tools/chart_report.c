@@ -127,7 +127,8 @@ static json_t *slice_json(const struct chart_job *job)
     return json_pack("{s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o}", "plane", json_text(job->plane), "origin",
                      json_numbers(g->origin, 3), "u", json_numbers(g->u, 3), "v",
                      json_numbers(g->v, 3), "width", g->width, "height", g->height, "low",
-                     json_number(job->measure.low), "high", json_number(job->measure.high));
+                     json_number(job->measure.voxel_low), "high",
+                     json_number(job->measure.voxel_high));
 }
 
 enum weft_result chart_save_json(const struct chart_job *job, const char *path)

@@ -479,14 +479,24 @@ static enum weft_result write_outputs(struct slice_job *job)
     return res;
 }
 
-// What both kinds of run tell, and the plan's bound for what it was run on.
-static void set_passes_report(struct slice_job *job)
+// What both kinds of run tell, and the plan's bound for what it was run on, which for prefiltered
+// kernels are the voxels themselves, too.
+static enum weft_result set_passes_report(struct slice_job *job)
 {
     const struct weft_slice_passes_report *r = &job->passes_report;
+    struct weft_slice_measure measure = job->choice.measure;
+    enum weft_result res = WEFT_OK;
+    if (!job->choice.plan && job->kernel.prefiltered)
+        res = weft_slice_measure(job->plan, job->volume, report_progress("measuring"), &measure);
+    const struct resample_values of = {
+        .low = r->low,
+        .high = r->high,
+        .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
+        .sample = fmax(fabs(measure.voxel_low), fabs(measure.voxel_high)),
+    };
     job->report = weft_slice_passes_summary(r);
-    // Where no pixel is finite, both are NAN.
-    job->bound =
-        resample_bound_of(job->passes, r->low, r->high, fmax(0.0, fmax(-r->minimum, r->maximum)));
+    job->bound = resample_bound_of(job->passes, &of);
+    return res;
 }
 
 static enum weft_result run_passes(struct slice_job *job)
@@ -503,10 +513,8 @@ static enum weft_result run_passes(struct slice_job *job)
         .progress = report_progress("slicing"),
         .log = report_log(),
     };
-    enum weft_result res = weft_slice_passes_run(job->context, &params, &job->passes_report);
-    if (res == WEFT_OK)
-        set_passes_report(job);
-    return res;
+    const enum weft_result res = weft_slice_passes_run(job->context, &params, &job->passes_report);
+    return res == WEFT_OK ? set_passes_report(job) : res;
 }
 
 static enum weft_result run_chosen(struct slice_job *job)
@@ -520,8 +528,7 @@ static enum weft_result run_chosen(struct slice_job *job)
     if (!job->passes)
         return WEFT_OK;
     job->passes_report = report.passes;
-    set_passes_report(job);
-    return res;
+    return set_passes_report(job);
 }
 
 static enum weft_result run_slice(struct slice_job *job)

@@ -31,14 +31,20 @@ static const struct option_value *plan_option(const struct search *s, enum resam
 }
 
 // Least of the groups that share a plan. A result is at most the gain's square times the largest
-// sample, and is rounded to single precision.
+// sample, and is rounded to single precision; coefficients are off, which tiles that are good
+// enough make up to 1 % worse.
 static void set_allowed_error(struct search *s)
 {
     const double gain = weft_analysis_overshoot(&s->job->kernel).gain;
+    const struct weft_prefilter_error prefilter =
+        weft_prefilter_error(&s->job->kernel, 2, WEFT_VOLUME_PREFILTER_ERROR);
     s->relative = INFINITY;
     for (size_t i = 0; i < s->job->group_count; i++) {
         const struct resample_group *g = &s->job->group[i];
-        const double rounding = 0x1p-24 * gain * gain * fmax(fabs(g->low), fabs(g->high));
+        const double sample = resample_largest_sample(g);
+        const double rounding = 0x1p-24 * gain * gain * sample +
+                                1.01 * (prefilter.coefficient * fmax(fabs(g->low), fabs(g->high)) +
+                                        prefilter.sample * sample);
         if (g->count == s->channels && g->high > g->low)
             s->relative = fmin(s->relative, (g->max_error - rounding) / (g->high - g->low));
     }

@@ -36,7 +36,8 @@ struct resample_group {
     int count;
     size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
     const weft_plan *plan;                 // the job's; NULL: separable
-    double low, high;                      // of the samples; passes map it
+    double low, high;                      // of the samples, or coefficients; passes map it
+    double sample_low, sample_high;        // of the samples themselves
     uint64_t clamped;                      // samples outside it, or not finite
     double e1;        // weft_error_e1, with the samples' differences as derivatives; NAN: unknown
     double max_error; // with --max-error
@@ -133,8 +134,10 @@ enum weft_result resample_choose_plans(struct resample_job *job);
 enum weft_result resample_run(struct resample_job *job);
 // The same along one axis and then the other.
 enum weft_result resample_separable_run(struct resample_job *job);
-struct resample_bound resample_separable_bound(const struct resample_job *job, double low,
-                                               double high);
+struct resample_bound resample_separable_bound(const struct resample_job *job,
+                                               const struct resample_group *group);
+// Largest |sample| of a group.
+double resample_largest_sample(const struct resample_group *group);
 // Verifies groups of prefiltered kernels against the image's samples, by the cardinal spline: finds
 // what coefficients got wrong, too. Returns WEFT_ERR_MEMORY after an error line,
 // WEFT_ERR_CANCELLED.

@@ -18,6 +18,35 @@ const float *resample_source_plane(const struct resample_job *job, size_t channe
                              : job->image.channels[job->source[channel]].plane;
 }
 
+double resample_largest_sample(const struct resample_group *group)
+{
+    return fmax(fabs(group->sample_low), fabs(group->sample_high));
+}
+
+// The image's own, whatever is read in their place.
+static const float *samples_of(const struct resample_job *job, size_t channel)
+{
+    return job->image.channels[job->source[channel]].plane;
+}
+
+static void set_sample_range(const struct resample_job *job, struct resample_group *g)
+{
+    const size_t count = (size_t)job->image.width * (size_t)job->image.height;
+    g->sample_low = INFINITY;
+    g->sample_high = -INFINITY;
+    for (int c = 0; c < g->count; c++) {
+        const float *samples = samples_of(job, g->channel[c]);
+        for (size_t i = 0; i < count; i++) {
+            if (!isfinite(samples[i]))
+                continue;
+            g->sample_low = fmin(g->sample_low, samples[i]);
+            g->sample_high = fmax(g->sample_high, samples[i]);
+        }
+    }
+    if (g->sample_low > g->sample_high) // nothing finite
+        g->sample_low = g->sample_high = 0.0;
+}
+
 static void set_range(const struct resample_job *job, struct resample_group *g)
 {
     const struct option_value *range = &job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
@@ -63,23 +92,28 @@ static double largest_difference(const float *samples, size_t lines, size_t line
 // The leading term, for a signal whose derivatives are as large as its samples' differences.
 static double leading_e1(const struct resample_job *job, const struct resample_group *g)
 {
-    const size_t width = source_size(job, 0), height = source_size(job, 1);
+    const size_t width = (size_t)job->image.width, height = (size_t)job->image.height;
     const int order = job->kernel.order;
     double largest = 0.0;
     if (order < 1 || order > DIFFERENCES)
         return NAN;
     for (int c = 0; c < g->count; c++) {
-        const float *samples = resample_source_plane(job, g->channel[c]);
+        const float *samples = samples_of(job, g->channel[c]);
         largest = fmax(largest, largest_difference(samples, height, width, width, 1, order));
         largest = fmax(largest, largest_difference(samples, width, 1, height, width, order));
     }
     return weft_error_e1(&job->kernel, 2, largest);
 }
 
+static bool range_given(const struct resample_job *job)
+{
+    return job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given;
+}
+
 static void warn_of_clamping(const struct resample_job *job, const struct resample_group *group)
 {
     char name[256];
-    if (!job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given || !group->clamped)
+    if (!range_given(job) || !group->clamped)
         return;
     resample_group_name(job, group, name, sizeof name);
     report_warning("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
@@ -91,10 +125,13 @@ enum weft_result resample_measure(struct resample_job *job)
 {
     for (size_t g = 0; g < job->group_count; g++) {
         struct resample_group *group = &job->group[g];
+        set_sample_range(job, group);
         set_range(job, group);
         warn_of_clamping(job, group);
         group->e1 = leading_e1(job, group);
-        group->max_error = budget_error(&job->budget, group->low, group->high);
+        group->max_error = range_given(job)
+                               ? budget_error(&job->budget, group->low, group->high)
+                               : budget_error(&job->budget, group->sample_low, group->sample_high);
     }
     return WEFT_OK;
 }

@@ -80,27 +80,32 @@ enum weft_result resample_plan_create(const struct option_value *first, const ch
 
 // ---- bounds -------------------------------------------------------------------------------------
 
-struct resample_bound resample_bound_of(const weft_plan *plan, double low, double high,
-                                        double largest)
+struct resample_bound resample_bound_of(const weft_plan *plan, const struct resample_values *of)
 {
-    const struct weft_plan_error *e = &weft_plan_get_info(plan)->error;
-    const double width = high - low;
+    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_plan_error *e = &info->error;
+    const struct weft_prefilter_error prefilter =
+        weft_prefilter_error(&info->kernel, info->dims, WEFT_VOLUME_PREFILTER_ERROR);
+    const double width = of->high - of->low;
     struct resample_bound bound = {
         .source = e->source * width,
         .e2 = e->e2 * width,
         .e3 = e->e3 * width,
         .clamp = e->clamp * width,
-        .rounding = 0x1p-24 * largest,
+        .rounding = 0x1p-24 * of->result,
+        .prefilter = (1.0 + e->e2) * (prefilter.coefficient * fmax(fabs(of->low), fabs(of->high)) +
+                                      prefilter.sample * of->sample),
     };
-    bound.total = e->bound_any * width + bound.rounding;
+    bound.total = e->bound_any * width + bound.rounding + bound.prefilter;
     return bound;
 }
 
 json_t *resample_bound_json(const struct resample_bound *b)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(b->source), "e2",
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(b->source), "e2",
                      json_number(b->e2), "e3", json_number(b->e3), "clamp", json_number(b->clamp),
-                     "rounding", json_number(b->rounding), "total", json_number(b->total));
+                     "rounding", json_number(b->rounding), "prefilter", json_number(b->prefilter),
+                     "total", json_number(b->total));
 }
 
 const char *resample_bound_format(const struct resample_bound *b, char text[RESAMPLE_PLAN_TEXT])
@@ -110,6 +115,9 @@ const char *resample_bound_format(const struct resample_bound *b, char text[RESA
     if (b->clamp > 1e-9 * b->total) // not what rounding leaves
         used +=
             snprintf(text + used, RESAMPLE_PLAN_TEXT - (size_t)used, ", clamping %.3g", b->clamp);
+    if (b->prefilter > 0.0)
+        used += snprintf(text + used, RESAMPLE_PLAN_TEXT - (size_t)used, ", prefilter %.3g",
+                         b->prefilter);
     snprintf(text + used, RESAMPLE_PLAN_TEXT - (size_t)used, ")");
     return text;
 }

@@ -105,12 +105,16 @@ enum weft_result resample_plan_create(const struct option_value *first, const ch
 struct resample_bound {
     double source, e2, e3, clamp; // as in struct weft_plan_error
     double rounding;              // of results to single precision
+    double prefilter;             // weft_prefilter_error, with what weighs coefficients wrong
     double total;                 // for any source in that range
 };
 
-// largest: the largest |result|.
-struct resample_bound resample_bound_of(const weft_plan *plan, double low, double high,
-                                        double largest);
+// What a bound depends on beside the plan. Prefiltered kernels have coefficients from low to high.
+struct resample_values {
+    double low, high;
+    double result, sample; // largest |result| and |sample|
+};
+struct resample_bound resample_bound_of(const weft_plan *plan, const struct resample_values *of);
 json_t *resample_bound_json(const struct resample_bound *bound);
 // "0.0123 (source 0.002, E2 0.01, E3 0.0003)".
 const char *resample_bound_format(const struct resample_bound *bound,

@@ -137,8 +137,10 @@ static json_t *groups_json(const struct resample_job *job)
         if (job->option[RESAMPLE_EXPLAIN].given)
             continue;
         json_object_update_new(
-            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(group->low), "high",
-                           json_number(group->high), "clamped", json_count(group->clamped),
+            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(group->low),
+                           "high", json_number(group->high), "sample_low",
+                           json_number(group->sample_low), "sample_high",
+                           json_number(group->sample_high), "clamped", json_count(group->clamped),
                            "minimum", json_number(group->minimum), "maximum",
                            json_number(group->maximum), "not_finite", json_count(group->not_finite),
                            "bound", resample_bound_json(&group->bound)));
@@ -322,13 +324,16 @@ static void explain_budget(const struct resample_job *job)
         const struct resample_group *group = &job->group[g];
         char name[300];
         resample_group_name(job, group, name, sizeof name);
-        const double bound =
-            (group->plan ? resample_bound_of(group->plan, group->low, group->high,
-                                             fmax(fabs(group->low), fabs(group->high)))
-                         : resample_separable_bound(job, group->low, group->high))
-                .total;
+        const struct resample_values of = {
+            .low = group->low,
+            .high = group->high,
+            .result = fmax(fabs(group->low), fabs(group->high)),
+            .sample = resample_largest_sample(group),
+        };
+        const struct resample_bound bound = group->plan ? resample_bound_of(group->plan, &of)
+                                                        : resample_separable_bound(job, group);
         printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
-               group->low, group->high, bound, group->max_error, group->e1);
+               group->sample_low, group->sample_high, bound.total, group->max_error, group->e1);
     }
 }
 
@@ -373,7 +378,7 @@ static void print_error(const struct resample_job *job, const struct resample_gr
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
            "%.9g; E1 %.3g\n",
            name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
-           group->low, group->high, group->e1);
+           group->sample_low, group->sample_high, group->e1);
     if (e->not_finite_mismatches)
         printf("%s: finite on one side only: %llu values\n", name,
                (unsigned long long)e->not_finite_mismatches);
@@ -391,8 +396,9 @@ static void note_times(const struct resample_job *job)
         char name[300];
         resample_group_name(job, &job->group[g], name, sizeof name);
         report_note("%s: samples from %.9g to %.9g, pixels from %.9g to %.9g, %llu not finite",
-                    name, job->group[g].low, job->group[g].high, job->group[g].minimum,
-                    job->group[g].maximum, (unsigned long long)job->group[g].not_finite);
+                    name, job->group[g].sample_low, job->group[g].sample_high,
+                    job->group[g].minimum, job->group[g].maximum,
+                    (unsigned long long)job->group[g].not_finite);
     }
 }
 

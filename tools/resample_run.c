@@ -286,9 +286,13 @@ void resample_measure_result(const struct resample_job *job, struct resample_gro
             g->maximum = fmax(g->maximum, pixels[i]);
         }
     }
-    const double largest = fmax(0.0, fmax(-g->minimum, g->maximum));
-    g->bound = g->plan ? resample_bound_of(g->plan, g->low, g->high, largest)
-                       : resample_separable_bound(job, g->low, g->high);
+    const struct resample_values of = {
+        .low = g->low,
+        .high = g->high,
+        .result = fmax(0.0, fmax(-g->minimum, g->maximum)),
+        .sample = resample_largest_sample(g),
+    };
+    g->bound = g->plan ? resample_bound_of(g->plan, &of) : resample_separable_bound(job, g);
 }
 
 static enum weft_result verify_groups(struct runner *r)

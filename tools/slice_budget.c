@@ -32,8 +32,8 @@ static enum weft_result report_none(struct slice_job *job)
         report_error("no way is within %.3g: the best is %s, within %.3g (voxels from %.6g to "
                      "%.6g)",
                      job->max_error, choice->candidates[choice->best].name,
-                     choice->candidates[choice->best].bound, choice->measure.low,
-                     choice->measure.high);
+                     choice->candidates[choice->best].bound, choice->measure.voxel_low,
+                     choice->measure.voxel_high);
     return WEFT_ERR_LIMIT;
 }
 
@@ -78,7 +78,8 @@ enum weft_result slice_choose(struct slice_job *job)
     if (res != WEFT_OK)
         return res;
     load_model(job);
-    job->max_error = budget_error(&budget, job->choice.measure.low, job->choice.measure.high);
+    job->max_error =
+        budget_error(&budget, job->choice.measure.voxel_low, job->choice.measure.voxel_high);
     res = choose(job, profile_text->given ? &profile : NULL);
     job->plan_seconds += report_now_seconds() - start;
     return res;
@@ -107,8 +108,8 @@ json_t *slice_budget_json(const struct slice_job *job)
         json_array_append_new(candidates, candidate_json(&job->choice.candidates[i]));
     return json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "max_error", json_number(job->max_error),
                      "way", way->name, "bound", json_number(way->bound), "e1", json_number(way->e1),
-                     "low", json_number(job->choice.measure.low), "high",
-                     json_number(job->choice.measure.high), "cost_model",
+                     "low", json_number(job->choice.measure.voxel_low), "high",
+                     json_number(job->choice.measure.voxel_high), "cost_model",
                      json_text(model_name(job)), "candidates", candidates);
 }
 
@@ -160,7 +161,7 @@ void slice_budget_print(const struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
     printf("budget %.3g for voxels from %.6g to %.6g; times predicted by the cost model of %s\n",
-           job->max_error, choice->measure.low, choice->measure.high, model_name(job));
+           job->max_error, choice->measure.voxel_low, choice->measure.voxel_high, model_name(job));
     print_candidates(choice);
     if (choice->chosen >= 0)
         print_reason(job);

@@ -207,15 +207,21 @@ static json_t *seconds_json(const struct slice_job *job)
     return object;
 }
 
-static json_t *error_json(const struct weft_slice_error *e)
+// The bound of passes is told beside.
+static json_t *error_json(const struct slice_job *job)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "pixels_checked",
-                     json_count(e->pixels_checked), "pixels_total", json_count(e->pixels_total),
-                     "maximum", json_number(e->maximum), "rms", json_number(e->rms),
-                     "relative_maximum", json_number(e->relative_maximum), "magnitude",
-                     json_number(e->magnitude), "at_x", e->at_x, "at_y", e->at_y, "at_value",
-                     json_number(e->at_value), "at_reference", json_number(e->at_reference),
-                     "not_finite_mismatches", json_count(e->not_finite_mismatches));
+    const struct weft_slice_error *e = &job->error;
+    json_t *object =
+        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "pixels_checked",
+                  json_count(e->pixels_checked), "pixels_total", json_count(e->pixels_total),
+                  "maximum", json_number(e->maximum), "rms", json_number(e->rms),
+                  "relative_maximum", json_number(e->relative_maximum), "magnitude",
+                  json_number(e->magnitude), "at_x", e->at_x, "at_y", e->at_y, "at_value",
+                  json_number(e->at_value), "at_reference", json_number(e->at_reference),
+                  "not_finite_mismatches", json_count(e->not_finite_mismatches));
+    if (!job->passes)
+        json_object_set_new(object, "bound", json_number(e->bound));
+    return object;
 }
 
 static void set_passes_run(json_t *root, const struct slice_job *job)
@@ -262,7 +268,7 @@ static void set_run(json_t *root, const struct slice_job *job)
                                       json_number(job->preview_range[0]), "high",
                                       json_number(job->preview_range[1])));
     if (job->option[SLICE_VERIFY].given)
-        json_object_set_new(root, "verify", error_json(&job->error));
+        json_object_set_new(root, "verify", error_json(job));
 }
 
 enum weft_result slice_print_json(const struct slice_job *job)
@@ -304,9 +310,8 @@ double slice_verify_bound(const struct slice_job *job)
 
 static void print_bound(const struct slice_job *job)
 {
-    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
     if (!job->passes) {
-        printf("bound: %.3g\n", plan->error_bound * job->error.magnitude + plan->error_absolute);
+        printf("bound: %.3g\n", job->error.bound);
         return;
     }
     const struct weft_slice_passes_report *r = &job->passes_report;
