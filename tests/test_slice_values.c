@@ -461,6 +461,67 @@ static void fit_voxels_cost_nothing(void **state)
     weft_volume_destroy(&volume);
 }
 
+// ---- passes -------------------------------------------------------------------------------------
+
+// Plans, runs and verifies; returns how many pixels are not finite.
+static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *profile,
+                           const struct weft_slice_geometry *g)
+{
+    struct weft_way_params params = {.way = {.method = WEFT_METHOD_PASSES,
+                                             .samples = 16,
+                                             .profile = *weft_profile_find(profile)},
+                                     .slice = params_of(&engines[3], kernel, g)};
+    weft_slice_plan *plan = NULL;
+    weft_way_plan *way = NULL;
+    struct weft_way_report report;
+    struct weft_slice_error error;
+    assert_int_equal(weft_slice_plan_create(volume, &params.slice, &plan), WEFT_OK);
+    assert_int_equal(weft_slice_measure(plan, volume, NULL, &params.measure), WEFT_OK);
+    assert_int_equal(weft_way_plan_create(volume, &params, &way), WEFT_OK);
+    assert_int_equal(weft_way_run(contexts[0], way, volume, pixels, NULL, &report), WEFT_OK);
+    assert_int_equal(weft_slice_verify(weft_way_plan_get_slice(way), volume, pixels, NULL, &error),
+                     WEFT_OK);
+    const double bound = weft_way_plan_get_info(way)->bound;
+    if (!(error.maximum <= bound) || error.not_finite_mismatches)
+        fail_msg("%s on %s: error %.3g, the bound is %.3g; %d not finite on one side", kernel,
+                 profile, error.maximum, bound, (int)error.not_finite_mismatches);
+    weft_way_plan_destroy(&way);
+    weft_slice_plan_destroy(&plan);
+    return report.slice.not_finite;
+}
+
+static void passes_follow_the_same_rules(void **state)
+{
+    (void)state;
+    static const char *const profiles[] = {"fp32", "unorm8"};
+    for (int i = 0; i < VOXELS; i++)
+        voxels[i] = (float)(i % 199);
+    for (int i = 0; i < 4; i++) {
+        weft_volume *volume = make_volume(0.0f);
+        struct weft_slice_geometry g =
+            across(i % 3, i % 2, 4.5, i < 2 ? 65 * N : 3, i < 2 ? 3 : 65 * N);
+        g.origin[(i + 1) % 3] += 0.5;
+        g.origin[(i + 2) % 3] += 0.5;
+        assert_int_equal(run_passes(volume, "nearest", "fp32", &g),
+                         0); // within 1e-4, of steps of 1
+        weft_volume_destroy(&volume);
+    }
+    voxels[(5 * N + 4) * N + 3] = NAN;
+    for (int i = 0; i < N * N; i++)
+        voxels[6 * N * N + i] = INFINITY;
+    weft_volume *volume = make_volume(NAN);
+    const struct weft_slice_geometry lattice = across(2, false, 5.0, N, N);
+    for (size_t p = 0; p < WEFT_COUNT(profiles); p++)
+        assert_int_equal(run_passes(volume, "linear", profiles[p], &lattice), 1);
+    weft_volume_destroy(&volume);
+    for (int i = 0; i < VOXELS; i++)
+        voxels[i] = i % 3 ? FLT_MAX : -FLT_MAX;
+    volume = make_volume(FLT_MAX);
+    for (size_t p = 0; p < WEFT_COUNT(profiles); p++)
+        assert_int_equal(run_passes(volume, "linear", profiles[p], &lattice), 0);
+    weft_volume_destroy(&volume);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -475,6 +536,7 @@ int main(void)
         cmocka_unit_test(budgets_skip_sources_that_cannot_hold_the_voxels),
         cmocka_unit_test(halves_keep_what_is_not_finite),
         cmocka_unit_test(fit_voxels_cost_nothing),
+        cmocka_unit_test(passes_follow_the_same_rules),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
