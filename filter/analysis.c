@@ -6,9 +6,10 @@
 
 #include "filter/check.h"
 #include "filter/kernel_nd.h"
+#include "filter/kernel_records.h"
 #include "filter/prefilter.h"
 
-enum { NODES = 16, PIECES_PER_UNIT = 8, STEPS_PER_UNIT = 1024 };
+enum { NODES = 16, PIECES_PER_UNIT = 8, STEPS_PER_UNIT = 1024, MAX_MOMENT = 64 };
 
 struct rule {
     double node[NODES], share[NODES]; // on [-1, 1]
@@ -156,6 +157,8 @@ static double taylor(const struct weft_kernel *kernel, int n, double t, double *
 double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t)
 {
     double magnitude;
+    if (!weft_kernel_usable(kernel) || n < 0 || n > MAX_MOMENT || !isfinite(t))
+        return NAN;
     return taylor(kernel, n, t, &magnitude);
 }
 
@@ -174,6 +177,8 @@ static double moment_at(const void *priv, double x)
 // As taylor.
 double weft_analysis_moment(const struct weft_kernel *kernel, int n)
 {
+    if (!weft_kernel_usable(kernel) || n < 0 || n > MAX_MOMENT)
+        return NAN;
     const struct weft_prefilter prefilter = prefilter_of(kernel);
     double sum = 0.0;
     for (int p = 0; p <= (prefilter.poles ? n : 0); p += 2) {
@@ -235,7 +240,9 @@ static double mean(const struct weft_kernel *kernel, int n)
 // over n != 0 that Blu and Unser give.
 struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel)
 {
-    struct weft_analysis_order out = {0};
+    struct weft_analysis_order out = {0, NAN, NAN, 0, NAN};
+    if (!weft_kernel_usable(kernel))
+        return out;
     const int d = kernel->info->derivation;
     int n = 0;
     double wanted = 0.0;
@@ -278,9 +285,11 @@ static double sine_at(const void *priv, double x)
 struct weft_analysis_response weft_analysis_response(const struct weft_kernel *kernel,
                                                      double frequency)
 {
+    if (!weft_kernel_usable(kernel) || !(fabs(frequency) <= WEFT_ANALYSIS_MAX_FREQUENCY))
+        return (struct weft_analysis_response){NAN, NAN};
     const struct wave_of w = {.kernel = kernel, .rate = 2.0 * M_PI * frequency};
     // At most half a cycle per piece.
-    const double pieces = fmax(PIECES_PER_UNIT, 2.0 * fmin(fabs(frequency), 1e6));
+    const double pieces = fmax(PIECES_PER_UNIT, 2.0 * fabs(frequency));
     const struct weft_prefilter prefilter = prefilter_of(kernel);
     double inverse = 1.0;
     for (int i = 0; i < prefilter.poles; i++) {
@@ -314,7 +323,7 @@ static double square_sum_at(const void *priv, double t)
 // The tensor product's energies are powers of those in one dimension; all of it by Parseval.
 struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel, int dims)
 {
-    if (weft_kernel_is_radial(kernel, dims))
+    if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3 || weft_kernel_is_radial(kernel, dims))
         return (struct weft_analysis_metrics){NAN, NAN};
     const struct rule rule = gauss_legendre();
     const double inside =
@@ -386,6 +395,8 @@ static double maximum(const struct weft_kernel *kernel, const struct weft_prefil
 
 struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel)
 {
+    if (!weft_kernel_usable(kernel))
+        return (struct weft_analysis_overshoot){NAN, NAN, NAN};
     const struct weft_prefilter prefilter = prefilter_of(kernel);
     const double reach = kernel->width;
     return (struct weft_analysis_overshoot){
@@ -415,6 +426,8 @@ static double curvature_at(const struct weft_kernel *kernel, const struct weft_p
 
 double weft_analysis_curvature(const struct weft_kernel *kernel)
 {
+    if (!weft_kernel_usable(kernel))
+        return NAN;
     const struct weft_prefilter prefilter = prefilter_of(kernel);
     const double largest = maximum(kernel, &prefilter, curvature_at, 0.0, 1.0);
     return isfinite(largest) ? largest : 0.0;

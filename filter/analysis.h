@@ -11,13 +11,13 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_ANALYSIS_MAX_ORDER = 12 };
+enum { WEFT_ANALYSIS_MAX_ORDER = 12, WEFT_ANALYSIS_MAX_FREQUENCY = 4096 };
 
 // a_n(t) = sum_k (k - t)^n h(t - k) / n!: the factor of the signal's n-th derivative in the
-// reconstruction at t (Moeller, Machiraju, Mueller and Yagel, TVCG 1997). n >= 0.
+// reconstruction at t (Moeller, Machiraju, Mueller and Yagel, TVCG 1997). n from 0 to 64, else NAN.
 WEFT_API double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t);
 
-// The integral of x^n h(x).
+// The integral of x^n h(x), n as before.
 WEFT_API double weft_analysis_moment(const struct weft_kernel *kernel, int n);
 
 // What the Taylor coefficients show. d is the derivative that the kernel reconstructs (0: the
@@ -35,7 +35,8 @@ struct weft_analysis_order {
 };
 WEFT_API struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel);
 
-// H(f), the integral of h(x) exp(-2 pi i f x), f in cycles per sample distance.
+// H(f), the integral of h(x) exp(-2 pi i f x), f in cycles per sample distance, up to
+// WEFT_ANALYSIS_MAX_FREQUENCY, as the time it takes goes with |f|; else NAN.
 struct weft_analysis_response {
     double re, im;
 };

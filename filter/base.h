@@ -2,6 +2,16 @@
 // filter/base.h - results, log and progress callbacks, checked arithmetic.
 // Everything in weft returns enum weft_result, tells its reasons to a log, and takes the log as its
 // first parameter or as a member of its params. A NULL log is silence.
+//
+// Pointers are required, and what they point to lives through the call, unless a comment says that
+// NULL is allowed; NULL for a required one is a bug of the caller that may end the process.
+// Functions that destroy or clear accept NULL, and what is destroyed or all zero already. Any other
+// value may be handed in: one that is out of its range gives WEFT_ERR_ARGUMENT (or what the
+// function says) and a line in the log; where there is neither, NAN, NULL, 0, -1 or "unknown".
+//
+// A params struct that is all zero but for what is required asks for the defaults. Where a default
+// is not zero and zero is a value, there is a macro that starts with the defaults, and the struct
+// says so: weft_volume_params(...).
 #ifndef WEFT_FILTER_BASE_H
 #define WEFT_FILTER_BASE_H
 

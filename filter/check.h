@@ -26,6 +26,25 @@ void weft_log_write(const struct weft_log *log, enum weft_log_level level, const
         }                                                                                          \
     } while (0)
 
+// Likewise: a value of an enum that counts from 0 to `last`.
+#define weft_require_enum(log, value, last)                                                        \
+    do {                                                                                           \
+        if ((unsigned)(value) > (unsigned)(last)) {                                                \
+            weft_error(log, "%s: %s is %d: its enum has 0 to %d", __func__, #value, (int)(value),  \
+                       (int)(last));                                                               \
+            goto fail;                                                                             \
+        }                                                                                          \
+    } while (0)
+
+// An entry of a NULL-ended list of names; "unknown" past its end.
+static inline const char *weft_name(const char *const *names, unsigned value)
+{
+    for (unsigned i = 0; names[i]; i++)
+        if (i == value)
+            return names[i];
+    return "unknown";
+}
+
 #define WEFT_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 // false on overflow; *out is then unspecified.
@@ -37,6 +56,12 @@ static inline bool weft_size_mul(size_t a, size_t b, size_t *out)
 static inline bool weft_size_add(size_t a, size_t b, size_t *out)
 {
     return !__builtin_add_overflow(a, b, out);
+}
+
+// A range that is not given: NAN at an end, or a struct left zero.
+static inline bool weft_range_is_open(double end, double low, double high)
+{
+    return end != end || (low == 0.0 && high == 0.0);
 }
 
 // Reads one finite decimal number at the start of text, whatever the locale; returns where it ends,

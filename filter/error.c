@@ -456,7 +456,8 @@ static enum weft_result prepare(const struct weft_error_kernel_params *params, s
     p->locations = p->locations ? p->locations : p->dims > 2 ? 256 : 1024;
     p->threads = p->threads ? p->threads : (int)sysconf(_SC_NPROCESSORS_ONLN);
     p->threads = p->threads < 1 ? 1 : p->threads > MAX_THREADS ? MAX_THREADS : p->threads;
-    weft_require(log, p->kernel.info && p->kernel.width > 0);
+    if (weft_kernel_check(log, &p->kernel) != WEFT_OK)
+        return res;
     weft_require(log, p->dims >= 1 && p->dims <= 3);
     weft_require(log, p->samples >= 1 && p->samples <= MAX_SAMPLES);
     weft_require(log, p->bits >= 1 && p->bits <= WEFT_FIXED_MAX_BITS);
@@ -529,7 +530,7 @@ fail:
 
 double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound)
 {
-    if (weft_kernel_is_radial(kernel, dims))
+    if (dims < 1 || dims > 3 || weft_kernel_is_radial(kernel, dims))
         return NAN;
     return dims * weft_analysis_order(kernel).largest * derivative_bound;
 }

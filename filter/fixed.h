@@ -16,17 +16,20 @@ enum weft_fixed_rounding {
     WEFT_FIXED_TRUNCATE, // towards zero
 };
 
-// The integer that stands for 1.0: 2^bits - 1, bits in [1, WEFT_FIXED_MAX_BITS].
+// Bits are 1 to WEFT_FIXED_MAX_BITS everywhere. For others integers are 0 and numbers NAN.
+
+// The integer that stands for 1.0: 2^bits - 1.
 static inline int64_t weft_fixed_one(int bits)
 {
-    return (INT64_C(1) << bits) - 1;
+    return bits >= 1 && bits <= WEFT_FIXED_MAX_BITS ? (INT64_C(1) << bits) - 1 : 0;
 }
 
-// Eq. 2 and 3. Nothing is clamped; x finite with |x| < 2^32.
+// Eq. 2 and 3. Nothing is clamped; x finite with |x| < 2^32, others give 0.
 WEFT_API int64_t weft_fixed_quantise(double x, int bits, enum weft_fixed_rounding rounding);
 WEFT_API double weft_fixed_value(int64_t x, int bits);
 
-// Eq. 6: x y / (2^b - 1), |x|, |y| < 2^31. The product of values in range is in range.
+// Eq. 6: x y / (2^b - 1), |x|, |y| < 2^31, others give 0. The product of values in range is in
+// range.
 WEFT_API int64_t weft_fixed_multiply(int64_t x, int64_t y, int bits,
                                      enum weft_fixed_rounding rounding);
 

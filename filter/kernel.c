@@ -98,13 +98,24 @@ static size_t param_count(const struct weft_kernel_info *info)
     return count;
 }
 
+static bool is_in_catalogue(const struct weft_kernel_info *info)
+{
+    for (size_t i = 0; weft_kernel_list[i]; i++)
+        if (weft_kernel_list[i] == info)
+            return true;
+    return false;
+}
+
 enum weft_result weft_kernel_create(const struct weft_log *log, const struct weft_kernel_info *info,
                                     const double *param, struct weft_kernel *out)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, out);
     *out = (struct weft_kernel){0};
-    weft_require(log, info && info->weight);
+    weft_require(log, info);
+    const bool own = !is_in_catalogue(info);
+    if (own && !weft_kernel_check_info(log, info))
+        goto fail;
     struct weft_kernel kernel = {.info = info};
     for (size_t i = 0; i < param_count(info); i++) {
         const struct weft_kernel_param *p = &info->params[i];
@@ -130,16 +141,19 @@ enum weft_result weft_kernel_create(const struct weft_log *log, const struct wef
     kernel.unit_sum = info->unit_sum;
     if (info->refine)
         info->refine(&kernel);
-    *out = kernel;
-    res = WEFT_OK;
+    res = own ? weft_kernel_check(log, &kernel) : WEFT_OK;
+    if (res == WEFT_OK)
+        *out = kernel;
 fail:
     return res;
 }
 
 enum weft_result weft_kernel_normalise(const struct weft_log *log, struct weft_kernel *kernel)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, kernel && kernel->info);
+    enum weft_result res = weft_kernel_check(log, kernel);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
     if (kernel->info->derivation > 0) {
         weft_error(log, "kernel %s: the weights of a derivative add up to 0, not to 1",
                    kernel->info->name);
@@ -157,8 +171,10 @@ fail:
 
 enum weft_result weft_kernel_make_radial(const struct weft_log *log, struct weft_kernel *kernel)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, kernel && kernel->info);
+    enum weft_result res = weft_kernel_check(log, kernel);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
     if (kernel->info->derivation > 0) {
         weft_error(log, "kernel %s: a derivative along one axis cannot be radial",
                    kernel->info->name);
@@ -223,8 +239,10 @@ enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
 enum weft_result weft_kernel_make_prefiltered(const struct weft_log *log,
                                               struct weft_kernel *kernel)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, kernel && kernel->info);
+    enum weft_result res = weft_kernel_check(log, kernel);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
     res = weft_kernel_check_prefilter(log, kernel->info);
     if (res != WEFT_OK)
         goto fail;
@@ -250,8 +268,11 @@ static const struct weft_kernel_info *find_derivative(const struct weft_kernel_i
 enum weft_result weft_kernel_derive(const struct weft_log *log, const struct weft_kernel *kernel,
                                     struct weft_kernel *out)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, kernel && kernel->info && out);
+    enum weft_result res = weft_kernel_check(log, kernel);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    weft_require(log, out);
     const struct weft_kernel given = *kernel;
     const struct weft_kernel_info *info = find_derivative(given.info);
     *out = (struct weft_kernel){0};
@@ -384,6 +405,8 @@ static int format_number(double value, char *text, size_t size)
 
 int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size)
 {
+    if (!kernel->info || !kernel->info->name)
+        return snprintf(text, size, "no kernel");
     char list[WEFT_KERNEL_PARAMS * 32] = "";
     size_t used = 0;
     const locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
@@ -413,6 +436,10 @@ static double split(double x, double *fraction)
 int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x, double *fraction)
 {
     const double limit = 0x1p62, below_one = 1.0 - 0x1p-53;
+    if (kernel->width < 1 || kernel->width > WEFT_KERNEL_MAX_WIDTH) {
+        *fraction = NAN;
+        return 0;
+    }
     double base = split(isnan(x) ? 0.0 : fmax(-limit, fmin(limit, x)), fraction);
     if (kernel->width % 2 == 0)
         return (int64_t)base - kernel->width / 2 + 1;
@@ -464,6 +491,8 @@ static double sum(const double *values, int count)
 
 int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights)
 {
+    if (!weft_kernel_usable(kernel))
+        return 0;
     const int64_t first = plain_weights(kernel, x, weights);
     if (kernel->normalised) {
         const double total = sum(weights, kernel->width);
@@ -475,6 +504,8 @@ int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *
 
 double weft_kernel_weight(const struct weft_kernel *kernel, double x)
 {
+    if (!weft_kernel_usable(kernel))
+        return NAN;
     const double h = weft_kernel_value(kernel, x);
     if (!kernel->normalised || h == 0.0)
         return h;
@@ -486,7 +517,7 @@ double weft_kernel_weight(const struct weft_kernel *kernel, double x)
 // (h / s)' = (h' - h s' / s) / s.
 double weft_kernel_derivative(const struct weft_kernel *kernel, double x)
 {
-    if (!kernel->info->derivative)
+    if (!weft_kernel_usable(kernel) || !kernel->info->derivative)
         return NAN;
     const double slope = kernel->info->derivative(kernel, x);
     if (!kernel->normalised || !(fabs(x) <= kernel->support))

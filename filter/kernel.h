@@ -77,10 +77,19 @@ WEFT_API extern const struct weft_kernel_info *const weft_kernel_list[];
 WEFT_API const struct weft_kernel_info *weft_kernel_find(const char *name);
 
 // Sets parameters (NULL: all initial; NAN: that one initial) and derives support and width.
-// Returns WEFT_ERR_ARGUMENT, with range and value in the log.
+// Returns WEFT_ERR_ARGUMENT, with range and value in the log, or as weft_kernel_check for a user's
+// own record.
 WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
                                              const struct weft_kernel_info *info,
                                              const double *param, struct weft_kernel *out);
+
+// Whether a kernel is one: what every call that takes a kernel and has a log asks first. A kernel
+// that was filled by hand, or whose record was, may fail. Returns WEFT_ERR_ARGUMENT; the log names
+// the member that is missing, out of its range or, by the weights at some positions, not true
+// (unit_sum, interpolating). Functions that return numbers give NAN and write no weights for
+// kernels whose info, support or width is wrong.
+WEFT_API enum weft_result weft_kernel_check(const struct weft_log *log,
+                                            const struct weft_kernel *kernel);
 
 // Makes the weights at every position add up to one: h(x) becomes h(x) / sum_k h(x - k). Nothing
 // happens to a kernel whose weights do already. The sum must not vanish anywhere.

@@ -52,6 +52,8 @@ static double product(double x, double y, double z)
 int weft_kernel_combine(const struct weft_kernel *kernel, int dims, const double *const axis[3],
                         double *weights)
 {
+    if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3)
+        return 0;
     const bool radial = weft_kernel_is_radial(kernel, dims);
     const int width = kernel->width, rows = dims > 1 ? width : 1, planes = dims > 2 ? width : 1;
     const double unused = radial ? 0.0 : 1.0; // along axes past dims
@@ -82,7 +84,7 @@ static int64_t offsets(const struct weft_kernel *kernel, double x, double *offse
 int weft_kernel_weights_nd(const struct weft_kernel *kernel, int dims, const double *position,
                            double *weights, int64_t first[3])
 {
-    if (dims < 1 || dims > 3)
+    if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3)
         return 0;
     double values[3][WEFT_KERNEL_MAX_WIDTH];
     for (int a = 0; a < 3; a++)
@@ -98,6 +100,8 @@ int weft_kernel_weights_nd(const struct weft_kernel *kernel, int dims, const dou
 struct weft_kernel_sums weft_kernel_radial_sums(const struct weft_kernel *kernel, int dims)
 {
     enum { STEPS = 9 };
+    if (!weft_kernel_usable(kernel) || dims < 2 || dims > 3)
+        return (struct weft_kernel_sums){NAN, NAN};
     struct weft_kernel plain = *kernel;
     plain.radial = true;
     plain.normalised = false;

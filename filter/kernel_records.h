@@ -54,6 +54,15 @@ enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft
 // WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
 enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
                                              const struct weft_kernel_info *info);
+// Whether a record's members make sense; else the log names the member.
+bool weft_kernel_check_info(const struct weft_log *log, const struct weft_kernel_info *info);
+// What functions that return numbers ask, so that no width leaves an array: NAN, or no weights, for
+// a kernel that fails. Those with a result ask weft_kernel_check.
+static inline bool weft_kernel_usable(const struct weft_kernel *kernel)
+{
+    return kernel->info && kernel->info->weight && kernel->width >= 1 &&
+           kernel->width <= WEFT_KERNEL_MAX_WIDTH && kernel->support <= kernel->width;
+}
 // h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers, whatever the record's
 // formula rounds there.
 double weft_kernel_value(const struct weft_kernel *kernel, double x);

@@ -65,6 +65,8 @@ enum weft_result weft_prefilter_compute(const struct weft_log *log,
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, kernel && kernel->info && out);
     *out = (struct weft_prefilter){0};
+    if (!weft_kernel_check_info(log, kernel->info))
+        goto fail;
     res = weft_kernel_check_prefilter(log, kernel->info);
     if (res != WEFT_OK)
         goto fail;
@@ -75,6 +77,7 @@ enum weft_result weft_prefilter_compute(const struct weft_log *log,
     if (res != WEFT_OK)
         goto fail;
     struct polynomial p = {.degree = 2 * ((int)ceil(spline.support) - 1)};
+    weft_require(log, p.degree < MAX_TERMS);
     for (int i = 0; i <= p.degree; i++)
         p.c[i] = weft_kernel_weight(&spline, i - p.degree / 2);
     find_poles(&p, out);
@@ -84,6 +87,22 @@ enum weft_result weft_prefilter_compute(const struct weft_log *log,
     out->gain = 1.0 / fabs(evaluate(&p, -1.0));
 fail:
     return res;
+}
+
+// Whether it can have come from weft_prefilter_compute.
+static bool is_filter(const struct weft_prefilter *prefilter)
+{
+    bool good = prefilter->poles >= 0 && prefilter->poles <= WEFT_PREFILTER_MAX_POLES;
+    for (int i = 0; good && i < prefilter->poles; i++)
+        good = prefilter->pole[i] > -1.0 && prefilter->pole[i] < 0.0;
+    return good;
+}
+
+static bool are_weights(const struct weft_prefilter *prefilter, const struct weft_kernel *kernel,
+                        int overlap)
+{
+    return weft_kernel_usable(kernel) && is_filter(prefilter) && overlap >= 0 &&
+           overlap <= WEFT_PREFILTER_MAX_OVERLAP;
 }
 
 // ---- lines --------------------------------------------------------------------------------------
@@ -140,7 +159,7 @@ static void filter_by(const struct weft_prefilter *prefilter, int i, double *val
 void weft_prefilter_line(const struct weft_prefilter *prefilter, double *values, size_t count,
                          ptrdiff_t stride, double before, double after)
 {
-    if (count == 0)
+    if (count == 0 || !is_filter(prefilter))
         return;
     struct extension left = {.constant = isnan(before) ? values[0] : before};
     struct extension right = {.constant =
@@ -153,7 +172,7 @@ void weft_prefilter_line(const struct weft_prefilter *prefilter, double *values,
 
 int weft_prefilter_overlap(const struct weft_prefilter *prefilter, double error)
 {
-    for (int n = 0; n < WEFT_PREFILTER_MAX_OVERLAP; n++) {
+    for (int n = 0; is_filter(prefilter) && n < WEFT_PREFILTER_MAX_OVERLAP; n++) {
         double rest = 0.0;
         for (int i = 0; i < prefilter->poles; i++)
             rest += 2.0 * fabs(prefilter->factor[i] * pow(prefilter->pole[i], n + 1)) /
@@ -167,6 +186,8 @@ int weft_prefilter_overlap(const struct weft_prefilter *prefilter, double error)
 void weft_prefilter_taps(const struct weft_prefilter *prefilter, int overlap, double *taps)
 {
     double sum = 0.0;
+    if (!is_filter(prefilter) || overlap > WEFT_PREFILTER_MAX_OVERLAP)
+        return;
     for (int k = overlap; k >= 0; k--) {
         taps[k] = 0.0;
         for (int i = 0; i < prefilter->poles; i++)
@@ -182,6 +203,8 @@ int64_t weft_prefilter_weights(const struct weft_prefilter *prefilter,
                                double *weights)
 {
     double plain[WEFT_KERNEL_MAX_WIDTH], taps[WEFT_PREFILTER_MAX_OVERLAP + 1];
+    if (!are_weights(prefilter, kernel, overlap))
+        return 0;
     const int64_t first = weft_kernel_weights(kernel, x, plain) - overlap;
     const int count = kernel->width + 2 * overlap;
     weft_prefilter_taps(prefilter, overlap, taps);
@@ -245,6 +268,9 @@ void weft_prefilter_axis_set(const struct weft_prefilter *prefilter,
                              int64_t high, struct weft_prefilter_axis *out)
 {
     double weights[WEFT_PREFILTER_MAX_WEIGHTS], taps[WEFT_PREFILTER_MAX_OVERLAP + 1];
+    out->first = out->count = 0;
+    if (!are_weights(prefilter, kernel, overlap) || high < low)
+        return;
     const int64_t first = weft_prefilter_weights(prefilter, kernel, overlap, x, weights);
     const int count = kernel->width + 2 * overlap, last_tap = overlap + kernel->width - 1;
     weft_prefilter_taps(prefilter, overlap, taps);

@@ -24,11 +24,10 @@ struct weft_reference_value weft_reference_compute(const struct weft_kernel *ker
                                                    const double *position,
                                                    weft_reference_fetch fetch, void *priv)
 {
-    if (dims < 1 || dims > 3)
-        return (struct weft_reference_value){.value = NAN};
     double weights[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
-    weft_kernel_weights_nd(kernel, dims, position, weights, first);
+    if (weft_kernel_weights_nd(kernel, dims, position, weights, first) == 0)
+        return (struct weft_reference_value){.value = NAN};
     // An unused dimension is one tap at index 0.
     const int width = kernel->width, rows = dims > 1 ? width : 1, planes = dims > 2 ? width : 1;
     struct sum sum = {0};

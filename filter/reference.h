@@ -22,7 +22,8 @@ struct weft_reference_value {
 
 // Reconstructs at a position in index coordinates with the tensor-product kernel, or the radial
 // one.
-// dims is 1, 2 or 3 (else the value is NAN); position has dims entries. Thread-safe if fetch is.
+// dims is 1, 2 or 3 (else, and without a kernel, the value is NAN); position has dims entries.
+// Thread-safe if fetch is.
 WEFT_API struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel,
                                                             int dims, const double *position,
                                                             weft_reference_fetch fetch, void *priv);

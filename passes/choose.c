@@ -406,6 +406,8 @@ fail:
 
 void weft_choice_clear(struct weft_choice *choice)
 {
+    if (!choice)
+        return;
     free(choice->candidates);
     weft_way_plan_destroy(&choice->plan);
     *choice = (struct weft_choice){.chosen = -1, .best = -1};

@@ -117,10 +117,13 @@ fail:
 enum weft_result weft_context_create(const struct weft_context_params *params, weft_context **out)
 {
     *out = NULL;
-    enum weft_result res = WEFT_ERR_MEMORY;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct weft_context *context = NULL;
+    weft_require_enum(params->log, params->kind, WEFT_CONTEXT_EGL);
+    res = WEFT_ERR_MEMORY;
     char reasons[768] = "none is built in";
     size_t used = 0;
-    struct weft_context *context = calloc(1, sizeof *context);
+    context = calloc(1, sizeof *context);
     if (!context)
         goto fail;
     context->log = params->log;
@@ -153,7 +156,7 @@ fail:
 
 void weft_context_destroy(weft_context **context)
 {
-    if (!*context)
+    if (!context || !*context)
         return;
     // The programs themselves end with the native context.
     for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++)

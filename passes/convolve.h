@@ -23,7 +23,7 @@ WEFT_BEGIN_DECLS
 struct weft_samples {
     int size[3];
     const float *plane[4]; // as many as the plan has channels; borrowed
-    // The range mapped to [0, 1], one for all channels. NAN: the finite minimum and maximum. What
+    // The range mapped to [0, 1], one for all channels. NAN, or both 0: the finite minimum and maximum. What
     // lies outside is clamped to it. Where both are the same, all samples count as that.
     double low, high;
 };

@@ -110,13 +110,15 @@ static enum weft_result set_range(struct weft_convolve_job *job)
     const struct weft_samples *s = job->samples;
     double low, high;
     bool finite;
+    const bool low_open = weft_range_is_open(s->low, s->low, s->high);
+    const bool high_open = weft_range_is_open(s->high, s->low, s->high);
     measure(job, &low, &high, &finite);
-    low = isnan(s->low) ? low : s->low;
-    high = isnan(s->high) ? high : s->high;
+    low = low_open ? low : s->low;
+    high = high_open ? high : s->high;
     // One was declared beyond all samples.
-    if (isnan(s->low) && low > high)
+    if (low_open && low > high)
         low = high;
-    if (isnan(s->high) && high < low)
+    if (high_open && high < low)
         high = low;
     job->low = low;
     job->high = high;

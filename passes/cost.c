@@ -23,6 +23,9 @@ static double passes_ns(const struct weft_cost_model *m, const struct weft_cost_
 
 double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work *w)
 {
+    if ((unsigned)w->method > WEFT_METHOD_PASSES || (unsigned)w->layout > WEFT_LAYOUT_PLAIN ||
+        (unsigned)w->source > WEFT_SOURCE_UNORM8 || (unsigned)w->target > WEFT_TARGET_FLOAT)
+        return NAN;
     const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
     double ns = m->start[w->method] + m->voxel * w->voxels;
     switch (w->method) {

@@ -66,7 +66,7 @@ struct weft_cost_work {
     double passes, tile_bytes;
     double samples, exact_weights; // in reach; per pixel, of sums that are not one
 };
-// Seconds.
+// Seconds; NAN for values that an enum does not have.
 WEFT_API double weft_cost_of(const struct weft_cost_model *model,
                              const struct weft_cost_work *work);
 

@@ -59,10 +59,17 @@ static enum weft_result fill_defaults(struct weft_plan_params *p)
 
 static enum weft_result check_ranges(const struct weft_plan_params *p)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
+    enum weft_result res = weft_kernel_check(p->log, &p->kernel);
+    if (res == WEFT_OK)
+        res = weft_profile_check(p->log, &p->profile);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->dims == 2 || p->dims == 3);
     weft_require(p->log, p->channels == 1 || p->channels == 4);
-    weft_require(p->log, p->technique >= 0 && p->technique <= WEFT_TECHNIQUE_LOG);
+    weft_require_enum(p->log, p->technique, WEFT_TECHNIQUE_LOG);
+    weft_require_enum(p->log, p->worst_case, WEFT_WORST_ANY);
+    weft_require_enum(p->log, p->order, WEFT_ORDER_GIVEN);
     weft_require(p->log, p->derivative >= 0 && p->derivative <= p->dims);
     weft_require(p->log, p->order != WEFT_ORDER_GIVEN || p->steps);
     if (p->taps_per_pass < 1 || p->taps_per_pass > p->profile.taps_per_pass) {
@@ -111,8 +118,8 @@ static enum weft_result check_params(const struct weft_plan_params *p)
     const char *why = res == WEFT_OK ? unsupported(p) : NULL;
     if (!why)
         return res;
-    weft_error(p->log, "plan: technique %s %s (profile %s)", weft_technique_names[p->technique],
-               why, p->profile.name);
+    weft_error(p->log, "plan: technique %s %s (profile %s)",
+               weft_name(weft_technique_names, p->technique), why, p->profile.name);
     return WEFT_ERR_UNSUPPORTED;
 }
 
@@ -256,7 +263,7 @@ static enum weft_result emit_valid(struct weft_planner *planner,
                                    const struct weft_plan_order *order)
 {
     const struct weft_plan_params *p = &planner->p;
-    const bool scales = p->order == WEFT_ORDER_PLANNED && p->allow_scale && !planner->real;
+    const bool scales = p->order == WEFT_ORDER_PLANNED && !p->no_scale && !planner->real;
     bool all = !scales || weft_planner_positions(planner) < SOME_POSITIONS;
     for (int round = 0;; round++) {
         enum weft_result res = emit(planner, order);
@@ -278,7 +285,7 @@ static enum weft_result judge_planned(const struct weft_planner *planner)
     const struct weft_pass_list *list = &planner->plan->list;
     const struct weft_range_report *range = &planner->plan->info.range;
     const double roundings = 0.5 * (4 * list->group_count + 2 * list->pass_count);
-    if (!planner->p.allow_scale && range->overflow * planner->full <= roundings)
+    if (planner->p.no_scale && range->overflow * planner->full <= roundings)
         return WEFT_OK;
     weft_error(planner->p.log,
                "plan: pass %d leaves [0, 1] with %.6g at sample position (%d, %d, %d), and no "
@@ -500,7 +507,7 @@ fail:
 
 void weft_plan_destroy(weft_plan **plan)
 {
-    if (!*plan)
+    if (!plan || !*plan)
         return;
     weft_kernel_tiles_destroy(&(*plan)->tiles);
     free((*plan)->groups);
@@ -521,6 +528,8 @@ const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan)
 struct weft_plan_step weft_plan_tile_step(const weft_plan *plan, int tile)
 {
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
+    if (!t)
+        return (struct weft_plan_step){{-1, -1, -1}, WEFT_TILE_WHOLE, -1};
     struct weft_plan_step step = {.part = t->part};
     memcpy(step.tap, t->tap, sizeof step.tap);
     for (int i = 0; i < tile; i++) {

@@ -64,8 +64,8 @@ struct weft_plan_params {
     // scale).
     bool round_singly;
     bool single_bias;      // the whole bias comes with the first pass, as naive code would have it
-    bool allow_splits;     // tiles may be split where no order is found  (default true)
-    bool allow_scale;      // so may the target's range be scaled          (default true)
+    bool no_splits;        // tiles may not be split where no order is found
+    bool no_scale;         // nor may the target's range be scaled
     bool blend_only;       // as if the profile had no ping-pong
     int channels;          // 1, or 4 of an image together (not with dot4) (default 1)
     uint64_t memory_bytes; // of tiles (default 1 GiB)
@@ -78,8 +78,7 @@ struct weft_plan_params {
     const struct weft_progress *progress; // asked now and then, its fraction stays 0; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
-#define WEFT_PLAN_DEFAULTS .dims = 2, .allow_splits = true, .allow_scale = true, .channels = 1,
-#define weft_plan_params(...) (&(struct weft_plan_params){WEFT_PLAN_DEFAULTS __VA_ARGS__})
+#define weft_plan_params(...) (&(struct weft_plan_params){__VA_ARGS__})
 
 // Bounds of |result - exact|, for a source mapped to [0, 1]: multiply by the width of the source's
 // range, and add the rounding of results to single precision. Between sample positions radial
@@ -146,7 +145,8 @@ WEFT_API enum weft_result weft_plan_judge(const struct weft_plan_params *params,
 WEFT_API void weft_plan_destroy(weft_plan **plan); // accepts &NULL, leaves NULL behind
 WEFT_API const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan);
 
-// The step that names a tile of the plan's set, for printing and for WEFT_ORDER_GIVEN.
+// The step that names a tile of the plan's set, for printing and for WEFT_ORDER_GIVEN; all -1 where
+// there is no such tile.
 WEFT_API struct weft_plan_step weft_plan_tile_step(const weft_plan *plan, int tile);
 
 WEFT_END_DECLS

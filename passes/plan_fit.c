@@ -98,7 +98,7 @@ static void set_scale(struct weft_planner *planner, const struct weft_plan_sums 
     const double room = isinf(spare) ? 0.0 : ceil(spare * (double)one);
     planner->bias = 0;
     planner->bias_step = 1;
-    if (planner->real || planner->p.order > WEFT_ORDER_GREEDY || !planner->p.allow_scale) {
+    if (planner->real || planner->p.order > WEFT_ORDER_GREEDY || planner->p.no_scale) {
         planner->divisor = (int32_t)one;
         if (planner->derives && !planner->real)
             set_bias(planner, 2 * one, one, one);
@@ -224,8 +224,8 @@ static enum weft_result find_order(struct weft_planner *planner, struct weft_pla
                                     0.25, 0.5,   1.0,   2.0,  4.0,    INFINITY};
     // Passes of four taps, and of derivatives, are saved by a little of the range.
     const bool scales =
-        planner->p.allow_scale && (planner->p.technique == WEFT_TECHNIQUE_DOT4 || planner->derives);
-    const bool splits = planner->p.allow_splits && !scales;
+        !planner->p.no_scale && (planner->p.technique == WEFT_TECHNIQUE_DOT4 || planner->derives);
+    const bool splits = !planner->p.no_splits && !scales;
     bool found = false;
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; i < WEFT_COUNT(spares); i++) {
@@ -235,7 +235,7 @@ static enum weft_result find_order(struct weft_planner *planner, struct weft_pla
             res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &found);
         if (res != WEFT_OK || found)
             return res;
-        if (!planner->p.allow_scale)
+        if (planner->p.no_scale)
             break;
     }
     return no_order(planner);

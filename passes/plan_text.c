@@ -103,7 +103,7 @@ static void print_head(FILE *out, const struct weft_planner *planner)
     if (info->derivative)
         fprintf(out, ", derivative along %c", "xyz"[info->derivative - 1]);
     fprintf(out, ", %dD, %s, %s; tiles of %d^%d samples", info->dims, info->profile.name,
-            weft_technique_names[info->technique], info->samples, info->dims);
+            weft_name(weft_technique_names, info->technique), info->samples, info->dims);
     if (!planner->real && !planner->logarithms)
         fprintf(out, " in %d bits", info->bits);
     fprintf(out, "\n%d taps, %d tiles", info->tap_count, info->tile_count);

@@ -93,17 +93,17 @@ static const struct {
 
 int weft_target_bits(enum weft_target_format target)
 {
-    return targets[target].bits;
+    return (size_t)target < WEFT_COUNT(targets) ? targets[target].bits : 0;
 }
 
 int weft_target_one(enum weft_target_format target)
 {
-    return (1 << targets[target].bits) - 1;
+    return (1 << weft_target_bits(target)) - 1;
 }
 
 const char *weft_target_name(enum weft_target_format target)
 {
-    return targets[target].name;
+    return (size_t)target < WEFT_COUNT(targets) ? targets[target].name : "unknown";
 }
 
 // ---- a user's own -------------------------------------------------------------------------------
@@ -224,19 +224,34 @@ static bool read_pair(const struct reader *r, const char *pair)
     return false;
 }
 
-static bool check(const struct reader *r)
+static bool check_inside(const struct weft_log *log, const struct weft_profile *p)
 {
-    const struct weft_profile *p = r->profile;
     const int bits = weft_target_bits(p->target);
     if (!p->internal_bits || (bits && p->internal_bits >= bits))
         return true;
     if (bits)
-        weft_error(r->log, "profile: %d bits inside a pass are fewer than the target's %d",
+        weft_error(log, "profile: %d bits inside a pass are fewer than the target's %d",
                    p->internal_bits, bits);
     else
-        weft_error(r->log, "profile: a %s target has no fraction bits inside, give 0 instead of %d",
+        weft_error(log, "profile: a %s target has no fraction bits inside, give 0 instead of %d",
                    weft_target_name(p->target), p->internal_bits);
     return false;
+}
+
+enum weft_result weft_profile_check(const struct weft_log *log, const struct weft_profile *profile)
+{
+    weft_require(log, memchr(profile->name, '\0', sizeof profile->name));
+    weft_require(log, memchr(profile->description, '\0', sizeof profile->description));
+    weft_require_enum(log, profile->target, WEFT_TARGET_FLOAT);
+    weft_require(log, profile->internal_bits >= 0 && profile->internal_bits <= MAX_INTERNAL_BITS);
+    weft_require(log, profile->internal_range >= 1.0);
+    weft_require(log, profile->taps_per_pass >= 1 && profile->taps_per_pass <= MAX_TAPS);
+    weft_require(log,
+                 profile->dot_width == 1 || profile->dot_width == 3 || profile->dot_width == 4);
+    weft_require(log, profile->max_scale >= 0 && profile->max_scale <= MAX_SCALE);
+    return check_inside(log, profile) ? WEFT_OK : WEFT_ERR_ARGUMENT;
+fail:
+    return WEFT_ERR_ARGUMENT;
 }
 
 static void log_unknown(const struct weft_log *log, const char *name)
@@ -274,7 +289,7 @@ enum weft_result weft_profile_parse(const struct weft_log *log, const char *text
             goto fail;
         }
     }
-    if (!check(&reader))
+    if (!check_inside(log, out))
         goto fail;
     if (strchr(text, '='))
         snprintf(out->description, sizeof out->description, "a user's own");

@@ -40,6 +40,11 @@ struct weft_profile {
 WEFT_API extern const struct weft_profile *const weft_profile_list[];
 WEFT_API const struct weft_profile *weft_profile_find(const char *name); // NULL if none
 
+// Whether a profile that was filled by hand is one; the log names the member that is out of its
+// range. Asked wherever a profile is handed over. Returns WEFT_ERR_ARGUMENT.
+WEFT_API enum weft_result weft_profile_check(const struct weft_log *log,
+                                             const struct weft_profile *profile);
+
 // Bits of the target's components, 0 for half and float; and the code that is 1.0, 2^bits - 1.
 WEFT_API int weft_target_bits(enum weft_target_format target);
 WEFT_API int weft_target_one(enum weft_target_format target);

@@ -57,6 +57,10 @@ enum weft_result weft_separable_check(const struct weft_separable_params *params
         weft_kernel_parse(log, "catmull-rom", &out->kernel);
     out->stride = out->stride ? out->stride : out->width;
     out->memory_bytes = out->memory_bytes ? out->memory_bytes : UINT64_C(1) << 30;
+    res = weft_kernel_check(log, &out->kernel);
+    if (res != WEFT_OK)
+        goto fail;
+    res = WEFT_ERR_ARGUMENT;
     if (weft_kernel_is_radial(&out->kernel, 2)) {
         weft_error(log, "separable filtering: kernel %s is radial, not separable",
                    out->kernel.info->name);

@@ -64,6 +64,7 @@ enum weft_result weft_slice_size_compute(const struct weft_log *log, const weft_
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, geometry->width >= 0 && geometry->height >= 0);
+    weft_require_enum(log, space, WEFT_SPACE_INDEX);
     const struct weft_volume_info *info = weft_volume_get_info(volume);
     double u = world_length(info, space, geometry->u), v = world_length(info, space, geometry->v);
     if (!(u > 0.0 && v > 0.0 && isfinite(u) && isfinite(v))) {
@@ -90,6 +91,7 @@ enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, axis >= 0 && axis < 3);
+    weft_require_enum(log, space, WEFT_SPACE_INDEX);
     weft_require(log, !isinf(coordinate));
     double low[3], high[3];
     weft_slice_active_box(weft_volume_get_info(volume), space, low, high);

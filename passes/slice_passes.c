@@ -482,7 +482,7 @@ static enum weft_result find_range(struct runner *r)
 {
     r->report.low = r->p->low;
     r->report.high = r->p->high;
-    if (!isnan(r->p->low))
+    if (!weft_range_is_open(r->p->low, r->p->low, r->p->high))
         return WEFT_OK;
     double start = weft_now_seconds();
     r->report.low = INFINITY;
@@ -511,7 +511,7 @@ static enum weft_result check_params(const struct weft_slice_passes_params *p)
     const struct weft_plan_info *plan = weft_plan_get_info(p->plan);
     weft_require(p->log, plan->dims == 3 && plan->channels == 1);
     weft_require(p->log, same_kernel(&plan->kernel, &p->slice->info.kernel));
-    if (!(isnan(p->low) && isnan(p->high)) &&
+    if (!(isnan(p->low) && isnan(p->high)) && !(p->low == 0.0 && p->high == 0.0) &&
         !(isfinite(p->low) && isfinite(p->high) && p->low < p->high)) {
         weft_error(p->log, "a source range from %g to %g: it must be finite, and the first less",
                    p->low, p->high);
@@ -572,7 +572,7 @@ enum weft_result weft_slice_passes_run(weft_context *context,
     if (res != WEFT_OK)
         return res;
     go_on(&r, 1.0);
-    if (!isnan(params->low) && r.report.clamped)
+    if (!weft_range_is_open(params->low, params->low, params->high) && r.report.clamped)
         weft_warn(params->log,
                   "%" PRIu64 " voxels in reach are outside the source range from %g to %g, or not "
                   "finite: the error is bounded only where they are not",

@@ -19,8 +19,8 @@ struct weft_slice_passes_params {
     const weft_slice_plan *slice; // required: kernel, geometry, and what is in reach
     const weft_plan *plan;        // required: in 3D, of one channel and the slice's kernel
     weft_volume *volume;          // required: the one that the slice was planned for
-    // The range mapped to [0, 1]; voxels outside are clamped to it. NAN (both): the finite minimum
-    // and maximum of the voxels in reach, which are read once more for it. With a prefiltered
+    // The range mapped to [0, 1]; voxels outside are clamped to it. Both 0 or NAN: the finite
+    // minimum and maximum of the voxels in reach, which are read once more for it. With a prefiltered
     // kernel voxels are coefficients, whose range is wider.
     double low, high;
     uint64_t memory_bytes; // bricks, boxes, textures, targets and tiles while running (default
@@ -29,9 +29,8 @@ struct weft_slice_passes_params {
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;
 };
-#define WEFT_SLICE_PASSES_DEFAULTS .low = NAN, .high = NAN,
 #define weft_slice_passes_params(...)                                                              \
-    (&(struct weft_slice_passes_params){WEFT_SLICE_PASSES_DEFAULTS __VA_ARGS__})
+    (&(struct weft_slice_passes_params){__VA_ARGS__})
 
 struct weft_slice_passes_report {
     double low, high; // the range that was mapped: the plan's bounds are in units of its width

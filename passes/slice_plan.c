@@ -416,6 +416,24 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 
 // ---- the request --------------------------------------------------------------------------------
 
+static enum weft_result check_values(const struct weft_slice_params *p)
+{
+    enum weft_result res = weft_kernel_check(p->log, &p->kernel);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(p->log, p->space, WEFT_SPACE_INDEX);
+    weft_require_enum(p->log, p->layout, WEFT_LAYOUT_PLAIN);
+    weft_require_enum(p->log, p->source, WEFT_SOURCE_UNORM8);
+    weft_require_enum(p->log, p->lookup, WEFT_LOOKUP_NEAREST);
+    weft_require(p->log, p->without <= WEFT_SAVING_ALL);
+    weft_require(p->log, p->max_target_size >= 0);
+    weft_require(p->log, p->max_buffer_texels >= 0);
+    return WEFT_OK;
+fail:
+    return res;
+}
+
 bool weft_slice_source_holds(enum weft_source_format source, double low, double high)
 {
     const double most = 1e37; // so that widths and sums of a range are single precision too
@@ -580,6 +598,9 @@ enum weft_result weft_slice_request_create(weft_volume *volume,
         if (res != WEFT_OK)
             goto fail;
     }
+    res = check_values(&p);
+    if (res != WEFT_OK)
+        goto fail;
     if (p.kernel.radial) {
         weft_error(p.log, "kernel %s is radial: a slice multiplies the weights of three axes",
                    p.kernel.info->name);
@@ -650,7 +671,7 @@ fail:
 
 void weft_slice_plan_destroy(weft_slice_plan **plan)
 {
-    if (!*plan)
+    if (!plan || !*plan)
         return;
     forget_tiles(*plan);
     free((*plan)->tiles);

@@ -29,7 +29,7 @@ struct weft_slice_samples {
 
 void weft_slice_samples_destroy(weft_slice_samples **samples)
 {
-    if (!*samples)
+    if (!samples || !*samples)
         return;
     weft_brick_list_clear(&(*samples)->topology);
     weft_brick_store_destroy(&(*samples)->store);

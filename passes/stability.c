@@ -48,7 +48,7 @@ const char *weft_stability_verdict_text(enum weft_stability_verdict verdict)
         [WEFT_STABILITY_NAIVE_HOLDS_TOO] = "naive holds too",
         [WEFT_STABILITY_SKIPPED] = "skipped",
     };
-    return texts[verdict];
+    return (size_t)verdict < WEFT_COUNT(texts) ? texts[verdict] : "unknown";
 }
 
 // A NAN of ours fails, one of the naive way is beyond any limit.

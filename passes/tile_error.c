@@ -41,6 +41,7 @@ static enum weft_result check(struct survey *s)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(s->p.log, s->p.tiles);
+    weft_require_enum(s->p.log, s->p.lookup, WEFT_ERROR_LINEAR);
     s->info = weft_kernel_tiles_get_info(s->p.tiles);
     if (weft_kernel_is_radial(&s->info->kernel, s->info->dims)) {
         weft_error(s->p.log, "tile error: %s is radial, in %dD its weights are no products",

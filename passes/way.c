@@ -33,13 +33,13 @@ int weft_way_format(const struct weft_way *way, char *text, size_t size)
         if (way->lookup != WEFT_LOOKUP_POLYNOMIAL)
             snprintf(samples, sizeof samples, " M=%d", way->samples);
         return snprintf(text, size, "fused %s %s %s%s", weft_layout_name(way->layout),
-                        weft_source_format_name(way->source), weft_lookup_names[way->lookup],
-                        samples);
+                        weft_source_format_name(way->source),
+                        weft_name(weft_lookup_names, way->lookup), samples);
     }
     if (way->bits)
         snprintf(bits, sizeof bits, " %d bits", way->bits);
     return snprintf(text, size, "passes %s %s M=%d%s", way->profile.name,
-                    weft_technique_names[way->technique], way->samples, bits);
+                    weft_name(weft_technique_names, way->technique), way->samples, bits);
 }
 
 // ---- the list -----------------------------------------------------------------------------------
@@ -201,6 +201,12 @@ static double leading_e1(const struct weft_kernel *kernel, const struct weft_sli
 enum weft_result weft_way_check(const struct weft_way_params *p)
 {
     const struct weft_way *way = &p->way;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(p->slice.log, way->method, WEFT_METHOD_PASSES);
+    weft_require_enum(p->slice.log, way->layout, WEFT_LAYOUT_PLAIN);
+    weft_require_enum(p->slice.log, way->source, WEFT_SOURCE_UNORM8);
+    weft_require_enum(p->slice.log, way->lookup, WEFT_LOOKUP_NEAREST);
+    weft_require_enum(p->slice.log, way->technique, WEFT_TECHNIQUE_LOG);
     const bool unorm = way->method == WEFT_METHOD_FUSED && way->source >= WEFT_SOURCE_UNORM16;
     const struct weft_slice_params slice = weft_way_slice_params(p);
     if (way->method == WEFT_METHOD_FUSED &&
@@ -218,7 +224,9 @@ enum weft_result weft_way_check(const struct weft_way_params *p)
         return WEFT_OK;
     weft_debug(p->slice.log, "a source of format %s does not hold the %llu voxels not finite",
                weft_source_format_name(way->source), (unsigned long long)p->measure.not_finite);
-    return WEFT_ERR_UNSUPPORTED;
+    res = WEFT_ERR_UNSUPPORTED;
+fail:
+    return res;
 }
 
 enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way_params *params,
@@ -268,7 +276,7 @@ fail:
 
 void weft_way_plan_destroy(weft_way_plan **plan)
 {
-    if (!*plan)
+    if (!plan || !*plan)
         return;
     weft_slice_plan_destroy(&(*plan)->slice);
     weft_plan_destroy(&(*plan)->passes);

@@ -36,7 +36,7 @@ static int time_set(const char *name, int dims, int samples, bool mirror,
     double seconds[MAX_RUNS];
     struct weft_kernel_tiles_info info = {.tile_count = 0};
     struct weft_kernel_tiles_params p =
-        *weft_kernel_tiles_params(.dims = dims, .samples = samples, .mirror = mirror,
+        *weft_kernel_tiles_params(.dims = dims, .samples = samples, .store_all = !mirror,
                                   .rounding = rounding, .memory_bytes = memory_bytes);
     if (weft_kernel_parse(&log_to_stderr, name, &p.kernel) != WEFT_OK)
         return 1;

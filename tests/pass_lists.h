@@ -100,7 +100,7 @@ static inline struct hand_list *hand_list_create(const struct hand_params *p)
                                              .signs = p->signs,
                                              .rounding = p->rounding,
                                              .scaling = p->scaling,
-                                             .mirror = true,
+                                             .store_all = false,
                                              .log = &log_to_stderr};
     if (p->logarithms)
         tiles.signs = WEFT_TILE_SEPARATE;

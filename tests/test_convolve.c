@@ -307,7 +307,7 @@ static const struct plan_case plan_cases[] = {
 static weft_plan *make_plan(const struct plan_case *k)
 {
     weft_plan *plan = NULL;
-    struct weft_plan_params p = {WEFT_PLAN_DEFAULTS.kernel = kernel_named(k->kernel),
+    struct weft_plan_params p = {.kernel = kernel_named(k->kernel),
                                  .dims = k->dims,
                                  .derivative = k->derivative,
                                  .technique = k->technique,

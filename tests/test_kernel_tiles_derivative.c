@@ -189,7 +189,7 @@ static void weights_are_products_with_one_slope(void **state)
     const enum weft_tile_scaling scalings[] = {WEFT_TILE_SCALE_SET, WEFT_TILE_SCALE_EACH};
     for (int i = 0; i < 4; i++)
         over_the_catalogue(assert_products,
-                           *weft_kernel_tiles_params(.scaling = scalings[i % 2], .mirror = i / 2,
+                           *weft_kernel_tiles_params(.scaling = scalings[i % 2], .store_all = !(i / 2),
                                                      .exact_scale = i == 1),
                            all_formats);
 }
@@ -226,7 +226,7 @@ static void sum_preserving_slopes_add_up_exactly(void **state)
         over_the_catalogue(assert_sums,
                            *weft_kernel_tiles_params(.rounding = WEFT_TILE_SUM_PRESERVING,
                                                      .scaling = WEFT_TILE_SCALE_SET,
-                                                     .mirror = i % 2, .exact_scale = i / 2),
+                                                     .store_all = !(i % 2), .exact_scale = i / 2),
                            integer_formats);
 }
 
@@ -293,7 +293,7 @@ static void assert_mirrored(const struct weft_kernel_tiles_params *params, const
 {
     struct weft_kernel_tiles_params p = *params;
     weft_kernel_tiles *mirrored = make(&p);
-    p.mirror = false;
+    p.store_all = true;
     weft_kernel_tiles *whole = make(&p);
     const struct weft_kernel_tiles_info *m = weft_kernel_tiles_get_info(mirrored);
     const struct weft_kernel_tiles_info *w = weft_kernel_tiles_get_info(whole);

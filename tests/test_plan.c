@@ -170,8 +170,8 @@ static void greedy_orders_are_beaten(void **state)
                     const struct weft_plan_params *p =
                         weft_plan_params(.kernel = kernel_named(names[i]), .dims = dims,
                                          .samples = samples, .taps_per_pass = 1,
-                                         .order = (enum weft_order)order, .allow_scale = false,
-                                         .allow_splits = false);
+                                         .order = (enum weft_order)order, .no_scale = true,
+                                         .no_splits = true);
                     const bool made = weft_plan_create(p, &plan) == WEFT_OK;
                     // Roundings, for which there is no room without a scale, aside.
                     *(order == WEFT_ORDER_PLANNED ? &planned : &greedy) +=
@@ -196,13 +196,13 @@ static void tiles_are_split_where_no_order_helps(void **state)
         weft_plan *plan = NULL;
         struct weft_plan_params *p =
             weft_plan_params(.kernel = kernel_named("cubic:0,2"), .samples = samples,
-                             .taps_per_pass = 1, .allow_scale = false, .allow_splits = false);
+                             .taps_per_pass = 1, .no_scale = true, .no_splits = true);
         if (weft_plan_create(p, &plan) == WEFT_OK) {
             weft_plan_destroy(&plan);
             continue;
         }
         without++;
-        p->allow_splits = true;
+        p->no_splits = false;
         if (weft_plan_create(p, &plan) != WEFT_OK)
             continue;
         with++;
@@ -226,10 +226,10 @@ static void weights_rounded_singly_need_scale(void **state)
     weft_plan *plan = NULL;
     struct weft_plan_params *p =
         weft_plan_params(.dims = 3, .samples = 16, .taps_per_pass = 1, .round_singly = true,
-                         .allow_scale = false, .log = &log);
+                         .no_scale = true, .log = &log);
     assert_int_equal(weft_plan_create(p, &plan), WEFT_ERR_UNSUPPORTED);
     assert_non_null(strstr(message.text, "267/255"));
-    p->allow_scale = true;
+    p->no_scale = false;
     p->log = &log_to_stderr;
     assert_int_equal(weft_plan_create(p, &plan), WEFT_OK);
     assert_true(info_of(plan)->valid);

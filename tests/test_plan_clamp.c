@@ -168,7 +168,7 @@ static void without_a_scale_clamping_is_told(void **state)
             weft_plan *plan = NULL;
             if (weft_plan_create(weft_plan_params(.kernel = kernel_named(kernels[i]), .dims = dims,
                                                   .samples = 4, .taps_per_pass = 1,
-                                                  .allow_scale = false),
+                                                  .no_scale = true),
                                  &plan) != WEFT_OK)
                 continue;
             const struct weft_plan_info *info = weft_plan_get_info(plan);

@@ -395,7 +395,7 @@ static void tiles_hold_the_weights(void **state)
             struct weft_kernel_tiles_params p =
                 *weft_kernel_tiles_params(.kernel = kernel_named(names[i]), .dims = 2 + c % 2,
                                           .samples = 6 + c / 2 % 2, .scaling = WEFT_TILE_SCALE_SET,
-                                          .mirror = c / 4);
+                                          .store_all = !(c / 4));
             // Half a step of 255, and the sums of so many; floats keep 24 bits.
             weft_kernel_tiles *set = make(&p);
             assert_int_equal(weft_kernel_tiles_get_info(set)->mirrored, c / 4);
@@ -450,7 +450,7 @@ static void tiles_are_symmetric(void **state)
             struct weft_kernel k = kernel_named(names[i]);
             assert_int_equal(weft_kernel_make_radial(NULL, &k), WEFT_OK);
             weft_kernel_tiles *set = make(
-                weft_kernel_tiles_params(.kernel = k, .dims = dims, .samples = 6, .mirror = false,
+                weft_kernel_tiles_params(.kernel = k, .dims = dims, .samples = 6, .store_all = true,
                                          .placement = WEFT_TILE_ENDS, .format = WEFT_TILE_FLOAT));
             int at[3] = {0};
             do {

@@ -409,7 +409,7 @@ static void random_orders_are_as_expected(void **state)
             weft_kernel_tiles *set = make(
                 weft_kernel_tiles_params(.kernel = kernel_named(names[n]), .dims = dims,
                                          .samples = dims == 3 ? 5 : 33 + i, .bits = i % 2 ? 8 : 12,
-                                         .scaling = WEFT_TILE_SCALE_EACH, .mirror = i % 4));
+                                         .scaling = WEFT_TILE_SCALE_EACH, .store_all = !(i % 4)));
             struct list *l = start(set, i % 2 ? WEFT_TARGET_UNORM8 : WEFT_TARGET_UNORM16);
             shuffle(order, tile_count(set));
             for (int t = 0; t < tile_count(set); t++) {

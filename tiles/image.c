@@ -17,6 +17,8 @@ enum { COORDINATE_LIMIT = INT_MAX / 2, SHORT_NAME = 31, LINES_PER_CHUNK = 16, ZI
 
 void weft_image_clear(struct weft_image *image)
 {
+    if (!image)
+        return;
     for (size_t c = 0; c < image->channel_count; c++)
         free(image->channels[c].plane);
     free(image->channels);

@@ -76,12 +76,12 @@ struct weft_preview_params {
     bool no_clobber;
     int32_t width, height; // required
     const float *plane;    // required; width * height
-    float low, high; // values shown as first and last colour (default NAN: finite minimum, maximum)
+    // Values shown as first and last colour. NAN, or both 0: the finite minimum, maximum.
+    float low, high;
     const struct weft_colour_map *colour_map; // default grey
     const struct weft_log *log;
 };
-#define WEFT_PREVIEW_DEFAULTS .low = NAN, .high = NAN,
-#define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})
+#define weft_preview_params(...) (&(struct weft_preview_params){__VA_ARGS__})
 
 // Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
 // Values beyond the range take its end colours; a range of no width shows its value in the middle

@@ -93,12 +93,12 @@ const char *weft_source_format_name(enum weft_source_format format)
 
 int weft_source_format_bytes(enum weft_source_format format)
 {
-    return formats[format].bytes;
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].bytes : 0;
 }
 
 double weft_source_format_error(enum weft_source_format format)
 {
-    return formats[format].error;
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].error : (double)NAN;
 }
 
 void weft_source_range_mapping(enum weft_source_format format,

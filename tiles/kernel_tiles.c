@@ -52,6 +52,11 @@ static bool check_max_scale(const struct weft_kernel_tiles_params *p)
 
 static bool check_params(const struct weft_kernel_tiles_params *p)
 {
+    weft_require_enum(p->log, p->format, WEFT_TILE_FLOAT);
+    weft_require_enum(p->log, p->rounding, WEFT_TILE_SUM_PRESERVING);
+    weft_require_enum(p->log, p->placement, WEFT_TILE_ENDS);
+    weft_require_enum(p->log, p->signs, WEFT_TILE_SEPARATE);
+    weft_require_enum(p->log, p->scaling, WEFT_TILE_SCALE_EACH);
     if (p->dims < 1 || p->dims > 3) {
         weft_error(p->log, "tiles: dimension 1 to 3, not %d", p->dims);
         return false;
@@ -72,6 +77,8 @@ static bool check_params(const struct weft_kernel_tiles_params *p)
         return false;
     }
     return check_bits(p) && check_max_scale(p) && check_derivative(p);
+fail:
+    return false;
 }
 
 // The sum is in every weight: a set of a kernel whose sum vanishes is of no use.
@@ -428,7 +435,7 @@ static enum weft_result fill_axes(weft_kernel_tiles *set)
 static void choose_mirroring(weft_kernel_tiles *set)
 {
     const bool unpaired = set->info.rounding == WEFT_TILE_SUM_PRESERVING && set->info.samples % 2;
-    set->info.mirrored = set->params.mirror && !unpaired;
+    set->info.mirrored = !set->params.store_all && !unpaired;
     for (int a = 0; a < set->info.dims; a++) {
         const struct weft_tiles_axis *axis = weft_tiles_axis_of(set, a);
         set->info.mirrored = set->info.mirrored && (axis->even || axis->odd);
@@ -443,7 +450,11 @@ enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params 
     weft_kernel_tiles *set = NULL;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct weft_kernel_tiles_params p = *params;
-    weft_require(p.log, p.kernel.info && p.kernel.width > 0);
+    p.dims = p.dims ? p.dims : 2;
+    p.samples = p.samples ? p.samples : 64;
+    p.bits = p.bits ? p.bits : 8;
+    if (weft_kernel_check(p.log, &p.kernel) != WEFT_OK)
+        goto fail;
     if (!check_params(&p) || (p.normalise && weft_kernel_normalise(p.log, &p.kernel) != WEFT_OK))
         goto fail;
     if (!check_sums(&p))
@@ -477,7 +488,7 @@ fail:
 
 void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles)
 {
-    weft_kernel_tiles *set = *tiles;
+    weft_kernel_tiles *set = tiles ? *tiles : NULL;
     if (!set)
         return;
     for (int i = 0; i < set->info.stored_count; i++)
@@ -514,7 +525,30 @@ int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
 double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k)
 {
     const double m = tiles->info.samples;
+    if (k < 0 || k >= m)
+        return NAN;
     return tiles->info.placement == WEFT_TILE_ENDS ? k / (m - 1.0) : (k + 0.5) / m;
+}
+
+static bool is_position(const struct weft_kernel_tiles_info *info, const int position[3])
+{
+    for (int a = 0; a < info->dims; a++)
+        if (position[a] < 0 || position[a] >= info->samples)
+            return false;
+    return true;
+}
+
+static bool is_tile(const weft_kernel_tiles *tiles, int tile, const int position[3])
+{
+    return tile >= 0 && tile < tiles->info.tile_count && is_position(&tiles->info, position);
+}
+
+static bool is_tap(const struct weft_kernel_tiles_info *info, const int tap[3])
+{
+    for (int a = 0; a < info->dims; a++)
+        if (tap[a] < 0 || tap[a] >= info->width)
+            return false;
+    return true;
 }
 
 static double stored_at(const weft_kernel_tiles *set, int tile, const int position[3])
@@ -529,18 +563,24 @@ static double stored_at(const weft_kernel_tiles *set, int tile, const int positi
 
 double weft_kernel_tiles_value(const weft_kernel_tiles *tiles, int tile, const int position[3])
 {
+    if (!is_tile(tiles, tile, position))
+        return NAN;
     return stored_at(tiles, tile, position) / (tiles->info.one * tiles->tiles[tile].scale);
 }
 
 int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile, const int position[3])
 {
-    return (int)stored_at(tiles, tile, position);
+    return is_tile(tiles, tile, position) && weft_tiles_integer_format(tiles)
+               ? (int)stored_at(tiles, tile, position)
+               : 0;
 }
 
 double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
                                const int position[3])
 {
     const size_t width = (size_t)tiles->info.width;
+    if (!is_tap(&tiles->info, tap) || !is_position(&tiles->info, position))
+        return NAN;
     if (!weft_kernel_is_radial(&tiles->info.kernel, tiles->info.dims)) {
         double w = 1.0;
         for (int a = 0; a < tiles->info.dims; a++) {

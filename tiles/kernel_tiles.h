@@ -67,19 +67,17 @@ struct weft_kernel_tiles_params {
     // 1, 2 or 3, up to dims: weights are h'(x - i) along x, y or z and h along the others, with the
     // h' of weft_kernel_derive (default 0: h along all)
     int derivative;
-    // Even and odd kernels: store only the taps of one half per axis, fetch the others mirrored
-    // (default true). Other kernels, and sum-preserving sets with an odd M, whose middle sample
-    // would need an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
+    // Else of even and odd kernels only the taps of one half per axis are stored, the others fetched
+    // mirrored. Other kernels, and sum-preserving sets with an odd M, whose middle sample would need
+    // an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
     // weft_kernel_tiles_info.
-    bool mirror;
+    bool store_all;
     bool normalise; // weights at every position add up to 1 (weft_kernel_normalise); not with
                     // `derivative`
     uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)
     const struct weft_log *log; // borrowed for the set's life
 };
-#define WEFT_KERNEL_TILES_DEFAULTS .dims = 2, .samples = 64, .bits = 8, .mirror = true,
-#define weft_kernel_tiles_params(...)                                                              \
-    (&(struct weft_kernel_tiles_params){WEFT_KERNEL_TILES_DEFAULTS __VA_ARGS__})
+#define weft_kernel_tiles_params(...) (&(struct weft_kernel_tiles_params){__VA_ARGS__})
 
 // weight = sign * stored / (one * scale); sign is -1 where `negated`, `one` is in the set's info.
 struct weft_kernel_tile {
@@ -133,10 +131,11 @@ WEFT_API int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int ta
 
 // Position of sample k in its tile, 0 to 1.
 WEFT_API double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k);
-// What a tile adds to its tap's weight at a sample position, each 0 to M - 1 (0 past dims).
+// What a tile adds to its tap's weight at a sample position, each 0 to M - 1 (0 past dims). NAN,
+// like all of these, where there is no such tile, tap or position.
 WEFT_API double weft_kernel_tiles_value(const weft_kernel_tiles *tiles, int tile,
                                         const int position[3]);
-// The same as an integer, sign included, at the tile's own scale; integer formats only.
+// The same as an integer, sign included, at the tile's own scale; integer formats only, else 0.
 WEFT_API int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile,
                                        const int position[3]);
 // The exact weight that a tap has there.

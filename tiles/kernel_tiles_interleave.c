@@ -168,6 +168,8 @@ enum weft_result weft_tile_group_create_taps(const weft_kernel_tiles *tiles, con
 
 void weft_tile_group_destroy(struct weft_tile_group *group)
 {
+    if (!group)
+        return;
     free(group->data);
     *group = (struct weft_tile_group){0};
 }
@@ -175,6 +177,11 @@ void weft_tile_group_destroy(struct weft_tile_group *group)
 double weft_tile_group_value(const weft_kernel_tiles *tiles, const struct weft_tile_group *group,
                              int component, const int position[3])
 {
+    for (int a = 0; a < tiles->info.dims; a++)
+        if (position[a] < 0 || position[a] >= tiles->info.samples)
+            return NAN;
+    if (!group->data || component < 0 || component > 3)
+        return NAN;
     const size_t i = 4 * weft_tiles_sample_index(tiles, position) + (size_t)component;
     return weft_tiles_load(tiles, group->data, i) / tiles->info.one * group->factor[component];
 }

@@ -7,7 +7,7 @@
 #ifndef WEFT_TILES_OUTPUT_H
 #define WEFT_TILES_OUTPUT_H
 
-#include "filter/base.h"
+#include "../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

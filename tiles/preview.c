@@ -35,8 +35,8 @@ static void find_range(struct writer *w)
         high = v > high ? v : high;
     }
     bool none = low > high;
-    w->low = !isnan(p->low) ? p->low : none ? 0.0 : low;
-    w->high = !isnan(p->high) ? p->high : none ? 1.0 : high;
+    w->low = !weft_range_is_open(p->low, p->low, p->high) ? p->low : none ? 0.0 : low;
+    w->high = !weft_range_is_open(p->high, p->low, p->high) ? p->high : none ? 1.0 : high;
 }
 
 // A range of no width shows its value in the middle, and what is below or above it at the ends.

@@ -453,6 +453,8 @@ fail:
 
 void weft_brick_list_clear(struct weft_brick_list *list)
 {
+    if (!list)
+        return;
     free(list->brick_origin);
     free(list->tiles);
     *list = (struct weft_brick_list){0};

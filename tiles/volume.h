@@ -65,6 +65,7 @@ typedef struct weft_volume weft_volume; // Thread-safety: one thread at a time.
 
 // ---- voxels already in memory; no process is started -------------------------------------------
 
+// Start from weft_volume_params(...): 0 is a background, and not the default.
 struct weft_volume_params {
     int size[3];       // voxels along x, y, z (required, each > 0)
     int32_t origin[3]; // index coordinates of the first voxel (default 0)

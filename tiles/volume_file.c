@@ -274,6 +274,8 @@ fail:
 
 void weft_volume_list_clear(struct weft_volume_list *list)
 {
+    if (!list)
+        return;
     for (size_t i = 0; i < list->count; i++)
         free(list->grids[i].metadata);
     free(list->grids);

@@ -56,7 +56,7 @@ static int run(const char *operand, const struct option_value *values)
     struct weft_plan_params *params =
         weft_plan_params(.order = (enum weft_order)values[PLAN_ORDER].integer[0],
                          .progress = report_progress("planning"),
-                         .allow_splits = !values[PLAN_NO_SPLITS].given);
+                         .no_splits = values[PLAN_NO_SPLITS].given);
     enum weft_result res = plan_options_read(values, params, &file);
     if (res == WEFT_OK)
         res = weft_plan_create(params, &plan);

@@ -123,7 +123,7 @@ enum weft_result plan_options_read(const struct option_value *o, struct weft_pla
     p->worst_case = (enum weft_worst_case)o[PLAN_WORST_CASE].integer[0];
     p->round_singly = o[PLAN_ROUND_SINGLY].given;
     p->single_bias = o[PLAN_SINGLE_BIAS].given;
-    p->allow_scale = !o[PLAN_NO_SCALE].given;
+    p->no_scale = o[PLAN_NO_SCALE].given;
     p->blend_only = o[PLAN_BLEND_ONLY].given;
     p->channels = o[PLAN_CHANNELS].integer[0] ? 4 : 1;
     p->memory_bytes = (uint64_t)o[PLAN_MEMORY].integer[0];

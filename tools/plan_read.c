@@ -287,7 +287,7 @@ static void read_tile_params(struct reader *r, const json_t *root, const json_t 
     p->scaling = (enum weft_tile_scaling)read_word(r, from, "scaling", plan_words.scalings);
     p->exact_scale = read_flag(r, from, "exact_scale");
     p->max_scale = read_number(r, from, "max_scale", 0.0, 1e9, &unlimited);
-    p->mirror = read_flag(r, from, "mirror");
+    p->store_all = !read_flag(r, from, "mirror");
     p->normalise = read_flag(r, from, "normalise");
     p->memory_bytes = r->memory_bytes;
     p->log = report_log();

@@ -107,7 +107,7 @@ static json_t *tiles_json(const struct weft_plan_info *info, const struct weft_p
                      plan_words.placements[p->placement], "signs", plan_words.signs[p->signs],
                      "scaling", plan_words.scalings[p->scaling], "exact_scale", p->exact_scale,
                      "max_scale", json_number(p->max_scale), "normalise", p->normalise, "mirror",
-                     p->mirror, "splits", splits_json(info), "tiles", tiles);
+                     !p->store_all, "splits", splits_json(info), "tiles", tiles);
 }
 
 // ---- passes -------------------------------------------------------------------------------------

@@ -238,7 +238,7 @@ fail:
 
 void weft_tree_destroy(weft_tree **tree)
 {
-    if (!*tree)
+    if (!tree || !*tree)
         return;
     free((*tree)->steps);
     free((*tree)->numerators);

@@ -62,7 +62,7 @@ static enum weft_result measure_order(const struct weft_stability_params *params
         weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
                          .order = WEFT_ORDER_NATURAL);
     const struct weft_plan_params *ours =
-        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1, .allow_scale = false);
+        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1, .no_scale = true);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 comes out as %.0f", dims,
@@ -136,7 +136,7 @@ static enum weft_result measure_ripple(const struct weft_stability_params *param
     const struct weft_plan_params *naive =
         weft_plan_params(.dims = dims, .samples = M, .round_singly = true);
     const struct weft_plan_params *ours =
-        weft_plan_params(.dims = dims, .samples = M, .allow_scale = false);
+        weft_plan_params(.dims = dims, .samples = M, .no_scale = true);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 ripples by %.1f LSB",

@@ -1,0 +1,1433 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every public function, called with values that its header does not allow: an error with a line in
+// the log, or what the header says; never a crash, never a hang. Each function runs in a child of
+// its own. The list of functions is made from the public headers: one without a case fails the
+// test.
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "callers_functions.h"
+#include "filter/check.h"
+#include "weft.h"
+
+enum { SECONDS = 30, COMPLAINTS = 3, SKIPPED = 4 };
+
+// ---- in a child ---------------------------------------------------------------------------------
+
+static int lines, complaints;
+
+static void count_line(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv;
+    lines += level <= WEFT_LOG_WARNING && message[0];
+}
+
+static const struct weft_log logger = {.write = count_line};
+
+static void expect(bool good, int line, const char *what)
+{
+    if (good)
+        return;
+    complaints++;
+    fprintf(stderr, "    line %d: %s\n", line, what);
+}
+
+#define TRUE(condition) expect(condition, __LINE__, #condition)
+
+// A result that is an error has a line in the log; `refused`: it must be one.
+static void judge(enum weft_result res, bool refused, int line, const char *what)
+{
+    expect(res == WEFT_OK || lines > 0, line, what);
+    expect(res != WEFT_OK || !refused, line, what);
+    lines = 0;
+}
+
+#define REFUSED(call) judge(call, true, __LINE__, #call " is refused with a line")
+#define SURVIVED(call) judge(call, false, __LINE__, #call " has a line where it fails")
+
+static const int bad_enums[] = {-1, 99, INT_MAX, INT_MIN};
+static const int ints[] = {INT_MIN, -1, 0, 1, 99, 1 << 20, INT_MAX};
+static const double numbers[] = {NAN,  INFINITY, -INFINITY, DBL_MAX, -1e300,
+                                 1e12, 0.0,      -1.0,      1e-300};
+
+// A copy of `base`, p, has each bad value in turn in a member.
+#define BAD_ENUM(base, member, call)                                                               \
+    for (size_t at_ = 0; at_ < WEFT_COUNT(bad_enums); at_++) {                                     \
+        __typeof__(base) p = base;                                                                 \
+        p.member = (__typeof__(p.member))bad_enums[at_];                                           \
+        REFUSED(call);                                                                             \
+    }
+#define ANY_INT(base, member, call)                                                                \
+    for (size_t at_ = 0; at_ < WEFT_COUNT(ints); at_++) {                                          \
+        __typeof__(base) p = base;                                                                 \
+        p.member = (__typeof__(p.member))ints[at_];                                                \
+        SURVIVED(call);                                                                            \
+    }
+#define ANY_NUMBER(base, member, call)                                                             \
+    for (size_t at_ = 0; at_ < WEFT_COUNT(numbers); at_++) {                                       \
+        __typeof__(base) p = base;                                                                 \
+        p.member = (__typeof__(p.member))numbers[at_];                                             \
+        SURVIVED(call);                                                                            \
+    }
+#define SET_REFUSED(base, member, value, call)                                                     \
+    do {                                                                                           \
+        __typeof__(base) p = base;                                                                 \
+        p.member = (value);                                                                        \
+        REFUSED(call);                                                                             \
+    } while (0)
+
+// ---- kernels that are none ----------------------------------------------------------------------
+
+static double half(const struct weft_kernel *kernel, double x)
+{
+    (void)kernel;
+    return x >= -1.0 && x < 1.0 ? 0.25 : 0.0;
+}
+
+static struct weft_kernel named(const char *text)
+{
+    struct weft_kernel kernel;
+    if (weft_kernel_parse(NULL, text, &kernel) != WEFT_OK)
+        exit(1);
+    return kernel;
+}
+
+enum { BAD_KERNELS = 15 };
+
+// The first is all zero: where a header says so, that asks for the default.
+static struct weft_kernel bad_kernel(int i)
+{
+    static struct weft_kernel_info records[BAD_KERNELS];
+    struct weft_kernel_info good = {
+        .name = "own", .weight = half, .radius = 1.0, .degree = -1, .continuity = -1};
+    struct weft_kernel kernel = named("catmull-rom");
+    struct weft_kernel_info *info = &records[i];
+    *info = good;
+    if (i >= 7)
+        kernel = (struct weft_kernel){.info = info, .support = 1.0, .width = 2, .continuity = -1};
+    switch (i) {
+    case 0:
+        return (struct weft_kernel){0};
+    case 1:
+        kernel.width = 99;
+        break;
+    case 2:
+        kernel.width = INT_MAX;
+        break;
+    case 3:
+        kernel.width = INT_MIN;
+        break;
+    case 4:
+        kernel.support = NAN;
+        break;
+    case 5:
+        kernel.support = 1e300;
+        break;
+    case 6:
+        kernel.order = -7;
+        break;
+    case 7:
+        *info = (struct weft_kernel_info){0};
+        break;
+    case 8:
+        info->weight = NULL;
+        break;
+    case 9:
+        info->name = NULL;
+        break;
+    case 10:
+        kernel.unit_sum = true;
+        break; // the sum is 1/2
+    case 11:
+        kernel.interpolating = true;
+        break;
+    case 12:
+        info->degree = 1000000;
+        break;
+    case 13:
+        info->derivation = 7;
+        break;
+    default:
+        kernel.prefiltered = true;
+    }
+    return kernel;
+}
+
+#define EACH_BAD_KERNEL(first, call)                                                               \
+    for (int k = first; k < BAD_KERNELS; k++) {                                                    \
+        const struct weft_kernel kernel = bad_kernel(k);                                           \
+        call;                                                                                      \
+    }
+#define KERNELS_REFUSED(base, first, call)                                                         \
+    EACH_BAD_KERNEL(first, __typeof__(base) p = base; p.kernel = kernel; REFUSED(call))
+
+// ---- filter/ ------------------------------------------------------------------------------------
+
+static void analysis(void)
+{
+    struct weft_kernel good = named("bspline3i");
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        weft_analysis_taylor(&good, ints[i], 0.3);
+        weft_analysis_moment(&good, ints[i]);
+        weft_analysis_metrics(&good, ints[i]);
+    }
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
+        weft_analysis_taylor(&good, 1, numbers[i]);
+        weft_analysis_response(&good, numbers[i]);
+    }
+    TRUE(isnan(weft_analysis_response(&good, 1e300).re));
+    TRUE(isnan(weft_analysis_response(&good, 1e6).re));
+    TRUE(isfinite(weft_analysis_response(&good, WEFT_ANALYSIS_MAX_FREQUENCY).re));
+    EACH_BAD_KERNEL(0, {
+        weft_analysis_taylor(&kernel, 0, 0.0);
+        weft_analysis_moment(&kernel, 0);
+        weft_analysis_response(&kernel, 0.5);
+        weft_analysis_metrics(&kernel, 2);
+    })
+    const struct weft_kernel none = {0};
+    TRUE(isnan(weft_analysis_order(&none).constant));
+    TRUE(isnan(weft_analysis_overshoot(&none).gain));
+    TRUE(isnan(weft_analysis_curvature(&none)));
+    for (int k = 1; k < 6; k++) {
+        const struct weft_kernel kernel = bad_kernel(k);
+        weft_analysis_order(&kernel);
+        weft_analysis_overshoot(&kernel);
+        weft_analysis_curvature(&kernel);
+    }
+}
+
+static void texts(void)
+{
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        TRUE(weft_result_text((enum weft_result)bad_enums[i])[0]);
+        TRUE(weft_target_name((enum weft_target_format)bad_enums[i])[0]);
+        TRUE(weft_target_bits((enum weft_target_format)bad_enums[i]) == 0);
+        TRUE(weft_target_one((enum weft_target_format)bad_enums[i]) == 0);
+        TRUE(weft_stability_verdict_text((enum weft_stability_verdict)bad_enums[i])[0]);
+        TRUE(weft_layout_name((enum weft_layout)bad_enums[i])[0]);
+        TRUE(weft_source_format_name((enum weft_source_format)bad_enums[i])[0]);
+        TRUE(weft_source_format_bytes((enum weft_source_format)bad_enums[i]) == 0);
+        TRUE(isnan(weft_source_format_error((enum weft_source_format)bad_enums[i])));
+    }
+    TRUE(weft_version()[0]);
+    char text[] = "\x1b[31m\xff\n";
+    TRUE(weft_text_clean(text, false) == text);
+    TRUE(weft_text_skip_mark("\xef\xbb")[0]);
+}
+
+static void find(void)
+{
+    TRUE(!weft_kernel_find("") && !weft_signal_find("") && !weft_profile_find(""));
+    static const char *const names[] = {"linear", NULL};
+    TRUE(!weft_closest_find("", SIZE_MAX, names) && !weft_closest_find("lin", 0, names));
+    TRUE(!weft_stability_find("") && !weft_colour_map_find(""));
+}
+
+static void errors(void)
+{
+    struct weft_error_kernel out;
+    struct weft_error_kernel_params good = {
+        .kernel = named("linear"), .dims = 1, .samples = 8, .locations = 16, .log = &logger};
+#define CALL weft_error_kernel_compute(&p, &out)
+    KERNELS_REFUSED(good, 0, CALL);
+    ANY_INT(good, dims, CALL);
+    ANY_INT(good, samples, CALL);
+    ANY_INT(good, bits, CALL);
+    SURVIVED(weft_error_kernel_compute(&good, &out));
+    good.threads = INT_MIN;
+    SURVIVED(weft_error_kernel_compute(&good, &out));
+    SET_REFUSED(good, locations, INT_MAX, CALL);
+    SET_REFUSED(good, locations, -1, CALL);
+    BAD_ENUM(good, rounding, CALL);
+    BAD_ENUM(good, lookup, CALL);
+    BAD_ENUM(good, convention, CALL);
+#undef CALL
+    EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_error_e1(&kernel, 2, 1.0))
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        if (ints[i] < 1 || ints[i] > 3)
+            TRUE(isnan(weft_error_e1(&good.kernel, ints[i], 1.0)));
+        weft_error_e3(ints[i], ints[i], WEFT_FIXED_ROUND);
+        weft_error_e3_arithmetic(&(struct weft_error_arithmetic){ints[i], 1, 1, ints[i], 1, 0});
+    }
+    weft_error_e2(&out, NAN);
+}
+
+static void fixed(void)
+{
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const int bits = ints[i];
+        const bool good = bits >= 1 && bits <= WEFT_FIXED_MAX_BITS;
+        for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+            weft_fixed_quantise(numbers[n], bits, WEFT_FIXED_ROUND);
+        TRUE(good || weft_fixed_quantise(0.5, bits, WEFT_FIXED_ROUND) == 0);
+        TRUE(good || isnan(weft_fixed_value(1, bits)));
+        TRUE(good || weft_fixed_multiply(1, 1, bits, WEFT_FIXED_ROUND) == 0);
+        TRUE(good || weft_fixed_clamp(77, bits) == 0);
+        TRUE(good || isnan(weft_fixed_quantise_error(bits, WEFT_FIXED_ROUND)));
+        TRUE(good || isnan(weft_fixed_multiply_error(bits, WEFT_FIXED_TRUNCATE)));
+    }
+    TRUE(weft_fixed_multiply(INT64_MAX, INT64_MIN, 8, WEFT_FIXED_ROUND) == 0);
+    weft_fixed_clamp(INT64_MIN, 8);
+    weft_fixed_value(INT64_MIN, 8);
+}
+
+static void kernels(void)
+{
+    struct weft_kernel out;
+    double weights[WEFT_KERNEL_MAX_WEIGHTS], fraction;
+    char text[64];
+    int64_t first[3];
+    EACH_BAD_KERNEL(0, {
+        struct weft_kernel copy = kernel;
+        REFUSED(weft_kernel_check(&logger, &kernel));
+        REFUSED(weft_kernel_normalise(&logger, &copy));
+        REFUSED(weft_kernel_make_radial(&logger, &copy));
+        REFUSED(weft_kernel_make_prefiltered(&logger, &copy));
+        REFUSED(weft_kernel_derive(&logger, &kernel, &out));
+        weft_kernel_format(&kernel, text, sizeof text);
+        weft_kernel_weight(&kernel, 0.3);
+        weft_kernel_derivative(&kernel, 0.3);
+        weft_kernel_first_tap(&kernel, 0.3, &fraction);
+        weft_kernel_offset(&kernel);
+        weft_kernel_weights(&kernel, 0.3, weights);
+        weft_kernel_is_radial(&kernel, 3);
+        weft_kernel_weights_nd(&kernel, 3, (double[3]){0}, weights, first);
+        weft_kernel_radial_sums(&kernel, 2);
+    })
+    struct weft_kernel good = named("catmull-rom");
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        weft_kernel_weight(&good, numbers[n]);
+        weft_kernel_derivative(&good, numbers[n]);
+        weft_kernel_first_tap(&good, numbers[n], &fraction);
+        weft_kernel_weights(&good, numbers[n], weights);
+    }
+    const double *const axis[3] = {weights, weights, weights};
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        if (ints[i] < 1 || ints[i] > 3) {
+            TRUE(weft_kernel_combine(&good, ints[i], axis, weights + 16) == 0);
+            TRUE(weft_kernel_weights_nd(&good, ints[i], (double[3]){0}, weights, first) == 0);
+            TRUE(isnan(weft_kernel_radial_sums(&good, ints[i]).least));
+        }
+        weft_kernel_is_radial(&good, ints[i]);
+    }
+    weft_kernel_format(&good, text, 0);
+    REFUSED(weft_kernel_parse(&logger, "", &out));
+    REFUSED(weft_kernel_parse(&logger, "cubic:nan", &out));
+}
+
+// A user's own record: the error names the member.
+static char last_line[1024];
+
+static void keep_line(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv;
+    (void)level;
+    lines++;
+    snprintf(last_line, sizeof last_line, "%s", message);
+}
+
+static void records(void)
+{
+    static const struct weft_log keep = {.write = keep_line};
+    static const char *const members[BAD_KERNELS] = {
+        [8] = "weight", [9] = "name", [12] = "degree", [13] = "derivation"};
+    struct weft_kernel out;
+    for (int i = 7; i < BAD_KERNELS; i++) {
+        struct weft_kernel_info info = *bad_kernel(i).info;
+        info.unit_sum = i == 10;
+        info.interpolating = i == 11;
+        if (i < 14)
+            REFUSED(weft_kernel_create(&keep, &info, NULL, &out));
+        TRUE(!members[i] || strstr(last_line, members[i]));
+        TRUE(i != 10 || strstr(last_line, "unit_sum"));
+        TRUE(i != 11 || strstr(last_line, "interpolating"));
+    }
+    const struct weft_kernel_info *cubic = weft_kernel_find("cubic");
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        SURVIVED(weft_kernel_create(&keep, cubic, (double[2]){numbers[n], numbers[n]}, &out));
+    struct weft_kernel_info own = *bad_kernel(14).info;
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        own.radius = numbers[n];
+        if (!(own.radius > 0.0 && own.radius < 1.0))
+            REFUSED(weft_kernel_create(&keep, &own, NULL, &out));
+    }
+}
+
+static void tables(void)
+{
+    static const double samples[4] = {1.0, 0.5, 0.25, 0.0};
+    struct weft_kernel_table out;
+    struct weft_kernel_table_params good = {
+        .samples = samples, .count = 4, .support = 1.0, .log = &logger};
+#define CALL weft_kernel_table_init(&p, &out)
+    ANY_NUMBER(good, support, CALL);
+    BAD_ENUM(good, between, CALL);
+    SET_REFUSED(good, count, 0, CALL);
+    SET_REFUSED(good, count, SIZE_MAX, CALL);
+#undef CALL
+}
+
+static void prefilters(void)
+{
+    struct weft_prefilter good, out;
+    struct weft_prefilter_axis axis;
+    double values[WEFT_PREFILTER_MAX_WEIGHTS] = {0};
+    const struct weft_kernel spline = named("bspline3i");
+    TRUE(weft_prefilter_compute(&logger, &spline, &good) == WEFT_OK);
+    EACH_BAD_KERNEL(0, {
+        if (k == 0 || k >= 7)
+            REFUSED(weft_prefilter_compute(&logger, &kernel, &out));
+        weft_prefilter_weights(&good, &kernel, 4, 0.3, values);
+    })
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        struct weft_prefilter bad = good;
+        bad.poles = ints[i];
+        weft_prefilter_line(&bad, values, 8, 1, 0.0, NAN);
+        weft_prefilter_overlap(&bad, 1e-9);
+        weft_prefilter_taps(&bad, 4, values);
+        weft_prefilter_weights(&bad, &spline, 4, 0.3, values);
+        weft_prefilter_axis_set(&bad, &spline, 4, 0.3, INT64_MIN, INT64_MAX, &axis);
+        weft_prefilter_axis_set(&good, &spline, ints[i], 0.3, ints[i], 7, &axis);
+        if (ints[i] < 0 || ints[i] > WEFT_PREFILTER_MAX_OVERLAP) {
+            weft_prefilter_taps(&good, ints[i], values);
+            TRUE(weft_prefilter_weights(&good, &spline, ints[i], 0.3, values) == 0);
+        }
+    }
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const int overlap = weft_prefilter_overlap(&good, numbers[n]);
+        TRUE(overlap >= 0 && overlap <= WEFT_PREFILTER_MAX_OVERLAP);
+        weft_prefilter_weights(&good, &spline, 4, numbers[n], values);
+    }
+    weft_prefilter_line(&good, values, 0, PTRDIFF_MIN, NAN, NAN);
+    TRUE(!weft_prefilter_is_missing(NAN, NAN, NAN, true));
+}
+
+static double one(void *priv, const int64_t index[3])
+{
+    (void)priv;
+    (void)index;
+    return 1.0;
+}
+
+static void reference(void)
+{
+    struct weft_kernel good = named("linear");
+    EACH_BAD_KERNEL(0, weft_reference_compute(&kernel, 3, (double[3]){0}, one, NULL))
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        weft_reference_compute(&good, ints[i], (double[3]){NAN, INFINITY, 1e300}, one, NULL);
+    TRUE(isnan(weft_reference_compute(&good, 0, NULL, one, NULL).value));
+}
+
+// ---- tiles/ -------------------------------------------------------------------------------------
+
+static weft_kernel_tiles *tiles(void)
+{
+    weft_kernel_tiles *set = NULL;
+    const struct weft_kernel_tiles_params *p =
+        weft_kernel_tiles_params(.kernel = named("catmull-rom"), .samples = 4, .log = &logger);
+    if (weft_kernel_tiles_create(p, &set) != WEFT_OK)
+        exit(1);
+    return set;
+}
+
+static enum weft_result make_tiles(const struct weft_kernel_tiles_params *p)
+{
+    weft_kernel_tiles *set = NULL;
+    const enum weft_result res = weft_kernel_tiles_create(p, &set);
+    weft_kernel_tiles_destroy(&set);
+    return res;
+}
+
+static void tile_sets(void)
+{
+    struct weft_kernel_tiles_params good = {
+        .kernel = named("linear"), .samples = 4, .log = &logger, .memory_bytes = 1 << 24};
+#define CALL make_tiles(&p)
+    KERNELS_REFUSED(good, 0, CALL);
+    ANY_INT(good, dims, CALL);
+    ANY_INT(good, samples, CALL);
+    ANY_INT(good, bits, CALL);
+    ANY_INT(good, derivative, CALL);
+    ANY_NUMBER(good, max_scale, CALL);
+    BAD_ENUM(good, format, CALL);
+    BAD_ENUM(good, rounding, CALL);
+    BAD_ENUM(good, placement, CALL);
+    BAD_ENUM(good, signs, CALL);
+    BAD_ENUM(good, scaling, CALL);
+#undef CALL
+    weft_kernel_tiles_destroy(NULL);
+    weft_kernel_tiles *none = NULL;
+    weft_kernel_tiles_destroy(&none);
+}
+
+static void tile_questions(void)
+{
+    weft_kernel_tiles *set = tiles();
+    const int origin[3] = {0};
+    struct weft_tile_group group;
+    weft_kernel_tiles_get_info(set);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const int bad = ints[i], at[3] = {bad, bad, bad};
+        if (bad >= 0 && bad < 4)
+            continue;
+        TRUE(!weft_kernel_tiles_get(set, bad) || bad == 1);
+        TRUE(weft_kernel_tiles_find(set, at, WEFT_TILE_WHOLE) == -1);
+        TRUE(weft_kernel_tiles_find(set, origin, (enum weft_tile_part)bad) == -1);
+        TRUE(isnan(weft_kernel_tiles_position(set, bad)));
+        TRUE(isnan(weft_kernel_tiles_value(set, bad, origin)));
+        TRUE(isnan(weft_kernel_tiles_value(set, 0, at)));
+        TRUE(weft_kernel_tiles_integer(set, bad, origin) == 0);
+        TRUE(weft_kernel_tiles_integer(set, 0, at) == 0);
+        TRUE(isnan(weft_kernel_tiles_exact(set, at, origin)));
+        TRUE(isnan(weft_kernel_tiles_exact(set, origin, at)));
+        REFUSED(weft_kernel_tiles_split(set, bad, NAN));
+        if (bad != -1)
+            REFUSED(weft_tile_group_create(set, (int[4]){bad, 0, 0, 0}, &group));
+        SURVIVED(weft_tile_group_create_taps(set, (int[4][3]){{bad, bad, bad}},
+                                             (enum weft_tile_part)bad, &group));
+        TRUE(isnan(weft_tile_group_value(set, &group, bad, origin)));
+        TRUE(isnan(weft_tile_group_value(set, &group, 0, at)));
+        weft_tile_group_destroy(&group);
+    }
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        SURVIVED(weft_kernel_tiles_split(set, 0, numbers[n]));
+    weft_tile_group_destroy(NULL);
+    weft_kernel_tiles_destroy(&set);
+}
+
+static void layouts(void)
+{
+    enum weft_layout layout;
+    enum weft_context_kind kind;
+    struct weft_profile profile;
+    struct weft_cost_model model;
+    REFUSED(weft_layout_parse(&logger, "", &layout));
+    REFUSED(weft_context_kind_parse(&logger, "", &kind));
+    REFUSED(weft_profile_parse(&logger, "", &profile));
+    REFUSED(weft_profile_parse(&logger, "bits=1e99", &profile));
+    REFUSED(weft_cost_parse(&logger, "voxel nan", &model));
+}
+
+static const float voxels[4 * 4 * 4] = {1.0f, 2.0f, 3.0f};
+
+static weft_volume *volume(void)
+{
+    weft_volume *v = NULL;
+    const struct weft_volume_params *p =
+        weft_volume_params(.size = {4, 4, 4}, .data = voxels, .log = &logger);
+    if (weft_volume_create(p, &v) != WEFT_OK)
+        exit(1);
+    return v;
+}
+
+static enum weft_result make_volume(const struct weft_volume_params *p)
+{
+    weft_volume *v = NULL;
+    const enum weft_result res = weft_volume_create(p, &v);
+    weft_volume_destroy(&v);
+    return res;
+}
+
+static enum weft_result make_bricks(const struct weft_volume_bricks_params *p)
+{
+    weft_volume *v = NULL;
+    const enum weft_result res = weft_volume_create_bricks(p, &v);
+    weft_volume_destroy(&v);
+    return res;
+}
+
+static void volumes(void)
+{
+    struct weft_volume_params good = {.size = {4, 4, 4}, .data = voxels, .log = &logger};
+    for (int a = 0; a < 3; a++) {
+        SET_REFUSED(good, size[a], 0, make_volume(&p));
+        SET_REFUSED(good, size[a], INT_MIN, make_volume(&p));
+        SET_REFUSED(good, size[a], INT_MAX, make_volume(&p));
+        ANY_INT(good, origin[a], make_volume(&p));
+        ANY_NUMBER(good, index_to_world[a][a], make_volume(&p));
+    }
+    ANY_NUMBER(good, background, make_volume(&p));
+
+    static const float values[512];
+    static int32_t origins[2][3];
+    static struct weft_volume_tile tile[1];
+    struct weft_volume_bricks_params bricks = {.brick_count = 1,
+                                               .brick_origin = (const int32_t(*)[3])origins,
+                                               .brick_values = values,
+                                               .tile_count = 0,
+                                               .tiles = tile,
+                                               .log = &logger};
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        origins[0][0] = ints[i];
+        SURVIVED(make_bricks(&bricks));
+        tile[0] = (struct weft_volume_tile){.size = ints[i]};
+        struct weft_volume_bricks_params p = {.tile_count = 1, .tiles = tile, .log = &logger};
+        SURVIVED(make_bricks(&p));
+        tile[0] = (struct weft_volume_tile){.size = 128, .origin = {ints[i], 0, 0}};
+        SURVIVED(make_bricks(&p));
+    }
+    origins[0][0] = 3; // no multiple of 8
+    REFUSED(make_bricks(&bricks));
+    ANY_NUMBER(bricks, index_to_world[0][1], make_bricks(&p));
+    weft_volume_destroy(NULL);
+}
+
+static void volume_files(void)
+{
+    weft_volume *out = NULL, *v = volume();
+    struct weft_volume_list list = {0};
+    const struct weft_volume_open_params missing = {.path = "/nonexistent", .log = &logger};
+    const struct weft_volume_save_params nowhere = {.path = "/nonexistent/x.vdb", .log = &logger};
+    REFUSED(weft_volume_open(&missing, &out));
+    REFUSED(weft_volume_list_load(&missing, &list));
+    REFUSED(weft_volume_save(v, &nowhere));
+    weft_volume_list_clear(&list);
+    weft_volume_list_clear(NULL);
+    REFUSED(weft_file_save(&logger, "/nonexistent/x", false, "", 0));
+    REFUSED(weft_file_save(&logger, "", false, NULL, 0));
+    weft_unfinished_discard();
+    weft_volume_get_info(v);
+    weft_volume_destroy(&v);
+}
+
+static enum weft_result prefilter_volume(weft_volume *v, const struct weft_kernel *kernel)
+{
+    weft_volume *out = NULL;
+    const enum weft_result res = weft_volume_prefilter(v, kernel, &logger, &out);
+    weft_volume_destroy(&out);
+    return res;
+}
+
+static enum weft_result find_bricks(weft_volume *v, const struct weft_region *region)
+{
+    struct weft_brick_list list = {0};
+    const enum weft_result res = weft_volume_find(v, region, &list);
+    weft_brick_list_clear(&list);
+    return res;
+}
+
+static void volume_voxels(void)
+{
+    weft_volume *v = volume();
+    float values[2 * 512];
+    EACH_BAD_KERNEL(0, REFUSED(prefilter_volume(v, &kernel)))
+    struct weft_region good = {.min = {0, 0, 0}, .max = {3, 3, 3}};
+#define CALL find_bricks(v, &p)
+    SET_REFUSED(good, slab_count, 99, CALL);
+    SET_REFUSED(good, slab_count, -1, CALL);
+    SET_REFUSED(good, slab_count, INT_MAX, CALL);
+    ANY_INT(good, min[0], CALL);
+    ANY_INT(good, max[1], CALL);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        struct weft_region p = good;
+        p.slab_count = 1;
+        p.slab[0] = (struct weft_slab){.normal = {numbers[n], 0, 0}, .upper = numbers[n]};
+        SURVIVED(CALL);
+    }
+#undef CALL
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const int32_t origin[1][3] = {{ints[i], 0, 0}};
+        SURVIVED(weft_volume_read(v, 1, origin, values));
+    }
+    SURVIVED(weft_volume_read(v, 0, NULL, NULL));
+    weft_brick_list_clear(NULL);
+    weft_volume_destroy(&v);
+}
+
+static void images(void)
+{
+    static float plane[4];
+    struct weft_image out = {0};
+    struct weft_image_channel channel = {.name = "Y", .plane = plane};
+    const struct weft_image_save_params null_device = {.path = "/dev/null", .log = &logger};
+    const struct weft_image_load_params missing = {.path = "/nonexistent", .log = &logger};
+    struct weft_image good = {.width = 2, .height = 2, .channel_count = 1, .channels = &channel};
+#define CALL weft_image_save(&p, &null_device)
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, width, INT_MIN, CALL);
+    SET_REFUSED(good, height, -1, CALL);
+    SET_REFUSED(good, channel_count, 0, CALL);
+    ANY_INT(good, x, CALL);
+    ANY_INT(good, y, CALL);
+    ANY_INT(good, display_max[0], CALL);
+    ANY_INT(good, display_min[1], CALL);
+#undef CALL
+    memset(channel.name, 'x', sizeof channel.name); // without an end
+    SURVIVED(weft_image_save(&good, &null_device));
+    memset(channel.name, 0, sizeof channel.name);
+    SURVIVED(weft_image_save(&good, &null_device));
+    REFUSED(weft_image_load(&missing, &out));
+    weft_image_clear(&out);
+    weft_image_clear(NULL);
+}
+
+static void previews(void)
+{
+    static const float plane[4];
+    struct weft_preview_params good = {
+        .path = "/dev/null", .width = 2, .height = 2, .plane = plane, .log = &logger};
+#define CALL weft_preview_save(&p, NULL)
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, width, -1, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+    ANY_NUMBER(good, low, CALL);
+    ANY_NUMBER(good, high, CALL);
+#undef CALL
+}
+
+static void kernel_files(void)
+{
+    struct weft_kernel kernel;
+    weft_kernel_file *file = NULL;
+    REFUSED(weft_kernel_load(&logger, "table:/nonexistent", &kernel, &file));
+    REFUSED(weft_kernel_load(&logger, "table:", &kernel, &file));
+    weft_kernel_file_destroy(&file);
+    weft_kernel_file_destroy(NULL);
+}
+
+// ---- passes/: what plans ------------------------------------------------------------------------
+
+static enum weft_result make_tree(const struct weft_tree_params *p)
+{
+    weft_tree *tree = NULL;
+    const enum weft_result res = weft_tree_create(p, &tree);
+    weft_tree_destroy(&tree);
+    return res;
+}
+
+static void trees(void)
+{
+    struct weft_tree_params good = {.leaf_count = 3, .log = &logger};
+    const struct weft_tree_source nothing = {.fill = NULL};
+    uint16_t code;
+    weft_tree *tree = NULL;
+    ANY_INT(good, leaf_count, make_tree(&p));
+    ANY_INT(good, branching, make_tree(&p));
+    ANY_INT(good, level_branching[0], make_tree(&p));
+    ANY_INT(good, level_branching[15], make_tree(&p));
+    static const uint32_t weights[3] = {0, UINT32_MAX, UINT32_MAX};
+    SET_REFUSED(good, weight, weights, make_tree(&p));
+    static const double errors_lsb[3] = {NAN, INFINITY, -1.0};
+    SURVIVED(make_tree(
+        &(struct weft_tree_params){.leaf_count = 3, .leaf_error_lsb = errors_lsb, .log = &logger}));
+    TRUE(weft_tree_create(&good, &tree) == WEFT_OK);
+    TRUE(weft_tree_get_info(tree)->leaf_count == 3);
+    REFUSED(weft_tree_run_codes(tree, &nothing, 1, &code));
+    weft_tree_destroy(&tree);
+    weft_tree_destroy(NULL);
+}
+
+static enum weft_result make_plan(const struct weft_plan_params *p)
+{
+    weft_plan *plan = NULL;
+    const enum weft_result res = weft_plan_create(p, &plan);
+    weft_plan_destroy(&plan);
+    return res;
+}
+
+static void plans(void)
+{
+    struct weft_plan_params good = {.samples = 8, .log = &logger, .memory_bytes = 1 << 24};
+#define CALL make_plan(&p)
+    KERNELS_REFUSED(good, 1, CALL);
+    ANY_INT(good, dims, CALL);
+    ANY_INT(good, derivative, CALL);
+    ANY_INT(good, taps_per_pass, CALL);
+    ANY_INT(good, samples, CALL);
+    ANY_INT(good, bits, CALL);
+    ANY_INT(good, channels, CALL);
+    BAD_ENUM(good, technique, CALL);
+    BAD_ENUM(good, worst_case, CALL);
+    BAD_ENUM(good, order, CALL);
+    struct weft_plan_params own = good;
+    own.profile = *weft_profile_find("radeon8500");
+    BAD_ENUM(own, profile.target, CALL);
+    ANY_INT(own, profile.internal_bits, CALL);
+    ANY_INT(own, profile.taps_per_pass, CALL);
+    ANY_INT(own, profile.dot_width, CALL);
+    ANY_INT(own, profile.max_scale, CALL);
+    ANY_NUMBER(own, profile.internal_range, CALL);
+    struct weft_plan_params endless = own;
+    memset(endless.profile.name, 'x', sizeof endless.profile.name);
+    REFUSED(make_plan(&endless));
+    struct weft_plan_step steps[1] = {{{0}, WEFT_TILE_WHOLE, 0}};
+    const struct weft_plan_split splits[1] = {
+        {{{99, -1, INT_MAX}, (enum weft_tile_part)77, -5}, NAN}};
+    struct weft_plan_params given = good;
+    given.order = WEFT_ORDER_GIVEN;
+    given.steps = steps;
+    given.step_count = 1;
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        steps[0] = (struct weft_plan_step){{ints[i], 0, 0}, WEFT_TILE_WHOLE, ints[i]};
+        SURVIVED(make_plan(&given));
+    }
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        steps[0].part = (enum weft_tile_part)bad_enums[i];
+        REFUSED(make_plan(&given));
+    }
+    struct weft_plan_params split = good;
+    split.splits = splits;
+    split.split_count = 1;
+    REFUSED(make_plan(&split));
+#undef CALL
+    weft_plan_destroy(NULL);
+}
+
+static weft_plan *plan(int dims)
+{
+    weft_plan *made = NULL;
+    const struct weft_plan_params *p =
+        weft_plan_params(.kernel = named("linear"), .dims = dims, .samples = 8, .log = &logger);
+    if (weft_plan_create(p, &made) != WEFT_OK)
+        exit(1);
+    return made;
+}
+
+static void plan_questions(void)
+{
+    weft_plan *made = plan(2);
+    TRUE(weft_plan_get_info(made)->tile_count > 0);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        weft_plan_tile_step(made, ints[i]);
+    weft_plan_destroy(&made);
+}
+
+static void profiles(void)
+{
+    struct weft_profile bad = {0};
+    REFUSED(weft_profile_check(&logger, &bad));
+    bad = *weft_profile_find("unorm8");
+    TRUE(weft_profile_check(&logger, &bad) == WEFT_OK);
+    bad.target = (enum weft_target_format)77;
+    REFUSED(weft_profile_check(&logger, &bad));
+}
+
+static void ranges(void)
+{
+    weft_plan *made = plan(2);
+    struct weft_pass_list good = *weft_plan_get_info(made)->passes;
+    struct weft_range_report report;
+#define CALL weft_range_simulate(&logger, &p, WEFT_WORST_CONSTANT, NULL, NULL, &report)
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
+        REFUSED(weft_range_simulate(&logger, &good, (enum weft_worst_case)bad_enums[i], NULL, NULL,
+                                    &report));
+    BAD_ENUM(good, target, CALL);
+    ANY_INT(good, dims, CALL);
+    ANY_INT(good, dot_width, CALL);
+    ANY_INT(good, extra_bits, CALL);
+    ANY_INT(good, result, CALL);
+    ANY_NUMBER(good, range, CALL);
+    ANY_NUMBER(good, result_scale, CALL);
+    SET_REFUSED(good, slot_count, -1, CALL);
+    SET_REFUSED(good, slot_count, 0, CALL);
+    SET_REFUSED(good, pass_count, -1, CALL);
+    struct weft_pass pass = good.passes[0];
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        struct weft_pass_list p = good;
+        p.passes = &pass;
+        p.pass_count = 1;
+#define MEMBER(member)                                                                             \
+    pass = good.passes[0];                                                                         \
+    pass.member = (__typeof__(pass.member))ints[i];                                                \
+    SURVIVED(CALL)
+        MEMBER(kind);
+        MEMBER(target);
+        MEMBER(initial);
+        MEMBER(part);
+        MEMBER(bias);
+        MEMBER(divisor);
+        MEMBER(group_first);
+        MEMBER(group_count);
+        MEMBER(input_count);
+        pass = (struct weft_pass){.kind = WEFT_PASS_COMBINE,
+                                  .input_count = 1,
+                                  .denominator = ints[i],
+                                  .input = {ints[i]},
+                                  .numerator = {ints[i]}};
+        SURVIVED(CALL);
+#undef MEMBER
+    }
+#undef CALL
+    weft_plan_destroy(&made);
+}
+
+// ---- passes/: slices ----------------------------------------------------------------------------
+
+static enum weft_result make_slice(weft_volume *v, const struct weft_slice_params *p)
+{
+    weft_slice_plan *made = NULL;
+    const enum weft_result res = weft_slice_plan_create(v, p, &made);
+    weft_slice_plan_destroy(&made);
+    return res;
+}
+
+static struct weft_slice_params slice_params(weft_volume *v)
+{
+    struct weft_slice_params p = {.space = WEFT_SPACE_INDEX, .log = &logger};
+    if (weft_slice_axis_geometry(&logger, v, p.space, 2, 1.5, 4, 4, &p.geometry) != WEFT_OK)
+        exit(1);
+    return p;
+}
+
+static void slice_geometry(void)
+{
+    weft_volume *v = volume();
+    struct weft_slice_geometry good = slice_params(v).geometry;
+    struct weft_slice_geometry out;
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        const enum weft_space bad = (enum weft_space)bad_enums[i];
+        struct weft_slice_geometry copy = good;
+        REFUSED(weft_slice_size_compute(&logger, v, bad, &copy));
+        REFUSED(weft_slice_axis_geometry(&logger, v, bad, 0, 0.0, 4, 4, &out));
+        REFUSED(
+            weft_slice_axis_geometry(&logger, v, WEFT_SPACE_INDEX, bad_enums[i], 0.0, 4, 4, &out));
+    }
+#define CALL weft_slice_size_compute(&logger, v, WEFT_SPACE_WORLD, &p)
+    ANY_INT(good, width, CALL);
+    ANY_INT(good, height, CALL);
+    ANY_NUMBER(good, u[0], CALL);
+    ANY_NUMBER(good, v[1], CALL);
+    SET_REFUSED(good, u[0], NAN, CALL);
+#undef CALL
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        SURVIVED(weft_slice_axis_geometry(&logger, v, WEFT_SPACE_WORLD, 1, numbers[n], 4, 0, &out));
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        SURVIVED(
+            weft_slice_axis_geometry(&logger, v, WEFT_SPACE_WORLD, 1, 0.0, ints[i], ints[i], &out));
+    weft_volume_destroy(&v);
+}
+
+static void slices(void)
+{
+    weft_volume *v = volume();
+    struct weft_slice_params good = slice_params(v);
+#define CALL make_slice(v, &p)
+    KERNELS_REFUSED(good, 1, CALL);
+    BAD_ENUM(good, space, CALL);
+    BAD_ENUM(good, layout, CALL);
+    BAD_ENUM(good, source, CALL);
+    BAD_ENUM(good, lookup, CALL);
+    SET_REFUSED(good, without, 1u << 31, CALL);
+    SET_REFUSED(good, geometry.width, -1, CALL);
+    SET_REFUSED(good, geometry.width, INT_MAX, CALL);
+    SET_REFUSED(good, geometry.height, INT_MIN, CALL);
+    for (int a = 0; a < 3; a++) {
+        ANY_NUMBER(good, geometry.origin[a], CALL);
+        ANY_NUMBER(good, geometry.u[a], CALL);
+        ANY_NUMBER(good, geometry.v[a], CALL);
+    }
+    ANY_NUMBER(good, smooth_error, CALL);
+    ANY_INT(good, memory_bytes, CALL);
+    ANY_INT(good, max_target_size, CALL);
+    ANY_INT(good, max_buffer_texels, CALL);
+    struct weft_slice_params sampled = good;
+    sampled.lookup = WEFT_LOOKUP_LINEAR;
+    sampled.source = WEFT_SOURCE_UNORM8;
+    sampled.high = 1.0;
+    ANY_INT(sampled, samples, CALL);
+    ANY_NUMBER(sampled, low, CALL);
+    ANY_NUMBER(sampled, high, CALL);
+#undef CALL
+    weft_slice_plan_destroy(NULL);
+    weft_volume_destroy(&v);
+}
+
+static enum weft_result make_way(weft_volume *v, const struct weft_way_params *p)
+{
+    weft_way_plan *made = NULL;
+    const enum weft_result res = weft_way_plan_create(v, p, &made);
+    weft_way_plan_destroy(&made);
+    return res;
+}
+
+static void ways(void)
+{
+    weft_volume *v = volume();
+    struct weft_way_params good = {.way = {.layout = WEFT_LAYOUT_PLAIN},
+                                   .slice = slice_params(v),
+                                   .measure = {.low = 0.0, .high = 3.0, .voxels = 64}};
+    char text[96];
+    good.slice.memory_bytes = 1 << 22; // or sets of 99^3 samples would be made
+#define CALL make_way(v, &p)
+    BAD_ENUM(good, way.method, CALL);
+    BAD_ENUM(good, way.layout, CALL);
+    BAD_ENUM(good, way.source, CALL);
+    BAD_ENUM(good, way.lookup, CALL);
+    BAD_ENUM(good, way.technique, CALL);
+    ANY_NUMBER(good, measure.low, CALL);
+    ANY_NUMBER(good, measure.difference[0], CALL);
+    good.way.method = WEFT_METHOD_PASSES;
+    good.way.profile = *weft_profile_find("unorm8");
+    good.way.samples = 8;
+    ANY_INT(good, way.samples, CALL);
+    ANY_INT(good, way.bits, CALL);
+    BAD_ENUM(good, way.profile.target, CALL);
+#undef CALL
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        const int bad = bad_enums[i];
+        const struct weft_way way = {.method = (enum weft_method)bad,
+                                     .layout = (enum weft_layout)bad,
+                                     .source = (enum weft_source_format)bad,
+                                     .lookup = (enum weft_lookup)bad,
+                                     .technique = (enum weft_technique)bad};
+        weft_way_format(&way, text, sizeof text);
+        struct weft_way fused = way;
+        fused.method = WEFT_METHOD_FUSED;
+        weft_way_format(&fused, text, sizeof text);
+    }
+    struct weft_way *list = NULL;
+    size_t count;
+    SURVIVED(weft_way_list(&logger, &list, &count));
+    free(list);
+    weft_way_plan_destroy(NULL);
+    weft_volume_destroy(&v);
+}
+
+static void choices(void)
+{
+    weft_volume *v = volume();
+    struct weft_choice choice = {0};
+    struct weft_choose_params good = {.slice = slice_params(v), .max_error = 0.1};
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        if (numbers[n] >= 0.0 && numbers[n] < 1.0)
+            continue;
+        struct weft_choose_params p = good;
+        p.max_error = numbers[n];
+        if (!(numbers[n] >= 0.0))
+            REFUSED(weft_choose(v, &p, &choice));
+    }
+    struct weft_choose_params p = good;
+    p.slice.layout = (enum weft_layout)99;
+    REFUSED(weft_choose(v, &p, &choice));
+    weft_choice_clear(&choice);
+    weft_choice_clear(NULL);
+    weft_volume_destroy(&v);
+}
+
+static void costs(void)
+{
+    struct weft_cost_model model = weft_cost_default;
+    free(weft_cost_format(&model));
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        const int bad = bad_enums[i];
+        for (int method = 0; method < 3; method++) {
+            const struct weft_cost_work work = {.method = (enum weft_method)method,
+                                                .layout = (enum weft_layout)bad,
+                                                .source = (enum weft_source_format)bad,
+                                                .target = (enum weft_target_format)bad};
+            TRUE(isnan(weft_cost_of(&model, &work)));
+        }
+        TRUE(
+            isnan(weft_cost_of(&model, &(struct weft_cost_work){.method = (enum weft_method)bad})));
+    }
+    TRUE(isfinite(weft_cost_of(&model, &(struct weft_cost_work){.method = WEFT_METHOD_FUSED})));
+    memset(model.renderer, 'x', sizeof model.renderer); // without an end
+    free(weft_cost_format(&model));
+}
+
+static void summaries(void)
+{
+    const struct weft_slice_passes_report report = {.minimum = NAN};
+    TRUE(weft_slice_passes_summary(&report).not_finite == 0);
+}
+
+// ---- passes/: what runs, on GL where that is to be had
+// -------------------------------------------
+
+static void contexts(void)
+{
+    weft_context *context = NULL;
+    struct weft_context_params good = {.log = &logger};
+    BAD_ENUM(good, kind, weft_context_create(&p, &context));
+    weft_context_destroy(&context);
+    weft_context_destroy(NULL);
+}
+
+static weft_context *open_context(void)
+{
+    weft_context *context = NULL;
+    if (weft_context_create(&(struct weft_context_params){0}, &context) != WEFT_OK)
+        exit(SKIPPED);
+    weft_context_get_info(context);
+    return context;
+}
+
+static void convolutions(weft_context *context)
+{
+    weft_plan *made = plan(2);
+    float out[16];
+    const struct weft_samples samples = {.size = {8, 8, 1}, .plane = {voxels}};
+    const struct weft_pixel_grid grid = {
+        .width = 4, .height = 4, .du = {1.0, 0.0, 0.0}, .dv = {0.0, 1.0, 0.0}};
+    struct weft_samples s = samples;
+    struct weft_pixel_grid g = grid;
+    struct weft_convolve_params params = {
+        .plan = made, .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
+    struct weft_convolve_error error;
+#define RUN (context ? weft_convolve_run(context, &params, NULL) : weft_emulate_run(&params, NULL))
+#define EACH(target, good, list, what)                                                             \
+    for (size_t i = 0; i < WEFT_COUNT(list); i++) {                                                \
+        target = list[i];                                                                          \
+        what(RUN);                                                                                 \
+        if (!context)                                                                              \
+            what(weft_convolve_verify(&params, &error));                                           \
+        s = samples;                                                                               \
+        g = grid;                                                                                  \
+    }
+    static const int bad_sizes[] = {INT_MIN, -1, 0};
+    EACH(s.size[0], samples, bad_sizes, REFUSED)
+    EACH(s.size[2], samples, bad_sizes, REFUSED)
+    EACH(g.width, grid, bad_sizes, REFUSED)
+    EACH(g.height, grid, bad_sizes, REFUSED)
+    EACH(s.low, samples, numbers, SURVIVED)
+    EACH(s.high, samples, numbers, SURVIVED)
+    EACH(g.origin[0], grid, numbers, SURVIVED)
+    EACH(g.du[1], grid, numbers, SURVIVED)
+#undef EACH
+#undef RUN
+    weft_plan_destroy(&made);
+}
+
+static void emulations(void)
+{
+    convolutions(NULL);
+}
+
+static void convolutions_on_gl(void)
+{
+    weft_context *context = open_context();
+    convolutions(context);
+    weft_context_destroy(&context);
+}
+
+static void separable(void)
+{
+    weft_context *context = open_context();
+    float out[16];
+    static double at[4] = {0.0, 1.0, 2.0, 3.0};
+    struct weft_separable_error error;
+    struct weft_separable_params good = {.size = {4, 4},
+                                         .samples = voxels,
+                                         .width = 4,
+                                         .height = 4,
+                                         .x = at,
+                                         .y = at,
+                                         .pixels = out,
+                                         .log = &logger};
+#define CALL weft_separable_run(context, &p, NULL)
+    KERNELS_REFUSED(good, 1, CALL);
+    SET_REFUSED(good, size[0], 0, CALL);
+    SET_REFUSED(good, size[1], INT_MIN, CALL);
+    SET_REFUSED(good, size[1], INT_MAX, CALL);
+    SET_REFUSED(good, width, -1, CALL);
+    SET_REFUSED(good, height, 0, CALL);
+    SET_REFUSED(good, stride, -1, CALL);
+    SET_REFUSED(good, stride, 3, CALL);
+    SURVIVED(weft_separable_run(context,
+                                &(struct weft_separable_params){.size = {4, 4},
+                                                                .samples = voxels,
+                                                                .width = 4,
+                                                                .height = 4,
+                                                                .x = at,
+                                                                .y = at,
+                                                                .pixels = out,
+                                                                .memory_bytes = 1,
+                                                                .log = &logger},
+                                NULL));
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        at[2] = numbers[n];
+        SURVIVED(weft_separable_run(context, &good, NULL));
+        SURVIVED(weft_separable_verify(&good, 0.0, &error));
+        at[2] = 2.0;
+        SURVIVED(weft_separable_verify(&good, numbers[n], &error));
+    }
+#undef CALL
+    EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_separable_error_bound(&kernel))
+    weft_context_destroy(&context);
+}
+
+static void tile_errors(void)
+{
+    weft_context *context = open_context();
+    weft_kernel_tiles *set = tiles();
+    struct weft_tile_error out;
+    struct weft_tile_error_params good = {.tiles = set, .locations = 8, .log = &logger};
+    BAD_ENUM(good, lookup, weft_tile_error_measure(context, &p, &out));
+    BAD_ENUM(good, lookup, weft_tile_error_model(&p, &out));
+    SET_REFUSED(good, locations, -1, weft_tile_error_measure(context, &p, &out));
+    SET_REFUSED(good, locations, INT_MAX, weft_tile_error_model(&p, &out));
+    weft_kernel_tiles_destroy(&set);
+    weft_context_destroy(&context);
+}
+
+static void slice_runs(void)
+{
+    weft_context *context = open_context();
+    weft_volume *v = volume();
+    weft_slice_plan *slice = NULL;
+    struct weft_slice_params params = slice_params(v);
+    float out[16];
+    struct weft_slice_measure measure;
+    struct weft_slice_error error;
+    TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
+    TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
+    SURVIVED(weft_slice_measure(slice, v, NULL, &measure));
+    SURVIVED(weft_slice_run(context, slice, v, out, NULL, NULL));
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        SURVIVED(weft_slice_verify(
+            slice, v, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
+
+    weft_plan *flat = plan(2), *deep = plan(3);
+    struct weft_slice_passes_params good = {
+        .slice = slice, .plan = deep, .volume = v, .pixels = out, .log = &logger};
+#define CALL weft_slice_passes_run(NULL, &p, NULL)
+    SET_REFUSED(good, plan, flat, CALL);
+    SET_REFUSED(good, plan, deep, CALL); // another kernel than the slice's
+    SET_REFUSED(good, pixels, NULL, CALL);
+    SET_REFUSED(good, low, INFINITY, CALL);
+#undef CALL
+    weft_plan_destroy(&flat);
+    weft_plan_destroy(&deep);
+    weft_slice_plan_destroy(&slice);
+    weft_volume_destroy(&v);
+    weft_context_destroy(&context);
+}
+
+static void way_runs(void)
+{
+    weft_context *context = open_context();
+    weft_volume *v = volume();
+    weft_way_plan *way = NULL;
+    float out[16];
+    struct weft_way_params params = {
+        .way = {.layout = WEFT_LAYOUT_PLAIN}, .slice = slice_params(v), .measure = {.high = 3.0}};
+    TRUE(weft_way_plan_create(v, &params, &way) == WEFT_OK);
+    TRUE(weft_way_plan_get_info(way)->name[0] && weft_way_plan_get_slice(way));
+    TRUE(!weft_way_plan_get_passes(way));
+    SURVIVED(weft_way_run(context, way, v, out, NULL, NULL));
+    struct weft_cost_model model = weft_cost_default;
+    model.pixel = NAN;
+    weft_cost_predict(&model, way);
+    weft_way_plan_destroy(&way);
+    weft_volume_destroy(&v);
+    weft_context_destroy(&context);
+}
+
+static bool stop(void *priv, double fraction)
+{
+    (void)priv;
+    (void)fraction;
+    return false;
+}
+
+static void calibrations(void)
+{
+    weft_context *context = open_context();
+    struct weft_cost_model model;
+    const struct weft_progress at_once = {.report = stop};
+    TRUE(weft_cost_calibrate(&logger, context, &at_once, &model) == WEFT_ERR_CANCELLED);
+    weft_context_destroy(&context);
+}
+
+static void stability(void)
+{
+    struct weft_stability_result result;
+    struct weft_stability_params params = {.data_folder = "/nonexistent", .log = &logger};
+    SURVIVED(weft_stability_run(weft_stability_find("order-2d"), &params, &result));
+}
+
+// ---- the table ----------------------------------------------------------------------------------
+
+static const struct {
+    void (*run)(void);
+    const char *functions[20]; // that it calls, NULL-ended
+} cases[] = {
+#define F(name) "weft_" #name
+    {analysis,
+     {F(analysis_taylor), F(analysis_moment), F(analysis_order), F(analysis_response),
+      F(analysis_metrics), F(analysis_overshoot), F(analysis_curvature)}},
+    {texts,
+     {F(result_text), F(version), F(text_clean), F(text_skip_mark), F(target_name), F(target_bits),
+      F(target_one), F(stability_verdict_text), F(layout_name), F(source_format_name),
+      F(source_format_bytes), F(source_format_error)}},
+    {find,
+     {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
+      F(colour_map_find)}},
+    {errors,
+     {F(error_kernel_compute), F(error_e1), F(error_e2), F(error_e3), F(error_e3_arithmetic)}},
+    {fixed,
+     {F(fixed_quantise), F(fixed_value), F(fixed_multiply), F(fixed_clamp), F(fixed_quantise_error),
+      F(fixed_multiply_error)}},
+    {kernels,
+     {F(kernel_check), F(kernel_normalise), F(kernel_make_radial), F(kernel_make_prefiltered),
+      F(kernel_derive), F(kernel_format), F(kernel_weight), F(kernel_derivative),
+      F(kernel_first_tap), F(kernel_offset), F(kernel_weights), F(kernel_is_radial),
+      F(kernel_weights_nd), F(kernel_radial_sums), F(kernel_combine), F(kernel_parse)}},
+    {records, {F(kernel_create)}},
+    {tables, {F(kernel_table_init)}},
+    {prefilters,
+     {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
+      F(prefilter_is_missing), F(prefilter_axis_set), F(prefilter_weights)}},
+    {reference, {F(reference_compute)}},
+    {tile_sets, {F(kernel_tiles_create), F(kernel_tiles_destroy)}},
+    {tile_questions,
+     {F(kernel_tiles_get_info), F(kernel_tiles_get), F(kernel_tiles_find), F(kernel_tiles_position),
+      F(kernel_tiles_value), F(kernel_tiles_integer), F(kernel_tiles_exact), F(kernel_tiles_split),
+      F(tile_group_create), F(tile_group_create_taps), F(tile_group_value), F(tile_group_destroy)}},
+    {layouts, {F(layout_parse), F(context_kind_parse), F(profile_parse), F(cost_parse)}},
+    {volumes, {F(volume_create), F(volume_create_bricks), F(volume_destroy)}},
+    {volume_files,
+     {F(volume_open), F(file_save), F(unfinished_discard), F(volume_list_load),
+      F(volume_list_clear), F(volume_save), F(volume_get_info)}},
+    {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
+    {images, {F(image_save), F(image_load), F(image_clear)}},
+    {previews, {F(preview_save)}},
+    {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
+    {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
+    {plans, {F(plan_create), F(plan_destroy)}},
+    {plan_questions, {F(plan_get_info), F(plan_tile_step)}},
+    {profiles, {F(profile_check)}},
+    {ranges, {F(range_simulate)}},
+    {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
+    {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
+    {ways, {F(way_plan_create), F(way_plan_destroy), F(way_format), F(way_list)}},
+    {choices, {F(choose), F(choice_clear)}},
+    {costs, {F(cost_of), F(cost_format)}},
+    {summaries, {F(slice_passes_summary)}},
+    {contexts, {F(context_create), F(context_destroy)}},
+    {emulations, {F(emulate_run), F(convolve_verify)}},
+    {convolutions_on_gl, {F(convolve_run), F(context_get_info)}},
+    {separable, {F(separable_run), F(separable_verify), F(separable_error_bound)}},
+    {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
+    {slice_runs,
+     {F(slice_run), F(slice_verify), F(slice_measure), F(slice_plan_get_info),
+      F(slice_passes_run)}},
+    {way_runs,
+     {F(way_run), F(way_plan_get_info), F(way_plan_get_slice), F(way_plan_get_passes),
+      F(cost_predict)}},
+    {calibrations, {F(cost_calibrate)}},
+    {stability, {F(stability_run)}},
+#undef F
+};
+
+static bool is_called(const char *function)
+{
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++)
+        for (size_t f = 0; cases[i].functions[f]; f++)
+            if (strcmp(cases[i].functions[f], function) == 0)
+                return true;
+    return false;
+}
+
+static void every_function_has_a_case(void **state)
+{
+    (void)state;
+    assert_true(WEFT_COUNT(public_functions) > 100);
+    for (size_t i = 0; i < WEFT_COUNT(public_functions); i++)
+        if (!is_called(public_functions[i]))
+            fail_msg("%s has no case", public_functions[i]);
+}
+
+static void bad_values_are_refused(void **state)
+{
+    (void)state;
+    int failed = 0, skipped = 0;
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        int status = 0;
+        fflush(NULL);
+        const double started = weft_now_seconds();
+        const pid_t child = fork();
+        if (child == 0) {
+            for (int number = 1; number < NSIG; number++)
+                signal(number, SIG_DFL);
+            alarm(SECONDS);
+            cases[i].run();
+            _exit(complaints > 0 ? COMPLAINTS : 0);
+        }
+        assert_true(child > 0 && waitpid(child, &status, 0) == child);
+        if (getenv("WEFT_CALLERS_TIMES"))
+            print_message("%6.2f s %s, ...\n", weft_now_seconds() - started, cases[i].functions[0]);
+        const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        skipped += code == SKIPPED;
+        if (code == 0 || code == SKIPPED)
+            continue;
+        failed++;
+        print_error("%s, ...: %s\n", cases[i].functions[0],
+                    WIFSIGNALED(status)  ? strsignal(WTERMSIG(status))
+                    : code == COMPLAINTS ? "see above"
+                                         : "it ended");
+    }
+    if (skipped > 0)
+        print_message("[  SKIPPED ] %d cases without a GL context\n", skipped);
+    assert_int_equal(failed, 0);
+}
+
+// What is all zero but for what is required gives what the defaults written out give.
+static void zero_asks_for_the_defaults(void **state)
+{
+    (void)state;
+    static const float plane[4] = {-1.0f, 0.0f, 2.0f, 5.0f};
+    float range[2];
+    const struct weft_preview_params preview = {
+        .path = "/dev/null", .width = 4, .height = 1, .plane = plane};
+    assert_int_equal(weft_preview_save(&preview, range), WEFT_OK);
+    assert_true(range[0] == -1.0f && range[1] == 5.0f);
+
+    const struct weft_plan_params plain = {0};
+    const struct weft_plan_params *full =
+        weft_plan_params(.kernel = named("catmull-rom"), .dims = 2,
+                         .profile = *weft_profile_find("unorm8"), .samples = 64, .bits = 8,
+                         .channels = 1, .memory_bytes = UINT64_C(1) << 30);
+    weft_plan *a = NULL, *b = NULL;
+    assert_int_equal(weft_plan_create(&plain, &a), WEFT_OK);
+    assert_int_equal(weft_plan_create(full, &b), WEFT_OK);
+    assert_int_equal(weft_plan_get_info(a)->fetches, weft_plan_get_info(b)->fetches);
+    assert_true(weft_plan_get_info(a)->error.bound == weft_plan_get_info(b)->error.bound);
+    weft_plan_destroy(&a);
+    weft_plan_destroy(&b);
+
+    weft_kernel_tiles *set = NULL;
+    const struct weft_kernel_tiles_params set_params = {.kernel = named("catmull-rom")};
+    assert_int_equal(weft_kernel_tiles_create(&set_params, &set), WEFT_OK);
+    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
+    assert_true(info->dims == 2 && info->samples == 64 && info->bits == 8 && info->mirrored);
+    weft_kernel_tiles_destroy(&set);
+
+    // Of no range: that of the samples, so that the pixel of the largest is it.
+    float pixel = 0.0f;
+    weft_plan *reals = NULL;
+    const struct weft_samples samples = {.size = {4, 1, 1}, .plane = {plane}};
+    const struct weft_pixel_grid grid = {.width = 1, .height = 1, .origin = {3.0, 0.0, 0.0}};
+    assert_int_equal(weft_plan_create(weft_plan_params(.kernel = named("linear"),
+                                                       .profile = *weft_profile_find("fp32")),
+                                      &reals),
+                     WEFT_OK);
+    const struct weft_convolve_params run = {
+        .plan = reals, .samples = &samples, .grid = &grid, .pixels = {&pixel}};
+    struct weft_convolve_report report;
+    assert_int_equal(weft_emulate_run(&run, &report), WEFT_OK);
+    assert_true(report.low == -1.0 && report.high == 5.0 && report.clamped == 0);
+    weft_plan_destroy(&reals);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_function_has_a_case),
+        cmocka_unit_test(bad_values_are_refused),
+        cmocka_unit_test(zero_asks_for_the_defaults),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
