@@ -4,6 +4,7 @@ find_package(PNG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
 find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)
+pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 find_program(WEFT_GLAD glad REQUIRED)
 

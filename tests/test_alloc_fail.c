@@ -27,14 +27,15 @@ enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000 };
 static float plane[SIDE * SIDE];
 static struct weft_image_channel channels[2] = {{.name = "R", .plane = plane},
                                                 {.name = "G", .plane = plane}};
-static struct weft_metadata metadata = {"a key of more than thirty-one characters", "value"};
+static struct weft_image_attribute attribute = {"a key of more than thirty-one characters",
+                                                "string", "value", 5};
 static const struct weft_image image = {
     .width = SIDE,
     .height = SIDE,
     .channel_count = 2,
     .channels = channels,
-    .metadata_count = 1,
-    .metadata = &metadata,
+    .attribute_count = 1,
+    .attributes = &attribute,
 };
 
 static enum weft_result save_image(void)
@@ -64,6 +65,15 @@ static enum weft_result load_image(void)
     struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
     enum weft_result res = weft_image_load(&params, &loaded);
     weft_image_clear(&loaded);
+    return res;
+}
+
+static enum weft_result load_parts(void)
+{
+    struct weft_image_list list;
+    struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
+    enum weft_result res = weft_image_list_load(&params, &list);
+    weft_image_list_clear(&list);
     return res;
 }
 
@@ -263,6 +273,7 @@ static void test_load(void **state)
     struct weft_image_save_params params = {.path = test_path("in.exr"), .log = &test_log};
     assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
     run("weft_image_load", load_image);
+    run("weft_image_list_load", load_parts);
 }
 
 static void test_tiles(void **state)

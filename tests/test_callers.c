@@ -659,6 +659,7 @@ static void images(void)
     SET_REFUSED(good, width, INT_MIN, CALL);
     SET_REFUSED(good, height, -1, CALL);
     SET_REFUSED(good, channel_count, 0, CALL);
+    SET_REFUSED(good, compression, (enum weft_image_compression)99, CALL);
     ANY_INT(good, x, CALL);
     ANY_INT(good, y, CALL);
     ANY_INT(good, display_max[0], CALL);
@@ -671,6 +672,18 @@ static void images(void)
     REFUSED(weft_image_load(&missing, &out));
     weft_image_clear(&out);
     weft_image_clear(NULL);
+    struct weft_image_list list;
+    REFUSED(weft_image_list_load(&missing, &list));
+    weft_image_list_clear(&list);
+    weft_image_list_clear(NULL);
+    REFUSED(weft_image_save_parts(&good, 0, &null_device, NULL));
+    REFUSED(weft_image_save_parts(NULL, 1, &null_device, NULL));
+    const struct weft_image_attribute odd = {"a", "v2f", plane, 3};
+    char text[4];
+    assert_true(weft_image_attribute_format(&odd, text, sizeof text) > sizeof text);
+    assert_null(weft_image_find(&good, "a"));
+    assert_false(weft_image_is_writable((enum weft_image_compression)99));
+    assert_false(weft_image_is_writable((enum weft_image_compression)-1));
 }
 
 static void previews(void)
@@ -1292,7 +1305,9 @@ static const struct {
      {F(volume_open), F(file_save), F(unfinished_discard), F(volume_list_load),
       F(volume_list_clear), F(volume_save), F(volume_get_info)}},
     {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
-    {images, {F(image_save), F(image_load), F(image_clear)}},
+    {images,
+     {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
+      F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
     {previews, {F(preview_save)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},

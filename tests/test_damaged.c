@@ -132,9 +132,9 @@ static void test_good_files(void **state)
         print_message("%s: %d x %d at (%d, %d), %zu channels (%s), %s%s, %.9g to %.9g, %zu NaN, "
                       "%zu infinite\n",
                       cases[i].name, image.width, image.height, image.x, image.y,
-                      image.channel_count, image.channels[0].type, image.compression,
-                      image.tiled ? ", tiled" : "", census.low, census.high, census.nan,
-                      census.infinite);
+                      image.channel_count, weft_pixel_type_names[image.channels[0].type],
+                      weft_image_compression_names[image.compression], image.tiled ? ", tiled" : "",
+                      census.low, census.high, census.nan, census.infinite);
         assert_int_equal(census.nan > 0, cases[i].nan);
         assert_int_equal(census.infinite > 0, cases[i].infinite);
         assert_true(census.high >= cases[i].at_least);

@@ -241,50 +241,112 @@ static enum weft_result inform_vdb(const char *path, bool json)
 
 // ---- EXR ----------------------------------------------------------------------------------------
 
-static json_t *image_json(const char *path, const struct weft_image *image)
+static const char *storage_name(const struct weft_image *image)
+{
+    return image->deep    ? (image->tiled ? "deep tiled" : "deep scanline")
+           : image->tiled ? "tiled"
+                          : "scanline";
+}
+
+static json_t *channel_json(const struct weft_image_channel *channel)
+{
+    json_t *one = json_pack("{s:o,s:s}", "name", json_text(channel->name), "type",
+                            weft_pixel_type_names[channel->type]);
+    if (channel->sampling[0] != 1 || channel->sampling[1] != 1)
+        json_object_set_new(one, "sampling", json_counts(channel->sampling, 2));
+    return one;
+}
+
+static json_t *image_json(const struct weft_image *image)
 {
     json_t *channels = json_array();
     for (size_t i = 0; i < image->channel_count; i++)
-        json_array_append_new(channels,
-                              json_pack("{s:o,s:o}", "name", json_text(image->channels[i].name),
-                                        "type", json_text(image->channels[i].type)));
-    return json_pack("{s:o,s:s,s:i,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:o,s:o}", "file", json_text(path),
-                     "format", "exr", "x", image->x, "y", image->y, "width", image->width, "height",
-                     image->height, "display_min", json_counts(image->display_min, 2),
+        json_array_append_new(channels, channel_json(&image->channels[i]));
+    return json_pack("{s:o,s:i,s:i,s:i,s:i,s:o,s:o,s:s,s:b,s:b,s:o,s:o}", "name",
+                     json_text(image->name), "x", image->x, "y", image->y, "width", image->width,
+                     "height", image->height, "display_min", json_counts(image->display_min, 2),
                      "display_max", json_counts(image->display_max, 2), "compression",
-                     json_text(image->compression), "tiled", image->tiled, "channels", channels,
-                     "metadata", json_metadata(image->metadata, image->metadata_count));
+                     weft_image_compression_names[image->compression], "tiled", image->tiled,
+                     "deep", image->deep, "channels", channels, "metadata", json_attributes(image));
 }
 
-static void print_image(const char *path, const struct weft_image *image)
+// Of one part directly, as of the first of several, which are all in a list.
+static json_t *images_json(const char *path, const struct weft_image_list *list)
 {
-    report_line("%s: OpenEXR, %d x %d pixels, %zu channel%s, %s, %s compression", path,
-                image->width, image->height, image->channel_count,
-                image->channel_count == 1 ? "" : "s", image->tiled ? "tiled" : "scanline",
-                image->compression);
+    json_t *root = json_pack("{s:o,s:s}", "file", json_text(path), "format", "exr");
+    json_object_update_new(root, image_json(&list->images[0]));
+    json_t *parts = list->count > 1 ? json_array() : NULL;
+    for (size_t p = 0; parts && p < list->count; p++)
+        json_array_append_new(parts, image_json(&list->images[p]));
+    if (parts)
+        json_object_set_new(root, "parts", parts);
+    return root;
+}
+
+// Long values are cut; --json has them whole.
+static void print_attributes(const struct weft_image *image)
+{
+    for (size_t i = 0; i < image->attribute_count; i++) {
+        const struct weft_image_attribute *a = &image->attributes[i];
+        char text[200], rest[40] = "";
+        if (weft_image_attribute_format(a, text, sizeof text) >= sizeof text)
+            snprintf(rest, sizeof rest, "... (%zu bytes)", a->size);
+        report_line("  %s%s = %s%s", i ? "               " : "attributes     ", a->name, text,
+                    rest);
+    }
+}
+
+static void print_channel(const struct weft_image_channel *channel, bool first)
+{
+    char sampling[60] = "";
+    if (channel->sampling[0] != 1 || channel->sampling[1] != 1)
+        snprintf(sampling, sizeof sampling, ", subsampled %d x %d", channel->sampling[0],
+                 channel->sampling[1]);
+    report_line("  %s%s (%s%s)", first ? "channels       " : "               ", channel->name,
+                weft_pixel_type_names[channel->type], sampling);
+}
+
+static void print_image(const char *title, const struct weft_image *image)
+{
+    report_line("%s%d x %d pixels, %zu channel%s, %s, %s compression", title, image->width,
+                image->height, image->channel_count, image->channel_count == 1 ? "" : "s",
+                storage_name(image), weft_image_compression_names[image->compression]);
     for (size_t i = 0; i < image->channel_count; i++)
-        report_line("  %s%s (%s)", i ? "               " : "channels       ",
-                    image->channels[i].name, image->channels[i].type);
+        print_channel(&image->channels[i], i == 0);
     printf("  data window    (%d, %d) to (%lld, %lld)\n", image->x, image->y,
            (long long)image->x + image->width - 1, (long long)image->y + image->height - 1);
     printf("  display window (%d, %d) to (%d, %d)\n", image->display_min[0], image->display_min[1],
            image->display_max[0], image->display_max[1]);
-    print_metadata(image->metadata, image->metadata_count);
+    print_attributes(image);
+}
+
+static void print_images(const char *path, const struct weft_image_list *list)
+{
+    char title[4200];
+    snprintf(title, sizeof title, "%s: OpenEXR, ", path);
+    if (list->count == 1) {
+        print_image(title, &list->images[0]);
+        return;
+    }
+    report_line("%s%zu parts", title, list->count);
+    for (size_t p = 0; p < list->count; p++) {
+        snprintf(title, sizeof title, "part %zu '%s': ", p, list->images[p].name);
+        print_image(title, &list->images[p]);
+    }
 }
 
 static enum weft_result inform_exr(const char *path, bool json)
 {
-    struct weft_image image = {0};
-    const struct weft_image_load_params params = {
-        .path = path, .info_only = true, .log = report_log()};
-    enum weft_result res = weft_image_load(&params, &image);
+    struct weft_image_list list = {0};
+    const struct weft_image_load_params params = {.path = path, .log = report_log()};
+    enum weft_result res = weft_image_list_load(&params, &list);
     if (res != WEFT_OK)
         return res;
     if (json)
-        res = json_print(image_json(path, &image));
+        res = json_print(images_json(path, &list));
     else
-        print_image(path, &image);
-    weft_image_clear(&image);
+        print_images(path, &list);
+    weft_image_list_clear(&list);
     return res;
 }
 
@@ -338,7 +400,8 @@ const struct verb verb_info = {
     .summary = "what is in a VDB or EXR file",
     .usage = "FILE [--json]",
     .description = "Lists the grids of a VDB file (type, class, active box, transform, memory, "
-                   "metadata) or the channels, windows and attributes of an EXR file. What a file "
+                   "metadata) or the channels, windows and attributes of each part of an EXR file. "
+                   "What a file "
                    "is is told by its content, not by its name.",
     .options = options,
     .option_count = INFO_OPTION_COUNT,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft resample: an EXR image at another size, filtered along its axes or in passes.
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,24 +11,30 @@
 #include "preview.h"
 #include "report.h"
 #include "resample_job.h"
+#include "saved.h"
 #include "verb.h"
 
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
+// Those of enum weft_image_compression that are written.
+static const char *const compressions[] = {"zip", "zips", "rle", "none", "piz", NULL};
+
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
                          'o',
                          OPTION_OUTPUT,
                          "OUT.exr",
-                         "the image: float channels of the same names, with the input's attributes "
-                         "as text and attributes that tell how it was made",
+                         "the image: channels of the same names and types, with the input's "
+                         "attributes and attributes that tell how it was made",
                          exr_ending},
-    [RESAMPLE_PREVIEW] = {.name = "preview",
-                          0,
-                          OPTION_OUTPUT,
-                          "OUT.png",
-                          "the luminance of R, G and B, or else the first channel, as 8-bit PNG",
-                          png_ending},
+    [RESAMPLE_PREVIEW] =
+        {.name = "preview",
+         0,
+         OPTION_OUTPUT,
+         "OUT.png",
+         "the luminance of R, G and B, or else the first channel, of the first part, "
+         "as 8-bit PNG",
+         png_ending},
     [RESAMPLE_SIZE] =
         {.name = "size",
          0,
@@ -45,6 +52,25 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "filter in the passes of a plan: what a pass may do"),
     [RESAMPLE_CHANNELS] =
         {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
+    [RESAMPLE_PART] = {.name = "part",
+                       0,
+                       OPTION_TEXT,
+                       "NAME|INDEX",
+                       "which part of a file of several, from 0 (default: all that are not deep)"},
+    [RESAMPLE_TYPE] = {.name = "type",
+                       0,
+                       OPTION_CHOICE,
+                       "float|half|uint",
+                       "of the channels written (default: as they are; uint stays so with kernel "
+                       "nearest, and becomes float where it is filtered)",
+                       weft_pixel_type_names},
+    [RESAMPLE_COMPRESSION] = {.name = "compression",
+                              0,
+                              OPTION_CHOICE,
+                              "zip|zips|rle|none|piz",
+                              "of the file (default: the input's, or zip where weft does not write "
+                              "it)",
+                              compressions},
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,
@@ -87,12 +113,13 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
          OPTION_FLAG,
          NULL,
          "print the plan and exit: no OpenGL (but to know its costs, with --max-error), no output"},
-    [RESAMPLE_VERIFY] = {.name = "verify",
-                         0,
-                         OPTION_FLAG,
-                         NULL,
-                         "recompute in double precision and print the largest and RMS difference "
-                         "beside the plan's bound"},
+    [RESAMPLE_VERIFY] =
+        {.name = "verify",
+         0,
+         OPTION_FLAG,
+         NULL,
+         "recompute in double precision and print the largest and RMS difference "
+         "beside the plan's bound; with -o, read the file back and compare every value"},
     [RESAMPLE_JSON] = {.name = "json",
                        0,
                        OPTION_FLAG,
@@ -188,6 +215,7 @@ static enum weft_result load_image(struct resample_job *job)
     double start = report_now_seconds();
     const struct weft_image_load_params params = {
         .path = job->input,
+        .part = job->part,
         .info_only = !needs_samples(job),
         .log = report_log(),
     };
@@ -199,24 +227,14 @@ static enum weft_result load_image(struct resample_job *job)
 
 static enum weft_result allocate_pixels(struct resample_job *job)
 {
-    const size_t pixels = (size_t)job->result.width * (size_t)job->result.height;
-    for (size_t i = 0; i < job->result.channel_count && !job->option[RESAMPLE_EXPLAIN].given; i++) {
-        job->result.channels[i].plane = malloc(pixels * sizeof(float));
-        if (!job->result.channels[i].plane) {
-            report_error("out of memory: %zu bytes for %zu channels of %d x %d pixels",
-                         pixels * sizeof(float) * job->result.channel_count,
-                         job->result.channel_count, job->result.width, job->result.height);
-            return WEFT_ERR_MEMORY;
-        }
-    }
-    return WEFT_OK;
+    return job->option[RESAMPLE_EXPLAIN].given ? WEFT_OK : resample_allocate(job);
 }
 
 // ---- plans --------------------------------------------------------------------------------------
 
 static enum weft_result create_context(struct resample_job *job)
 {
-    if (job->option[RESAMPLE_EMULATE].given || job->context)
+    if (job->context || !resample_needs_gl(job))
         return WEFT_OK;
     double start = report_now_seconds();
     const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
@@ -238,7 +256,10 @@ static bool asks_for_passes(const struct resample_job *job)
 static enum weft_result make_groups(struct resample_job *job)
 {
     job->separable = !asks_for_passes(job);
-    return resample_make_groups(job);
+    const enum weft_result res = resample_make_groups(job);
+    if (res == WEFT_OK)
+        resample_set_types(job);
+    return res;
 }
 
 static enum weft_result measure(struct resample_job *job)
@@ -266,7 +287,7 @@ static enum weft_result check_separable(struct resample_job *job)
 {
     for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
         const struct resample_group *group = &job->group[g];
-        const double bound = resample_separable_bound(job, group).total;
+        const double bound = resample_unplanned_bound(job, group).total;
         char name[256];
         if (bound <= group->max_error)
             continue;
@@ -297,35 +318,6 @@ static enum weft_result make_plans(struct resample_job *job)
 }
 
 // ---- running and writing ------------------------------------------------------------------------
-
-// The input's attributes but for those of an earlier weft, then our own.
-static enum weft_result make_metadata(struct resample_job *job)
-{
-    const struct weft_image *in = &job->image;
-    struct weft_metadata *list = calloc(in->metadata_count + RESAMPLE_ATTRIBUTES, sizeof *list);
-    size_t count = 0;
-    if (!list) {
-        report_error("out of memory for %zu attributes", in->metadata_count);
-        return WEFT_ERR_MEMORY;
-    }
-    for (size_t i = 0; i < in->metadata_count; i++)
-        if (strncmp(in->metadata[i].key, "weft.", 5) != 0)
-            list[count++] = in->metadata[i];
-    job->result.metadata = list;
-    job->result.metadata_count = count + resample_attributes(job, list + count);
-    return WEFT_OK;
-}
-
-static enum weft_result write_exr(struct resample_job *job)
-{
-    const struct weft_image_save_params params = {
-        .path = job->option[RESAMPLE_OUTPUT].text,
-        .no_clobber = job->option[RESAMPLE_NO_CLOBBER].given,
-        .log = report_log(),
-    };
-    enum weft_result res = make_metadata(job);
-    return res == WEFT_OK ? weft_image_save(&job->result, &params) : res;
-}
 
 static const float *plane_named(const struct weft_image *image, const char *name)
 {
@@ -359,15 +351,16 @@ static enum weft_result write_preview(struct resample_job *job)
     return res;
 }
 
-static enum weft_result write_outputs(struct resample_job *job)
+// The preview is of the first part.
+static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
 {
     double start = report_now_seconds();
     enum weft_result res = WEFT_OK;
-    if (job->option[RESAMPLE_OUTPUT].given)
-        res = write_exr(job);
-    if (res == WEFT_OK && job->option[RESAMPLE_PREVIEW].given)
-        res = write_preview(job);
-    job->write_seconds = report_now_seconds() - start;
+    if (jobs->option[RESAMPLE_OUTPUT].given)
+        res = resample_save(jobs, count);
+    if (res == WEFT_OK && jobs->option[RESAMPLE_PREVIEW].given)
+        res = write_preview(jobs);
+    jobs->write_seconds = report_now_seconds() - start;
     return res;
 }
 
@@ -380,7 +373,6 @@ static enum weft_result run_stages(struct resample_job *job)
 {
     typedef enum weft_result (*stage)(struct resample_job * job);
     static const stage planning[] = {check_options,
-                                     check_outputs,
                                      load_image,
                                      resample_choose_size,
                                      resample_set_windows,
@@ -390,7 +382,7 @@ static enum weft_result run_stages(struct resample_job *job)
                                      make_plans,
                                      allocate_pixels,
                                      NULL};
-    static const stage computing[] = {create_context, run_way, write_outputs, NULL};
+    static const stage computing[] = {create_context, run_way, resample_exact_run, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
@@ -403,13 +395,13 @@ static enum weft_result run_stages(struct resample_job *job)
 
 static void destroy(struct resample_job *job)
 {
-    weft_context_destroy(&job->context);
     weft_plan_destroy(&job->single);
     weft_plan_destroy(&job->together);
     resample_prefilter_clear(job);
     weft_image_clear(&job->image);
     weft_image_clear(&job->result);
     weft_kernel_file_destroy(&job->kernel_file);
+    free(job->texts);
     free(job->source);
     free(job->choices);
     free(job->group);
@@ -432,6 +424,141 @@ static bool check_groups(const struct resample_job *job)
     return good;
 }
 
+// ---- parts --------------------------------------------------------------------------------------
+
+// The number that is the whole of a text, or -1.
+static int whole_number(const char *text)
+{
+    char *end;
+    const long value = strtol(text, &end, 10);
+    return *text >= '0' && *text <= '9' && !*end && value <= INT_MAX ? (int)value : -1;
+}
+
+// --part: by name, or else by number.
+static enum weft_result find_part(const char *input, const struct weft_image_list *list,
+                                  const char *text, size_t *out)
+{
+    char names[700] = "";
+    const int number = whole_number(text);
+    for (size_t p = 0; p < list->count; p++) {
+        if (list->images[p].name[0] && strcmp(list->images[p].name, text) == 0) {
+            *out = p;
+            return WEFT_OK;
+        }
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%zu '%s'", p ? ", " : "", p,
+                 list->images[p].name);
+    }
+    *out = (size_t)number;
+    if (number >= 0 && *out < list->count)
+        return WEFT_OK;
+    report_error("%s has no part '%s'; there are: %s", input, text, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static void warn_of_deep_parts(const char *input, const struct weft_image_list *list)
+{
+    char names[700] = "";
+    for (size_t p = 0; p < list->count; p++) {
+        const size_t used = strlen(names);
+        if (list->images[p].deep)
+            snprintf(names + used, sizeof names - used, "%s%zu '%s'", used ? ", " : "", p,
+                     list->images[p].name);
+    }
+    if (*names)
+        report_warning("%s: not kept: deep parts, which weft does not filter: %s", input,
+                           names);
+}
+
+static bool is_wanted(const struct option_value *values, const struct weft_image *part)
+{
+    const struct option_value *channels = &values[RESAMPLE_CHANNELS];
+    bool named = !channels->given;
+    for (size_t i = 0; !named && i < part->channel_count; i++)
+        named = resample_names_channel(channels->text, part->channels[i].name);
+    return named && !part->deep;
+}
+
+// One job for each part that is to be resampled: the one that is named, or all that have a channel
+// that is asked for and are not deep.
+static enum weft_result choose_parts(const char *input, const struct option_value *values,
+                                     struct resample_job **jobs, size_t *count)
+{
+    const struct option_value *named = &values[RESAMPLE_PART];
+    const struct weft_image_load_params params = {.path = input, .log = report_log()};
+    struct weft_image_list list;
+    size_t first = 0, end = 0;
+    enum weft_result res = weft_image_list_load(&params, &list);
+    end = list.count;
+    if (res == WEFT_OK && named->given) {
+        res = find_part(input, &list, named->text, &first);
+        end = first + 1;
+    }
+    if (res == WEFT_OK && values[RESAMPLE_CHANNELS].given)
+        res = resample_check_names(input, list.images + first, end - first,
+                                   values[RESAMPLE_CHANNELS].text);
+    if (res == WEFT_OK && !(*jobs = calloc(list.count, sizeof **jobs)))
+        res = WEFT_ERR_MEMORY;
+    for (size_t p = first; res == WEFT_OK && p < end; p++)
+        if (is_wanted(values, &list.images[p]))
+            (*jobs)[(*count)++].part = (int)p;
+    if (res == WEFT_OK && *count == 0)
+        (*jobs)[(*count)++].part = (int)first; // loading it says why not
+    else if (res == WEFT_OK && !named->given)
+        warn_of_deep_parts(input, &list);
+    weft_image_list_clear(&list);
+    return res;
+}
+
+// Before the input is looked at.
+static enum weft_result check_usage(const char *input, const struct option_value *values)
+{
+    struct resample_job job = {.input = input, .option = values};
+    enum weft_result res = check_options(&job);
+    if (res == WEFT_OK)
+        res = check_outputs(&job);
+    destroy(&job);
+    return res;
+}
+
+// In turn, on one context.
+static enum weft_result run_parts(const char *input, const struct option_value *values,
+                                  struct resample_job *jobs, size_t count)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t i = 0; res == WEFT_OK && i < count; i++) {
+        jobs[i].input = input;
+        jobs[i].option = values;
+        jobs[i].start = report_now_seconds();
+        jobs[i].context = i ? jobs[i - 1].context : NULL;
+        res = run_stages(&jobs[i]);
+    }
+    return res == WEFT_OK && !values[RESAMPLE_EXPLAIN].given ? write_outputs(jobs, count) : res;
+}
+
+static void print_parts(const struct resample_job *jobs, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (count > 1 &&
+            (jobs[i].option[RESAMPLE_EXPLAIN].given || jobs[i].option[RESAMPLE_VERIFY].given))
+            report_line("part %d '%s'", jobs[i].part, jobs[i].image.name);
+        resample_print_text(&jobs[i]);
+    }
+    if (count)
+        saved_print(jobs->option[RESAMPLE_OUTPUT].text, &jobs->saved);
+}
+
+static void destroy_parts(struct resample_job *jobs, size_t count)
+{
+    weft_context *context = NULL;
+    for (size_t i = 0; i < count; i++) {
+        context = jobs[i].context ? jobs[i].context : context;
+        destroy(&jobs[i]);
+    }
+    weft_context_destroy(&context);
+    free(jobs);
+}
+
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
@@ -442,20 +569,31 @@ static int run(const char *operand, const struct option_value *values)
         report_error("no image given: weft resample IMAGE.exr ... (see weft help resample)");
         return EXIT_CODE_USAGE;
     }
-    struct resample_job job = {.input = operand, .option = values, .start = report_now_seconds()};
-    enum weft_result res = run_stages(&job);
+    struct resample_job *jobs = NULL;
+    size_t count = 0;
+    enum weft_result res = check_usage(operand, values);
+    if (res == WEFT_OK)
+        res = choose_parts(operand, values, &jobs, &count);
+    if (res == WEFT_OK)
+        res = run_parts(operand, values, jobs, count);
     report_erase_progress();
+    bool over_budget = false;
+    for (size_t i = 0; i < count; i++) {
+        over_budget = over_budget || jobs[i].over_budget;
+        if (res != WEFT_OK && jobs[i].choice_count && values[RESAMPLE_EXPLAIN].given)
+            resample_print_choices(&jobs[i]);
+    }
     if (res == WEFT_OK && values[RESAMPLE_JSON].given)
-        res = resample_print_json(&job);
+        res = resample_print_json(jobs, count);
     else if (res == WEFT_OK)
-        resample_print_text(&job);
-    else if (job.choice_count && values[RESAMPLE_EXPLAIN].given)
-        resample_print_choices(&job);
-    const bool verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
-                          values[RESAMPLE_EXPLAIN].given || check_groups(&job);
-    destroy(&job);
+        print_parts(jobs, count);
+    bool verified = true;
+    for (size_t i = 0; verified && i < count; i++)
+        verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
+                   values[RESAMPLE_EXPLAIN].given || check_groups(&jobs[i]);
+    destroy_parts(jobs, count);
     const int code = report_finish(res);
-    return job.over_budget || !verified ? EXIT_CODE_FAILED : code;
+    return over_budget || !verified ? EXIT_CODE_FAILED : code;
 }
 
 static const char *const epilogue[] = {
@@ -476,9 +614,10 @@ static const char *const epilogue[] = {
     "the pixels first; ranges and --verify are then of coefficients.",
     "The data window, which may reach beyond the display window (overscan), grows with it and then "
     "to whole pixels: the picture keeps its place in the display window. --preview shows the data "
-    "window. Attributes are "
-    "carried over as text, without those of an earlier weft. The same request gives the same "
-    "bytes, "
+    "window. Attributes are kept whole with their types, without those of an earlier weft; "
+    "pixelAspectRatio and xDensity follow the scale. Half channels are rounded to nearest even. "
+    "With -o, --verify reads the file back and compares every value. The same request gives the "
+    "same bytes, "
     "whatever the number of threads. Outputs appear whole or not at all.",
     "weft resample photo.exr -o large.exr --size 2048x1536 --kernel mitchell --profile radeon8500 "
     "--verify",

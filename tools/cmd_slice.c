@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "attributes.h"
 #include "kernels.h"
 #include "plan_options.h"
 #include "preview.h"
@@ -142,7 +143,8 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       NULL,
                       "recompute in double precision (a random sample of the pixels when all "
                       "would take over 10 s) and print the largest and RMS difference; fails if "
-                      "that is beyond the plan's bound"},
+                      "that is beyond the plan's bound; with -o, read the file back and compare "
+                      "every value"},
     [SLICE_JSON] = {.name = "json",
                     0,
                     OPTION_FLAG,
@@ -437,27 +439,31 @@ static enum weft_result verify(struct slice_job *job)
     return res;
 }
 
-static enum weft_result write_exr(const struct slice_job *job)
+static enum weft_result write_exr(struct slice_job *job)
 {
     const struct weft_slice_geometry *g = &job->geometry;
-    struct weft_metadata attributes[SLICE_ATTRIBUTES];
-    struct weft_image_channel channel = {.name = "Y", .type = "float", .plane = job->pixels};
+    struct weft_metadata texts[SLICE_ATTRIBUTES];
+    struct weft_image_attribute attributes[SLICE_ATTRIBUTES];
+    struct weft_image_channel channel = {.name = "Y", .plane = job->pixels};
+    const size_t count = slice_attributes(job, texts);
+    attributes_of_texts(texts, count, attributes);
     const struct weft_image image = {
         .width = g->width,
         .height = g->height,
         .display_max = {g->width - 1, g->height - 1},
         .channel_count = 1,
         .channels = &channel,
-        .metadata_count = slice_attributes(job, attributes),
-        .metadata = attributes,
+        .attribute_count = count,
+        .attributes = attributes,
     };
     const struct weft_image_save_params params = {
         .path = job->option[SLICE_OUTPUT].text,
         .no_clobber = job->option[SLICE_NO_CLOBBER].given,
+        .verify = job->option[SLICE_VERIFY].given,
         .log = report_log(),
     };
     report_stage("writing", params.path);
-    return weft_image_save(&image, &params);
+    return weft_image_save_parts(&image, 1, &params, &job->saved);
 }
 
 static enum weft_result write_preview(struct slice_job *job)

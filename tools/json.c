@@ -67,6 +67,29 @@ json_t *json_metadata(const struct weft_metadata *metadata, size_t count)
     return object;
 }
 
+static json_t *attribute_text(const struct weft_image_attribute *attribute)
+{
+    const size_t size = weft_image_attribute_format(attribute, NULL, 0) + 1;
+    char *text = malloc(size);
+    if (!text)
+        return NULL;
+    weft_image_attribute_format(attribute, text, size);
+    json_t *value = json_text(text);
+    free(text);
+    return value;
+}
+
+json_t *json_attributes(const struct weft_image *image)
+{
+    json_t *object = json_object();
+    for (size_t i = 0; i < image->attribute_count; i++) {
+        json_t *key = json_text(image->attributes[i].name);
+        json_object_set_new(object, json_string_value(key), attribute_text(&image->attributes[i]));
+        json_decref(key);
+    }
+    return object;
+}
+
 static int append(const char *text, size_t size, void *out)
 {
     return fwrite(text, 1, size, out) == size ? 0 : -1;

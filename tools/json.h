@@ -25,6 +25,7 @@ json_t *json_count(uint64_t value);
 json_t *json_counts(const int32_t *value, int count);
 json_t *json_text(const char *text);
 json_t *json_metadata(const struct weft_metadata *metadata, size_t count);
+json_t *json_attributes(const struct weft_image *image); // name: value in words, whole
 
 // The document as text, to be freed; releases it. NULL after an error line, for a NULL root or one
 // that is not whole.

@@ -9,7 +9,7 @@
 
 // ---- names --------------------------------------------------------------------------------------
 
-static bool names_channel(const char *list, const char *name)
+bool resample_names_channel(const char *list, const char *name)
 {
     const size_t size = strlen(name);
     for (const char *at = list; at; at = strchr(at, ',')) {
@@ -20,33 +20,42 @@ static bool names_channel(const char *list, const char *name)
     return false;
 }
 
-static void list_channels(const struct weft_image *image, char *text, size_t size)
+static void list_channels(const struct weft_image *images, size_t count, char *text, size_t size)
 {
     text[0] = 0;
-    for (size_t i = 0; i < image->channel_count; i++) {
-        const size_t used = strlen(text);
-        snprintf(text + used, size - used, "%s%s", i ? ", " : "", image->channels[i].name);
-    }
+    for (size_t p = 0; p < count; p++)
+        for (size_t i = 0; i < images[p].channel_count; i++) {
+            const size_t used = strlen(text);
+            snprintf(text + used, size - used, "%s%s", used ? ", " : "",
+                     images[p].channels[i].name);
+        }
 }
 
-// Every name in --channels is there, once.
-static enum weft_result check_names(const struct resample_job *job, const char *list)
+static bool has_channel(const struct weft_image *images, size_t count, const char *name)
+{
+    for (size_t p = 0; p < count; p++)
+        for (size_t i = 0; i < images[p].channel_count; i++)
+            if (strcmp(images[p].channels[i].name, name) == 0)
+                return true;
+    return false;
+}
+
+enum weft_result resample_check_names(const char *input, const struct weft_image *images,
+                                      size_t count, const char *list)
 {
     char names[700], name[256];
     for (const char *at = list; at; at = strchr(at, ',')) {
         at += *at == ',' && at != list;
         const size_t size = strcspn(at, ",");
-        size_t i = 0;
         snprintf(name, sizeof name, "%.*s", (int)(size < sizeof name ? size : sizeof name), at);
-        while (i < job->image.channel_count && strcmp(job->image.channels[i].name, name) != 0)
-            i++;
-        if (i < job->image.channel_count && (!at[size] || !names_channel(at + size + 1, name)))
+        const bool there = has_channel(images, count, name);
+        if (there && (!at[size] || !resample_names_channel(at + size + 1, name)))
             continue;
-        list_channels(&job->image, names, sizeof names);
-        if (i < job->image.channel_count)
+        list_channels(images, count, names, sizeof names);
+        if (there)
             report_error("--channels %s: '%s' is there twice", list, name);
         else
-            report_error("%s has no channel '%s'; there are: %s", job->input, name, names);
+            report_error("%s has no channel '%s'; there are: %s", input, name, names);
         return WEFT_ERR_ARGUMENT;
     }
     return WEFT_OK;
@@ -56,8 +65,6 @@ enum weft_result resample_choose_channels(struct resample_job *job)
 {
     const struct option_value *list = &job->option[RESAMPLE_CHANNELS];
     const size_t count = job->image.channel_count;
-    if (list->given && check_names(job, list->text) != WEFT_OK)
-        return WEFT_ERR_ARGUMENT;
     job->result.channels = calloc(count, sizeof *job->result.channels);
     job->source = calloc(count, sizeof *job->source);
     job->group = calloc(count, sizeof *job->group);
@@ -66,12 +73,13 @@ enum weft_result resample_choose_channels(struct resample_job *job)
         return WEFT_ERR_MEMORY;
     }
     for (size_t i = 0; i < count; i++) {
-        if (list->given && !names_channel(list->text, job->image.channels[i].name))
+        if (list->given && !resample_names_channel(list->text, job->image.channels[i].name))
             continue;
         const size_t at = job->result.channel_count++;
         job->source[at] = i;
         job->result.channels[at] = job->image.channels[i];
         job->result.channels[at].plane = NULL;
+        job->result.channels[at].integers = NULL;
     }
     return WEFT_OK;
 }
@@ -80,12 +88,12 @@ enum weft_result resample_choose_channels(struct resample_job *job)
 
 // Where channel `name` of a layer is ("left." of "left.R"), in the result; -1: nowhere.
 static int find_in_layer(const struct weft_image *image, const char *layer, size_t layer_size,
-                         const char *name, const char *type)
+                         const char *name, enum weft_pixel_type type)
 {
     for (size_t i = 0; i < image->channel_count; i++) {
         const struct weft_image_channel *c = &image->channels[i];
         if (strncmp(c->name, layer, layer_size) == 0 && strcmp(c->name + layer_size, name) == 0 &&
-            strcmp(c->type, type) == 0)
+            c->type == type)
             return (int)i;
     }
     return -1;
@@ -117,7 +125,7 @@ static bool find_four(const struct weft_image *image, struct resample_group *gro
         return false;
     *group = (struct resample_group){.count = RESAMPLE_MAX_TOGETHER};
     for (size_t i = 0; i < RESAMPLE_MAX_TOGETHER; i++) {
-        if (strcmp(image->channels[i].type, image->channels[0].type) != 0)
+        if (image->channels[i].type != image->channels[0].type)
             return false;
         group->channel[i] = i;
     }
@@ -145,7 +153,7 @@ enum weft_result resample_make_groups(struct resample_job *job)
         job->group[job->group_count++] = group;
     if (together && job->group_count == 0) {
         char names[700];
-        list_channels(image, names, sizeof names);
+        list_channels(image, 1, names, sizeof names);
         report_error("--together needs R, G, B and A, or four channels, of one type; there are: %s",
                      names);
         return WEFT_ERR_ARGUMENT;

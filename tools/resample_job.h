@@ -14,6 +14,9 @@ enum resample_option {
     RESAMPLE_NORMALISE,
     RESAMPLE_PLAN, // the first of enum resample_plan_option
     RESAMPLE_CHANNELS = RESAMPLE_PLAN + RESAMPLE_PLAN_OPTION_COUNT,
+    RESAMPLE_PART,
+    RESAMPLE_TYPE,
+    RESAMPLE_COMPRESSION,
     RESAMPLE_MAX_ERROR,
     RESAMPLE_TOGETHER,
     RESAMPLE_CONTEXT,
@@ -35,9 +38,10 @@ enum { RESAMPLE_MAX_TOGETHER = 4 };
 struct resample_group {
     int count;
     size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
-    const weft_plan *plan;                 // the job's; NULL: separable
-    double low, high;                      // of the samples, or coefficients; passes map it
-    double sample_low, sample_high;        // of the samples themselves
+    const weft_plan *plan;                 // the job's; NULL: separable, or exact
+    bool exact; // unsigned integers that are moved: one channel, no error
+    double low, high;               // of the samples, or coefficients; passes map it
+    double sample_low, sample_high; // of the samples themselves
     uint64_t clamped;                      // samples outside it, or not finite
     double e1;        // weft_error_e1, with the samples' differences as derivatives; NAN: unknown
     double max_error; // with --max-error
@@ -67,6 +71,7 @@ struct resample_place {
 
 struct resample_job {
     const char *input;
+    int part;                          // of the input
     const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
@@ -77,6 +82,9 @@ struct resample_job {
 
     struct weft_image image;  // the input; without planes when only explained
     struct weft_image result; // the channels asked for, in the input's order
+    struct weft_metadata *texts;         // the result's own attributes
+    unsigned char corrected[2][4];       // attributes_scaled's numbers
+    struct weft_image_save_report saved; // the first part's job has it of all
     struct resample_place place[2];
     size_t *source; // of each, its channel of the input
     // Prefiltered kernels: what is sampled in place of the input, by the result's channels, with
@@ -108,8 +116,13 @@ enum weft_result resample_set_windows(struct resample_job *job);
 // `shift`: (x + 0.5) from / to - 0.5 between the display windows. Whole where that is whole.
 double resample_position(const struct resample_place *place, int pixel, int shift);
 
-// The result's channels, without planes. Returns WEFT_ERR_ARGUMENT (a name that is not there, or
-// twice) after an error line.
+// Whether a list of --channels has a name.
+bool resample_names_channel(const char *list, const char *name);
+// Every name of --channels is in some part, and not twice in the list. Returns WEFT_ERR_ARGUMENT
+// after an error line.
+enum weft_result resample_check_names(const char *input, const struct weft_image *images,
+                                      size_t count, const char *list);
+// The result's channels, without planes. Returns WEFT_ERR_MEMORY after an error line.
 enum weft_result resample_choose_channels(struct resample_job *job);
 // Which of them go together. Returns WEFT_ERR_ARGUMENT (--together, and no four that could).
 enum weft_result resample_make_groups(struct resample_job *job);
@@ -138,12 +151,30 @@ struct resample_bound resample_separable_bound(const struct resample_job *job,
                                                const struct resample_group *group);
 // Largest |sample| of a group.
 double resample_largest_sample(const struct resample_group *group);
+
+// Sets the result's types, and which groups are exact. Warns of integers that become floats.
+void resample_set_types(struct resample_job *job);
+// Of a group of no plan.
+struct resample_bound resample_unplanned_bound(const struct resample_job *job,
+                                               const struct resample_group *group);
+bool resample_needs_gl(const struct resample_job *job);
+// The result's planes. Returns WEFT_ERR_MEMORY after an error line.
+enum weft_result resample_allocate(struct resample_job *job);
+// The smallest and largest integer of an exact group.
+void resample_exact_range(const struct resample_job *job, struct resample_group *group);
+// Moves the exact groups, and verifies them where that is asked for.
+enum weft_result resample_exact_run(struct resample_job *job);
+// Fills the integers of --type uint from planes that were filtered.
+void resample_round_integers(struct resample_job *job);
 // Verifies groups of prefiltered kernels against the image's samples, by the cardinal spline: finds
 // what coefficients got wrong, too. Returns WEFT_ERR_MEMORY after an error line,
 // WEFT_ERR_CANCELLED.
 enum weft_result resample_verify_samples(struct resample_job *job);
 // A group's minimum, maximum, not_finite and bound, of its pixels.
 void resample_measure_result(const struct resample_job *job, struct resample_group *group);
+
+// Writes the results as one file, and warns of what it does not keep.
+enum weft_result resample_save(struct resample_job *jobs, size_t count);
 
 enum { RESAMPLE_ATTRIBUTES = 12 };
 
@@ -155,8 +186,8 @@ size_t resample_attributes(const struct resample_job *job,
 void resample_group_name(const struct resample_job *job, const struct resample_group *group,
                          char *text, size_t size);
 
-// Everything, on stdout.
-enum weft_result resample_print_json(const struct resample_job *job);
+// Everything, of one part or several, on stdout.
+enum weft_result resample_print_json(const struct resample_job *jobs, size_t count);
 // The plans that --max-error was compared with, as a table.
 void resample_print_choices(const struct resample_job *job);
 // What was asked for in words: plans (with --explain), preview range, verification.

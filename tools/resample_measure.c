@@ -126,7 +126,10 @@ enum weft_result resample_measure(struct resample_job *job)
     for (size_t g = 0; g < job->group_count; g++) {
         struct resample_group *group = &job->group[g];
         set_sample_range(job, group);
-        set_range(job, group);
+        if (group->exact)
+            resample_exact_range(job, group);
+        else
+            set_range(job, group);
         warn_of_clamping(job, group);
         group->e1 = leading_e1(job, group);
         group->max_error = range_given(job)

@@ -11,6 +11,7 @@
 #include "paths.h"
 #include "report.h"
 #include "resample_job.h"
+#include "saved.h"
 
 void resample_group_name(const struct resample_job *job, const struct resample_group *group,
                          char *text, size_t size)
@@ -67,7 +68,7 @@ static void add_list(const struct resample_job *job, struct weft_metadata *list,
                               group->high)
                    : snprintf(one, sizeof one, "%s%s %.3g", separator, name, group->bound.total);
         if (used + (size_t)size + sizeof "; ..." > sizeof list->value) {
-            strcpy(value + used, "; ..." + (used ? 0 : 2));
+            strcpy(value + used, &"; ..."[used ? 0 : 2]);
             return;
         }
         memcpy(value + used, one, (size_t)size + 1);
@@ -254,7 +255,7 @@ static void set_run(json_t *root, const struct resample_job *job)
                                       json_number(job->preview_range[1])));
 }
 
-enum weft_result resample_print_json(const struct resample_job *job)
+static json_t *job_json(const struct resample_job *job)
 {
     char kernel[KERNELS_TEXT];
     json_t *plans = json_array();
@@ -276,6 +277,22 @@ enum weft_result resample_print_json(const struct resample_job *job)
         json_object_set_new(root, "prefilter_overlap", json_integer(job->pad));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         set_run(root, job);
+    return root;
+}
+
+enum weft_result resample_print_json(const struct resample_job *jobs, size_t count)
+{
+    json_t *root = count == 1 ? job_json(jobs) : json_object();
+    json_t *parts = count > 1 ? json_array() : NULL;
+    for (size_t i = 0; count > 1 && i < count; i++) {
+        json_t *part = job_json(&jobs[i]);
+        json_object_set_new(part, "name", json_text(jobs[i].image.name));
+        json_array_append_new(parts, part);
+    }
+    if (count > 1)
+        json_object_set_new(root, "parts", parts);
+    if (jobs->saved.values)
+        json_object_set_new(root, "file", saved_json(&jobs->saved));
     return json_print(root);
 }
 
@@ -331,7 +348,7 @@ static void explain_budget(const struct resample_job *job)
             .sample = resample_largest_sample(group),
         };
         const struct resample_bound bound = group->plan ? resample_bound_of(group->plan, &of)
-                                                        : resample_separable_bound(job, group);
+                                                        : resample_unplanned_bound(job, group);
         printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
                group->sample_low, group->sample_high, bound.total, group->max_error, group->e1);
     }

@@ -292,7 +292,7 @@ void resample_measure_result(const struct resample_job *job, struct resample_gro
         .result = fmax(0.0, fmax(-g->minimum, g->maximum)),
         .sample = resample_largest_sample(g),
     };
-    g->bound = g->plan ? resample_bound_of(g->plan, &of) : resample_separable_bound(job, g);
+    g->bound = g->plan ? resample_bound_of(g->plan, &of) : resample_unplanned_bound(job, g);
 }
 
 static enum weft_result verify_groups(struct runner *r)

@@ -116,7 +116,8 @@ static enum weft_result each_group(struct runner *r, const char *what, bool veri
     r->what = what;
     r->step = 0.0;
     for (size_t g = 0; res == WEFT_OK && g < r->job->group_count; g++)
-        res = run_group(r, &r->job->group[g], verify);
+        if (!r->job->group[g].exact)
+            res = run_group(r, &r->job->group[g], verify);
     return res;
 }
 
@@ -127,7 +128,8 @@ enum weft_result resample_separable_run(struct resample_job *job)
     if (res == WEFT_OK)
         res = each_group(&r, "resampling", false);
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
-        resample_measure_result(job, &job->group[g]);
+        if (!job->group[g].exact)
+            resample_measure_result(job, &job->group[g]);
     const double start = report_now_seconds();
     if (res == WEFT_OK && job->option[RESAMPLE_VERIFY].given)
         res = job->coefficients ? resample_verify_samples(job) : each_group(&r, "verifying", true);

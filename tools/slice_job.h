@@ -69,6 +69,7 @@ struct slice_job {
     struct resample_bound bound;                   // likewise
     struct weft_slice_error error;                 // with --verify
     float preview_range[2];                        // with --preview
+    struct weft_image_save_report saved;           // with -o
     double start;                                  // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };

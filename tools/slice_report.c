@@ -9,6 +9,7 @@
 #include "kernels.h"
 #include "paths.h"
 #include "report.h"
+#include "saved.h"
 #include "slice_budget.h"
 
 static const char *space_name(enum weft_space space)
@@ -259,8 +260,10 @@ static void set_run(json_t *root, const struct slice_job *job)
                                   "vendor", json_text(context->vendor), "renderer",
                                   json_text(context->renderer), "version",
                                   json_text(context->version), "hardware", context->hardware));
-    if (job->option[SLICE_OUTPUT].given)
+    if (job->option[SLICE_OUTPUT].given) {
         json_object_set_new(root, "output", json_text(job->option[SLICE_OUTPUT].text));
+        json_object_set_new(root, "file", saved_json(&job->saved));
+    }
     if (job->option[SLICE_PREVIEW].given)
         json_object_set_new(root, "preview",
                             json_pack("{s:o,s:o,s:o}", "path",
@@ -352,5 +355,6 @@ void slice_print_text(const struct slice_job *job)
         print_error(&job->error);
     if (job->option[SLICE_VERIFY].given)
         print_bound(job);
+    saved_print(job->option[SLICE_OUTPUT].text, &job->saved);
     note_times(job);
 }

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft-read-exr: flat EXR images (level 0 of the first part) for libweft, see wire.h.
+// weft-read-exr: EXR headers and flat EXR images (level 0) for libweft, see wire.h.
 #include <errno.h>
 #include <inttypes.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <openexr.h>
 
 #include "filter/check.h"
+#include "tiles/image_attribute.h"
 #include "tiles/readers/server.h"
 
 enum {
@@ -26,6 +28,7 @@ struct reader {
     char message[256]; // the first that OpenEXRCore told during a request
     size_t refused;    // bytes of an allocation that failed, else 0
     uint64_t file_bytes;
+    int part, part_count;
     exr_attr_box2i_t data, display;
     int64_t width, height;
     exr_storage_t storage;
@@ -33,10 +36,11 @@ struct reader {
     const exr_attr_chlist_t *channels;
 };
 
-static const char *const compression_name[] = {
-    "none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab",
+static const enum weft_image_compression compressions[] = {
+    WEFT_IMAGE_NONE,  WEFT_IMAGE_RLE, WEFT_IMAGE_ZIPS, WEFT_IMAGE_ZIP,  WEFT_IMAGE_PIZ,
+    WEFT_IMAGE_PXR24, WEFT_IMAGE_B44, WEFT_IMAGE_B44A, WEFT_IMAGE_DWAA, WEFT_IMAGE_DWAB,
 };
-static const char *const type_name[] = {"uint", "half", "float"};
+static const enum weft_pixel_type types[] = {WEFT_PIXEL_UINT, WEFT_PIXEL_HALF, WEFT_PIXEL_FLOAT};
 
 // ---- opening ------------------------------------------------------------------------------------
 
@@ -122,6 +126,8 @@ static enum weft_result open_file(struct reader *r)
     init.max_tile_width = init.max_tile_height = SIDE_LIMIT;
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_result_t rv = exr_start_read(&r->exr, r->server->path, &init);
+    if (!rv)
+        rv = exr_get_count(r->exr, &r->part_count);
     return rv ? fail_exr(r, rv) : WEFT_OK;
 }
 
@@ -129,15 +135,15 @@ static enum weft_result open_file(struct reader *r)
 
 static exr_result_t read_header(struct reader *r)
 {
-    exr_result_t rv = exr_get_storage(r->exr, 0, &r->storage);
+    exr_result_t rv = exr_get_storage(r->exr, r->part, &r->storage);
     if (!rv)
-        rv = exr_get_compression(r->exr, 0, &r->compression);
+        rv = exr_get_compression(r->exr, r->part, &r->compression);
     if (!rv)
-        rv = exr_get_data_window(r->exr, 0, &r->data);
+        rv = exr_get_data_window(r->exr, r->part, &r->data);
     if (!rv)
-        rv = exr_get_display_window(r->exr, 0, &r->display);
+        rv = exr_get_display_window(r->exr, r->part, &r->display);
     if (!rv)
-        rv = exr_get_channels(r->exr, 0, &r->channels);
+        rv = exr_get_channels(r->exr, r->part, &r->channels);
     return rv;
 }
 
@@ -168,12 +174,11 @@ static enum weft_result check_channels(struct reader *r)
                                 INT16_MAX);
     for (int c = 0; c < count; c++) {
         const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
-        if ((unsigned)e->pixel_type >= WEFT_COUNT(type_name))
+        if ((unsigned)e->pixel_type >= WEFT_COUNT(types))
             return weft_server_fail(s, WEFT_ERR_FORMAT, "channel %s has the unknown type %d",
                                     e->name.str, (int)e->pixel_type);
-        if (e->x_sampling != 1 || e->y_sampling != 1)
-            return weft_server_fail(s, WEFT_ERR_UNSUPPORTED,
-                                    "channel %s is subsampled (%d x %d), which is unsupported",
+        if (e->x_sampling < 1 || e->y_sampling < 1)
+            return weft_server_fail(s, WEFT_ERR_FORMAT, "channel %s has a sampling of %d x %d",
                                     e->name.str, e->x_sampling, e->y_sampling);
     }
     return WEFT_OK;
@@ -182,137 +187,43 @@ static enum weft_result check_channels(struct reader *r)
 static enum weft_result check_header(struct reader *r)
 {
     struct weft_server *s = r->server;
-    if (r->storage != EXR_STORAGE_SCANLINE && r->storage != EXR_STORAGE_TILED)
-        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "deep images are unsupported");
-    if ((unsigned)r->compression >= WEFT_COUNT(compression_name))
+    if ((unsigned)r->compression >= WEFT_COUNT(compressions))
         return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "compression %d is unknown",
                                 (int)r->compression);
     enum weft_result res = check_windows(r);
     return res == WEFT_OK ? check_channels(r) : res;
 }
 
-// ---- metadata as text
-// -----------------------------------------------------------------------------
+// ---- the header as it is ------------------------------------------------------------------------
 
-static void put(char *out, size_t size, const char *text, size_t length)
+static const unsigned char *map_file(struct reader *r)
 {
-    size_t n = strnlen(text, length);
-    size_t used = strlen(out);
-    bool cut = n > size - 1 - used;
-    memcpy(out + used, text, cut ? size - 1 - used : n);
-    out[cut ? size - 1 : used + n] = '\0';
-    if (cut)
-        memcpy(out + size - 4, "...", 4);
+    void *data = mmap(NULL, r->file_bytes, PROT_READ, MAP_PRIVATE, r->server->input_fd, 0);
+    if (data != MAP_FAILED)
+        return data;
+    weft_server_fail(r->server, WEFT_ERR_LIMIT, "cannot map its %" PRIu64 " bytes: %s",
+                     r->file_bytes, strerror(errno));
+    return NULL;
 }
 
-// Attributes that are lists of numbers, behind a pointer or in the record itself.
-static const struct number_type {
-    exr_attribute_type_t type;
-    char element; // i: int32, f: float, d: double
-    int count;
-    bool in_place;
-} number_types[] = {
-    {EXR_ATTR_INT, 'i', 1, true},      {EXR_ATTR_FLOAT, 'f', 1, true},
-    {EXR_ATTR_DOUBLE, 'd', 1, true},   {EXR_ATTR_BOX2I, 'i', 4, false},
-    {EXR_ATTR_BOX2F, 'f', 4, false},   {EXR_ATTR_CHROMATICITIES, 'f', 8, false},
-    {EXR_ATTR_KEYCODE, 'i', 7, false}, {EXR_ATTR_M33F, 'f', 9, false},
-    {EXR_ATTR_M33D, 'd', 9, false},    {EXR_ATTR_M44F, 'f', 16, false},
-    {EXR_ATTR_M44D, 'd', 16, false},   {EXR_ATTR_V2I, 'i', 2, false},
-    {EXR_ATTR_V2F, 'f', 2, false},     {EXR_ATTR_V2D, 'd', 2, false},
-    {EXR_ATTR_V3I, 'i', 3, false},     {EXR_ATTR_V3F, 'f', 3, false},
-    {EXR_ATTR_V3D, 'd', 3, false},
-};
-
-static void put_number(char element, const void *data, int i, struct weft_metadata *out)
+// From the part's first attribute to the zero that ends its header, behind those of other parts.
+static bool find_header(const struct reader *r, const unsigned char *file, size_t *first,
+                        size_t *end)
 {
-    char text[40];
-    int32_t integer;
-    float single;
-    double real;
-    if (element == 'i') {
-        memcpy(&integer, (const char *)data + 4 * i, sizeof integer);
-        snprintf(text, sizeof text, "%" PRId32, integer);
-    } else if (element == 'f') {
-        memcpy(&single, (const char *)data + 4 * i, sizeof single);
-        snprintf(text, sizeof text, "%.9g", single);
-    } else {
-        memcpy(&real, (const char *)data + 8 * i, sizeof real);
-        snprintf(text, sizeof text, "%.17g", real);
+    struct weft_image_attribute attribute;
+    enum weft_attribute_step step = WEFT_ATTRIBUTE_END;
+    size_t at = 8; // magic and version
+    for (int part = 0; step == WEFT_ATTRIBUTE_END && part <= r->part; part++) {
+        *first = at;
+        do
+            step = weft_attribute_next(file, r->file_bytes, &at, &attribute);
+        while (step == WEFT_ATTRIBUTE_TAKEN);
     }
-    if (i)
-        put(out->value, sizeof out->value, " ", 1);
-    put(out->value, sizeof out->value, text, sizeof text);
+    *end = at;
+    return step == WEFT_ATTRIBUTE_END;
 }
 
-static bool put_numbers(const exr_attribute_t *a, struct weft_metadata *out)
-{
-    for (size_t t = 0; t < WEFT_COUNT(number_types); t++) {
-        const struct number_type *type = &number_types[t];
-        if (type->type != a->type)
-            continue;
-        const void *data = type->in_place ? (const void *)&a->i : a->rawptr;
-        for (int i = 0; data && i < type->count; i++)
-            put_number(type->element, data, i, out);
-        return data != NULL;
-    }
-    return false;
-}
-
-static void put_strings(const exr_attr_string_vector_t *v, struct weft_metadata *out)
-{
-    for (int32_t i = 0; i < v->n_strings; i++) {
-        if (i)
-            put(out->value, sizeof out->value, ", ", 2);
-        if (v->strings[i].str)
-            put(out->value, sizeof out->value, v->strings[i].str, (size_t)v->strings[i].length);
-    }
-}
-
-// false for attributes of other types.
-static bool put_value(const exr_attribute_t *a, struct weft_metadata *out)
-{
-    static const char *const order[] = {"increasing y", "decreasing y", "random y"};
-    static const char *const envmap[] = {"latitude-longitude", "cube"};
-    if (a->type == EXR_ATTR_STRING && a->string && a->string->str)
-        put(out->value, sizeof out->value, a->string->str, (size_t)a->string->length);
-    else if (a->type == EXR_ATTR_STRING_VECTOR && a->stringvector)
-        put_strings(a->stringvector, out);
-    else if (a->type == EXR_ATTR_LINEORDER && a->uc < WEFT_COUNT(order))
-        put(out->value, sizeof out->value, order[a->uc], PTRDIFF_MAX);
-    else if (a->type == EXR_ATTR_ENVMAP && a->uc < WEFT_COUNT(envmap))
-        put(out->value, sizeof out->value, envmap[a->uc], PTRDIFF_MAX);
-    else if (a->type == EXR_ATTR_RATIONAL && a->rational)
-        snprintf(out->value, sizeof out->value, "%d/%u", a->rational->num, a->rational->denom);
-    else
-        return put_numbers(a, out);
-    return true;
-}
-
-// What struct weft_image says in its own members, or what only describes the file's layout.
-static bool is_structure(const char *name)
-{
-    static const char *const names[] = {"channels", "compression", "dataWindow", "displayWindow",
-                                        "tiles",    "chunkCount",  "type",       "version"};
-    for (size_t i = 0; i < WEFT_COUNT(names); i++)
-        if (!strcmp(name, names[i]))
-            return true;
-    return false;
-}
-
-static bool describe_attribute(struct reader *r, int32_t index, struct weft_metadata *out)
-{
-    const exr_attribute_t *a = NULL;
-    *out = (struct weft_metadata){0};
-    if (exr_get_attribute_by_index(r->exr, 0, EXR_ATTR_LIST_FILE_ORDER, index, &a) || !a->name)
-        return false;
-    if (is_structure(a->name) || !put_value(a, out))
-        return false;
-    put(out->key, sizeof out->key, a->name, PTRDIFF_MAX);
-    return out->key[0] != '\0';
-}
-
-// ---- answers
-// --------------------------------------------------------------------------------------
+// ---- answers ------------------------------------------------------------------------------------
 
 static enum weft_result append(struct reader *r, const void *data, size_t size)
 {
@@ -325,46 +236,69 @@ static enum weft_result append_channels(struct reader *r)
     enum weft_result res = WEFT_OK;
     for (int c = 0; res == WEFT_OK && c < r->channels->num_channels; c++) {
         const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
-        struct weft_image_channel channel = {0};
-        put(channel.name, sizeof channel.name, e->name.str, (size_t)e->name.length);
-        put(channel.type, sizeof channel.type, type_name[e->pixel_type], PTRDIFF_MAX);
+        struct weft_wire_channel channel = {.type = types[e->pixel_type],
+                                            .linear = e->p_linear != 0,
+                                            .sampling = {e->x_sampling, e->y_sampling}};
+        snprintf(channel.name, sizeof channel.name, "%.*s", (int)e->name.length, e->name.str);
         res = append(r, &channel, sizeof channel);
     }
     return res;
 }
 
-static enum weft_result answer_info(struct reader *r)
+static enum weft_result append_info(struct reader *r, const unsigned char *header, size_t size)
 {
-    struct weft_metadata entry;
-    struct weft_wire_image wire = {0};
-    int32_t attributes = 0;
-    exr_get_attribute_count(r->exr, 0, &attributes);
-    for (int32_t i = 0; i < attributes; i++)
-        wire.image.metadata_count += describe_attribute(r, i, &entry);
-    wire.image.x = r->data.min.x;
-    wire.image.y = r->data.min.y;
-    wire.image.width = (int32_t)r->width;
-    wire.image.height = (int32_t)r->height;
-    wire.image.display_min[0] = r->display.min.x;
-    wire.image.display_min[1] = r->display.min.y;
-    wire.image.display_max[0] = r->display.max.x;
-    wire.image.display_max[1] = r->display.max.y;
-    wire.image.tiled = r->storage == EXR_STORAGE_TILED;
-    wire.image.channel_count = (size_t)r->channels->num_channels;
-    put(wire.image.compression, sizeof wire.image.compression, compression_name[r->compression],
-        PTRDIFF_MAX);
-
+    const struct weft_wire_image wire = {
+        .x = r->data.min.x,
+        .y = r->data.min.y,
+        .width = (int32_t)r->width,
+        .height = (int32_t)r->height,
+        .display_min = {r->display.min.x, r->display.min.y},
+        .display_max = {r->display.max.x, r->display.max.y},
+        .compression = compressions[r->compression],
+        .tiled = r->storage == EXR_STORAGE_TILED || r->storage == EXR_STORAGE_DEEP_TILED,
+        .deep = r->storage == EXR_STORAGE_DEEP_SCANLINE || r->storage == EXR_STORAGE_DEEP_TILED,
+        .part_count = (uint32_t)r->part_count,
+        .channel_count = (uint64_t)r->channels->num_channels,
+        .header_bytes = size,
+    };
     enum weft_result res = append(r, &wire, sizeof wire);
     if (res == WEFT_OK)
         res = append_channels(r);
-    for (int32_t i = 0; res == WEFT_OK && i < attributes; i++)
-        if (describe_attribute(r, i, &entry))
-            res = append(r, &entry, sizeof entry);
+    return res == WEFT_OK ? append(r, header, size) : res;
+}
+
+static enum weft_result answer_info(struct reader *r)
+{
+    size_t first = 0, end = 0;
+    const unsigned char *file = map_file(r);
+    if (!file)
+        return WEFT_ERR_LIMIT;
+    enum weft_result res = find_header(r, file, &first, &end)
+                               ? append_info(r, file + first, end - first)
+                               : weft_server_fail(r->server, WEFT_ERR_FORMAT,
+                                                  "an attribute of part %d ends nowhere", r->part);
+    munmap((void *)(uintptr_t)file, r->file_bytes);
     return res;
 }
 
-// ---- pixels
-// ---------------------------------------------------------------------------------------
+// ---- pixels -------------------------------------------------------------------------------------
+
+static enum weft_result check_kind(struct reader *r)
+{
+    struct weft_server *s = r->server;
+    if (r->storage != EXR_STORAGE_SCANLINE && r->storage != EXR_STORAGE_TILED)
+        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "deep images are unsupported");
+    if (r->compression == EXR_COMPRESSION_DWAA || r->compression == EXR_COMPRESSION_DWAB)
+        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "DWA is read by weft-read-dwa");
+    for (int c = 0; c < r->channels->num_channels; c++) {
+        const exr_attr_chlist_entry_t *e = &r->channels->entries[c];
+        if (e->x_sampling != 1 || e->y_sampling != 1)
+            return weft_server_fail(s, WEFT_ERR_UNSUPPORTED,
+                                    "channel %s is subsampled (%d x %d), which is unsupported",
+                                    e->name.str, e->x_sampling, e->y_sampling);
+    }
+    return WEFT_OK;
+}
 
 static enum weft_result check_amount(struct reader *r, size_t *bytes)
 {
@@ -417,16 +351,16 @@ static exr_result_t decode_block(struct reader *r, exr_decode_pipeline_t *decode
     if (chunk->width != block->width || chunk->height != block->height)
         return EXR_ERR_CORRUPT_CHUNK;
     bool first = decode->channels == NULL;
-    exr_result_t rv = first ? exr_decoding_initialize(r->exr, 0, chunk, decode)
-                            : exr_decoding_update(r->exr, 0, chunk, decode);
+    exr_result_t rv = first ? exr_decoding_initialize(r->exr, r->part, chunk, decode)
+                            : exr_decoding_update(r->exr, r->part, chunk, decode);
     if (rv)
         return rv;
     if (decode->channel_count != r->channels->num_channels)
         return EXR_ERR_CORRUPT_CHUNK;
     point_to(r, decode, planes, block->x, block->y);
     if (first)
-        rv = exr_decoding_choose_default_routines(r->exr, 0, decode);
-    return rv ? rv : exr_decoding_run(r->exr, 0, decode);
+        rv = exr_decoding_choose_default_routines(r->exr, r->part, decode);
+    return rv ? rv : exr_decoding_run(r->exr, r->part, decode);
 }
 
 static int64_t smaller(int64_t a, int64_t b)
@@ -437,14 +371,14 @@ static int64_t smaller(int64_t a, int64_t b)
 static exr_result_t decode_lines(struct reader *r, exr_decode_pipeline_t *decode, float *planes)
 {
     int32_t lines = 0;
-    exr_result_t rv = exr_get_scanlines_per_chunk(r->exr, 0, &lines);
+    exr_result_t rv = exr_get_scanlines_per_chunk(r->exr, r->part, &lines);
     if (!rv && lines < 1)
         rv = EXR_ERR_CORRUPT_CHUNK;
     struct block b = {.width = r->width};
     for (; !rv && b.y < r->height; b.y += lines) {
         exr_chunk_info_t chunk;
         b.height = smaller(lines, r->height - b.y);
-        rv = exr_read_scanline_chunk_info(r->exr, 0, (int)(r->data.min.y + b.y), &chunk);
+        rv = exr_read_scanline_chunk_info(r->exr, r->part, (int)(r->data.min.y + b.y), &chunk);
         if (!rv)
             rv = decode_block(r, decode, &chunk, &b, planes);
     }
@@ -454,15 +388,15 @@ static exr_result_t decode_lines(struct reader *r, exr_decode_pipeline_t *decode
 static exr_result_t decode_tiles(struct reader *r, exr_decode_pipeline_t *decode, float *planes)
 {
     int32_t width = 0, height = 0;
-    exr_result_t rv = exr_get_tile_sizes(r->exr, 0, 0, 0, &width, &height);
+    exr_result_t rv = exr_get_tile_sizes(r->exr, r->part, 0, 0, &width, &height);
     if (!rv && (width < 1 || height < 1))
         rv = EXR_ERR_CORRUPT_CHUNK;
     for (int64_t y = 0; !rv && y < r->height; y += height) {
         for (int64_t x = 0; !rv && x < r->width; x += width) {
             struct block b = {x, y, smaller(width, r->width - x), smaller(height, r->height - y)};
             exr_chunk_info_t chunk;
-            rv = exr_read_tile_chunk_info(r->exr, 0, (int)(x / width), (int)(y / height), 0, 0,
-                                          &chunk);
+            rv = exr_read_tile_chunk_info(r->exr, r->part, (int)(x / width), (int)(y / height), 0,
+                                          0, &chunk);
             if (!rv)
                 rv = decode_block(r, decode, &chunk, &b, planes);
         }
@@ -470,29 +404,13 @@ static exr_result_t decode_tiles(struct reader *r, exr_decode_pipeline_t *decode
     return rv;
 }
 
-static void convert_uints(const struct reader *r, float *planes)
-{
-    size_t plane_size = (size_t)r->width * (size_t)r->height;
-    for (int c = 0; c < r->channels->num_channels; c++) {
-        if (r->channels->entries[c].pixel_type != EXR_PIXEL_UINT)
-            continue;
-        float *plane = planes + (size_t)c * plane_size;
-        for (size_t i = 0; i < plane_size; i++) {
-            uint32_t value;
-            memcpy(&value, plane + i, sizeof value);
-            plane[i] = (float)value;
-        }
-    }
-}
-
 static enum weft_result answer_pixels(struct reader *r)
 {
     struct weft_server *s = r->server;
-    if (r->compression == EXR_COMPRESSION_DWAA || r->compression == EXR_COMPRESSION_DWAB)
-        return weft_server_fail(s, WEFT_ERR_UNSUPPORTED, "compression %s is unsupported",
-                                compression_name[r->compression]);
     size_t bytes = 0;
-    enum weft_result res = check_amount(r, &bytes);
+    enum weft_result res = check_kind(r);
+    if (res == WEFT_OK)
+        res = check_amount(r, &bytes);
     if (res != WEFT_OK)
         return res;
     float *planes = calloc(bytes, 1); // zero, should a chunk leave a gap
@@ -506,12 +424,7 @@ static enum weft_result answer_pixels(struct reader *r)
     exr_result_t rv = r->storage == EXR_STORAGE_TILED ? decode_tiles(r, &decode, planes)
                                                       : decode_lines(r, &decode, planes);
     exr_decoding_destroy(r->exr, &decode);
-    if (rv) {
-        res = fail_exr(r, rv);
-    } else {
-        convert_uints(r, planes);
-        res = append(r, planes, bytes);
-    }
+    res = rv ? fail_exr(r, rv) : append(r, planes, bytes);
     free(planes);
     return res;
 }
@@ -528,6 +441,11 @@ static enum weft_result handle(struct weft_server *server)
         res = open_file(r);
     if (res != WEFT_OK)
         return res;
+    if (server->request->part >= (uint32_t)r->part_count)
+        return weft_server_fail(server, WEFT_ERR_ARGUMENT,
+                                "there is no part %" PRIu32 ": it has %d, from 0",
+                                server->request->part, r->part_count);
+    r->part = (int)server->request->part;
     exr_result_t rv = read_header(r);
     if (rv)
         return fail_exr(r, rv);

@@ -12,7 +12,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 3, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 4, WEFT_WIRE_FD = 3 };
 
 enum weft_wire_op {
     WEFT_WIRE_LIST,  // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
@@ -22,14 +22,17 @@ enum weft_wire_op {
     WEFT_WIRE_READ,  // VDB: payload of brick origins. -> count * 512 floats
     WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
                      // written, count[0] bytes of it
-    WEFT_WIRE_IMAGE_INFO,   // EXR: -> struct weft_wire_image, channels, metadata
-    WEFT_WIRE_IMAGE_PIXELS, // EXR: -> planes of float in the order of the channels
+    WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
+    WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`. -> planes of float or, for uint channels, uint32_t, in
+                            // the order of the channels
 };
 
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
     uint32_t rest;          // OPEN: as in struct weft_volume_open_params
+    uint32_t part;          // of an image, from 0
+    uint32_t reserved;
     uint64_t payload_bytes; // in the request's payload memfd, 0 = none
     struct weft_region region;
 };
@@ -60,10 +63,22 @@ struct weft_wire_volume {
     int32_t box_min[3], box_max[3]; // volume.h calls active; all others get the background
 };
 
-// struct weft_image without its pointers; channel_count struct weft_image_channel (plane
-// meaningless), then metadata_count struct weft_metadata follow.
+// struct weft_image without its pointers. channel_count struct weft_wire_channel follow, then
+// header_bytes of the part's header as tiles/image_attribute.h takes it.
 struct weft_wire_image {
-    struct weft_image image;
+    int32_t x, y, width, height;
+    int32_t display_min[2], display_max[2];
+    uint32_t compression; // enum weft_image_compression
+    uint32_t tiled, deep; // 0 or 1
+    uint32_t part_count;
+    uint64_t channel_count, header_bytes;
+};
+
+struct weft_wire_channel {
+    char name[256];
+    uint32_t type;   // enum weft_pixel_type
+    uint32_t linear; // 0 or 1
+    int32_t sampling[2];
 };
 
 WEFT_END_DECLS
