@@ -467,6 +467,34 @@ static void assert_starts(const char *path, const char *start, size_t start_size
     unlink(path);
 }
 
+// The curve of an interpolating B-spline is its cardinal spline: 1 at 0, of integral 1, with
+// negative lobes (the B-spline itself is 2/3 at 0 and has none) and the slope that goes with it.
+static void curves_are_of_samples(void **state)
+{
+    (void)state;
+    json_t *root = parse(command_succeeds("kernel", "bspline3i", "--json"));
+    const json_t *curve = json_object_get(root, "curve"), *x = json_object_get(curve, "x"),
+                 *value = json_object_get(curve, "value"),
+                 *slope = json_object_get(curve, "derivative");
+    const size_t count = json_array_size(x), middle = count / 2;
+    const double step = element(x, 1) - element(x, 0);
+    double sum = 0.0, least = 0.0;
+    assert_true(count > 100 && count % 2 == 1 && element(x, count - 1) > 6.0);
+    assert_true(element(x, middle) == 0.0 && fabs(element(value, middle) - 1.0) < 1e-9);
+    for (size_t i = 0; i < count; i++) {
+        sum += step * element(value, i);
+        least = fmin(least, element(value, i));
+        // The third derivative is at most 24 (of the B-spline 6, and coefficients of at most
+        // sqrt(3)).
+        if (i > 0 && i + 1 < count)
+            assert_true(fabs((element(value, i + 1) - element(value, i - 1)) / (2.0 * step) -
+                             element(slope, i)) < 24.0 / 6.0 * step * step);
+    }
+    assert_true(fabs(sum - 1.0) < 2e-3); // what lies beyond the ends, where it is below 10^-3
+    assert_true(least < -0.1);
+    json_decref(root);
+}
+
 static void plots_are_pictures(void **state)
 {
     (void)state;
@@ -687,6 +715,7 @@ int main(void)
         cmocka_unit_test(statistics_are_consistent),
         cmocka_unit_test(formats_parse),
         cmocka_unit_test(target_error_is_met),
+        cmocka_unit_test(curves_are_of_samples),
         cmocka_unit_test(plots_are_pictures),
         cmocka_unit_test(no_gnuplot),
         cmocka_unit_test(bad_kernels),

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "kernel_curve.h"
 #include "kernels.h"
 #include "plot.h"
 #include "report.h"
@@ -109,10 +110,9 @@ static double decibel(struct weft_analysis_response h)
 enum { CURVE_STEPS = 1200, SPECTRUM_STEPS = 800, LIST_STEP = 4 };
 static const double spectrum_end = 4.0;
 
-static double curve_position(const struct weft_kernel *kernel, int i)
+static double curve_position(const struct kernel_curve *curve, int i)
 {
-    double end = kernel->support + 0.5;
-    return end * (2.0 * i / CURVE_STEPS - 1.0);
+    return curve->end * (2.0 * i / CURVE_STEPS - 1.0);
 }
 
 static double spectrum_position(int i)
@@ -123,11 +123,13 @@ static double spectrum_position(int i)
 static void set_curves(json_t *root, const struct weft_kernel *kernel)
 {
     json_t *x = json_array(), *h = json_array(), *slope = json_array();
+    struct kernel_curve curve;
+    kernel_curve_init(kernel, &curve);
     for (int i = 0; i <= CURVE_STEPS; i += LIST_STEP) {
-        double at = curve_position(kernel, i);
+        double at = curve_position(&curve, i);
         json_array_append_new(x, json_number(at));
-        json_array_append_new(h, json_number(weft_kernel_weight(kernel, at)));
-        json_array_append_new(slope, json_number(weft_kernel_derivative(kernel, at)));
+        json_array_append_new(h, json_number(kernel_curve_value(&curve, at)));
+        json_array_append_new(slope, json_number(kernel_curve_slope(&curve, at)));
     }
     json_t *frequency = json_array(), *gain = json_array();
     for (int i = 0; i <= SPECTRUM_STEPS; i += LIST_STEP) {
@@ -143,12 +145,12 @@ static void set_curves(json_t *root, const struct weft_kernel *kernel)
 
 // ---- plot ---------------------------------------------------------------------------------------
 
-static void write_curve(FILE *script, const struct weft_kernel *kernel,
-                        double (*f)(const struct weft_kernel *, double))
+static void write_curve(FILE *script, const struct kernel_curve *curve,
+                        double (*f)(const struct kernel_curve *, double))
 {
     for (int i = 0; i <= CURVE_STEPS; i++) {
-        double x = curve_position(kernel, i);
-        fprintf(script, "%.9g %.9g\n", x, f(kernel, x));
+        double x = curve_position(curve, i);
+        fprintf(script, "%.9g %.9g\n", x, f(curve, x));
     }
     fputs("e\n", script);
 }
@@ -165,8 +167,10 @@ static void write_spectrum(FILE *script, const struct weft_kernel *kernel, doubl
 static enum exit_code draw(const struct facts *f, const char *path)
 {
     const struct weft_kernel *kernel = &f->kernel;
-    const bool slope = kernel->info->derivative != NULL;
+    struct kernel_curve curve;
     struct plot plot;
+    kernel_curve_init(kernel, &curve);
+    const bool slope = curve.has_slope;
     enum exit_code code = plot_begin(path, 900, slope ? 1050 : 750, &plot);
     if (code != EXIT_CODE_DONE)
         return code;
@@ -178,12 +182,14 @@ static enum exit_code draw(const struct facts *f, const char *path)
     fprintf(s,
             " font ',14'\nunset key\nset lmargin 10\nset rmargin 3\nset xzeroaxis lc '#808080'\n"
             "set xlabel 'x (sample distances)'\nset xrange [%g:%g]\nset offsets 0,0,graph 0.06,"
-            "graph 0.06\nset xtics %g\nset ylabel 'h(x)'\nplot '-' with lines lt 1\n",
-            -kernel->support - 0.5, kernel->support + 0.5, kernel->support > 4.0 ? 2.0 : 1.0);
-    write_curve(s, kernel, weft_kernel_weight);
+            "graph 0.06\nset xtics %g\nset ylabel '%s'\nplot '-' with lines lt 1\n",
+            -curve.end, curve.end, curve.end > 4.5 ? 2.0 : 1.0,
+            kernel->prefiltered ? "cardinal spline" : "h(x)");
+    write_curve(s, &curve, kernel_curve_value);
     if (slope) {
-        fputs("set ylabel \"h'(x)\"\nplot '-' with lines lt 2\n", s);
-        write_curve(s, kernel, weft_kernel_derivative);
+        fprintf(s, "set ylabel \"%s\"\nplot '-' with lines lt 2\n",
+                kernel->prefiltered ? "its slope" : "h'(x)");
+        write_curve(s, &curve, kernel_curve_slope);
     }
     fprintf(s,
             "unset offsets\nset xlabel 'f (cycles per sample distance)'\nset ylabel '|H(f)| (dB)'\n"
