@@ -242,6 +242,8 @@ struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kerne
 {
     struct weft_prefilter_error error = {0.0, 0.0};
     struct weft_prefilter prefilter;
+    if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3)
+        return (struct weft_prefilter_error){NAN, NAN};
     struct weft_kernel plain = *kernel;
     plain.prefiltered = false;
     if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &prefilter) != WEFT_OK)

@@ -91,7 +91,7 @@ WEFT_API int64_t weft_prefilter_weights(const struct weft_prefilter *prefilter,
 struct weft_prefilter_error {
     double coefficient, sample;
 };
-// All zero for kernels that are not prefiltered. dims is 1 to 3.
+// All zero for kernels that are not prefiltered. dims is 1 to 3, else NAN.
 WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,
                                                           int dims, double cut);
 

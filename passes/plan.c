@@ -408,6 +408,11 @@ static enum weft_result take_passes(struct weft_planner *planner, const struct w
                        weft_technique_names[planner->p.technique]);
             return WEFT_ERR_ARGUMENT;
         }
+        if (pass->target < 0 || pass->target >= from->pass_count) { // each slot is written
+            weft_error(planner->p.log, "plan: pass %d writes slot %d, of %d passes", i,
+                       pass->target, from->pass_count);
+            return WEFT_ERR_ARGUMENT;
+        }
         if (!weft_planner_add_pass(planner, *pass))
             res = WEFT_ERR_MEMORY;
         list->slot_count = pass->target >= list->slot_count ? pass->target + 1 : list->slot_count;

@@ -411,6 +411,9 @@ static void prefilters(void)
         weft_prefilter_weights(&good, &spline, 4, numbers[n], values);
     }
     weft_prefilter_line(&good, values, 0, PTRDIFF_MIN, NAN, NAN);
+    EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_prefilter_error(&kernel, 3, 0x1p-28))
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        weft_prefilter_error(&spline, ints[i], NAN);
     TRUE(!weft_prefilter_is_missing(NAN, NAN, NAN, true));
 }
 
@@ -876,6 +879,76 @@ static void ranges(void)
     weft_plan_destroy(&made);
 }
 
+static enum weft_result judge_plan(const struct weft_plan_params *params,
+                                   const struct weft_pass_list *passes)
+{
+    weft_plan *judged = NULL;
+    const enum weft_result res = weft_plan_judge(params, passes, &judged);
+    weft_plan_destroy(&judged);
+    return res;
+}
+
+static void judgements(void)
+{
+    weft_plan *made = plan(2);
+    struct weft_pass_list good = *weft_plan_get_info(made)->passes;
+    struct weft_plan_params params = *weft_plan_params(.kernel = named("linear"), .samples = 8,
+                                                       .memory_bytes = 1 << 22, .log = &logger);
+#define CALL judge_plan(&params, &p)
+    TRUE(judge_plan(&params, &good) == WEFT_OK);
+    ANY_INT(good, extra_bits, CALL);
+    ANY_INT(good, result, CALL);
+    ANY_INT(good, pattern[1][0], CALL);
+    ANY_NUMBER(good, result_scale, CALL);
+    ANY_NUMBER(good, result_bias, CALL);
+    SET_REFUSED(good, result_scale, NAN, CALL);
+    SET_REFUSED(good, pass_count, -1, CALL);
+    struct weft_pass pass;
+    struct weft_tap_group group;
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        struct weft_pass_list p = good;
+        p.passes = &pass;
+        p.pass_count = 1;
+#define MEMBER(member)                                                                             \
+    pass = good.passes[0];                                                                         \
+    pass.member = (__typeof__(pass.member))ints[i];                                                \
+    SURVIVED(CALL)
+        MEMBER(kind);
+        MEMBER(target);
+        MEMBER(initial);
+        MEMBER(part);
+        MEMBER(bias);
+        MEMBER(divisor);
+        MEMBER(group_first);
+        MEMBER(group_count);
+        MEMBER(input_count);
+        pass = (struct weft_pass){.kind = WEFT_PASS_COMBINE,
+                                  .input_count = 1,
+                                  .denominator = ints[i],
+                                  .input = {ints[i]},
+                                  .numerator = {ints[i]}};
+        SURVIVED(CALL);
+#undef MEMBER
+        pass = good.passes[0];
+        pass.group_first = 0;
+        pass.group_count = 1;
+        p.groups = &group;
+        p.group_count = 1;
+#define MEMBER(member)                                                                             \
+    group = good.groups[0];                                                                        \
+    group.member = ints[i];                                                                        \
+    SURVIVED(CALL)
+        MEMBER(offset[0]);
+        MEMBER(tile[0]);
+        MEMBER(sign[0]);
+        MEMBER(shift[0]);
+#undef MEMBER
+    }
+    BAD_ENUM(params, technique, judge_plan(&p, &good));
+#undef CALL
+    weft_plan_destroy(&made);
+}
+
 // ---- passes/: slices ----------------------------------------------------------------------------
 
 static enum weft_result make_slice(weft_volume *v, const struct weft_slice_params *p)
@@ -1292,7 +1365,7 @@ static const struct {
     {tables, {F(kernel_table_init)}},
     {prefilters,
      {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
-      F(prefilter_is_missing), F(prefilter_axis_set), F(prefilter_weights)}},
+      F(prefilter_is_missing), F(prefilter_error), F(prefilter_axis_set), F(prefilter_weights)}},
     {reference, {F(reference_compute)}},
     {tile_sets, {F(kernel_tiles_create), F(kernel_tiles_destroy)}},
     {tile_questions,
@@ -1315,6 +1388,7 @@ static const struct {
     {plan_questions, {F(plan_get_info), F(plan_tile_step)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate)}},
+    {judgements, {F(plan_judge)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {ways, {F(way_plan_create), F(way_plan_destroy), F(way_format), F(way_list)}},
