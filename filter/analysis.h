@@ -29,9 +29,10 @@ struct weft_analysis_order {
     double constant; // of eq. 1: the root mean square of a_N+d(t), less 1 where N = 0
     double largest;  // the same with the maximum over t (to 1e-6) instead: bounds E1
     int prefiltered; // largest L with a_n(t) constant in t for all n < L: Strang and Fix (1971)
-    double
-        prefiltered_constant; // the standard deviation of a_L(t): the least error in the space of
-                              // the kernel's shifts (Blu and Unser, IEEE TSP 1999); 0 where L is 0
+    double prefiltered_constant; // the standard deviation of a_L(t): the least error in the space
+                                 // of the kernel's shifts (Blu and Unser, IEEE TSP 1999), by least
+                                 // squares; 0 where L is 0. That of the spline through the samples
+                                 // is `constant` of the prefiltered kernel, and larger
 };
 WEFT_API struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel);
 

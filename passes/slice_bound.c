@@ -101,7 +101,10 @@ static double position_error(const struct weft_slice_grid *grid)
 // Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
 static double weight_error(const struct weft_slice_plan *plan, double slope)
 {
-    const double position = 0x1p-25 + position_error(&plan->grid);
+    // A fraction times a number of segments that is no power of two is rounded.
+    const int segments = plan->kernel_tiles.segments;
+    const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
+    const double position = 0x1p-25 + scaled + position_error(&plan->grid);
     return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
            position * slope;
 }

@@ -110,7 +110,9 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, float
         return best;
     const bool jumps = kernel->continuity < 0 || v->plan->clamp_to_samples ||
                        isinf(difference(value, best.value));
-    const double margin = weft_slice_grid_margin(&v->plan->grid, position);
+    // Jumps inside a tile are met by fractions of 24 bits, times a number of segments.
+    const double margin = fmax(weft_slice_grid_margin(&v->plan->grid, position),
+                               kernel->continuity < 0 ? 0x1p-23 : 0.0);
     for (int corner = 0; corner < 8; corner++) {
         double moved[3], at[3];
         for (int a = 0; a < 3; a++)

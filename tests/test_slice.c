@@ -575,12 +575,71 @@ static void real_volumes_meet_the_reference(void **state)
         skip();
 }
 
+// Every record with parameters at both ends of their ranges and between: radii in tenths have jumps
+// and kinks inside tiles, and pixels lie on them.
+static void any_parameters_can_be_sliced(void **state)
+{
+    (void)state;
+    enum { SIDE = 20, ROUNDS = 6 };
+    static float data[SIDE * SIDE * SIDE];
+    weft_volume *volume = NULL;
+    srand(3);
+    for (int i = 0; i < SIDE * SIDE * SIDE; i++)
+        data[i] = (float)(rand() % 1000) / 1000.0f;
+    assert_int_equal(
+        weft_volume_create(weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data), &volume),
+        WEFT_OK);
+    struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
+                                       .without = WEFT_SAVING_ALL,
+                                       .geometry = {.origin = {9.95, 9.95, 9.95},
+                                                    .u = {1, 0, 2},
+                                                    .v = {0, 1, 1},
+                                                    .width = 10,
+                                                    .height = 10}};
+    int count = 0, bounded = 0;
+    for (int i = 0; i < ROUNDS; i++) {
+        for (int k = 0; weft_kernel_list[k]; k++) {
+            const struct weft_kernel_info *info = weft_kernel_list[k];
+            double p[WEFT_KERNEL_PARAMS] = {0};
+            if (info->derivation || !info->params[0].name)
+                continue;
+            for (int n = 0; n < WEFT_KERNEL_PARAMS && info->params[n].name; n++) {
+                const double low = info->params[n].min, high = info->params[n].max;
+                const double tenths = round(10.0 * (low + (high - low) * (rand() % 1000) / 1e3));
+                p[n] = i == 0 ? low : i == 1 ? high : fmax(low, 0.1 * tenths);
+            }
+            struct weft_slice_error error;
+            char name[100];
+            assert_int_equal(weft_kernel_create(NULL, info, p, &params.kernel), WEFT_OK);
+            weft_kernel_format(&params.kernel, name, sizeof name);
+            weft_slice_plan *plan = NULL;
+            float pixels[100];
+            if (weft_slice_plan_create(volume, &params, &plan) != WEFT_OK)
+                fail_msg("%s cannot be sliced", name);
+            assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL),
+                             WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
+            const struct weft_slice_plan_info *plan_info = weft_slice_plan_get_info(plan);
+            const double bound =
+                plan_info->error_bound * error.magnitude + plan_info->error_absolute;
+            if (!(error.maximum <= bound))
+                fail_msg("%s: error %.3g, bound %.3g", name, error.maximum, bound);
+            bounded += bound <= 1e-4 * error.magnitude;
+            count++;
+            weft_slice_plan_destroy(&plan);
+        }
+    }
+    assert_true(count >= 60 && bounded > count / 2); // others have weights of hundreds
+    weft_volume_destroy(&volume);
+}
+
 int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_kernel_layout_and_context_meets_the_reference),
         cmocka_unit_test(axis_slices_meet_the_reference),
+        cmocka_unit_test(any_parameters_can_be_sliced),
         cmocka_unit_test(interpolating_kernels_return_voxels_exactly),
         cmocka_unit_test(far_offsets_cost_no_accuracy),
         cmocka_unit_test(any_affine_transform_is_inverted),

@@ -26,9 +26,11 @@ struct weft_polynomial_tiles {
     size_t coefficient_count;
 };
 
-// Doubles the segments until the error is at most `tolerance` (> 0).
-// Returns WEFT_ERR_LIMIT when the most segments do not reach it (numbers in the log),
-// WEFT_ERR_MEMORY.
+// As many segments as an error of at most `tolerance` (> 0), or that part of the largest |weight|
+// where this is above 1, needs: powers of two, or another number that has the ends of the support
+// (and the knots of tables, up to 63 odd parts a unit) on borders of segments, where a kernel may
+// jump or kink. Where no number is good enough, the best one is taken, and `sum_error` tells.
+// Returns WEFT_ERR_MEMORY.
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,
                                               struct weft_polynomial_tiles *out);

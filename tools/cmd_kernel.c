@@ -46,6 +46,7 @@ struct facts {
     const char *symmetry; // "even", "odd" or "none"
     bool unit_sum;
     struct weft_analysis_order order;
+    struct weft_analysis_order interpolator; // with weft's prefilter; order 0 where there is none
     double moment[MOMENTS];
     double taylor[TAYLOR_ORDERS][TAYLOR_POSITIONS];
     struct weft_analysis_response response[FREQUENCIES];
@@ -72,6 +73,9 @@ static void gather(struct facts *f)
     weft_kernel_format(kernel, f->name, sizeof f->name);
     f->symmetry = find_symmetry(kernel);
     f->order = weft_analysis_order(kernel);
+    struct weft_kernel own = *kernel;
+    if (kernel->info->derivation == 0 && weft_kernel_make_prefiltered(NULL, &own) == WEFT_OK)
+        f->interpolator = weft_analysis_order(&own);
     // A table's record cannot know.
     f->unit_sum = kernel->unit_sum ||
                   (kernel->info->derivation == 0 && !kernel->radial && f->order.order > 0);
@@ -252,10 +256,12 @@ static enum weft_result print_json(const struct facts *f)
         "derivative", k->info->derivation);
     json_object_set_new(root, "prefiltered", json_boolean(k->prefiltered));
     json_object_set_new(root, "order",
-                        json_pack("{s:i,s:o,s:o,s:i,s:o}", "order", o->order, "constant",
+                        json_pack("{s:i,s:o,s:o,s:i,s:o,s:i,s:o}", "order", o->order, "constant",
                                   json_number(o->constant), "largest", json_number(o->largest),
                                   "prefiltered", o->prefiltered, "prefiltered_constant",
-                                  json_number(o->prefiltered_constant)));
+                                  json_number(o->prefiltered_constant), "interpolator",
+                                  f->interpolator.order, "interpolator_constant",
+                                  json_number(f->interpolator.constant)));
     json_object_set_new(root, "moments", json_numbers(f->moment, MOMENTS));
     json_object_set_new(root, "taylor", taylor_json(f));
     json_object_set_new(root, "response", response_json(f));
@@ -336,8 +342,14 @@ static void print_order(const struct facts *f)
         puts(
             "  prefilter        applied: it interpolates; h is the weight of coefficients, order,\n"
             "                   moments, response and overshoot are those for samples");
+    else if (needs_prefilter(f) && f->interpolator.order)
+        printf("  prefilter        needed: \"%si\" interpolates, order %d, RMS error %.5g T^%d "
+               "|f^(%d)|;\n                   the least by any prefilter (least squares) is %.5g\n",
+               f->kernel.info->name, f->interpolator.order, f->interpolator.constant,
+               f->interpolator.order, f->interpolator.order, o->prefiltered_constant);
     else if (needs_prefilter(f))
-        printf("  prefilter        needed: raises the order to %d, RMS error %.5g T^%d |f^(%d)|\n",
+        printf("  prefilter        weft has none: one could raise the order to %d, RMS error %.5g "
+               "T^%d |f^(%d)| at least\n",
                o->prefiltered, o->prefiltered_constant, o->prefiltered, o->prefiltered);
     else
         printf("  prefilter        not needed: %s\n",
