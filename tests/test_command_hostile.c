@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts that a terminal would obey, numbers that no float holds, grids that cannot be read: what the
-// command prints of them.
+// Texts that a terminal would obey, numbers that no float holds, grids that cannot be read: what
+// the command prints of them.
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -73,22 +73,23 @@ static void hostile_texts(void **state)
         prints_clean("slice", "ml.vdb", "--explain", "--kernel", "table:" HOSTILE ".txt"), 0);
     // Channels and attributes of images.
     float plane[4] = {0, 1, 2, 3};
-    struct weft_image_channel channel = {.name = HOSTILE "\n", .type = "float", .plane = plane};
-    struct weft_metadata metadata = {HOSTILE, HOSTILE "\ntwo lines"};
+    static const char text[] = HOSTILE "\ntwo lines";
+    struct weft_image_channel channel = {.name = HOSTILE "\n", .plane = plane};
+    struct weft_image_attribute attribute = {HOSTILE, "string", text, sizeof text - 1};
     const struct weft_image image = {.width = 2,
                                      .height = 2,
                                      .display_max = {1, 1},
                                      .channel_count = 1,
                                      .channels = &channel,
-                                     .metadata_count = 1,
-                                     .metadata = &metadata};
-    if (weft_image_save(&image, &(struct weft_image_save_params){.path = "names.exr"}) == WEFT_OK) {
-        assert_int_equal(prints_clean("info", "names.exr"), 0);
-        assert_int_equal(prints_clean("info", "names.exr", "--json"), 0);
-        assert_int_equal(prints_clean("resample", "names.exr", "--size", "4x4", "--explain"), 0);
-        assert_int_equal(
-            prints_clean("resample", "names.exr", "--size", "4x4", "--explain", "--json"), 0);
-    }
+                                     .attribute_count = 1,
+                                     .attributes = &attribute};
+    const struct weft_image_save_params save = {.path = "names.exr"};
+    assert_int_equal(weft_image_save(&image, &save), WEFT_OK);
+    assert_int_equal(prints_clean("info", "names.exr"), 0);
+    assert_int_equal(prints_clean("info", "names.exr", "--json"), 0);
+    assert_int_equal(prints_clean("resample", "names.exr", "--size", "4x4", "--explain"), 0);
+    assert_int_equal(prints_clean("resample", "names.exr", "--size", "4x4", "--explain", "--json"),
+                     0);
 }
 
 // Numbers that no float holds are told, and where nothing else is left refused; a grid that cannot
