@@ -384,6 +384,8 @@ static enum weft_result make(struct weft_planner *planner)
 
 // ---- passes that are given ----------------------------------------------------------------------
 
+enum { MOST_GIVEN_SHIFT = 16 }; // a 14-bit weight times that is within 32 bits
+
 static const char *foreign_pass(const struct weft_planner *planner, const struct weft_pass *pass)
 {
     const bool split = planner->p.technique == WEFT_TECHNIQUE_SPLIT_PRECISION;
@@ -398,8 +400,16 @@ static enum weft_result take_passes(struct weft_planner *planner, const struct w
 {
     struct weft_pass_list *list = &planner->plan->list;
     enum weft_result res = WEFT_OK;
-    for (int i = 0; res == WEFT_OK && i < from->group_count; i++)
+    for (int i = 0; res == WEFT_OK && i < from->group_count; i++) {
+        for (int c = 0; c < (list->dot4 ? 4 : 1); c++)
+            if (from->groups[i].tile[c] >= 0 &&
+                (unsigned)from->groups[i].shift[c] > MOST_GIVEN_SHIFT) {
+                weft_error(planner->p.log, "plan: group %d is shifted by %d bits, not 0 to %d", i,
+                           from->groups[i].shift[c], MOST_GIVEN_SHIFT);
+                return WEFT_ERR_ARGUMENT;
+            }
         res = weft_planner_add_group(planner, &from->groups[i]);
+    }
     for (int i = 0; res == WEFT_OK && i < from->pass_count; i++) {
         const struct weft_pass *pass = &from->passes[i];
         const char *foreign = foreign_pass(planner, pass);

@@ -41,11 +41,15 @@ static void print_group(FILE *out, const struct weft_planner *planner,
                         const struct weft_tap_group *group)
 {
     int first = -1, last = -1;
-    for (int c = 0; c < 4; c++) {
+    for (int c = 0; c < (planner->plan->list.dot4 ? 4 : 1); c++) {
         if (group->tile[c] < 0)
             continue;
         first = first < 0 ? c : first;
         last = c;
+    }
+    if (first < 0) {
+        fputs("none", out);
+        return;
     }
     print_tap(out, planner, group->tile[first]);
     if (last != first) {
@@ -143,12 +147,13 @@ static void print_verdict(FILE *out, const struct weft_planner *planner)
     if (info->valid)
         fprintf(out, "\nrange: valid, no store clamps for %s\n", input);
     else
-        fprintf(out,
-                "\nrange: INVALID for %s: stores clamp by up to %.0f codes; the first is pass %02d, "
-                "with %.4f at sample position (%d, %d, %d)\n",
-                input, ceil(planner->full * info->range.overflow - 1e-6), info->range.pass,
-                info->range.value, info->range.position[0], info->range.position[1],
-                info->range.position[2]);
+        fprintf(
+            out,
+            "\nrange: INVALID for %s: stores clamp by up to %.0f codes; the first is pass %02d, "
+            "with %.4f at sample position (%d, %d, %d)\n",
+            input, ceil(planner->full * info->range.overflow - 1e-6), info->range.pass,
+            info->range.value, info->range.position[0], info->range.position[1],
+            info->range.position[2]);
 }
 
 static void print_error(FILE *out, const struct weft_planner *planner)

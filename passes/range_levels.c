@@ -133,7 +133,7 @@ static const struct row *sum_row(struct weft_levels *l, int pass, int64_t weight
     if (found)
         return row;
     const double largest =
-        fabs(ldexp((double)weight * l->one, l->extra_bits)) / p->divisor + abs(p->bias);
+        fabs(ldexp((double)weight * l->one, l->extra_bits)) / p->divisor + fabs((double)p->bias);
     int32_t n[LEVELS];
     if (!(largest < MOST_INSIDE))
         return row;

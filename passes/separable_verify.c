@@ -82,7 +82,7 @@ double weft_separable_error_bound(const struct weft_kernel *kernel)
     struct weft_kernel plain = *kernel;
     plain.prefiltered = false;
     const double gain = weft_analysis_overshoot(&plain).gain;
-    return gain * gain * expm1((2 * kernel->width + 2) * log1p(0x1p-24));
+    return gain * gain * expm1((2.0 * kernel->width + 2.0) * log1p(0x1p-24));
 }
 
 struct verifier {
