@@ -47,4 +47,10 @@ static inline void assert_near(double actual, double expected, double tolerance,
         fail_msg("%s: %.17g instead of %.17g", what, actual, expected);
 }
 
+// The larger of both, where fmax would drop a NAN: once there, it stays.
+static inline double larger(double a, double b)
+{
+    return isnan(a) || isnan(b) ? (double)NAN : fmax(a, b);
+}
+
 #endif

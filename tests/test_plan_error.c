@@ -213,6 +213,7 @@ static void compare_with_emulation(const struct job *job, const struct weft_conv
                      weft_plan_get_info(job->plan)->text);
 }
 
+// The bound over the error measured, 0 where a result is not finite.
 static double check(struct job *job, weft_context *context, bool constant, int number)
 {
     const struct weft_plan_info *info = weft_plan_get_info(job->plan);
@@ -231,14 +232,16 @@ static double check(struct job *job, weft_context *context, bool constant, int n
     const bool declared = constant || job->params.worst_case == WEFT_WORST_ANY;
     const double bound =
         (declared ? info->error.bound : info->error.bound_any) * width + float_error(job);
-    if (!(error.maximum <= bound))
+    if (!(error.maximum <= bound) || error.not_finite_mismatches)
         print_error("plan %d, %s: %.6g is beyond the bound %.6g (range %.3g) at (%d, %d) channel "
-                    "%d; order %d%s%s, singly %d\n%s",
+                    "%d, or %d not finite; order %d%s%s, singly %d\n%s",
                     number, constant ? "constant" : "noise", error.maximum, bound, width,
-                    error.at_x, error.at_y, error.channel, (int)job->params.order,
-                    job->params.blend_only ? ", blend only" : "",
+                    error.at_x, error.at_y, error.channel, (int)error.not_finite_mismatches,
+                    (int)job->params.order, job->params.blend_only ? ", blend only" : "",
                     job->params.channels == 4 ? ", 4 channels" : "", job->params.round_singly,
                     info->text);
+    if (error.not_finite_mismatches || isnan(error.maximum))
+        return 0.0;
     return error.maximum > 0.0 ? bound / error.maximum : INFINITY;
 }
 
@@ -250,6 +253,7 @@ static int compare_doubles(const void *a, const void *b)
 
 static void print_ratios(const char *what, double *ratio, int count)
 {
+    assert_true(count > 0);
     qsort(ratio, (size_t)count, sizeof *ratio, compare_doubles);
     print_message("  %s: bound / measured: least %.2f, median %.2f, 90 %% below %.1f\n", what,
                   ratio[0], ratio[count / 2], ratio[count * 9 / 10]);
@@ -271,7 +275,7 @@ static void run_jobs(weft_context *context, int jobs)
         }
         for (int input = 0; input < INPUTS; input++) {
             const double ratio = check(&job, context, input == CONSTANT, tally.plans);
-            tally.beyond += ratio < 1.0;
+            tally.beyond += !(ratio >= 1.0);
             // Constants come back exactly from many plans.
             if (ratio < 1e5)
                 tally.ratio[input][tally.count[input]++] = ratio;

@@ -322,8 +322,8 @@ static double wave_error(const struct weft_kernel *kernel, double frequency)
     double largest = 0.0;
     for (int i = 0; i < 2000; i++) {
         const double x = 0.0617 * i;
-        largest =
-            fmax(largest, fabs(interpolate(kernel, &p, wave, &frequency, x) - wave(&frequency, x)));
+        largest = larger(largest,
+                         fabs(interpolate(kernel, &p, wave, &frequency, x) - wave(&frequency, x)));
     }
     return largest;
 }

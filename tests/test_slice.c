@@ -112,8 +112,8 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
 {
     (void)state;
     weft_volume *volume = make_volume(29, 31, 27, 0, 0.25f, NULL);
-    for (int c = 0; c < 2; c++) {
-        for (const struct weft_kernel_info *const *k = weft_kernel_list; contexts[c] && *k; k++) {
+    for (int c = 0; c < 2 && contexts[c]; c++) {
+        for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int l = WEFT_LAYOUT_AUTO; l <= WEFT_LAYOUT_PLAIN; l++) {
                 char what[128];
                 struct weft_slice_error error;
@@ -131,8 +131,6 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
                 assert_within(&error, tolerance_for(*k), what);
             }
         }
-        if (!contexts[c])
-            print_message("[  SKIPPED ] context %d is not to be had here\n", c);
     }
     weft_volume_destroy(&volume);
 }
@@ -231,7 +229,7 @@ static void any_affine_transform_is_inverted(void **state)
         assert_accurate(&error, "world space");
         // Positions differ by the inversion's rounding alone.
         for (int i = 0; i < 64 * 48; i++)
-            assert_float_equal(a[i], b[i], 1e-5);
+            assert_near((double)a[i], (double)b[i], 1e-5, "world space");
         free(a);
         free(b);
         weft_volume_destroy(&volume);
@@ -359,7 +357,7 @@ static void a_clamped_volume_holds_its_edge(void **state)
         .origin = {-50, -50, -50}, .u = {4, 0, 0}, .v = {0, 4, 0}, .width = 4, .height = 4};
     float *pixels = run_slice(contexts[0], volume, &params, NULL, NULL);
     for (int i = 0; i < 16; i++)
-        assert_float_equal(pixels[i], noise(0, 0, 0), 1e-6);
+        assert_near((double)pixels[i], (double)noise(0, 0, 0), 1e-6, "clamped");
     free(pixels);
     weft_volume_destroy(&volume);
 }

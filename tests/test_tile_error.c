@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "common.h"
+#include "contexts.h"
 #include "filter/check.h"
 #include "weft.h"
 
@@ -240,21 +241,12 @@ static void bad_requests_are_refused(void **state)
     weft_kernel_tiles_destroy(&set);
 }
 
-static int create_context(void **state)
+static int set_context(void **state)
 {
-    (void)state;
-    return weft_context_create(&(struct weft_context_params){.kind = WEFT_CONTEXT_OSMESA},
-                               &context) == WEFT_OK ||
-                   weft_context_create(&(struct weft_context_params){.kind = WEFT_CONTEXT_EGL},
-                                       &context) == WEFT_OK
-               ? 0
-               : -1;
-}
-
-static int destroy_context(void **state)
-{
-    (void)state;
-    weft_context_destroy(&context);
+    create_contexts(state);
+    context = contexts[0];
+    if (!software_gl())
+        print_message("[  SKIPPED ] the model of lookups of 8 bits: it is that of llvmpipe\n");
     return 0;
 }
 
@@ -268,5 +260,5 @@ int main(void)
         cmocka_unit_test(borders_are_counted),
         cmocka_unit_test(bad_requests_are_refused),
     };
-    return cmocka_run_group_tests(tests, create_context, destroy_context);
+    return cmocka_run_group_tests(tests, set_context, destroy_contexts);
 }
