@@ -460,7 +460,9 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
 
 double weft_kernel_value(const struct weft_kernel *kernel, double x)
 {
-    if (kernel->interpolating && x == rint(x))
+    // Radial kernels lose the flag for what they are in 2D and 3D; along one axis h is what it was.
+    const bool exact = kernel->interpolating || (kernel->radial && kernel->info->interpolating);
+    if (exact && x == rint(x))
         return x == 0.0 ? 1.0 : 0.0;
     return kernel->info->weight(kernel, x);
 }
