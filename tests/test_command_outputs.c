@@ -248,10 +248,20 @@ static void progress_tells_of_files(void **state)
                                     "--size", "100x100", "--preview", "p.png", NULL};
         shown = run_on_a_terminal(loud);
         assert_non_null(strstr(shown, "weft: reading p.vdb"));
-        assert_non_null(strstr(shown, "weft: writing p.exr"));
+        assert_non_null(strstr(shown, "weft: writing p.exr   0 %"));
+        assert_non_null(strstr(shown, "weft: writing p.exr  85 %")); // 6 of 7 blocks of 16 lines
+        assert_non_null(strstr(shown, "weft: finishing p.exr"));
         assert_non_null(strstr(shown, "weft: writing p.png"));
         assert_ends_erased(shown);
         free(shown);
+        const char *const resample[] = {"weft", "resample", "p.exr",  "-o",
+                                        "q.exr", "--size",  "50x64", NULL};
+        shown = run_on_a_terminal(resample);
+        assert_non_null(strstr(shown, "weft: writing q.exr  75 %")); // 3 of 4
+        assert_non_null(strstr(shown, "weft: finishing q.exr"));
+        assert_ends_erased(shown);
+        free(shown);
+        unlink("q.exr");
         unlink("p.exr");
         unlink("p.png");
     }

@@ -254,7 +254,7 @@ static void test_equal_lengths(void **state)
         weft_chunk_packer *packer;
         int hits = 0, tries = 0;
         const int height = weft_chunk_lines(kinds[k]);
-        assert_int_equal(weft_chunk_packer_create(kinds[k], sizeof plane, NULL, &packer), WEFT_OK);
+        assert_int_equal(weft_chunk_packer_create(kinds[k], sizeof plane, &packer), WEFT_OK);
         for (; tries < TRIES && hits < ENOUGH; tries++) {
             struct weft_chunk chunk;
             random_state = (uint32_t)tries;
@@ -316,6 +316,14 @@ static void test_attributes_are_kept(void **state)
     static const unsigned char strings[] = {1, 0, 0, 0, 'a', 0, 0, 0, 0, 2, 0, 0, 0, 'b', 'c'};
     static const unsigned char time[] = {4, 3, 2, 1, 0, 0, 0, 0};
     static const unsigned char aspect[] = {0, 0, 0, 0x40};
+    static const unsigned char channels[] = {'Y', 0, 2, 0, 0, 0, 0, 0, 0, 0,
+                                             1,   0, 0, 0, 1, 0, 0, 0, 0};
+    static const unsigned char preview[] = {1, 0, 0, 0, 1, 0, 0, 0, 9, 8, 7, 6};
+    static const unsigned char key[28] = {
+        [4] = 2, [8] = 3, [12] = 4, [16] = 5, [20] = 6, [24] = 64};
+    static const unsigned char tiles[] = {64, 0, 0, 0, 32, 0, 0, 0, 0};
+    static const unsigned char doubles[128] = {1, 2, 3, 4, 5, 6, 7,    8,
+                                               0, 0, 0, 0, 0, 0, 0xf0, 0x3f};
     struct weft_image_attribute attributes[] = {
         {"long", "string", text, 40000},
         {name, "string", "first", 5},
@@ -326,8 +334,27 @@ static void test_attributes_are_kept(void **state)
         {"own", "a type of our own", numbers, 11},
         {"m", "m44f", numbers, 64},
         {"pixelAspectRatio", "float", aspect, 4},
-        {"screenWindowWidth", "float", aspect, 4}};
-    static const char *const words[] = {
+        {"screenWindowWidth", "float", aspect, 4},
+        {"screenWindowCenter", "v2f", numbers, 8},
+        {"b2", "box2f", numbers, 16},
+        {"b1", "box2i", numbers, 16},
+        {"ch", "chlist", channels, sizeof channels},
+        {"co", "compression", "\3", 1},
+        {"do", "double", numbers, 8},
+        {"en", "envmap", "\1", 1},
+        {"fl", "floatvector", numbers, 12},
+        {"in", "int", numbers, 4},
+        {"ke", "keycode", key, sizeof key},
+        {"li", "lineOrder", "\1", 1},
+        {"m3", "m33d", doubles, 72},
+        {"m4", "m44d", doubles, 128},
+        {"no", "stringvector", "", 0},
+        {"pr", "preview", preview, sizeof preview},
+        {"ra", "rational", numbers, 8},
+        {"ti", "tiledesc", tiles, sizeof tiles},
+        {"v2", "v2d", numbers, 16},
+        {"v3", "v3d", numbers, 24}};
+    static const char *const words[WEFT_COUNT(attributes)] = {
         NULL, "first", "", "a, , bc", "01:02:03:04", NULL, "(11 bytes of type a type of our own)",
         NULL, "2",     "2"};
     struct weft_image_channel channel = {.name = "Y", .plane = &pixel};

@@ -111,7 +111,8 @@ struct weft_image_save_params {
     // The finished file is read back by the reader, and every value, window and attribute compared,
     // before it is put in place. PIZ is so always.
     bool verify;
-    const struct weft_progress *progress; // of writing; verifying adds nothing
+    // Of writing: 1 is told before the file is read back and put in place.
+    const struct weft_progress *progress;
     const struct weft_log *log;
 };
 

@@ -15,7 +15,6 @@ struct weft_chunk_packer {
     unsigned char *split, *packed, *unpacked;
     struct libdeflate_compressor *compressor;
     struct libdeflate_decompressor *decompressor;
-    weft_piz *piz;
 };
 
 int weft_chunk_lines(enum weft_image_compression compression)
@@ -32,7 +31,6 @@ void weft_chunk_packer_destroy(weft_chunk_packer **packer)
         libdeflate_free_compressor(p->compressor);
     if (p->decompressor)
         libdeflate_free_decompressor(p->decompressor);
-    weft_piz_destroy(&p->piz);
     free(p->split);
     free(p->packed);
     free(p->unpacked);
@@ -41,7 +39,6 @@ void weft_chunk_packer_destroy(weft_chunk_packer **packer)
 }
 
 enum weft_result weft_chunk_packer_create(enum weft_image_compression compression, size_t capacity,
-                                          const struct weft_chunk_shape *shape,
                                           weft_chunk_packer **out)
 {
     weft_chunk_packer *p = *out = calloc(1, sizeof *p);
@@ -60,10 +57,6 @@ enum weft_result weft_chunk_packer_create(enum weft_image_compression compressio
         p->compressor = libdeflate_alloc_compressor(LEVEL);
         p->decompressor = libdeflate_alloc_decompressor();
         whole = whole && p->compressor && p->decompressor;
-    }
-    if (compression == WEFT_IMAGE_PIZ) {
-        p->piz = weft_piz_create(shape, weft_chunk_lines(compression));
-        whole = whole && p->piz;
     }
     if (!whole)
         weft_chunk_packer_destroy(out);
@@ -150,8 +143,6 @@ static bool unpack_runs(const unsigned char *packed, size_t size, unsigned char 
 
 static size_t shorten(weft_chunk_packer *p, const void *raw, size_t size)
 {
-    if (p->piz)
-        return weft_piz_pack(p->piz, raw, size, p->packed, size);
     split(raw, size, p->split);
     if (p->compression == WEFT_IMAGE_RLE)
         return pack_runs(p->split, size, p->packed);
@@ -179,7 +170,7 @@ enum weft_result weft_chunk_pack(weft_chunk_packer *p, const void *raw, size_t s
     out->shortest = shorten(p, raw, size);
     if (!out->shortest || out->shortest >= size)
         return WEFT_OK;
-    if (!p->piz && (!lengthen(p, out->shortest, size) || !joins_to(p->unpacked, size, raw)))
+    if (!lengthen(p, out->shortest, size) || !joins_to(p->unpacked, size, raw))
         return WEFT_ERR_WRITE;
     out->data = p->packed;
     out->size = out->shortest;

@@ -6,16 +6,14 @@
 #define WEFT_TILES_IMAGE_CHUNK_H
 
 #include "tiles/image.h"
-#include "tiles/image_piz.h"
 
 WEFT_BEGIN_DECLS
 
 typedef struct weft_chunk_packer weft_chunk_packer; // Thread-safety: one thread at a time.
 
-// For blocks of up to `capacity` bytes; shape: of their lines, for PIZ, else NULL. Returns
+// For blocks of up to `capacity` bytes, none, RLE, ZIPS or ZIP (OpenEXRCore packs PIZ). Returns
 // WEFT_ERR_MEMORY, without a log line.
 enum weft_result weft_chunk_packer_create(enum weft_image_compression compression, size_t capacity,
-                                          const struct weft_chunk_shape *shape,
                                           weft_chunk_packer **out);
 void weft_chunk_packer_destroy(weft_chunk_packer **packer);
 
@@ -26,8 +24,7 @@ struct weft_chunk {
     size_t shortest;  // what packing alone would have made of it; 0: far more than the raw lines
 };
 
-// Packs, unpacks again and compares, but for PIZ, which the caller has to read back. Returns
-// WEFT_ERR_WRITE where they differ.
+// Packs, unpacks again and compares. Returns WEFT_ERR_WRITE where they differ.
 enum weft_result weft_chunk_pack(weft_chunk_packer *packer, const void *raw, size_t size,
                                  struct weft_chunk *out);
 

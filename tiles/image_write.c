@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The file layout is that of OpenEXR's "Technical Introduction" and "OpenEXR File Layout": magic,
-// version and flags, a header per part, a table of offsets per part, chunks.
+// OpenEXRCore writes the file and packs PIZ. Its own writing of chunks is not used: 3.1 stores one
+// whose packed form is as long as the raw lines packed, and every reader takes it for raw.
 #include "tiles/image_write.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "filter/half.h"
-#include "tiles/image_attribute.h"
 #include "tiles/image_chunk.h"
-
-enum { MAGIC = 20000630, VERSION = 2, LONG_NAMES = 0x400, MULTIPART = 0x1000, SHORT_NAME = 31 };
+#include "tiles/image_header.h"
 
 struct part {
     const struct weft_image *image;
     const struct weft_image_channel **sorted; // the format has channels by name
-    unsigned char *words;                     // of a value of each
     size_t line_bytes;
     int lines; // of a chunk
-    size_t chunk_count;
-    unsigned char *table; // offsets, little-endian
-    uint64_t table_at;
 };
 
 struct writer {
@@ -30,7 +25,9 @@ struct writer {
     struct weft_output_file *file;
     const struct weft_progress *progress;
     struct weft_image_save_report *report;
-    uint64_t at; // where the next byte goes
+    exr_context_t exr;
+    enum weft_result stream_result; // of the writes that OpenEXRCore asked for
+    char message[200];              // OpenEXRCore's first
     size_t chunks_done, chunks_all;
 };
 
@@ -40,186 +37,66 @@ static enum weft_result fail_memory(const struct writer *w)
     return WEFT_ERR_MEMORY;
 }
 
-// ---- bytes --------------------------------------------------------------------------------------
+// ---- OpenEXRCore --------------------------------------------------------------------------------
 
-static void store(unsigned char *out, uint64_t value, size_t size)
+// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's
+// lock.
+static _Thread_local struct writer *current;
+
+static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
+{
+    (void)exr;
+    (void)code;
+    if (current && !current->message[0])
+        snprintf(current->message, sizeof current->message, "%s", message);
+}
+
+static int64_t write_bytes(exr_const_context_t exr, void *priv, const void *data, uint64_t size,
+                           uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    struct writer *w = priv;
+    if (w->stream_result == WEFT_OK)
+        w->stream_result = weft_output_file_write(w->file, offset, data, size);
+    if (w->stream_result == WEFT_OK)
+        return (int64_t)size;
+    error(exr, EXR_ERR_WRITE_IO, "write failed");
+    return -1;
+}
+
+static enum weft_result result_of(struct writer *w, exr_result_t code)
+{
+    if (code == EXR_ERR_SUCCESS)
+        return WEFT_OK;
+    if (w->stream_result != WEFT_OK)
+        return w->stream_result;
+    if (code == EXR_ERR_OUT_OF_MEMORY)
+        return fail_memory(w);
+    weft_error(w->file->log, "cannot write %s: %s", w->file->path,
+               w->message[0] ? w->message : exr_get_default_error_message(code));
+    return WEFT_ERR_WRITE;
+}
+
+static exr_result_t start(struct writer *w)
+{
+    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    init.error_handler_fn = keep_message;
+    init.alloc_fn = malloc;
+    init.free_fn = free;
+    init.user_data = w;
+    init.write_fn = write_bytes;
+    exr_result_t rv = exr_start_write(&w->exr, w->file->path, EXR_WRITE_FILE_DIRECTLY, &init);
+    for (size_t p = 0; !rv && p < w->count; p++)
+        rv = weft_image_header_add(w->exr, w->parts[p].image, w->parts[p].sorted);
+    return rv ? rv : exr_write_header(w->exr);
+}
+
+// ---- lines --------------------------------------------------------------------------------------
+
+static void store(unsigned char *out, uint32_t value, size_t size)
 {
     for (size_t i = 0; i < size; i++)
         out[i] = (unsigned char)(value >> 8 * i);
 }
-
-struct bytes {
-    unsigned char *data;
-    size_t size, room;
-    bool failed; // out of memory
-};
-
-static void add(struct bytes *b, const void *data, size_t size)
-{
-    size_t need;
-    if (b->failed || !weft_size_add(b->size, size, &need)) {
-        b->failed = true;
-        return;
-    }
-    if (need > b->room) {
-        size_t room = need + need / 2 + 256;
-        unsigned char *larger = realloc(b->data, room);
-        b->failed = !larger;
-        if (!larger)
-            return;
-        b->data = larger;
-        b->room = room;
-    }
-    if (size)
-        memcpy(b->data + b->size, data, size);
-    b->size = need;
-}
-
-static void add_number(struct bytes *b, uint64_t value, size_t size)
-{
-    unsigned char data[8];
-    store(data, value, size);
-    add(b, data, size);
-}
-
-static void add_text(struct bytes *b, const char *text)
-{
-    add(b, text, strlen(text) + 1);
-}
-
-// ---- headers ------------------------------------------------------------------------------------
-
-static void start_attribute(struct bytes *b, const char *name, const char *type, size_t size)
-{
-    add_text(b, name);
-    add_text(b, type);
-    add_number(b, size, 4);
-}
-
-static void add_string(struct bytes *b, const char *name, const char *text)
-{
-    start_attribute(b, name, "string", strlen(text));
-    add(b, text, strlen(text));
-}
-
-static void add_channels(struct bytes *b, const struct part *part)
-{
-    static const unsigned char codes[] = {
-        [WEFT_PIXEL_UINT] = 0, [WEFT_PIXEL_HALF] = 1, [WEFT_PIXEL_FLOAT] = 2};
-    size_t size = 1;
-    for (size_t c = 0; c < part->image->channel_count; c++)
-        size += strlen(part->sorted[c]->name) + 1 + 16;
-    start_attribute(b, "channels", "chlist", size);
-    for (size_t c = 0; c < part->image->channel_count; c++) {
-        add_text(b, part->sorted[c]->name);
-        add_number(b, codes[part->sorted[c]->type], 4);
-        add_number(b, part->sorted[c]->linear, 4);
-        add_number(b, 1, 4);
-        add_number(b, 1, 4);
-    }
-    add_number(b, 0, 1);
-}
-
-static void add_box(struct bytes *b, const char *name, const int32_t box[4])
-{
-    start_attribute(b, name, "box2i", 16);
-    for (int i = 0; i < 4; i++)
-        add_number(b, (uint32_t)box[i], 4);
-}
-
-static void add_windows(struct bytes *b, const struct weft_image *image)
-{
-    const int32_t data[4] = {image->x, image->y, image->x + image->width - 1,
-                             image->y + image->height - 1};
-    const int32_t display[4] = {image->display_min[0], image->display_min[1], image->display_max[0],
-                                image->display_max[1]};
-    static const int32_t unset[4];
-    add_box(b, "dataWindow", data);
-    add_box(b, "displayWindow", memcmp(display, unset, sizeof unset) ? display : data);
-}
-
-static void add_defaults(struct bytes *b, const struct weft_image *image)
-{
-    enum { ONE = 0x3f800000 };
-    if (!weft_image_find(image, "pixelAspectRatio")) {
-        start_attribute(b, "pixelAspectRatio", "float", 4);
-        add_number(b, ONE, 4);
-    }
-    if (!weft_image_find(image, "screenWindowCenter")) {
-        start_attribute(b, "screenWindowCenter", "v2f", 8);
-        add_number(b, 0, 8);
-    }
-    if (!weft_image_find(image, "screenWindowWidth")) {
-        start_attribute(b, "screenWindowWidth", "float", 4);
-        add_number(b, ONE, 4);
-    }
-}
-
-static void add_header(struct bytes *b, const struct part *part, bool multipart)
-{
-    static const unsigned char codes[] = {[WEFT_IMAGE_NONE] = 0,
-                                          [WEFT_IMAGE_RLE] = 1,
-                                          [WEFT_IMAGE_ZIPS] = 2,
-                                          [WEFT_IMAGE_ZIP] = 3,
-                                          [WEFT_IMAGE_PIZ] = 4};
-    const struct weft_image *image = part->image;
-    add_channels(b, part);
-    start_attribute(b, "compression", "compression", 1);
-    add_number(b, codes[image->compression], 1);
-    add_windows(b, image);
-    start_attribute(b, "lineOrder", "lineOrder", 1);
-    add_number(b, 0, 1); // increasing y
-    add_defaults(b, image);
-    add_string(b, "type", "scanlineimage");
-    if (*image->name)
-        add_string(b, "name", image->name);
-    if (multipart) {
-        start_attribute(b, "chunkCount", "int", 4);
-        add_number(b, part->chunk_count, 4);
-    }
-    for (size_t i = 0; i < image->attribute_count; i++) {
-        const struct weft_image_attribute *a = &image->attributes[i];
-        if (weft_attribute_is_structure(a->name))
-            continue;
-        start_attribute(b, a->name, a->type, a->size);
-        add(b, a->data, a->size);
-    }
-    add_number(b, 0, 1);
-}
-
-static bool has_long_names(const struct weft_image *image)
-{
-    for (size_t c = 0; c < image->channel_count; c++)
-        if (strlen(image->channels[c].name) > SHORT_NAME)
-            return true;
-    for (size_t i = 0; i < image->attribute_count; i++)
-        if (strlen(image->attributes[i].name) > SHORT_NAME ||
-            strlen(image->attributes[i].type) > SHORT_NAME)
-            return true;
-    return false;
-}
-
-static enum weft_result write_headers(struct writer *w)
-{
-    struct bytes b = {0};
-    const bool multipart = w->count > 1;
-    uint32_t version = VERSION | (multipart ? MULTIPART : 0);
-    for (size_t p = 0; p < w->count; p++)
-        version |= has_long_names(w->parts[p].image) ? LONG_NAMES : 0;
-    add_number(&b, MAGIC, 4);
-    add_number(&b, version, 4);
-    for (size_t p = 0; p < w->count; p++)
-        add_header(&b, &w->parts[p], multipart);
-    if (multipart)
-        add_number(&b, 0, 1);
-    enum weft_result res =
-        b.failed ? fail_memory(w) : weft_output_file_write(w->file, 0, b.data, b.size);
-    w->at = b.size;
-    free(b.data);
-    return res;
-}
-
-// ---- chunks -------------------------------------------------------------------------------------
 
 static void note_half(struct weft_image_save_report *report, float given, uint16_t half)
 {
@@ -264,28 +141,63 @@ static size_t gather_lines(const struct writer *w, const struct part *part, int 
     return (size_t)(at - out);
 }
 
-static enum weft_result append(struct writer *w, const void *data, size_t size)
+// ---- PIZ ----------------------------------------------------------------------------------------
+
+// Lines that are gathered already, and a pipeline that packs them and writes nothing.
+struct piz {
+    exr_encode_pipeline_t encode;
+    const void *raw;
+    size_t size;
+};
+
+static exr_result_t take_lines(exr_encode_pipeline_t *encode)
 {
-    enum weft_result res = weft_output_file_write(w->file, w->at, data, size);
-    w->at += size;
-    return res;
+    const struct piz *piz = encode->encoding_user_data;
+    memcpy(encode->packed_buffer, piz->raw, piz->size);
+    encode->packed_bytes = piz->size;
+    return EXR_ERR_SUCCESS;
 }
 
-static enum weft_result write_chunk(struct writer *w, size_t p, int line,
-                                    const struct weft_chunk *chunk)
+static exr_result_t start_piz(struct writer *w, size_t p, const exr_chunk_info_t *info,
+                              struct piz *piz)
 {
-    unsigned char head[12];
-    const size_t skipped = w->count > 1 ? 0 : 4;
-    struct part *part = &w->parts[p];
-    store(part->table + 8 * (size_t)(line / part->lines), w->at, 8);
-    store(head, p, 4);
-    store(head + 4, (uint32_t)(part->image->y + line), 4);
-    store(head + 8, chunk->size, 4);
-    w->report->chunks++;
-    w->report->raw += !chunk->packed;
-    enum weft_result res = append(w, head + skipped, sizeof head - skipped);
-    return res == WEFT_OK ? append(w, chunk->data, chunk->size) : res;
+    exr_encode_pipeline_t *encode = &piz->encode;
+    exr_result_t rv = exr_encoding_initialize(w->exr, (int)p, info, encode);
+    if (!rv)
+        rv = exr_encoding_choose_default_routines(w->exr, (int)p, encode);
+    encode->encoding_user_data = piz;
+    encode->convert_and_pack_fn = take_lines;
+    encode->yield_until_ready_fn = NULL;
+    encode->write_fn = NULL;
+    return rv;
 }
+
+static exr_result_t pack_piz(struct writer *w, size_t p, int line, struct piz *piz,
+                             struct weft_chunk *out)
+{
+    exr_encode_pipeline_t *encode = &piz->encode;
+    exr_chunk_info_t info;
+    exr_result_t rv =
+        exr_write_scanline_chunk_info(w->exr, (int)p, w->parts[p].image->y + line, &info);
+    if (!rv)
+        rv = encode->context ? exr_encoding_update(w->exr, (int)p, &info, encode)
+                             : start_piz(w, p, &info, piz);
+    for (int c = 0; !rv && c < encode->channel_count; c++) {
+        exr_coding_channel_info_t *channel = &encode->channels[c];
+        channel->encode_from_ptr = piz->raw; // take_lines knows where they are
+        channel->user_bytes_per_element = channel->bytes_per_element;
+        channel->user_data_type = channel->data_type;
+    }
+    if (!rv)
+        rv = exr_encoding_run(w->exr, (int)p, encode);
+    *out = (struct weft_chunk){.data = piz->raw, .size = piz->size};
+    if (!rv && encode->compressed_bytes < piz->size)
+        *out = (struct weft_chunk){
+            .data = encode->compressed_buffer, .size = encode->compressed_bytes, .packed = true};
+    return rv;
+}
+
+// ---- chunks -------------------------------------------------------------------------------------
 
 static bool report_step(struct writer *w)
 {
@@ -293,8 +205,30 @@ static bool report_step(struct writer *w)
            w->progress->report(w->progress->priv, (double)w->chunks_done++ / (double)w->chunks_all);
 }
 
-static enum weft_result write_lines(struct writer *w, size_t p, weft_chunk_packer *packer,
-                                    unsigned char *raw)
+struct packing {
+    weft_chunk_packer *packer; // NULL: PIZ
+    struct piz piz;
+    unsigned char *raw; // room for one chunk
+};
+
+static enum weft_result pack(struct writer *w, size_t p, int line, int count,
+                             struct packing *packing, struct weft_chunk *out)
+{
+    const size_t size = gather_lines(w, &w->parts[p], line, count, packing->raw);
+    if (!packing->packer) {
+        packing->piz.raw = packing->raw;
+        packing->piz.size = size;
+        return result_of(w, pack_piz(w, p, line, &packing->piz, out));
+    }
+    enum weft_result res = weft_chunk_pack(packing->packer, packing->raw, size, out);
+    if (res != WEFT_OK)
+        weft_error(w->file->log,
+                   "cannot write %s: lines %d to %d, packed, do not unpack to what they were",
+                   w->file->path, line, line + count - 1);
+    return res;
+}
+
+static enum weft_result write_lines(struct writer *w, size_t p, struct packing *packing)
 {
     const struct part *part = &w->parts[p];
     const int height = part->image->height;
@@ -304,38 +238,34 @@ static enum weft_result write_lines(struct writer *w, size_t p, weft_chunk_packe
         struct weft_chunk chunk;
         if (!report_step(w))
             return WEFT_ERR_CANCELLED;
-        const size_t size = gather_lines(w, part, line, count, raw);
-        res = weft_chunk_pack(packer, raw, size, &chunk);
+        res = pack(w, p, line, count, packing, &chunk);
         if (res != WEFT_OK)
-            weft_error(w->file->log,
-                       "cannot write %s: lines %d to %d, packed, do not unpack to what they were",
-                       w->file->path, line, line + count - 1);
-        else
-            res = write_chunk(w, p, line, &chunk);
+            return res;
+        w->report->chunks++;
+        w->report->raw += !chunk.packed;
+        res = result_of(w, exr_write_scanline_chunk(w->exr, (int)p, part->image->y + line,
+                                                    chunk.data, chunk.size));
     }
     return res;
 }
 
 static enum weft_result write_part(struct writer *w, size_t p)
 {
-    const struct part *part = &w->parts[p];
-    const size_t capacity = part->line_bytes * (size_t)part->lines;
-    weft_chunk_packer *packer = NULL;
-    const struct weft_chunk_shape shape = {.width = (size_t)part->image->width,
-                                           .channel_count = part->image->channel_count,
-                                           .words = part->words};
-    unsigned char *raw = malloc(capacity);
-    enum weft_result res =
-        raw ? weft_chunk_packer_create(part->image->compression, capacity, &shape, &packer)
-            : WEFT_ERR_MEMORY;
+    const struct weft_image *image = w->parts[p].image;
+    const size_t capacity = w->parts[p].line_bytes * (size_t)w->parts[p].lines;
+    struct packing packing = {.raw = malloc(capacity)};
+    enum weft_result res = packing.raw ? WEFT_OK : WEFT_ERR_MEMORY;
+    if (res == WEFT_OK && image->compression != WEFT_IMAGE_PIZ)
+        res = weft_chunk_packer_create(image->compression, capacity, &packing.packer);
     if (res == WEFT_OK)
-        res = write_lines(w, p, packer, raw);
+        res = write_lines(w, p, &packing);
     else
         res = fail_memory(w);
-    weft_chunk_packer_destroy(&packer);
-    free(raw);
-    w->report->values +=
-        (uint64_t)part->image->width * (uint64_t)part->image->height * part->image->channel_count;
+    if (packing.piz.encode.context)
+        exr_encoding_destroy(w->exr, &packing.piz.encode);
+    weft_chunk_packer_destroy(&packing.packer);
+    free(packing.raw);
+    w->report->values += (uint64_t)image->width * (uint64_t)image->height * image->channel_count;
     return res;
 }
 
@@ -351,23 +281,18 @@ static enum weft_result set_part(struct writer *w, const struct weft_image *imag
 {
     const size_t count = image->channel_count;
     *out = (struct part){.image = image, .lines = weft_chunk_lines(image->compression)};
-    out->chunk_count = (size_t)((image->height - 1) / out->lines + 1);
     out->sorted = calloc(count, sizeof *out->sorted);
-    out->words = malloc(count);
-    out->table = calloc(out->chunk_count, 8);
-    if (!out->sorted || !out->words || !out->table)
+    if (!out->sorted)
         return fail_memory(w);
-    for (size_t c = 0; c < count; c++)
-        out->sorted[c] = &image->channels[c];
-    qsort(out->sorted, count, sizeof *out->sorted, compare_names);
     size_t pixel_bytes = 0;
     for (size_t c = 0; c < count; c++) {
-        out->words[c] = out->sorted[c]->type == WEFT_PIXEL_HALF ? 1 : 2;
-        pixel_bytes += 2 * out->words[c];
+        out->sorted[c] = &image->channels[c];
+        pixel_bytes += image->channels[c].type == WEFT_PIXEL_HALF ? 2 : 4;
     }
+    qsort(out->sorted, count, sizeof *out->sorted, compare_names);
     // At most 2^15 channels of 2^31 pixels in a line.
     out->line_bytes = pixel_bytes * (size_t)image->width;
-    w->chunks_all += out->chunk_count;
+    w->chunks_all += (size_t)((image->height - 1) / out->lines + 1);
     if (out->line_bytes <= (size_t)INT32_MAX / (size_t)out->lines)
         return WEFT_OK;
     weft_error(w->file->log, "cannot write %s: %d lines are %zu bytes, the limit is %d",
@@ -375,19 +300,18 @@ static enum weft_result set_part(struct writer *w, const struct weft_image *imag
     return WEFT_ERR_LIMIT;
 }
 
-// First as zeros, so that chunks find their place behind them, then as they are.
-static enum weft_result write_tables(struct writer *w, bool final)
+static enum weft_result write_file(struct writer *w)
 {
-    enum weft_result res = WEFT_OK;
-    for (size_t p = 0; res == WEFT_OK && p < w->count; p++) {
-        struct part *part = &w->parts[p];
-        const size_t size = 8 * part->chunk_count;
-        if (!final) {
-            part->table_at = w->at;
-            w->at += size;
-        }
-        res = weft_output_file_write(w->file, part->table_at, part->table, size);
+    struct writer *outer = current; // of a progress callback that saves, too
+    current = w;
+    enum weft_result res = result_of(w, start(w));
+    for (size_t p = 0; res == WEFT_OK && p < w->count; p++)
+        res = write_part(w, p);
+    if (w->exr) {
+        const exr_result_t finished = exr_finish(&w->exr);
+        res = res == WEFT_OK ? result_of(w, finished) : res;
     }
+    current = outer;
     return res;
 }
 
@@ -402,18 +326,11 @@ enum weft_result weft_image_write(const struct weft_image *parts, size_t count,
     for (size_t p = 0; res == WEFT_OK && p < count; p++)
         res = set_part(&w, &parts[p], &w.parts[p]);
     if (res == WEFT_OK)
-        res = write_headers(&w);
-    if (res == WEFT_OK)
-        res = write_tables(&w, false);
-    for (size_t p = 0; res == WEFT_OK && p < count; p++)
-        res = write_part(&w, p);
-    if (res == WEFT_OK)
-        res = write_tables(&w, true);
-    for (size_t p = 0; w.parts && p < count; p++) {
+        res = write_file(&w);
+    if (res == WEFT_OK && !report_step(&w))
+        res = WEFT_ERR_CANCELLED;
+    for (size_t p = 0; w.parts && p < count; p++)
         free(w.parts[p].sorted);
-        free(w.parts[p].words);
-        free(w.parts[p].table);
-    }
     free(w.parts);
     return res;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image_write.h - EXR files, byte by byte (not installed).
+// tiles/image_write.h - EXR files, written through OpenEXRCore (not installed).
 #ifndef WEFT_TILES_IMAGE_WRITE_H
 #define WEFT_TILES_IMAGE_WRITE_H
 

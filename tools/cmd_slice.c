@@ -460,9 +460,9 @@ static enum weft_result write_exr(struct slice_job *job)
         .path = job->option[SLICE_OUTPUT].text,
         .no_clobber = job->option[SLICE_NO_CLOBBER].given,
         .verify = job->option[SLICE_VERIFY].given,
+        .progress = report_writing(job->option[SLICE_OUTPUT].text),
         .log = report_log(),
     };
-    report_stage("writing", params.path);
     return weft_image_save_parts(&image, 1, &params, &job->saved);
 }
 

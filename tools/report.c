@@ -140,15 +140,41 @@ const struct weft_progress *report_progress(const char *what)
     return &progress_to_stderr;
 }
 
+// Its last part, not all of it where it is long.
+static char *shown_name(const char *path, char name[NAME_SHOWN + 1])
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(name, NAME_SHOWN + 1, "%s", slash ? slash + 1 : path);
+    return weft_text_clean(name, false);
+}
+
 void report_stage(const char *what, const char *path)
 {
+    char name[NAME_SHOWN + 1];
     if (!shows_progress())
         return;
-    const char *slash = strrchr(path, '/');
-    char name[NAME_SHOWN + 1];
-    snprintf(name, sizeof name, "%s", slash ? slash + 1 : path);
-    fprintf(stderr, "\rweft: %s %s\033[K", what, weft_text_clean(name, false));
+    fprintf(stderr, "\rweft: %s %s\033[K", what, shown_name(path, name));
     progress_percent = NO_PERCENTAGE;
+}
+
+static bool show_writing(void *priv, double fraction)
+{
+    const bool goes_on = show_progress(NULL, fraction);
+    if (fraction >= 1.0)
+        report_stage("finishing", *(const char *const *)priv);
+    return goes_on;
+}
+
+const struct weft_progress *report_writing(const char *path)
+{
+    static const char *written;
+    static const struct weft_progress progress = {.report = show_writing, .priv = &written};
+    static char what[sizeof "writing " + NAME_SHOWN];
+    char name[NAME_SHOWN + 1];
+    written = path;
+    snprintf(what, sizeof what, "writing %s", shown_name(path, name));
+    report_progress(what);
+    return &progress;
 }
 
 static int exit_code(enum weft_result result)

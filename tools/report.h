@@ -46,6 +46,9 @@ const struct weft_log *report_log(void);
 const struct weft_progress *report_progress(const char *what);
 // The same for work that tells no fraction: "reading", "large.exr".
 void report_stage(const char *what, const char *path);
+// For a file whose progress is told until it is written, and which is then read back, flushed and
+// put in place: its name and a percentage, then "finishing". path is borrowed meanwhile.
+const struct weft_progress *report_writing(const char *path);
 // Async-signal-safe.
 void report_erase_progress(void);
 

@@ -83,6 +83,7 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         .path = jobs->option[RESAMPLE_OUTPUT].text,
         .no_clobber = jobs->option[RESAMPLE_NO_CLOBBER].given,
         .verify = jobs->option[RESAMPLE_VERIFY].given,
+        .progress = report_writing(jobs->option[RESAMPLE_OUTPUT].text),
         .log = report_log(),
     };
     struct weft_image *parts = calloc(count, sizeof *parts);
@@ -95,7 +96,6 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
     }
     if (res == WEFT_OK) {
         warn_of_losses(jobs, count);
-        report_stage("writing", params.path);
         res = weft_image_save_parts(parts, count, &params, &jobs->saved);
     }
     if (res == WEFT_OK)
