@@ -458,11 +458,21 @@ double weft_kernel_offset(const struct weft_kernel *kernel)
     return 0.5 * kernel->width - 1.0;
 }
 
+// Radial kernels lose the flag for what they are in 2D and 3D; along one axis h is what it was.
+static bool value_interpolates(const struct weft_kernel *kernel)
+{
+    struct weft_kernel plain = *kernel;
+    if (!kernel->radial)
+        return kernel->interpolating;
+    plain.interpolating = kernel->info->interpolating;
+    if (kernel->info->refine)
+        kernel->info->refine(&plain);
+    return plain.interpolating;
+}
+
 double weft_kernel_value(const struct weft_kernel *kernel, double x)
 {
-    // Radial kernels lose the flag for what they are in 2D and 3D; along one axis h is what it was.
-    const bool exact = kernel->interpolating || (kernel->radial && kernel->info->interpolating);
-    if (exact && x == rint(x))
+    if (x == rint(x) && value_interpolates(kernel))
         return x == 0.0 ? 1.0 : 0.0;
     return kernel->info->weight(kernel, x);
 }

@@ -90,9 +90,11 @@ static void check_run(const weft_plan *plan, const json_t *root, bool constant)
     struct weft_convolve_error found;
     assert_int_equal(weft_emulate_run(&params, &report), WEFT_OK);
     assert_int_equal(weft_convolve_verify(&params, &found), WEFT_OK);
-    if (!(found.maximum <= bound + 4.0 * 0x1p-24) || (declared && report.clamps))
-        fail_msg("called valid: error %g, bound %g, %d stores clamp\n%s", found.maximum, bound,
-                 (int)report.clamps, info->text);
+    if (!(found.maximum <= bound + 4.0 * 0x1p-24) || found.not_finite_mismatches ||
+        (declared && report.clamps))
+        fail_msg("called valid: error %g, bound %g, %d not finite, %d stores clamp\n%s",
+                 found.maximum, bound, (int)found.not_finite_mismatches, (int)report.clamps,
+                 info->text);
 }
 
 // ---- changes ------------------------------------------------------------------------------------

@@ -176,12 +176,20 @@ static void one_dimension_is_unchanged(void **state)
             double a[WEFT_KERNEL_MAX_WEIGHTS], b[WEFT_KERNEL_MAX_WEIGHTS];
             int64_t first[3], same[3];
             const int count = weft_kernel_weights_nd(&plain, 1, positions[c], a, first);
+            assert_int_equal(count, plain.width);
             assert_int_equal(weft_kernel_weights_nd(&round, 1, positions[c], b, same), count);
             assert_memory_equal(a, b, (size_t)count * sizeof *a);
             assert_memory_equal(first, same, sizeof first);
             assert_true(weft_kernel_weight(&plain, positions[c][0]) ==
                         weft_kernel_weight(&round, positions[c][0]));
         }
+    }
+    // Where it is the parameters that make h interpolate, its formula rounds.
+    static const char *const names[] = {"cubic:0,0.3+radial", "cubic:0,0.7+radial"};
+    for (size_t i = 0; i < WEFT_COUNT(names); i++) {
+        const struct weft_kernel k = kernel_named(names[i]);
+        for (int x = -2; x <= 2; x++)
+            assert_near(weft_kernel_weight(&k, x), x == 0, 0.0, names[i]);
     }
 }
 
