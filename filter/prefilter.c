@@ -240,10 +240,10 @@ static double cardinal_gain(const struct weft_prefilter *prefilter,
 struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel, int dims,
                                                  double cut)
 {
-    struct weft_prefilter_error error = {0.0, 0.0};
+    struct weft_prefilter_error error = {0.0, 0.0, 0.0, 0.0};
     struct weft_prefilter prefilter;
     if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3)
-        return (struct weft_prefilter_error){NAN, NAN};
+        return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
     struct weft_kernel plain = *kernel;
     plain.prefiltered = false;
     if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &prefilter) != WEFT_OK)
@@ -254,7 +254,9 @@ struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kerne
     const double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, dims);
     const double cardinal = cardinal_gain(&prefilter, kernel) + cut * gain;
     error.coefficient = 0x1p-24 * whole;
-    error.sample = dims * gain * cut * pow(cardinal, dims - 1) + WEFT_PREFILTER_MISSING * whole;
+    error.beyond = dims * gain * cut * pow(cardinal, dims - 1);
+    error.sample = error.beyond + WEFT_PREFILTER_MISSING * whole;
+    error.gain = pow(cardinal, dims);
     return error;
 }
 

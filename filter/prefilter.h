@@ -90,6 +90,11 @@ WEFT_API int64_t weft_prefilter_weights(const struct weft_prefilter *prefilter,
 // the cardinal spline's gain counts, not that of the filter; and missing samples are as above.
 struct weft_prefilter_error {
     double coefficient, sample;
+    // Of `sample`, what is cut off. Samples farther than the overlap from all taps may be larger
+    // than those in reach, and add beyond max |sample| of theirs; those past the overlap of another
+    // cut, that cut / `cut` times as much.
+    double beyond;
+    double gain; // largest |result| / largest |sample|
 };
 // All zero for kernels that are not prefiltered. dims is 1 to 3, else NAN.
 WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,

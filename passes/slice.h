@@ -122,14 +122,20 @@ struct weft_slice_plan_info {
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
-    // |result - exact| <= error_bound * largest |voxel| in reach + error_absolute: arithmetic and
-    // weights (E2, E3), and what the source's format, cheaper pieces and products below 2^-126,
-    // which GL may flush to 0, add.
-    double error_bound, error_absolute;
+    // |result - exact| <= error_bound * largest |voxel| in reach + error_beyond * largest |voxel|
+    // farther away + error_absolute: arithmetic and weights (E2, E3), what is left out of inverse
+    // filters (0 but for prefiltered kernels), and what the source's format, cheaper pieces,
+    // products below 2^-126, which GL may flush to 0, and error_rounding add.
+    double error_bound, error_beyond, error_absolute;
+    // Exact is the result of the numbers that the grid stores. Doubles are half a unit of a float
+    // off, which error_bound has; integers up to weft_volume_info.largest_rounding, which makes
+    // this of error_absolute.
+    double error_rounding;
     // The same where values are known. Prefiltered kernels read coefficients, which may be much
     // larger than voxels, and mostly are not: |result - exact| <= error_measured * largest
-    // |coefficient| + prefilter_error * largest |voxel| + error_absolute. For others error_measured
-    // is error_bound, and prefilter_error 0.
+    // |coefficient| + prefilter_error * largest |voxel| in reach + error_beyond * largest |voxel|
+    // farther away + error_absolute. For others error_measured is error_bound, and prefilter_error
+    // 0.
     double error_measured, prefilter_error;
     enum weft_source_format source;
     enum weft_lookup lookup;
@@ -167,11 +173,16 @@ struct weft_slice_measure {
     uint64_t not_finite; // of those, of constant tiles and of the background
     // Of the finite voxels themselves, those included that coefficients depend on.
     double voxel_low, voxel_high;
+    // Prefiltered kernels: the largest |voxel| farther away, for error_beyond. Voxels count the
+    // less the farther they are, as inverse filters fall, and not at all where these are below
+    // 2^-80: neither do they in the exact result then. 0 for others.
+    double beyond;
     // Largest |n-th difference| along an axis, n = 1 to 4, of neighbouring voxels in a brick:
     // derivatives of the signal, as far as it is sampled well.
     double difference[WEFT_MEASURE_DIFFERENCES];
 };
-// Reads all bricks of the plan's tiles. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
+// Reads all bricks of the plan's tiles, and for prefiltered kernels the voxels around (43 on either
+// side for cubics, up to 96). Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
 // weft_volume_read returns.
 WEFT_API enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
                                              const struct weft_progress *progress,
@@ -211,12 +222,12 @@ struct weft_slice_error {
     uint64_t pixels_checked, pixels_total; // fewer checked: a random sample, seeded, repeatable
     double maximum, rms;                   // |pixel - reference|
     double relative_maximum; // largest |pixel - reference| / largest |voxel| in that pixel's reach
-    double magnitude;        // largest |voxel| in reach of any checked pixel
+    double magnitude;        // largest |voxel| in reach of any checked pixel, by whole bricks
     int at_x, at_y;          // of the maximum
     double at_value, at_reference;
     uint64_t not_finite_mismatches; // finite here and not there, or the other way round
     double bound; // of |pixel - reference| for what was read: by the plan's error_bound and the
-                  // magnitude, or by the coefficients
+                  // magnitude, or by the coefficients and what is measured of voxels
 };
 
 // Recomputes pixels by filter/reference.h from the volume's voxels (read again, without the layouts
@@ -224,7 +235,8 @@ struct weft_slice_error {
 // the other way, a pixel may be on either side of a jump, or of where a tap counts that is not
 // finite. For prefiltered kernels the reference trusts no coefficient: it is the sum over the
 // volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off at
-// 2^-32), which takes hundreds of times as long, so that fewer pixels are checked.
+// 2^-32, or farther out where voxels there are so much larger that they count), which takes
+// hundreds of times as long, so that fewer pixels are checked.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,
                                             const struct weft_slice_verify_params *params,

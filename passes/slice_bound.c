@@ -2,6 +2,7 @@
 // What a slice's plan knows of its kernel: axes that need no convolution, and error bounds.
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "filter/analysis.h"
 #include "filter/prefilter.h"
@@ -208,10 +209,28 @@ static void add_prefilter(struct weft_slice_plan *plan, double whole, double rel
     const double more = 1.0 + relative / whole;
     info->error_measured += more * error.coefficient;
     info->prefilter_error = more * error.sample;
+    info->error_beyond = more * error.beyond;
     info->error_bound = pow(prefilter.gain, 3) * info->error_measured + info->prefilter_error;
 }
 
-void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
+// What a grid's numbers lose as floats: integers an absolute amount, doubles half a unit each.
+static void add_rounding(struct weft_slice_plan *plan, double gain,
+                         const struct weft_volume_info *volume)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    double whole = pow(gain, 3);
+    if (info->kernel.prefiltered)
+        whole = weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR).gain;
+    if (plan->clamp_to_samples) // which are off, too
+        whole = fmax(whole, 1.0);
+    plan->rounding = strcmp(volume->type, "double") ? 0.0 : 1.0001 * UNIT * whole;
+    info->error_rounding = whole * volume->largest_rounding;
+    info->error_absolute += info->error_rounding;
+    info->error_bound += plan->rounding;
+    *(info->kernel.prefiltered ? &info->prefilter_error : &info->error_measured) += plan->rounding;
+}
+
+static void set_bound(struct weft_slice_plan *plan, double smooth_error)
 {
     struct weft_slice_plan_info *info = &plan->info;
     struct weft_kernel plain = info->kernel;
@@ -243,4 +262,11 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
     info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
                                      relative + 2.0 * UNIT * whole) +
                             4.0 * UNIT * whole * offset;
+}
+
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
+                          const struct weft_volume_info *volume)
+{
+    set_bound(plan, smooth_error);
+    add_rounding(plan, plan->smooth.gain, volume);
 }

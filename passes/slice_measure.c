@@ -2,19 +2,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "filter/prefilter.h"
 #include "passes/slice_plan.h"
 #include "tiles/region.h"
 
-// What coefficients stand for.
-static void measure_voxel_range(const float *values, size_t count, struct weft_slice_measure *out)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(values[i]))
-            continue;
-        out->voxel_low = fmin(out->voxel_low, values[i]);
-        out->voxel_high = fmax(out->voxel_high, values[i]);
-    }
-}
+// ---- one brick ----------------------------------------------------------------------------------
 
 static void measure_voxels(const float *values, size_t count, struct weft_slice_measure *out)
 {
@@ -66,14 +58,100 @@ static void measure_constants(const struct weft_slice_plan *plan,
     out->voxels = read;
 }
 
-// The voxels in reach of a prefiltered kernel, a few bricks at a time.
+// ---- what coefficients stand for ----------------------------------------------------------------
+
+// Regions of rising size: what is in reach, then what lies beyond within each cut.
+struct reach {
+    struct weft_region taps;
+    struct weft_region region[1 + WEFT_SLICE_SHELLS];
+    struct weft_slice_measure *out;
+    struct weft_slice_shells *shells;
+};
+
+static void set_reach(const struct weft_slice_plan *plan, const struct weft_volume_info *info,
+                      struct reach *reach)
+{
+    struct weft_region taps;
+    weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &taps);
+    for (int i = 0; i <= WEFT_SLICE_SHELLS; i++) {
+        reach->region[i] = weft_region_widen(&taps, reach->shells->overlap[i]);
+        if (info->clamp_to_edge)
+            weft_slice_clamp_region(info, &reach->region[i]);
+    }
+    if (info->clamp_to_edge)
+        weft_slice_clamp_region(info, &taps);
+    reach->taps = taps;
+}
+
+// 0: in reach; else in shell n - 1, the nearest one that the cube meets. At least `from`.
+static int find_reach(const struct reach *reach, const int32_t origin[3], int32_t size, int from)
+{
+    while (from < WEFT_SLICE_SHELLS && !weft_region_meets(&reach->region[from], origin, size))
+        from++;
+    return from;
+}
+
+static bool is_known(const struct reach *reach, int at, double value)
+{
+    return !isfinite(value) ||
+           fabs(value) <= (at ? reach->shells->largest[at - 1] : reach->shells->at_taps);
+}
+
+static void add_value(const struct reach *reach, const int32_t origin[3], int32_t size, int from,
+                      double value)
+{
+    struct weft_slice_measure *out = reach->out;
+    const int at = find_reach(reach, origin, size, from);
+    if (at) {
+        reach->shells->largest[at - 1] = fmax(reach->shells->largest[at - 1], fabs(value));
+        return;
+    }
+    out->voxel_low = fmin(out->voxel_low, value);
+    out->voxel_high = fmax(out->voxel_high, value);
+    if (fabs(value) > reach->shells->at_taps && weft_region_meets(&reach->taps, origin, size))
+        reach->shells->at_taps = fabs(value);
+}
+
+// Each voxel where it is itself, if that may change anything.
+static bool measure_brick(const struct reach *reach, const int32_t origin[3], const float *values)
+{
+    const int at = find_reach(reach, origin, WEFT_BRICK_SIZE, 0);
+    for (int i = 0; i < WEFT_BRICK_VOXELS; i++) {
+        const double value = (double)values[i];
+        const int32_t voxel[3] = {origin[0] + (i & 7), origin[1] + (i >> 3 & 7),
+                                  origin[2] + (i >> 6)};
+        const bool widens =
+            at == 0 && (value < reach->out->voxel_low || value > reach->out->voxel_high);
+        if (isfinite(value) && (widens || !is_known(reach, at, value)))
+            add_value(reach, voxel, 1, at, value);
+    }
+    return at == 0;
+}
+
+// It may be anywhere.
+static void measure_background(const struct reach *reach, double value)
+{
+    if (!isfinite(value))
+        return;
+    reach->out->voxel_low = fmin(reach->out->voxel_low, value);
+    reach->out->voxel_high = fmax(reach->out->voxel_high, value);
+    reach->shells->at_taps = fmax(reach->shells->at_taps, fabs(value));
+}
+
+static double sum_shells(const struct weft_slice_shells *shells)
+{
+    double sum = 0.0;
+    for (int i = WEFT_SLICE_SHELLS - 1; i >= 0; i--)
+        sum = shells->largest[i] + WEFT_SLICE_SHELL_FALL * sum;
+    return sum;
+}
+
+// A few bricks at a time.
 static enum weft_result measure_base(const struct weft_slice_plan *plan, weft_volume *volume,
-                                     const struct weft_progress *progress,
-                                     struct weft_slice_measure *out)
+                                     const struct weft_progress *progress, struct reach *reach)
 {
     enum { CHUNK = 1024 };
     const struct weft_volume_info *info = weft_volume_get_info(volume);
-    struct weft_region region;
     struct weft_brick_list list = {0};
     float *values = malloc(CHUNK * WEFT_BRICK_VOXELS * sizeof *values);
     enum weft_result res = WEFT_ERR_MEMORY;
@@ -81,11 +159,8 @@ static enum weft_result measure_base(const struct weft_slice_plan *plan, weft_vo
         weft_error(plan->log, "not enough memory to measure %d bricks", CHUNK);
         return res;
     }
-    weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
-    region = weft_region_widen(&region, plan->info.prefilter_overlap);
-    if (info->clamp_to_edge)
-        weft_slice_clamp_region(info, &region);
-    res = weft_volume_find(volume, &region, &list);
+    set_reach(plan, info, reach);
+    res = weft_volume_find(volume, &reach->region[WEFT_SLICE_SHELLS], &list);
     for (size_t from = 0; res == WEFT_OK && from < list.brick_count; from += CHUNK) {
         const size_t left = list.brick_count - from, count = left < CHUNK ? left : CHUNK;
         if (progress && progress->report &&
@@ -94,30 +169,50 @@ static enum weft_result measure_base(const struct weft_slice_plan *plan, weft_vo
         if (res == WEFT_OK)
             res = weft_volume_read(volume, count, (const int32_t(*)[3])list.brick_origin + from,
                                    values);
-        if (res == WEFT_OK)
-            measure_voxel_range(values, count * WEFT_BRICK_VOXELS, out);
-        for (size_t b = 0; res == WEFT_OK && b < count; b++)
-            measure_differences(values + b * WEFT_BRICK_VOXELS, out);
+        for (size_t b = 0; res == WEFT_OK && b < count; b++) {
+            const float *brick = values + b * WEFT_BRICK_VOXELS;
+            if (measure_brick(reach, list.brick_origin[from + b], brick))
+                measure_differences(brick, reach->out);
+        }
     }
-    measure_voxel_range(&info->background, 1, out);
+    measure_background(reach, (double)info->background);
     for (size_t i = 0; i < list.tile_count; i++)
-        measure_voxel_range(&list.tiles[i].value, 1, out);
+        if (isfinite(list.tiles[i].value))
+            add_value(reach, list.tiles[i].origin, list.tiles[i].size, 0,
+                      (double)list.tiles[i].value);
+    reach->out->beyond = sum_shells(reach->shells);
     weft_brick_list_clear(&list);
     free(values);
     return res;
 }
 
-enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
-                                    const struct weft_progress *progress,
-                                    struct weft_slice_measure *out)
+static void set_shells(const struct weft_kernel *kernel, struct weft_slice_shells *out)
+{
+    struct weft_prefilter prefilter;
+    double cut = WEFT_VOLUME_PREFILTER_ERROR;
+    *out = (struct weft_slice_shells){.overlap = {0}};
+    if (weft_prefilter_compute(NULL, kernel, &prefilter) != WEFT_OK)
+        return;
+    for (int i = 0; i <= WEFT_SLICE_SHELLS; i++, cut *= WEFT_SLICE_SHELL_FALL)
+        out->overlap[i] = weft_prefilter_overlap(&prefilter, cut);
+}
+
+// ---- all ----------------------------------------------------------------------------------------
+
+enum weft_result weft_slice_measure_shells(const struct weft_slice_plan *plan, weft_volume *volume,
+                                           const struct weft_progress *progress,
+                                           struct weft_slice_measure *out,
+                                           struct weft_slice_shells *shells)
 {
     enum weft_result res = WEFT_OK;
+    struct reach reach = {.out = out, .shells = shells};
     size_t most = 0;
     const bool coefficients = plan->info.kernel.prefiltered;
     *out = (struct weft_slice_measure){
         .low = INFINITY, .high = -INFINITY, .voxel_low = INFINITY, .voxel_high = -INFINITY};
+    set_shells(&plan->info.kernel, shells);
     if (coefficients)
-        res = measure_base(plan, volume, progress, out);
+        res = measure_base(plan, volume, progress, &reach);
     volume = weft_slice_voxels(plan, volume);
     for (int i = 0; i < plan->info.tile_count; i++)
         most = plan->tile_plans[i].bricks.count > most ? plan->tile_plans[i].bricks.count : most;
@@ -149,4 +244,12 @@ enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *vo
     if (out->voxel_low > out->voxel_high)
         out->voxel_low = out->voxel_high = 0.0;
     return res;
+}
+
+enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
+                                    const struct weft_progress *progress,
+                                    struct weft_slice_measure *out)
+{
+    struct weft_slice_shells shells;
+    return weft_slice_measure_shells(plan, volume, progress, out, &shells);
 }

@@ -470,7 +470,8 @@ static enum weft_result create_kernel_tiles(struct weft_slice_plan *plan,
 }
 
 // Everything but what lies where.
-static enum weft_result set_request(struct weft_slice_plan *plan, const struct weft_slice_params *p)
+static enum weft_result set_request(struct weft_slice_plan *plan, const struct weft_slice_params *p,
+                                    const struct weft_volume_info *volume)
 {
     struct weft_slice_plan_info *info = &plan->info;
     enum weft_result res = check_request(p);
@@ -490,7 +491,7 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
     if (p->layout == WEFT_LAYOUT_AUTO && p->source == WEFT_SOURCE_FLOAT &&
         p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
         weft_slice_separable_set(plan);
-    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
+    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error, volume);
     if (plan->axes.separable)
         info->savings |= WEFT_SAVING_SEPARABLE;
     // A constant convolved is that constant only where the weights sum to one.
@@ -611,7 +612,7 @@ enum weft_result weft_slice_request_create(weft_volume *volume,
     if (res == WEFT_OK)
         res = weft_slice_grid_create(p.log, &p, weft_volume_get_info(volume), &plan->grid);
     if (res == WEFT_OK)
-        res = set_request(plan, &p);
+        res = set_request(plan, &p, weft_volume_get_info(volume));
     if (res != WEFT_OK)
         goto fail;
     *out = plan;

@@ -53,6 +53,7 @@ struct weft_slice_plan {
     struct weft_slice_smooth smooth;
     struct weft_source_range range; // of stored samples
     float largest_fit;              // see passes/slice_exact.h
+    double rounding;                // of error_bound, what doubles lose as floats
     bool clamp_to_samples;
     struct weft_polynomial_tiles kernel_tiles;
     struct weft_brick_list topology; // of everything near the slice
@@ -74,8 +75,10 @@ void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_
 void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum);
 // Makes it separable where the slice can be and it pays.
 void weft_slice_separable_set(struct weft_slice_plan *plan);
-// The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params.
-void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
+// The bounds' part, from its axes, range, tiles and kernel; smooth_error as in the params. Of the
+// volume only what its numbers lose as floats.
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
+                          const struct weft_volume_info *volume);
 
 // Whether a source of this format can hold a range of voxels.
 bool weft_slice_source_holds(enum weft_source_format source, double low, double high);
@@ -97,6 +100,22 @@ void weft_slice_cell_reach(const struct weft_slice_plan *plan, struct weft_cell_
                            const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3]);
 void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
                          const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3]);
+
+// Voxels beyond the reach of a prefiltered kernel, by how far away: shell i lies beyond overlap[i]
+// (0: that of WEFT_VOLUME_PREFILTER_ERROR), at which the inverse filter is cut off to
+// WEFT_SLICE_SHELL_FALL^i times as much; the last one ends at 2^-80.
+enum { WEFT_SLICE_SHELLS = 13 };
+#define WEFT_SLICE_SHELL_FALL 0x1p-4
+struct weft_slice_shells {
+    int overlap[WEFT_SLICE_SHELLS + 1];
+    double largest[WEFT_SLICE_SHELLS]; // |voxel|
+    double at_taps;                    // likewise, of what the taps themselves lie on
+};
+// weft_slice_measure, and the shells that its `beyond` is the sum of; all 0 for other kernels.
+enum weft_result weft_slice_measure_shells(const struct weft_slice_plan *plan, weft_volume *volume,
+                                           const struct weft_progress *progress,
+                                           struct weft_slice_measure *out,
+                                           struct weft_slice_shells *shells);
 
 // Origins of a map's bricks, and their voxels. values: bricks->count * 512 floats.
 enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft_volume *volume,

@@ -9,7 +9,6 @@
 #include "tiles/region.h"
 
 enum { MAX_BRICKS = 1 << 15 }; // kept between positions
-static const double WEIGHTS_ERROR = 0x1p-32;
 // Products of two axes' weights below this change nothing that single precision shows.
 static const double NEGLIGIBLE = 1e-13;
 struct weft_slice_samples {
@@ -18,7 +17,8 @@ struct weft_slice_samples {
     weft_volume *volume;
     struct weft_kernel kernel;
     struct weft_prefilter prefilter;
-    int overlap;
+    int overlap, near;
+    double negligible;
     double whole; // largest sum of the plain kernel's |weights|
     struct weft_brick_list topology;
     weft_brick_store *store; // of the topology
@@ -40,7 +40,33 @@ void weft_slice_samples_destroy(weft_slice_samples **samples)
     *samples = NULL;
 }
 
+// What is left out past an overlap is to be no more than some 2^-30 of the largest voxel at the
+// taps: of all voxels what lies farther from some of the taps, and all of the shells from there on.
+static void set_overlap(weft_slice_samples *s, const struct weft_slice_measure *measure,
+                        const struct weft_slice_shells *shells)
+{
+    double largest = fmax(fabs(measure->voxel_low), fabs(measure->voxel_high)), rest = 0.0;
+    int count = 1;
+    for (int i = WEFT_SLICE_SHELLS - 1; i >= 1; i--)
+        rest = WEFT_SLICE_SHELL_FALL * (shells->largest[i] + rest);
+    largest = fmax(largest, shells->largest[0]);
+    for (; count < WEFT_SLICE_SHELLS; count++) {
+        // Both in units of the fall so far.
+        const double fall = pow(WEFT_SLICE_SHELL_FALL, count - 1);
+        if (fall * (WEFT_SLICE_SHELL_FALL * largest + rest) <=
+            4.0 * WEFT_SLICE_SHELL_FALL * shells->at_taps)
+            break;
+        rest = rest / WEFT_SLICE_SHELL_FALL - shells->largest[count];
+        largest = fmax(largest, shells->largest[count]);
+    }
+    s->overlap = shells->overlap[count];
+    s->near = shells->overlap[1];
+    s->negligible = largest > 0.0 ? NEGLIGIBLE * shells->at_taps / largest : NEGLIGIBLE;
+}
+
 enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
+                                           const struct weft_slice_measure *measure,
+                                           const struct weft_slice_shells *shells,
                                            weft_slice_samples **out)
 {
     const struct weft_volume_info *info = weft_volume_get_info(volume);
@@ -58,7 +84,7 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     res = weft_prefilter_compute(plan->log, &s->kernel, &s->prefilter);
     if (res != WEFT_OK)
         goto fail;
-    s->overlap = weft_prefilter_overlap(&s->prefilter, WEIGHTS_ERROR);
+    set_overlap(s, measure, shells);
     struct weft_kernel plain = s->kernel;
     plain.prefiltered = false;
     s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);
@@ -86,15 +112,6 @@ double weft_slice_samples_seconds(const weft_slice_samples *samples)
 }
 
 // ---- one position -------------------------------------------------------------------------------
-
-static void set_axis(const weft_slice_samples *s, int a, double position,
-                     struct weft_prefilter_axis *out)
-{
-    const struct weft_volume_info *info = weft_volume_get_info(s->volume);
-    const int32_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
-    const int32_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
-    weft_prefilter_axis_set(&s->prefilter, &s->kernel, s->overlap, position, low, high, out);
-}
 
 static float find_largest(const float *values)
 {
@@ -138,8 +155,37 @@ fail:
 // Of missing voxels: how much the result depends on them, and at most a coefficient in reach.
 struct sum {
     const struct weft_prefilter_axis *axis;
+    double negligible;
+    int64_t near_low[3], near_high[3]; // voxels whose magnitude counts
     double total, magnitude, depends, reaches;
 };
+
+static int64_t clamp(int64_t x, int64_t low, int64_t high)
+{
+    return x < low ? low : x > high ? high : x;
+}
+
+static void set_axis(const weft_slice_samples *s, int a, double position, struct sum *sum,
+                     struct weft_prefilter_axis *out)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(s->volume);
+    const int32_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
+    const int32_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
+    double fraction;
+    const int64_t first = weft_kernel_first_tap(&s->kernel, position, &fraction);
+    weft_prefilter_axis_set(&s->prefilter, &s->kernel, s->overlap, position, low, high, out);
+    sum->near_low[a] = clamp(first - s->near, low, high);
+    sum->near_high[a] = clamp(first + s->kernel.width - 1 + s->near, low, high);
+}
+
+static bool is_near(const struct sum *sum, const int32_t origin[3])
+{
+    bool near = true;
+    for (int a = 0; a < 3; a++)
+        near = near && origin[a] <= sum->near_high[a] &&
+               origin[a] + (WEFT_BRICK_SIZE - 1) >= sum->near_low[a];
+    return near;
+}
 
 // A brick's voxels from low to high (0 to 7) along each axis.
 static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3],
@@ -152,7 +198,7 @@ static void add_voxels(struct sum *sum, const int32_t origin[3], const int low[3
             const int64_t at_z = origin[2] + z - axis[2].first;
             const double across = axis[2].weight[at_z] * axis[1].weight[at_y];
             const double reach = axis[2].reach[at_z] * axis[1].reach[at_y];
-            if (fabs(across) < NEGLIGIBLE && reach < NEGLIGIBLE)
+            if (fabs(across) < sum->negligible && reach < sum->negligible)
                 continue;
             double row = 0.0;
             for (int x = low[0]; x <= high[0]; x++) {
@@ -190,7 +236,8 @@ static void add_brick(struct sum *sum, const struct weft_cell_key *key, const fl
     }
     if (!values && isfinite(constant)) {
         sum->total += product * (double)constant;
-        sum->magnitude = fmax(sum->magnitude, fabs((double)constant));
+        if (is_near(sum, origin))
+            sum->magnitude = fmax(sum->magnitude, fabs((double)constant));
         return;
     }
     for (int i = 0; i < WEFT_BRICK_VOXELS && !values; i++)
@@ -221,7 +268,7 @@ static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, boo
                 }
                 if (!add)
                     continue;
-                if (there)
+                if (there && is_near(sum, origin))
                     sum->magnitude = fmax(sum->magnitude, (double)s->largest[number]);
                 add_brick(sum, &at, there ? s->values + (size_t)number * WEFT_BRICK_VOXELS : NULL,
                           constant);
@@ -235,9 +282,9 @@ enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const d
                                             bool finite, struct weft_reference_value *out)
 {
     struct weft_prefilter_axis axis[3];
-    struct sum sum = {.axis = axis};
+    struct sum sum = {.axis = axis, .negligible = samples->negligible};
     for (int a = 0; a < 3; a++)
-        set_axis(samples, a, position[a], &axis[a]);
+        set_axis(samples, a, position[a], &sum, &axis[a]);
     if (samples->map.count >= MAX_BRICKS)
         weft_cell_map_destroy(&samples->map);
     const size_t known = samples->map.count;

@@ -78,8 +78,10 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
             plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
     print_savings(out, plan->info.savings);
     if (plan->coefficients)
-        fprintf(out, "prefilter: a coefficient depends on voxels up to %d away along each axis\n",
-                plan->info.prefilter_overlap);
+        fprintf(out,
+                "prefilter: a coefficient depends on voxels up to %d away along each axis; farther "
+                "ones add %.2g x |voxel| to the bound\n",
+                plan->info.prefilter_overlap, plan->info.error_beyond);
     for (int i = 0; i < plan->info.tile_count; i++)
         (plan->axes.separable ? print_plane : print_tile)(out, plan, i);
     if (fclose(out) != 0)

@@ -5,6 +5,7 @@
 #include "filter/reference.h"
 #include "passes/pixel_error.h"
 #include "passes/slice_samples.h"
+#include "passes/way_impl.h"
 
 static const double DEFAULT_SECONDS = 10.0;
 
@@ -108,8 +109,10 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, float
     struct weft_reference_value best = refer_at(v, position, isfinite(value));
     if (difference(value, best.value) <= CLOSE * best.magnitude)
         return best;
-    const bool jumps = kernel->continuity < 0 || v->plan->clamp_to_samples ||
-                       isinf(difference(value, best.value));
+    const bool jumps =
+        kernel->continuity < 0 || v->plan->clamp_to_samples || isinf(difference(value, best.value));
+    if (v->samples && !jumps) // they reach farther than one voxel more
+        return best;
     // Jumps inside a tile are met by fractions of 24 bits, times a number of segments.
     const double margin = fmax(weft_slice_grid_margin(&v->plan->grid, position),
                                kernel->continuity < 0 ? 0x1p-23 : 0.0);
@@ -230,17 +233,20 @@ fail:
     return res;
 }
 
-static enum weft_result set_bound(struct verifier *v)
+// What prefiltered kernels are verified against: how far voxels count, and the bound of all.
+static enum weft_result set_samples(struct verifier *v)
 {
-    const struct weft_slice_plan_info *info = &v->plan->info;
-    struct weft_slice_measure measure = {.low = 0.0};
-    v->error.bound = info->error_bound * v->error.magnitude + info->error_absolute;
-    if (!info->kernel.prefiltered)
-        return WEFT_OK;
-    const enum weft_result res =
-        weft_slice_measure(v->plan, v->volume, v->params->progress, &measure);
-    v->error.bound = info->error_measured * fmax(fabs(measure.low), fabs(measure.high)) +
-                     info->prefilter_error * v->error.magnitude + info->error_absolute;
+    struct weft_slice_measure measure;
+    struct weft_slice_shells shells;
+    enum weft_result res =
+        weft_slice_measure_shells(v->plan, v->volume, v->params->progress, &measure, &shells);
+    if (res == WEFT_OK)
+        res = weft_slice_samples_create(v->plan, v->volume, &measure, &shells, &v->samples);
+    if (res != WEFT_OK)
+        return res;
+    v->error.bound = weft_way_slice_bound(&v->plan->info, &measure);
+    v->share =
+        time_limit(v) / (weft_slice_samples_seconds(v->samples) * (double)v->error.pixels_total);
     return res;
 }
 
@@ -262,10 +268,7 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     enum weft_result res = WEFT_OK;
     v.started = weft_now_seconds();
     if (plan->info.kernel.prefiltered)
-        res = weft_slice_samples_create(plan, volume, &v.samples);
-    if (v.samples)
-        v.share =
-            time_limit(&v) / (weft_slice_samples_seconds(v.samples) * (double)v.error.pixels_total);
+        res = set_samples(&v);
     if (res == WEFT_OK && v.params->rest) {
         struct weft_region region;
         weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
@@ -278,9 +281,8 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     weft_slice_samples_destroy(&v.samples);
     if (res != WEFT_OK)
         return res;
-    res = set_bound(&v);
-    if (res != WEFT_OK)
-        return res;
+    if (!plan->info.kernel.prefiltered)
+        v.error.bound = plan->info.error_bound * v.error.magnitude + plan->info.error_absolute;
     v.error.rms = v.error.pixels_checked ? sqrt(v.square_sum / (double)v.error.pixels_checked) : 0;
     *out = v.error;
     return WEFT_OK;

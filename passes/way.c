@@ -165,15 +165,16 @@ static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_p
     const struct weft_plan_info *info = plan->info.passes = weft_plan_get_info(plan->passes);
     const double width = p->measure.high - p->measure.low;
     const double largest = largest_magnitude(&p->measure);
+    const double voxel = fmax(fabs(p->measure.voxel_low), fabs(p->measure.voxel_high));
     const struct weft_prefilter_error prefilter =
         weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
     plan->info.way.bits = weft_target_bits(way->profile.target) > 0 ? info->bits : 0;
     // Mapping to [0, 1] and back rounds in single precision.
     plan->info.bound =
         info->error.bound_any * width + 4.0 * 0x1p-24 * largest +
-        (1.0 + info->error.e2) *
-            (prefilter.coefficient * largest +
-             prefilter.sample * fmax(fabs(p->measure.voxel_low), fabs(p->measure.voxel_high)));
+        (1.0 + info->error.e2) * (prefilter.coefficient * largest + prefilter.sample * voxel +
+                                  prefilter.beyond * p->measure.beyond) +
+        plan->slice->rounding * voxel + plan->info.slice->error_rounding;
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *
                                                (uint64_t)p->slice.geometry.height;
@@ -186,7 +187,7 @@ double weft_way_slice_bound(const struct weft_slice_plan_info *info,
 {
     return info->error_measured * largest_magnitude(measure) +
            info->prefilter_error * fmax(fabs(measure->voxel_low), fabs(measure->voxel_high)) +
-           info->error_absolute;
+           info->error_beyond * measure->beyond + info->error_absolute;
 }
 
 // The leading term, for a signal whose derivatives are as large as its samples' differences.

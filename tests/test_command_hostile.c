@@ -131,7 +131,16 @@ static void told_values(void **state)
         fail_msg("no verify in %s %s", r.out, r.err);
     assert_true(json_number_value(json_object_get(error, "maximum")) == 1.0);
     assert_true(fabs(json_number_value(json_object_get(error, "rms")) - sqrt(0.5)) < 1e-12);
+    // The bound has it.
+    assert_int_equal(r.code, 0);
+    assert_true(json_number_value(json_object_get(root, "error_rounding")) == 1.0);
+    assert_true(json_number_value(json_object_get(error, "bound")) >= 1.0);
     json_decref(root);
+    command_fails(1, ", 1 of it by integers that no float holds", "slice", "values.vdb", "-q",
+                  "--grid", "integers", "--kernel", "nearest", "--size", "8x8", "--max-error",
+                  "0.5", "-o", "a.exr");
+    command_succeeds("slice", "values.vdb", "--grid", "integers", "--kernel", "nearest", "--size",
+                     "8x8", "--max-error", "5", "--verify");
     unlink("a.exr");
 }
 

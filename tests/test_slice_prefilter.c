@@ -374,6 +374,161 @@ static void bounds_hold_and_are_near(void **state)
     assert_true(near >= jobs / 10);
 }
 
+// ---- much larger voxels just out of reach -------------------------------------------------------
+
+enum { FAR_SIDE = 6, FAR_PIXELS = 3, FAR_LENGTH = 200, FAR_MIDDLE = 60 };
+
+// A bar of noise along an axis, in which one voxel is larger.
+static weft_volume *make_bar(int axis, const int at[3], float value, float *data, int size[3])
+{
+    weft_volume *volume = NULL;
+    for (int a = 0; a < 3; a++)
+        size[a] = a == axis ? FAR_LENGTH : FAR_SIDE;
+    for (int i = 0; i < FAR_LENGTH * FAR_SIDE * FAR_SIDE; i++)
+        data[i] = noise(i, axis, 3);
+    data[(at[2] * size[1] + at[1]) * size[0] + at[0]] = value;
+    assert_int_equal(weft_volume_create(weft_volume_params(.size = {size[0], size[1], size[2]},
+                                                           .data = data, .background = 0.0f),
+                                        &volume),
+                     WEFT_OK);
+    return volume;
+}
+
+// The cardinal spline out to where it is below 2^-80.
+static double cardinal(const struct weft_kernel *kernel, const float *data, const int size[3],
+                       const double at[3])
+{
+    static double weights[3][WEFT_PREFILTER_MAX_WEIGHTS];
+    struct weft_prefilter p;
+    int64_t first[3];
+    double sum = 0.0;
+    assert_int_equal(weft_prefilter_compute(NULL, kernel, &p), WEFT_OK);
+    for (int a = 0; a < 3; a++)
+        first[a] =
+            weft_prefilter_weights(&p, kernel, WEFT_PREFILTER_MAX_OVERLAP, at[a], weights[a]);
+    const int count = kernel->width + 2 * WEFT_PREFILTER_MAX_OVERLAP;
+    for (int i = 0; i < size[0] * size[1] * size[2]; i++) {
+        const int index[3] = {i % size[0], i / size[0] % size[1], i / size[0] / size[1]};
+        double weight = 1.0;
+        for (int a = 0; a < 3; a++) {
+            const int64_t k = index[a] - first[a];
+            weight *= k >= 0 && k < count ? weights[a][k] : 0.0;
+        }
+        sum += weight * (double)data[i];
+    }
+    return sum;
+}
+
+static double far_error(const struct weft_slice_params *p, const float *data, const int size[3],
+                        const float *pixels)
+{
+    const struct weft_slice_geometry *g = &p->geometry;
+    double worst = 0.0;
+    for (int i = 0; i < FAR_PIXELS * FAR_PIXELS; i++) {
+        double at[3];
+        for (int a = 0; a < 3; a++)
+            at[a] = g->origin[a] + (i % FAR_PIXELS + 0.5) / FAR_PIXELS * g->u[a] +
+                    (i / FAR_PIXELS + 0.5) / FAR_PIXELS * g->v[a];
+        worst = fmax(worst, fabs((double)pixels[i] - cardinal(&p->kernel, data, size, at)));
+    }
+    return worst;
+}
+
+struct far_counts {
+    int ran, beyond, broken, seen, tried, refused;
+};
+
+// No way promises an error that the slice exceeds.
+static bool is_refused(weft_volume *volume, const struct weft_slice_params *slice, double max_error)
+{
+    const struct weft_choose_params params = {.slice = *slice, .max_error = max_error};
+    struct weft_choice choice;
+    assert_int_equal(weft_choose(volume, &params, &choice), WEFT_OK);
+    const bool refused = choice.chosen < 0;
+    assert_true(choice.best >= 0 && choice.measure.beyond > 0.0);
+    weft_choice_clear(&choice);
+    return refused;
+}
+
+// A voxel of the given size, `away` voxels farther than the overlap from the last tap.
+static void check_far(const struct weft_kernel *kernel, int axis, int away, float value,
+                      struct far_counts *counts)
+{
+    static float data[FAR_LENGTH * FAR_SIDE * FAR_SIDE];
+    float pixels[FAR_PIXELS * FAR_PIXELS];
+    struct weft_slice_params params = {.kernel = *kernel,
+                                       .space = WEFT_SPACE_INDEX,
+                                       .geometry = {.width = FAR_PIXELS, .height = FAR_PIXELS}};
+    int at[3], size[3];
+    for (int a = 0; a < 3; a++) {
+        params.geometry.origin[a] = (a == axis ? FAR_MIDDLE : 2) + 0.05;
+        at[a] = 2;
+    }
+    params.geometry.u[axis] = 0.4; // one cell, also of kernels of odd width
+    params.geometry.v[(axis + 1) % 3] = 0.3;
+    struct weft_prefilter p;
+    assert_int_equal(weft_prefilter_compute(NULL, kernel, &p), WEFT_OK);
+    const int overlap = weft_prefilter_overlap(&p, WEFT_VOLUME_PREFILTER_ERROR);
+    at[axis] = FAR_MIDDLE + kernel->width / 2 + overlap + away;
+    weft_volume *volume = make_bar(axis, at, value, data, size);
+    weft_slice_plan *plan = NULL;
+    struct weft_slice_error error;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
+    assert_int_equal(info->prefilter_overlap, overlap);
+    assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL), WEFT_OK);
+    assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
+    assert_int_equal(error.pixels_checked, error.pixels_total);
+    const double found = far_error(&params, data, size, pixels);
+    const double near = info->error_bound * (away > 0 ? 1.0 : (double)value) + info->error_absolute;
+    const double stated = near + (away > 0 ? info->error_beyond * (double)value : 0.0);
+    if (!(found <= stated && found <= error.bound))
+        fail_msg("%s: %g, %d voxels past the overlap: error %.3g, stated %.3g, bound %.3g",
+                 kernel->info->name, (double)value, away, found, stated, error.bound);
+    // Verification leaves no more out than a small part of the bound.
+    if (!(fabs(found - error.maximum) <= 0.05 * fmin(stated, error.bound)))
+        fail_msg("%s: %g, %d voxels past the overlap: error %.3g, verified %.3g",
+                 kernel->info->name, (double)value, away, found, error.maximum);
+    if (found > near && away == 1)
+        counts->refused += is_refused(volume, &params, 0.5 * found);
+    counts->ran++;
+    counts->tried += found > near && away == 1;
+    counts->beyond += away > 0;
+    counts->broken += found > near;
+    counts->seen += error.maximum > near;
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+}
+
+// Bounds know what inverse filters are cut off by: where a much larger voxel lies just out of
+// reach, the part that is relative to voxels in reach is not enough, and verification shows it.
+static void larger_voxels_out_of_reach_count(void **state)
+{
+    (void)state;
+    static const char *const kernels[] = {"bspline2i", "bspline3i", "bspline5i", "bspline7i",
+                                          "omomsi"};
+    static const int away[] = {-1, 0, 1, 2, 4, 9, 20, 40};
+    static const float values[] = {1e7f, 1e12f};
+    const bool all = getenv("WEFT_PREFILTER_JOBS") != NULL;
+    struct far_counts counts = {0};
+    for (int i = 0; i < (int)(WEFT_COUNT(kernels) * WEFT_COUNT(away) * 2); i++) {
+        const int k = i % (int)WEFT_COUNT(kernels), d = i / (int)WEFT_COUNT(kernels) / 2;
+        const int large = i / (int)WEFT_COUNT(kernels) % 2;
+        const struct weft_kernel kernel = kernel_named(kernels[k]);
+        if (all || (k + d + large) % 2 == 0)
+            check_far(&kernel, (k + d) % 3, away[d], values[large], &counts);
+    }
+    print_message("%d slices, %d with the voxel out of reach; in %d the rest of the bound is not "
+                  "enough, in %d verification sees it\n",
+                  counts.ran, counts.beyond, counts.broken, counts.seen);
+    assert_true(counts.ran >= 40 && counts.beyond >= 30);
+    assert_true(counts.broken >= 10);
+    assert_int_equal(counts.seen, counts.broken);
+    assert_true(counts.tried > 0 && counts.refused == counts.tried);
+}
+
+// ---- orders -------------------------------------------------------------------------------------
+
 static void errors_fall_with_the_fourth_power(void **state)
 {
     (void)state;
@@ -474,6 +629,7 @@ int main(void)
         cmocka_unit_test(verification_sees_blur),
         cmocka_unit_test(savings_and_formats_work_on_coefficients),
         cmocka_unit_test(bounds_hold_and_are_near),
+        cmocka_unit_test(larger_voxels_out_of_reach_count),
         cmocka_unit_test(errors_fall_with_the_fourth_power),
         cmocka_unit_test(passes_run_on_coefficients),
         cmocka_unit_test(real_volumes_are_verified),

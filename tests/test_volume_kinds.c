@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "filter/check.h"
+#include "passes/slice.h"
 #include "tests/vdb_files.h"
 
 enum { FIXTURE_VOXELS = 20 * 12 * 9 };
@@ -259,6 +260,44 @@ static void test_rest(void **state)
     weft_volume_destroy(&part[1]);
 }
 
+static struct weft_slice_plan_info plan_info(const char *file, const char *grid, const char *kernel)
+{
+    weft_volume *volume = open_existing(file, grid);
+    struct weft_slice_params params = {
+        .space = WEFT_SPACE_INDEX,
+        .geometry = {
+            .origin = {0, 0, 2.5}, .u = {7, 0, 0.5}, .v = {0, 7, 0.5}, .width = 4, .height = 4}};
+    weft_slice_plan *plan = NULL;
+    assert_int_equal(weft_kernel_parse(NULL, kernel, &params.kernel), WEFT_OK);
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    struct weft_slice_plan_info info = *weft_slice_plan_get_info(plan);
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+    return info;
+}
+
+// Bounds are of what is stored: integers are off by up to 1, doubles by half a unit of a float, and
+// Catmull-Rom makes that up to 1.25^3 as much.
+static void test_bounds(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *kernel;
+        double gain;
+    } cases[] = {{"nearest", 1.0}, {"linear", 1.0}, {"catmull-rom", 1.25 * 1.25 * 1.25}};
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const double gain = cases[i].gain;
+        struct weft_slice_plan_info info = plan_info("values.vdb", "integers", cases[i].kernel);
+        assert_true(fabs(info.error_rounding - gain) < 1e-6);
+        assert_true(info.error_absolute >= info.error_rounding);
+        const double exact = info.error_bound;
+        info = plan_info("values.vdb", "tiny", cases[i].kernel);
+        assert_true(info.error_rounding == 0.0);
+        assert_true(fabs((info.error_bound - exact) * 0x1p24 - gain) < 1e-3);
+        assert_true(info.error_measured == info.error_bound);
+    }
+}
+
 // ---- damage -------------------------------------------------------------------------------------
 
 // A copy in which bytes are replaced wherever they occur from the n-th occurrence on.
@@ -340,7 +379,7 @@ int main(void)
         cmocka_unit_test(test_list),  cmocka_unit_test(test_read),
         cmocka_unit_test(test_names), cmocka_unit_test(test_values),
         cmocka_unit_test(test_rest),  cmocka_unit_test(test_one_damaged),
-        cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_cut),   cmocka_unit_test(test_bounds),
     };
     return cmocka_run_group_tests(tests, make_fixtures, remove_folder);
 }

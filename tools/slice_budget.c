@@ -25,14 +25,18 @@ static void load_model(struct slice_job *job)
 static enum weft_result report_none(struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
+    const double rounding = weft_slice_plan_get_info(job->plan)->error_rounding;
+    char rounded[80] = "";
+    if (rounding > 0.0)
+        snprintf(rounded, sizeof rounded, ", %.3g of it by integers that no float holds", rounding);
     job->over_budget = true;
     if (choice->best < 0)
         report_error("no way of making this slice applies");
     else
-        report_error("no way is within %.3g: the best is %s, within %.3g (voxels from %.6g to "
+        report_error("no way is within %.3g: the best is %s, within %.3g%s (voxels from %.6g to "
                      "%.6g)",
                      job->max_error, choice->candidates[choice->best].name,
-                     choice->candidates[choice->best].bound, choice->measure.voxel_low,
+                     choice->candidates[choice->best].bound, rounded, choice->measure.voxel_low,
                      choice->measure.voxel_high);
     return WEFT_ERR_LIMIT;
 }

@@ -155,6 +155,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
+    json_object_set_new(root, "error_rounding", json_number(plan->error_rounding));
     if (plan->kernel.prefiltered)
         json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
     if (job->choice.plan)
@@ -167,6 +168,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "lookup", json_text(weft_lookup_names[plan->lookup]));
     json_object_set_new(root, "savings", savings_json(job));
     json_object_set_new(root, "error_absolute", json_number(plan->error_absolute));
+    json_object_set_new(root, "error_beyond", json_number(plan->error_beyond));
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
     json_object_set_new(root, "error_bound", json_number(plan->error_bound));
@@ -306,9 +308,11 @@ double slice_verify_bound(const struct slice_job *job)
     const struct weft_slice_passes_report *r = &job->passes_report;
     const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
     if (!job->passes)
-        return ranged ? NAN : plan->error_bound * job->error.magnitude + plan->error_absolute;
+        return ranged ? NAN : job->error.bound;
     const double largest = fmax(fabs(r->low), fabs(r->high));
-    return ranged && r->clamped ? NAN : job->bound.total + plan->prefilter_error * largest;
+    return ranged && r->clamped
+               ? NAN
+               : job->bound.total + plan->prefilter_error * largest + plan->error_rounding;
 }
 
 static void print_bound(const struct slice_job *job)
