@@ -57,6 +57,12 @@ static double range_width(const struct chooser *c)
     return c->choice->measure.high - c->choice->measure.low;
 }
 
+// Of the voxels, whatever is read in their place.
+static double voxel_width(const struct chooser *c)
+{
+    return c->choice->measure.voxel_high - c->choice->measure.voxel_low;
+}
+
 // ---- fused and separable ------------------------------------------------------------------------
 
 // Texels of all tiles if they were laid out another way.
@@ -179,9 +185,11 @@ static void estimate_passes(const struct chooser *c, struct weft_candidate *cand
     candidate->state = WEFT_CANDIDATE_DEARER;
     candidate->seconds = weft_cost_of(c->model, &work);
     candidate->bytes = (uint64_t)(work.tile_bytes + 4.0 * work.voxels + 8.0 * work.pixels);
-    // Half of what a slope over half a sample makes, along one axis; half a code.
-    candidate->bound = range_width(c) * (0.25 * c->slope / way->samples +
-                                         (bits ? 0.5 / weft_target_one(way->profile.target) : 0.0));
+    // Half of what a slope over half a sample makes, along one axis (of prefiltered kernels, whose
+    // cardinal splines are no flatter, for half the voxels' range); half a code.
+    const double reach = kernel->prefiltered ? 0.5 * voxel_width(c) : range_width(c);
+    candidate->bound = 0.25 * c->slope / way->samples * reach +
+                       (bits ? 0.5 / weft_target_one(way->profile.target) * range_width(c) : 0.0);
 }
 
 static enum weft_result plan_passes(const struct chooser *c, struct weft_candidate *candidate)

@@ -93,6 +93,10 @@ struct weft_plan_error {
     // lose to clamping where the plan is not valid.
     double bound;
     double bound_any; // with clamp: for any input in range
+    // Another bound of e2 for prefiltered kernels, whose coefficients' range is up to gain^dims
+    // times the samples': e2_quantised of the coefficients' range and e2_sampled of the samples',
+    // since nearest positions are off by a cardinal spline's slope. NAN for others.
+    double e2_quantised, e2_sampled;
 };
 
 struct weft_plan_info {
@@ -126,6 +130,12 @@ struct weft_plan_info {
 };
 
 typedef struct weft_plan weft_plan; // Thread-safety: read-only once made.
+
+// E2 where `width` is that of the source's range: the smaller of both bounds, where what prefiltered
+// kernels read are the coefficients of samples with a range of `samples` (not asked for otherwise).
+// Samples past a volume's overlap are not among them: add twice weft_prefilter_error's `beyond`
+// times the largest.
+WEFT_API double weft_plan_e2(const struct weft_plan_error *error, double width, double samples);
 
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (no order keeps the range: the log says where and
 // by how much; a technique that the profile has no means for; log with signed data), WEFT_ERR_LIMIT

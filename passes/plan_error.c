@@ -8,9 +8,12 @@
 #include <string.h>
 
 #include "filter/kernel_nd.h"
+#include "filter/prefilter.h"
 #include "passes/plan_impl.h"
+#include "tiles/volume.h"
 
-enum { SIDES = 3 }; // a cell's near end, its far end from inside, its middle
+// A cell's near end, its far end from inside, its middle, and where its tiles were sampled.
+enum { NEAR, FAR, MIDDLE, SAMPLED, SIDES };
 
 // Weights (radial: offsets) of one axis at one cell's ends and middle.
 typedef double axis_weights[SIDES][WEFT_KERNEL_MAX_WIDTH];
@@ -23,6 +26,7 @@ struct e2 {
     double *tap;           // what the tiles have, by tap
     double *exact;
     double largest, magnitude; // of eq. 4's sum, and of the sum of |weights|
+    double quantised;          // of prefiltered kernels
 };
 
 // ---- exact weights ------------------------------------------------------------------------------
@@ -39,7 +43,8 @@ static void fill_axis(const struct e2 *e, const struct weft_kernel *kernel, axis
     const int m = e->info->samples;
     for (int k = 0; k < m; k++) {
         const double end = k + 1 < m ? (double)(k + 1) / m : 1.0;
-        const double at[SIDES] = {(double)k / m, nextafter(end, 0.0), (k + 0.5) / m};
+        const double at[SIDES] = {(double)k / m, nextafter(end, 0.0), (k + 0.5) / m,
+                                  weft_kernel_tiles_position(e->planner->plan->tiles, k)};
         for (int side = 0; side < SIDES; side++)
             for (int t = 0; t < kernel->width; t++)
                 out[k][side][t] = axis_weight(e, kernel, at[side], t);
@@ -85,7 +90,7 @@ static double deviation(const struct e2 *e, int axis)
         const axis_weights *w = &e->axis[axis][k];
         double sum = 0.0;
         for (int t = 0; t < e->info->width; t++)
-            sum += fabs((*w)[2][t] - 0.5 * ((*w)[0][t] + (*w)[1][t]));
+            sum += fabs((*w)[MIDDLE][t] - 0.5 * ((*w)[NEAR][t] + (*w)[FAR][t]));
         largest = fmax(largest, sum);
     }
     return 2.0 * largest;
@@ -142,6 +147,22 @@ static void compare(struct e2 *e, const int at[3], int corner)
     e->largest = fmax(e->largest, sum);
 }
 
+// What quantised weights alone make, of coefficients in [0, 1]: where tiles were sampled, weights
+// that are too large and those that are too small do not add up.
+static void compare_sampled(struct e2 *e, const int at[3])
+{
+    const double *axis[3] = {0};
+    for (int a = 0; a < e->info->dims; a++)
+        axis[a] = e->axis[a][at[a]][SAMPLED];
+    const int count = weft_kernel_combine(&e->planner->p.kernel, e->info->dims, axis, e->exact);
+    double more = 0.0, less = 0.0;
+    for (int i = 0; i < count; i++) {
+        more += fmax(0.0, e->tap[i] - e->exact[i]);
+        less += fmax(0.0, e->exact[i] - e->tap[i]);
+    }
+    e->quantised = fmax(e->quantised, fmax(more, less));
+}
+
 static void compare_cell(struct e2 *e, const int at[3])
 {
     double magnitude = 0.0;
@@ -151,6 +172,8 @@ static void compare_cell(struct e2 *e, const int at[3])
     e->magnitude = fmax(e->magnitude, magnitude);
     for (int corner = 0; corner < 1 << e->info->dims; corner++)
         compare(e, at, corner);
+    if (e->planner->p.kernel.prefiltered)
+        compare_sampled(e, at);
 }
 
 static enum weft_result compare_all(struct e2 *e)
@@ -168,7 +191,108 @@ static enum weft_result compare_all(struct e2 *e)
     return WEFT_OK;
 }
 
-static enum weft_result find_e2(const struct weft_planner *planner, double *largest,
+// ---- of prefiltered kernels ---------------------------------------------------------------------
+
+// With cardinal weights, the samples' own: a weight at a place less that at its cell's sample is a
+// sum of `dims` products in which one factor is a difference, of which each is convolved with the
+// inverse filter along its own axis. Sums of |cardinal weights| of an axis, the largest in each of
+// up to 2^BITS parts of a sample's width (in 3D 2^6, for time).
+enum { BITS = 9, BITS_3D = 6, BINS = 1 << BITS };
+
+struct cardinal {
+    struct weft_prefilter prefilter;
+    double filter[WEFT_PREFILTER_MAX_OVERLAP + 1];
+    int overlap, bits;
+    double difference[3][BINS], gain[3][BINS];
+};
+
+static double cardinal_sum(const struct cardinal *c, int width, const double *weights)
+{
+    double sum = 0.0;
+    for (int k = -c->overlap; k < width + c->overlap; k++) {
+        double weight = 0.0;
+        for (int t = 0; t < width; t++)
+            weight += abs(k - t) <= c->overlap ? weights[t] * c->filter[abs(k - t)] : 0.0;
+        sum += fabs(weight);
+    }
+    // Images and volumes may cut their filter off nearer.
+    for (int t = 0; t < width; t++)
+        sum += 2.0 * WEFT_VOLUME_PREFILTER_ERROR * fabs(weights[t]);
+    return sum;
+}
+
+// first + a second + b third, by tap.
+static double cardinal_sum_of(const struct cardinal *c, int width, const double *first, double a,
+                              const double *second, double b, const double *third)
+{
+    double weights[WEFT_KERNEL_MAX_WIDTH];
+    for (int t = 0; t < width; t++)
+        weights[t] = first[t] + a * second[t] + b * third[t];
+    return cardinal_sum(c, width, weights);
+}
+
+static void fill_cardinal(const struct e2 *e, int axis, struct cardinal *c)
+{
+    const int m = e->info->samples, width = e->info->width;
+    for (int k = 0; k < m; k++) {
+        const axis_weights *w = &e->axis[axis][k];
+        const double *sampled = (*w)[SAMPLED];
+        double *difference = &c->difference[axis][((int64_t)k << c->bits) / m];
+        double *gain = &c->gain[axis][((int64_t)k << c->bits) / m];
+        // As of deviation().
+        const double bend =
+            2.0 * cardinal_sum_of(c, width, (*w)[MIDDLE], -0.5, (*w)[NEAR], -0.5, (*w)[FAR]);
+        for (int side = NEAR; side <= FAR; side++) {
+            const double *end = (*w)[side];
+            const double sum = cardinal_sum_of(c, width, end, -1.0, sampled, 0.0, sampled);
+            *difference = fmax(*difference, sum + bend);
+            *gain = fmax(*gain, cardinal_sum(c, width, end) + bend);
+        }
+        *gain = fmax(*gain, cardinal_sum(c, width, sampled));
+    }
+}
+
+// The weights' differences add up to 0, so that half the samples' range counts.
+static double sampled_e2(const struct e2 *e, const struct cardinal *c)
+{
+    const int dims = e->info->dims, count = 1 << c->bits * dims, mask = (1 << c->bits) - 1;
+    double largest = 0.0;
+    for (int i = 0; i < count; i++) {
+        double sum = 0.0;
+        for (int a = 0; a < dims; a++) {
+            double product = c->difference[a][i >> c->bits * a & mask];
+            for (int b = 0; b < dims; b++)
+                product *= b == a ? 1.0 : c->gain[b][i >> c->bits * b & mask];
+            sum += product;
+        }
+        largest = fmax(largest, sum);
+    }
+    return 0.5 * largest;
+}
+
+static void find_cardinal(const struct e2 *e, struct weft_plan_error *out)
+{
+    const struct weft_kernel *kernel = &e->planner->p.kernel;
+    struct cardinal c = {.bits = e->info->dims < 3 ? BITS : BITS_3D};
+    out->e2_quantised = out->e2_sampled = NAN;
+    if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &c.prefilter) != WEFT_OK)
+        return;
+    c.overlap = weft_prefilter_overlap(&c.prefilter, 0x1p-32);
+    weft_prefilter_taps(&c.prefilter, c.overlap, c.filter);
+    for (int a = 0; a < e->info->dims; a++)
+        fill_cardinal(e, a, &c);
+    out->e2_quantised = e->quantised;
+    out->e2_sampled = sampled_e2(e, &c);
+}
+
+double weft_plan_e2(const struct weft_plan_error *error, double width, double samples)
+{
+    return fmin(error->e2 * width, error->e2_quantised * width + error->e2_sampled * samples);
+}
+
+// ---- both ---------------------------------------------------------------------------------------
+
+static enum weft_result find_e2(const struct weft_planner *planner, struct weft_plan_error *out,
                                 double *magnitude)
 {
     const size_t taps = (size_t)planner->plan->info.tap_count;
@@ -189,8 +313,10 @@ static enum weft_result find_e2(const struct weft_planner *planner, double *larg
     res = fill_axes(&e);
     if (res == WEFT_OK)
         res = compare_all(&e);
-    *largest = e.largest;
+    out->e2 = e.largest;
     *magnitude = e.magnitude;
+    if (res == WEFT_OK)
+        find_cardinal(&e, out);
 fail:
     for (int a = 0; a < 3; a++)
         free(e.axis[a]);
@@ -300,7 +426,7 @@ enum weft_result weft_planner_find_error(struct weft_planner *planner)
     struct weft_range *ranges = calloc((size_t)plan->list.pass_count + 1, sizeof *ranges);
     enum weft_result res = WEFT_ERR_MEMORY;
     if (ranges)
-        res = find_e2(planner, &error->e2, &magnitude);
+        res = find_e2(planner, error, &magnitude);
     else
         weft_error(planner->p.log, "plan: not enough memory for %d ranges", plan->list.pass_count);
     if (res == WEFT_OK)

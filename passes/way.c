@@ -171,9 +171,11 @@ static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_p
     plan->info.way.bits = weft_target_bits(way->profile.target) > 0 ? info->bits : 0;
     // Mapping to [0, 1] and back rounds in single precision.
     plan->info.bound =
-        info->error.bound_any * width + 4.0 * 0x1p-24 * largest +
-        (1.0 + info->error.e2) * (prefilter.coefficient * largest + prefilter.sample * voxel +
-                                  prefilter.beyond * p->measure.beyond) +
+        (info->error.bound_any - info->error.e2) * width +
+        weft_plan_e2(&info->error, width, p->measure.voxel_high - p->measure.voxel_low) +
+        4.0 * 0x1p-24 * largest +
+        (1.0 + info->error.e2) * (prefilter.coefficient * largest + prefilter.sample * voxel) +
+        (3.0 + info->error.e2) * prefilter.beyond * p->measure.beyond +
         plan->slice->rounding * voxel + plan->info.slice->error_rounding;
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *

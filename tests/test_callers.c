@@ -896,6 +896,8 @@ static void judgements(void)
                                                        .memory_bytes = 1 << 22, .log = &logger);
 #define CALL judge_plan(&params, &p)
     TRUE(judge_plan(&params, &good) == WEFT_OK);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        weft_plan_e2(&weft_plan_get_info(made)->error, numbers[n], numbers[n]);
     ANY_INT(good, extra_bits, CALL);
     ANY_INT(good, result, CALL);
     ANY_INT(good, pattern[1][0], CALL);
@@ -1388,7 +1390,7 @@ static const struct {
     {plan_questions, {F(plan_get_info), F(plan_tile_step)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate)}},
-    {judgements, {F(plan_judge)}},
+    {judgements, {F(plan_judge), F(plan_e2)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {ways, {F(way_plan_create), F(way_plan_destroy), F(way_format), F(way_list)}},

@@ -680,6 +680,7 @@ static void bits_are_the_samples_own(void **state)
         const char *kernel, *budget, *profile;
     } cases[] = {{"bspline3i", "6bit", "unorm16"},
                  {"bspline7i", "4bit", "unorm16"},
+                 {"bspline5i", "6bit", "unorm16"},
                  {"bspline5i", "12bit", NULL},
                  {"omomsi", "6bit", "fp32"}};
     for (size_t i = 0; i < COUNT(cases); i++) {

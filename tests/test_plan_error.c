@@ -307,10 +307,179 @@ static void drawn_plans_stay_within_their_bounds(void **state)
     run_jobs(contexts[0], DRAWN);
 }
 
+// ---- prefiltered kernels ------------------------------------------------------------------------
+
+enum { LINE = 26, MIDDLE = LINE / 2 };
+enum content { PREFILTERED_NOISE, ALTERNATING, STEP, ADVERSE, CONTENTS };
+
+static struct weft_plan_params random_prefiltered(void)
+{
+    static const char *const kernels[] = {"bspline2i", "bspline3i", "bspline4i",   "bspline5i",
+                                          "bspline7i", "omomsi",    "d-bspline3i", "dd-bspline5i"};
+    struct weft_plan_params p = random_params();
+    do
+        p.kernel = kernel_named(kernels[random_below((int)WEFT_COUNT(kernels))]);
+    while (p.dims > 2 && p.kernel.width > 4);
+    p.technique = (enum weft_technique)random_below(p.profile.target >= WEFT_TARGET_HALF ? 2 : 4);
+    p.channels = 1;
+    if (p.derivative && !may_derive(&p.kernel))
+        p.derivative = 0;
+    return p;
+}
+
+// What a sample is worth to a pixel at `at`, less what it is worth where the tile was sampled: what
+// the nearest sample position is off by, for a sample of 1.
+static double sample_error(const struct job *job, const double at[3], const int index[3])
+{
+    double exact = 1.0, looked_up = 1.0;
+    for (int a = 0; a < job->params.dims; a++) {
+        double weights[2][WEFT_PREFILTER_MAX_WEIGHTS], fraction;
+        struct weft_prefilter p;
+        const int64_t tap = weft_kernel_first_tap(&job->params.kernel, at[a], &fraction);
+        const double m = job->params.samples, cell = floor(fraction * m);
+        assert_int_equal(weft_prefilter_compute(NULL, &job->params.kernel, &p), WEFT_OK);
+        const double near = at[a] + (cell + 0.5) / m - fraction;
+        const int64_t first =
+            weft_prefilter_weights(&p, &job->params.kernel, 30, at[a], weights[0]);
+        assert_true(first == tap - 30);
+        assert_true(weft_prefilter_weights(&p, &job->params.kernel, 30, near, weights[1]) == first);
+        exact *= weights[0][index[a] - first];
+        looked_up *= weights[1][index[a] - first];
+    }
+    return looked_up - exact;
+}
+
+static double sample_of(const struct job *job, enum content content, const int index[3])
+{
+    switch (content) {
+    case PREFILTERED_NOISE:
+        return 2.0 * random_unit() - 1.0;
+    case ALTERNATING:
+        return (index[0] + index[1] + index[2]) % 2 ? -1.0 : 1.0;
+    case STEP:
+        return index[0] < MIDDLE ? -1.0 : 1.0;
+    default:
+        return sample_error(job, job->grid.origin, index) < 0.0 ? -1.0 : 1.0;
+    }
+}
+
+static void filter_samples(const struct job *job, double *values)
+{
+    const int *size = job->samples.size;
+    const ptrdiff_t pitch[3] = {1, size[0], (ptrdiff_t)size[0] * size[1]};
+    struct weft_prefilter p;
+    assert_int_equal(weft_prefilter_compute(NULL, &job->params.kernel, &p), WEFT_OK);
+    for (int a = 0; a < job->params.dims; a++)
+        for (size_t i = 0; i < sample_count(job); i++)
+            if ((ptrdiff_t)i / pitch[a] % size[a] == 0)
+                weft_prefilter_line(&p, values + i, LINE, pitch[a], (double)NAN, (double)NAN);
+}
+
+// Coefficients of samples from -1 to 1.
+static void fill_coefficients(struct job *job, enum content content)
+{
+    const size_t count = sample_count(job);
+    double *values = malloc(count * sizeof *values);
+    assert_non_null(values);
+    for (size_t i = 0; i < count; i++) {
+        const int at = (int)i, index[3] = {at % LINE, at / LINE % LINE, at / LINE / LINE};
+        values[i] = sample_of(job, content, index);
+    }
+    filter_samples(job, values);
+    job->samples.low = INFINITY;
+    job->samples.high = -INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        job->plane[0][i] = (float)values[i];
+        job->samples.low = fmin(job->samples.low, (double)job->plane[0][i]);
+        job->samples.high = fmax(job->samples.high, (double)job->plane[0][i]);
+    }
+    job->amplitude = fmax(-job->samples.low, job->samples.high);
+    free(values);
+}
+
+// All taps within the samples: beyond them planes repeat a coefficient. The first pixel lies where
+// a cell begins, as far from the sample position as can be.
+static void make_prefiltered(struct job *job)
+{
+    make_samples(job);
+    free(job->plane[0]);
+    job->grid = (struct weft_pixel_grid){.width = PIXELS, .height = PIXELS};
+    for (int a = 0; a < job->params.dims; a++) {
+        job->samples.size[a] = LINE;
+        job->grid.origin[a] =
+            MIDDLE + (double)random_below(job->params.samples) / job->params.samples;
+        job->grid.du[a] = 0.5 * (random_unit() - 0.5);
+        job->grid.dv[a] = 0.5 * (random_unit() - 0.5);
+    }
+    job->plane[0] = malloc(sample_count(job) * sizeof(float));
+    assert_non_null(job->plane[0]);
+    job->samples.plane[0] = job->plane[0];
+}
+
+// bound / measured.
+static double check_prefiltered(struct job *job, enum content content, int *nearer)
+{
+    const struct weft_plan_error *e = &weft_plan_get_info(job->plan)->error;
+    struct weft_convolve_params params = {
+        .plan = job->plan, .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
+    struct weft_convolve_error error;
+    fill_coefficients(job, content);
+    memcpy(params.pixels, job->pixels, sizeof params.pixels);
+    assert_int_equal(weft_emulate_run(&params, NULL), WEFT_OK);
+    assert_int_equal(weft_convolve_verify(&params, &error), WEFT_OK);
+    const double width = job->samples.high - job->samples.low, e2 = weft_plan_e2(e, width, 2.0);
+    *nearer += e2 < 0.5 * e->e2 * width;
+    const double bound =
+        (e->bound_any - e->e2) * width + e2 + (1.0 + 0.25 * e->e2) * float_error(job);
+    if (!(error.maximum <= bound))
+        print_error("%s, content %d: %.6g is beyond the bound %.6g (width %.3g)\n%s",
+                    job->params.kernel.info->name, (int)content, error.maximum, bound, width,
+                    weft_plan_get_info(job->plan)->text);
+    return error.maximum > 0.0 ? bound / error.maximum : (double)INFINITY;
+}
+
+// The part of E2 that counts samples, not coefficients: for signs that make the most of it, too.
+// WEFT_PREFILTER_JOBS: how many.
+static void prefiltered_plans_stay_within_their_bounds(void **state)
+{
+    (void)state;
+    const int limit = getenv("WEFT_PREFILTER_JOBS") ? atoi(getenv("WEFT_PREFILTER_JOBS")) : 60;
+    double *ratio[CONTENTS];
+    int count[CONTENTS] = {0}, beyond = 0, nearer = 0;
+    random_state = 19930213;
+    for (int content = 0; content < CONTENTS; content++) {
+        ratio[content] = malloc((size_t)limit * sizeof(double));
+        assert_non_null(ratio[content]);
+    }
+    for (int made = 0, tried = 0; made < limit; tried++) {
+        struct job job = {.params = random_prefiltered()};
+        assert_true(tried < 2 * limit);
+        if (weft_plan_create(&job.params, &job.plan) != WEFT_OK)
+            continue;
+        make_prefiltered(&job);
+        for (int content = 0; content < CONTENTS; content++) {
+            const double r = check_prefiltered(&job, (enum content)content, &nearer);
+            beyond += r < 1.0;
+            ratio[content][count[content]++] = r;
+        }
+        clear_job(&job);
+        made++;
+    }
+    print_message("%d prefiltered plans: %d beyond, %d bounds halved\n", limit, beyond, nearer);
+    static const char *const names[] = {"noise", "alternating", "step", "adverse"};
+    for (int content = 0; content < CONTENTS; content++)
+        print_ratios(names[content], ratio[content], count[content]);
+    assert_int_equal(beyond, 0);
+    assert_true(nearer > limit);
+    for (int content = 0; content < CONTENTS; content++)
+        free(ratio[content]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(emulated_plans_stay_within_their_bounds),
+        cmocka_unit_test(prefiltered_plans_stay_within_their_bounds),
         cmocka_unit_test_setup_teardown(drawn_plans_stay_within_their_bounds, create_contexts,
                                         destroy_contexts),
     };

@@ -499,6 +499,7 @@ static enum weft_result set_passes_report(struct slice_job *job)
         .high = r->high,
         .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
         .sample = fmax(fabs(measure.voxel_low), fabs(measure.voxel_high)) + measure.beyond,
+        .samples = measure.voxel_high - measure.voxel_low,
     };
     job->report = weft_slice_passes_summary(r);
     job->bound = resample_bound_of(job->passes, &of);

@@ -8,7 +8,7 @@
 #include "report.h"
 #include "resample_job.h"
 
-enum { MIN_SAMPLES = 16, MAX_SAMPLES = 512, SAMPLES_COUNT = 6, BITS_COUNT = 4 };
+enum { MIN_SAMPLES = 16, MAX_SAMPLES = 512, SAMPLES_COUNT = 7, BITS_COUNT = 4 };
 static const enum weft_technique techniques[] = {WEFT_TECHNIQUE_PLAIN, WEFT_TECHNIQUE_DOT4,
                                                  WEFT_TECHNIQUE_SPLIT_PRECISION,
                                                  WEFT_TECHNIQUE_HIERARCHICAL};
@@ -43,8 +43,8 @@ static void set_allowed_error(struct search *s)
         const struct resample_group *g = &s->job->group[i];
         const double sample = resample_largest_sample(g);
         const double rounding = 0x1p-24 * gain * gain * sample +
-                                1.01 * (prefilter.coefficient * fmax(fabs(g->low), fabs(g->high)) +
-                                        prefilter.sample * sample);
+                                1.01 * prefilter.coefficient * fmax(fabs(g->low), fabs(g->high)) +
+                                3.01 * prefilter.sample * sample;
         if (g->count == s->channels && g->high > g->low)
             s->relative = fmin(s->relative, (g->max_error - rounding) / (g->high - g->low));
     }
@@ -71,6 +71,20 @@ static double predict(const struct search *s, const struct weft_plan_info *plan)
     return groups * weft_cost_of(&s->model, &work);
 }
 
+// Of the groups that share the plan, to the width of the range that it reads.
+static double relative_bound(const struct search *s, const struct weft_plan_error *error)
+{
+    double largest = 0.0;
+    for (size_t i = 0; i < s->job->group_count; i++) {
+        const struct resample_group *g = &s->job->group[i];
+        const double width = g->high - g->low;
+        if (g->count == s->channels && width > 0.0)
+            largest =
+                fmax(largest, weft_plan_e2(error, width, g->sample_high - g->sample_low) / width);
+    }
+    return error->bound_any - error->e2 + (largest > 0.0 ? largest : error->e2);
+}
+
 // *next: whether there may be a use for more samples.
 static enum weft_result try_plan(struct search *s, bool *next)
 {
@@ -90,7 +104,7 @@ static enum weft_result try_plan(struct search *s, bool *next)
         .channels = s->channels,
         .seconds = predict(s, info),
         .bytes = info->tile_bytes,
-        .relative = info->error.bound_any,
+        .relative = relative_bound(s, &info->error),
     };
     choice->good = choice->relative <= s->relative;
     *next = !choice->good;
@@ -106,16 +120,29 @@ static enum weft_result try_plan(struct search *s, bool *next)
     return WEFT_OK;
 }
 
+// Planning takes seconds then: only where twice the samples may do, and nothing else does.
+static bool may_be_finer(const struct search *s, size_t before)
+{
+    const struct resample_job *job = s->job;
+    return !s->best && job->choice_count > before &&
+           job->choices[job->choice_count - 1].relative <= 2.0 * s->relative;
+}
+
 // Finer tiles only cost more once they are fine enough.
 static enum weft_result try_samples(struct search *s)
 {
     const bool given = plan_option(s, RESAMPLE_PLAN_RESOLUTION)->given;
     const int first = given ? s->params.samples : MIN_SAMPLES;
     const int last = given ? first : MAX_SAMPLES;
+    const size_t before = s->job->choice_count;
     enum weft_result res = WEFT_OK;
     bool next = true;
     for (int samples = first; res == WEFT_OK && next && samples <= last; samples *= 2) {
         s->params.samples = samples;
+        res = try_plan(s, &next);
+    }
+    if (res == WEFT_OK && next && !given && may_be_finer(s, before)) {
+        s->params.samples = 2 * MAX_SAMPLES;
         res = try_plan(s, &next);
     }
     s->params.samples = first;

@@ -89,14 +89,15 @@ struct resample_bound resample_bound_of(const weft_plan *plan, const struct resa
     const double width = of->high - of->low;
     struct resample_bound bound = {
         .source = e->source * width,
-        .e2 = e->e2 * width,
+        .e2 = weft_plan_e2(e, width, of->samples),
         .e3 = e->e3 * width,
         .clamp = e->clamp * width,
         .rounding = 0x1p-24 * of->result,
-        .prefilter = (1.0 + e->e2) * (prefilter.coefficient * fmax(fabs(of->low), fabs(of->high)) +
-                                      prefilter.sample * of->sample),
+        // Samples out of reach count for the weights of the tiles' positions, too.
+        .prefilter = (1.0 + e->e2) * prefilter.coefficient * fmax(fabs(of->low), fabs(of->high)) +
+                     (3.0 + e->e2) * prefilter.sample * of->sample,
     };
-    bound.total = e->bound_any * width + bound.rounding + bound.prefilter;
+    bound.total = (e->bound_any - e->e2) * width + bound.e2 + bound.rounding + bound.prefilter;
     return bound;
 }
 

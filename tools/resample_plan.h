@@ -113,6 +113,7 @@ struct resample_bound {
 struct resample_values {
     double low, high;
     double result, sample; // largest |result| and |sample|
+    double samples;        // width of their range
 };
 struct resample_bound resample_bound_of(const weft_plan *plan, const struct resample_values *of);
 json_t *resample_bound_json(const struct resample_bound *bound);

@@ -346,6 +346,7 @@ static void explain_budget(const struct resample_job *job)
             .high = group->high,
             .result = fmax(fabs(group->low), fabs(group->high)),
             .sample = resample_largest_sample(group),
+            .samples = group->sample_high - group->sample_low,
         };
         const struct resample_bound bound = group->plan ? resample_bound_of(group->plan, &of)
                                                         : resample_unplanned_bound(job, group);

@@ -291,6 +291,7 @@ void resample_measure_result(const struct resample_job *job, struct resample_gro
         .high = g->high,
         .result = fmax(0.0, fmax(-g->minimum, g->maximum)),
         .sample = resample_largest_sample(g),
+        .samples = g->sample_high - g->sample_low,
     };
     g->bound = g->plan ? resample_bound_of(g->plan, &of) : resample_unplanned_bound(job, g);
 }
