@@ -577,7 +577,8 @@ static void passes_run_on_coefficients(void **state)
         const double largest = fmax(-report.low, report.high);
         const struct weft_prefilter_error prefilter =
             weft_prefilter_error(&params.kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
-        const double bound = weft_plan_get_info(plan)->error.bound_any * width +
+        const struct weft_plan_error *e = &weft_plan_get_info(plan)->error;
+        const double bound = (e->bound_any - e->e2) * width + weft_plan_e2(e, width, 2.0) +
                              4.0 * 0x1p-24 * largest + 1.1 * prefilter.coefficient * largest +
                              1.1 * prefilter.sample;
         if (!(error.maximum <= bound) || error.not_finite_mismatches)
