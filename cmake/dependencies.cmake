@@ -9,7 +9,7 @@ pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 find_program(WEFT_GLAD glad REQUIRED)
 
 # OSMesa and EGL: either alone suffices. Their headers are needed here; the libraries are loaded when
-# a context is made (passes/context_library.c), so that nothing else needs them.
+# a context is made (passes/gl/context_library.c), so that nothing else needs them.
 set(osmesa_FOUND FALSE)
 set(egl_FOUND FALSE)
 if(WEFT_OSMESA)

@@ -1,5 +1,5 @@
-# Turns shader files into C strings: weft_shader_<name>, see passes/shader.h.
-set(text "// Made by cmake/embed.cmake from passes/shaders/.\n")
+# Turns shader files into C strings: weft_shader_<name>, see passes/gl/program.h.
+set(text "// Made by cmake/embed.cmake from passes/*/*.glsl.\n")
 foreach(shader IN LISTS SHADERS)
     get_filename_component(name ${shader} NAME_WE)
     file(READ ${shader} source)

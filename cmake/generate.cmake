@@ -7,12 +7,12 @@ add_custom_command(OUTPUT ${weft_glad_source} ${weft_generated_dir}/include/glad
         --out-path ${weft_generated_dir} c --mx
     COMMENT "Generating the GL function table" VERBATIM)
 # No extensions: the loader would look for their names in copies that it does not check for NULL.
-# The source is a part of tiles/gl_load.c.
+# The source is a part of passes/gl/gl_load.c.
 set_source_files_properties(${weft_glad_source} PROPERTIES HEADER_FILE_ONLY ON)
-set_source_files_properties(tiles/gl_load.c PROPERTIES COMPILE_OPTIONS -w
+set_source_files_properties(passes/gl/gl_load.c PROPERTIES COMPILE_OPTIONS -w
     INCLUDE_DIRECTORIES ${weft_generated_dir})
 
-file(GLOB weft_shaders CONFIGURE_DEPENDS passes/shaders/*.glsl)
+file(GLOB_RECURSE weft_shaders CONFIGURE_DEPENDS passes/*.glsl)
 set(weft_shader_source ${weft_generated_dir}/src/shaders.c)
 add_custom_command(OUTPUT ${weft_shader_source}
     COMMAND ${CMAKE_COMMAND} -D OUT=${weft_shader_source} -D "SHADERS=${weft_shaders}"

@@ -6,7 +6,7 @@
 #ifndef WEFT_FILTER_CLOSEST_H
 #define WEFT_FILTER_CLOSEST_H
 
-#include "../filter/base.h"
+#include "base.h"
 
 WEFT_BEGIN_DECLS
 

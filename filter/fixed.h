@@ -5,7 +5,7 @@
 #ifndef WEFT_FILTER_FIXED_H
 #define WEFT_FILTER_FIXED_H
 
-#include "../filter/base.h"
+#include "base.h"
 
 WEFT_BEGIN_DECLS
 

@@ -10,17 +10,17 @@
 
 #include <math.h>
 
-#include "alloc_fail.h"
-#include "files.h"
+#include "tests/support/alloc_fail.h"
+#include "tests/support/files.h"
 #include "filter/check.h"
 #include "passes/accumulate/tree.h"
-#include "passes/convolve.h"
-#include "passes/separable.h"
-#include "passes/slice.h"
-#include "tiles/image.h"
-#include "tiles/kernel_tiles.h"
-#include "tiles/output_file.h"
-#include "tiles/volume.h"
+#include "passes/multipass/multipass.h"
+#include "passes/separable/separable.h"
+#include "passes/slice/slice.h"
+#include "tiles/image/image.h"
+#include "tiles/kernel/kernel_tiles.h"
+#include "tiles/output/output_file.h"
+#include "tiles/volume/volume.h"
 
 enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000 };
 

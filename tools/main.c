@@ -5,9 +5,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "ending.h"
-#include "report.h"
-#include "verb.h"
+#include "tools/common/ending.h"
+#include "tools/common/report.h"
+#include "tools/verbs/verb.h"
 
 static const struct verb *const verbs[] = {
     &verb_slice, &verb_info,     &verb_make,      &verb_resample, &verb_kernel,    &verb_table,

@@ -3,10 +3,10 @@
 #ifndef WEFT_PASSES_STABILITY_CASES_H
 #define WEFT_PASSES_STABILITY_CASES_H
 
-#include "passes/convolve.h"
-#include "passes/slice.h"
-#include "passes/stability.h"
-#include "tiles/gl.h"
+#include "passes/multipass/multipass.h"
+#include "passes/slice/slice.h"
+#include "passes/stability/stability.h"
+#include "passes/gl/gl.h"
 
 extern const struct weft_stability_case weft_stability_order_2d, weft_stability_order_3d,
     weft_stability_gradient_bias, weft_stability_ripple_2d, weft_stability_ripple_3d;
@@ -53,7 +53,7 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
                                           const struct weft_stability_slice *slice, float *pixels,
                                           struct weft_stability_bound *bound);
 
-// From filter/reference.h's pixels. What is beyond the range of floats there counts nowhere.
+// From filter/analysis/reference.h's pixels. What is beyond the range of floats there counts nowhere.
 struct weft_stability_error {
     double relative;     // to the largest voxel in reach
     double share;        // of the bound, the largest of any pixel

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "passes/program.h"
+#include "passes/gl/program.h"
 #include "passes/stability/cases.h"
 
 struct target {

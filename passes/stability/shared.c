@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "filter/reference.h"
+#include "filter/analysis/reference.h"
 #include "passes/stability/cases.h"
 
 void weft_stability_say(struct weft_stability_result *result, const char *unit, const char *format,

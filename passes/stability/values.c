@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/analysis.h"
+#include "filter/analysis/analysis.h"
 #include "filter/check.h"
 #include "passes/stability/cases.h"
-#include "tiles/image.h"
+#include "tiles/image/image.h"
 
 // ---- images -------------------------------------------------------------------------------------
 

@@ -30,8 +30,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "child.h"
-#include "peer.h"
+#include "tests/peers/child.h"
+#include "tests/peers/peer.h"
 
 enum { MAX_RUNS = 99, WEFT_CATMULL_ROM = 0, WEFT_BSPLINE, FIRST_PEER };
 

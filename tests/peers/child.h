@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <sys/types.h>
 
-#include "cut.h"
+#include "tests/peers/cut.h"
 
 struct child {
     pid_t pid; // 0: not running

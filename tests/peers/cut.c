@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "cut.h"
+#include "tests/peers/cut.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,9 +9,9 @@
 #include <unistd.h>
 
 #include "filter/check.h"
-#include "filter/reference.h"
-#include "filter/signal.h"
-#include "tiles/volume.h"
+#include "filter/analysis/reference.h"
+#include "filter/kernels/signal.h"
+#include "tiles/volume/volume.h"
 
 enum { MAX_CHECKED = 1 << 20 };
 #define MAX_VOXELS (INT64_C(1) << 30)

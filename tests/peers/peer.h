@@ -7,8 +7,8 @@
 //   in  "pixels"  out width * height floats, raw
 // and closes its end when done. FD is an open file of sx * sy * sz floats, x fastest; pixel (x, y)
 // lies at o + x u + y v in index space. Everything before "ready" is set-up and not timed.
-#ifndef WEFT_TESTS_PEER_H
-#define WEFT_TESTS_PEER_H
+#ifndef WEFT_TESTS_PEERS_PEER_H
+#define WEFT_TESTS_PEERS_PEER_H
 
 #include <pthread.h>
 #include <stdbool.h>

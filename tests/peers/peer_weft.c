@@ -3,7 +3,7 @@
 // made before; a run is weft_slice_run, from voxels to pixels, and its PART the rendering passes.
 #include "weft.h"
 
-#include "peer.h"
+#include "tests/peers/peer.h"
 
 struct state {
     struct peer_job job;

@@ -21,7 +21,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tiles/unfinished.h"
+#include "tiles/output/unfinished.h"
 
 extern char **environ;
 

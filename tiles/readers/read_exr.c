@@ -13,7 +13,7 @@
 #include <openexr.h>
 
 #include "filter/check.h"
-#include "tiles/image_attribute.h"
+#include "tiles/image/image_attribute.h"
 #include "tiles/readers/server.h"
 
 enum {

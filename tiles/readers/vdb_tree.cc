@@ -9,7 +9,7 @@
 #include <openvdb/io/io.h>
 
 #include "tiles/readers/vdb_scan.h"
-#include "tiles/region.h"
+#include "tiles/volume/region.h"
 
 using openvdb::Coord;
 

@@ -7,8 +7,8 @@
 #ifndef WEFT_TILES_READERS_WIRE_H
 #define WEFT_TILES_READERS_WIRE_H
 
-#include "tiles/image.h"
-#include "tiles/volume.h"
+#include "tiles/image/image.h"
+#include "tiles/volume/volume.h"
 
 WEFT_BEGIN_DECLS
 
@@ -64,7 +64,7 @@ struct weft_wire_volume {
 };
 
 // struct weft_image without its pointers. channel_count struct weft_wire_channel follow, then
-// header_bytes of the part's header as tiles/image_attribute.h takes it.
+// header_bytes of the part's header as tiles/image/image_attribute.h takes it.
 struct weft_wire_image {
     int32_t x, y, width, height;
     int32_t display_min[2], display_max[2];

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/analysis/analysis.h - what a kernel does to a signal, from its definition alone.
+// Numbers are good to about 1e-12 for kernels that are smooth between half integers, shifted ends
+// +-r + k and nowhere else (all of the catalogue). Radial kernels are analysed as what they are in
+// 1D, prefiltered ones (weft_kernel_make_prefiltered) as what they do to samples: in place of h
+// stands the cardinal spline. Allocates nothing, thread-safe.
+#ifndef WEFT_FILTER_ANALYSIS_ANALYSIS_H
+#define WEFT_FILTER_ANALYSIS_ANALYSIS_H
+
+#include "../kernels/kernel.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_ANALYSIS_MAX_ORDER = 12, WEFT_ANALYSIS_MAX_FREQUENCY = 4096 };
+
+// a_n(t) = sum_k (k - t)^n h(t - k) / n!: the factor of the signal's n-th derivative in the
+// reconstruction at t (Moeller, Machiraju, Mueller and Yagel, TVCG 1997). n from 0 to 64, else NAN.
+WEFT_API double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t);
+
+// The integral of x^n h(x), n as before.
+WEFT_API double weft_analysis_moment(const struct weft_kernel *kernel, int n);
+
+// What the Taylor coefficients show. d is the derivative that the kernel reconstructs (0: the
+// signal itself). An error constant c means an error of c T^order |f^(order + d)| at sample
+// distance T, by root mean square over all positions of the sample grid, as T goes to 0.
+struct weft_analysis_order {
+    int order;       // largest N with a_n = (n == d) for all n < N + d; WEFT_ANALYSIS_MAX_ORDER at
+                     // most; 0 where not even constants (or their slopes) come out right
+    double constant; // of eq. 1: the root mean square of a_N+d(t), less 1 where N = 0
+    double largest;  // the same with the maximum over t (to 1e-6) instead: bounds E1
+    int prefiltered; // largest L with a_n(t) constant in t for all n < L: Strang and Fix (1971)
+    double prefiltered_constant; // the standard deviation of a_L(t): the least error in the space
+                                 // of the kernel's shifts (Blu and Unser, IEEE TSP 1999), by least
+                                 // squares; 0 where L is 0. That of the spline through the samples
+                                 // is `constant` of the prefiltered kernel, and larger
+};
+WEFT_API struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel);
+
+// H(f), the integral of h(x) exp(-2 pi i f x), f in cycles per sample distance, up to
+// WEFT_ANALYSIS_MAX_FREQUENCY, as the time it takes goes with |f|; else NAN.
+struct weft_analysis_response {
+    double re, im;
+};
+WEFT_API struct weft_analysis_response weft_analysis_response(const struct weft_kernel *kernel,
+                                                              double frequency);
+
+// The metrics of Marschner and Lobb (Visualization 1994) for the tensor product in 1, 2 or 3
+// dimensions: R is the Nyquist cube |f_i| < 1/2, of volume 1. NAN for radial kernels in 2D and 3D.
+struct weft_analysis_metrics {
+    double smoothing;    // 1 less the energy |H|^2 inside R
+    double postaliasing; // the energy |H|^2 outside R
+};
+WEFT_API struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel,
+                                                            int dims);
+
+// The reconstruction of a unit step and the worst that samples in [0, 1] or [-1, 1] can do.
+struct weft_analysis_overshoot {
+    double above; // largest value of the step's reconstruction, less 1
+    double below; // how far that falls below 0
+    double gain;  // largest sum_k |h(t - k)| over t
+};
+WEFT_API struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel);
+
+// The largest c(t) = sum_m |g_m(t)| over t with which the kernel's weights less those of linear
+// interpolation are second differences, so that |(h - linear) * f| <= c max |f_k-1 - 2 f_k +
+// f_k+1|. 0 where they are not: where the weights do not reproduce constants and ramps.
+WEFT_API double weft_analysis_curvature(const struct weft_kernel *kernel);
+
+WEFT_END_DECLS
+#endif

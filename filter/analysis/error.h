@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/analysis/error.h - the error of a reconstruction by its sources, for samples in [0, 1] (Hadwiger,
+// Hauser and Moeller, WSCG 2003; equation numbers are theirs): E1 is the kernel's own, E2 that of
+// its sampled and quantised tiles, E3 that of the fixed-point arithmetic. All are absolute.
+#ifndef WEFT_FILTER_ANALYSIS_ERROR_H
+#define WEFT_FILTER_ANALYSIS_ERROR_H
+
+#include "../fixed.h"
+#include "../kernels/kernel.h"
+
+WEFT_BEGIN_DECLS
+
+enum weft_error_lookup { WEFT_ERROR_NEAREST, WEFT_ERROR_LINEAR };
+
+enum weft_error_convention {
+    // Eq. 4 by its plain definition: all width^dims weights; a tile per tap with M samples per axis
+    // at (k + 0.5) / M; the product over the axes is quantised, sign kept; the lookup takes the
+    // nearest texel or interpolates linearly between texels in exact arithmetic, clamped at the
+    // edges of the tile.
+    WEFT_ERROR_EQ4,
+    // What reproduces 53 of the 60 cells of the paper's table 1 to 0.01 %: only the taps on one
+    // side
+    // of the origin per axis ((width / 2)^dims); the half kernel [0, r] in one row of r M texels,
+    // texel k holding h(r k / (r M - 1)), but looked up as if texel k were centred at (k + 0.5) /
+    // M,
+    // interpolating across tiles; quantised by adding 0.5 and truncating towards zero, negative
+    // weights too, and once more after interpolation. Needs a whole half-width.
+    WEFT_ERROR_WSCG2003,
+};
+
+struct weft_error_kernel_params {
+    struct weft_kernel kernel;
+    int dims;    // 1 to 3 (default 2)
+    int samples; // M, texels per unit and axis, up to 65536 (default 64)
+    int bits;    // of the texels, up to WEFT_FIXED_MAX_BITS (default 8)
+    enum weft_fixed_rounding rounding;
+    enum weft_error_lookup lookup;
+    enum weft_error_convention convention;
+    // Resampling locations per axis, at fractions (i + 0.5) / L (weft_kernel_first_tap), up to 4096
+    // (default 1024, in 3D 256). Mirrored, permuted and otherwise equal ones are computed once.
+    int locations;
+    int threads; // default: as many as there are processors
+    const struct weft_log *log;
+    struct weft_progress progress; // called from the calling thread
+};
+
+// Statistics over all L^dims locations i of eps_i = sum_j |eps_h,j| over the taps j that meet
+// there.
+struct weft_error_kernel {
+    double maximum;     // eps_h, eq. 4
+    double position[3]; // fractions of a location that has it
+    double mean, rms;
+    double median, percentile_90, percentile_99; // to 1 part in 8000
+    // Of the signed sum_j eps_h,j: what a constant signal of 1.0 turns into, less that.
+    double signed_min, signed_max, signed_mean;
+    double single; // largest error of one weight
+    double scale;  // what tables multiply by: 2^b - 1, or 2^b for WEFT_ERROR_WSCG2003
+};
+
+// The result does not depend on the number of threads. Returns WEFT_ERR_ARGUMENT,
+// WEFT_ERR_UNSUPPORTED (convention and kernel; radial kernels in 2D and 3D, whose exact weights
+// weft_kernel_tiles_exact has), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kernel_params *params,
+                                                    struct weft_error_kernel *out);
+
+// The leading term of E1 for a signal whose derivative of the kernel's order stays below a bound
+// along each axis, at sample distance 1 (weft_analysis_order). Of prefiltered kernels it is the
+// interpolating spline's, not the blur of the plain one. NAN for radial kernels in 2D and 3D.
+WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
+
+// E2 <= eps_h max |f|, with eps_h the sum over all taps (eq. 4). Eq. 15 has the error of a single
+// weight times the number of passes in its place.
+WEFT_API double weft_error_e2(const struct weft_error_kernel *error, double signal_bound);
+
+// E3 < N eps_m, eq. 14.
+WEFT_API double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding);
+
+// What a plan says of its arithmetic, for a bound below eq. 14's.
+struct weft_error_arithmetic {
+    int passes;         // each adds its products to the target and rounds the sum there
+    int products;       // over all passes
+    int exact_products; // of those, by weights that are 0 or 1 at every position: no error
+    int internal_bits;  // of products and sums within a pass
+    int target_bits;    // of what is stored between passes, at most internal_bits
+    enum weft_fixed_rounding rounding; // of products and of stores
+};
+
+// E3 <= (products - exact products) eps_m(internal bits), and passes * eps_q(target bits) where the
+// target holds fewer bits than a pass computes with (sums of values already on the target's grid
+// are exact). Equal to eq. 14 for one product a pass and equal bits.
+WEFT_API double weft_error_e3_arithmetic(const struct weft_error_arithmetic *arithmetic);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/kernels/kernel.h - the kernel catalogue.
+// A kernel h is a 1D reconstruction filter with support [-r, r), used as a tensor product in 2D and
+// 3D, or there radially: filter/kernels/kernel_nd.h has the weights of both. The reconstruction of samples
+// f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 1). Everything here
+// is in double, allocates nothing and is thread-safe.
+#ifndef WEFT_FILTER_KERNELS_KERNEL_H
+#define WEFT_FILTER_KERNELS_KERNEL_H
+
+#include "../base.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_KERNEL_PARAMS = 2, WEFT_KERNEL_MAX_WIDTH = 16 };
+
+struct weft_kernel_param {
+    const char *name; // "B"; NULL ends the list
+    double initial;   // value when not given
+    double min, max;  // inclusive range
+};
+
+struct weft_kernel;
+
+// One record of the catalogue: constant data and two short functions. A user's own kernel is such a
+// record too: fill one, keep it as long as kernels refer to it, and hand it to weft_kernel_create.
+// What depends on the parameters is here as it holds for all of them; `refine` may raise it.
+struct weft_kernel_info {
+    const char *name;        // "catmull-rom"
+    const char *description; // one line
+    const char *citation;    // authors, year
+    struct weft_kernel_param params[WEFT_KERNEL_PARAMS];
+    double radius; // half-width r, up to WEFT_KERNEL_MAX_WIDTH / 2; 0: the first parameter is r
+    // h(x), zero outside [-r, r); where h jumps, the limit from the right.
+    double (*weight)(const struct weft_kernel *kernel, double x);
+    // h'(x), zero outside; where h' jumps, the limit from the right. NULL where there is none.
+    double (*derivative)(const struct weft_kernel *kernel, double x);
+    void (*refine)(struct weft_kernel *kernel); // sets what struct weft_kernel says; NULL: as here
+    const void *data;                           // for the functions above; NULL if they need none
+    // A record that reconstructs a derivative of the signal ("d-catmull-rom", "dd-catmull-rom") is
+    // that derivative of the kernel `primitive`, with jumps but without impulses where that jumps.
+    const struct weft_kernel_info *primitive; // NULL for ordinary records
+    int derivation;                           // 0: reconstructs f itself; 1: f'; 2: f''
+    // Degree of the polynomials that the weights are of the fraction (weft_kernel_first_tap), one
+    // per tap; -1: they are not polynomials.
+    int degree;
+    int continuity; // continuous derivatives: 0 is continuous, -1 jumps
+    // Order of approximation by eq. 1: the error falls as (sample distance)^order; 0: not at all.
+    int order;
+    // The same after the samples are prefiltered so that the result interpolates
+    // (weft_kernel_make_prefiltered) or is the best in the space of the kernel's shifts (Strang and
+    // Fix); 0: none, or not an ordinary record.
+    int order_prefiltered;
+    bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
+    bool unit_sum;      // sum_k h(x - k) = 1 for every x
+};
+
+// A record with its parameters set; a plain value, copied freely, made by weft_kernel_create.
+struct weft_kernel {
+    const struct weft_kernel_info *info;
+    double param[WEFT_KERNEL_PARAMS];
+    double support; // half-width r
+    int width;      // taps at any position: ceil(2 r)
+    // As in the record, for these parameters.
+    int continuity, order, order_prefiltered;
+    bool interpolating, unit_sum;
+    bool normalised; // divided by sum_k h(x - k), see weft_kernel_normalise
+    bool radial;     // h(|d|) in 2D and 3D, see weft_kernel_make_radial
+    // The samples are to be replaced by coefficients, see weft_kernel_make_prefiltered. `order` is
+    // then that of the two together; `interpolating` stays what h itself is.
+    bool prefiltered;
+};
+
+// The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
+WEFT_API extern const struct weft_kernel_info *const weft_kernel_list[];
+
+// A record by its name; NULL if there is none.
+WEFT_API const struct weft_kernel_info *weft_kernel_find(const char *name);
+
+// Sets parameters (NULL: all initial; NAN: that one initial) and derives support and width.
+// Returns WEFT_ERR_ARGUMENT, with range and value in the log, or as weft_kernel_check for a user's
+// own record.
+WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
+                                             const struct weft_kernel_info *info,
+                                             const double *param, struct weft_kernel *out);
+
+// Whether a kernel is one: what every call that takes a kernel and has a log asks first. A kernel
+// that was filled by hand, or whose record was, may fail. Returns WEFT_ERR_ARGUMENT; the log names
+// the member that is missing, out of its range or, by the weights at some positions, not true
+// (unit_sum, interpolating). Functions that return numbers give NAN and write no weights for
+// kernels whose info, support or width is wrong.
+WEFT_API enum weft_result weft_kernel_check(const struct weft_log *log,
+                                            const struct weft_kernel *kernel);
+
+// Makes the weights at every position add up to one: h(x) becomes h(x) / sum_k h(x - k). Nothing
+// happens to a kernel whose weights do already. The sum must not vanish anywhere.
+// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative, whose weights add up to 0.
+WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
+                                                struct weft_kernel *kernel);
+
+// Makes the weight at offset d in 2D and 3D h(|d|), 0 from |d| = r on, in place of the product of
+// three h; of kernels that are not even, the half h(x >= 0) counts. Nothing changes in 1D. Radial
+// weights practically never add up to one, not even on average, so `unit_sum` and the orders are
+// lost, as far as 2D and 3D go: call weft_kernel_normalise after this, not before, to divide by the
+// sum of all width^dims weights, which brings constants back but no more. `interpolating` stays
+// where r <= sqrt(2). Not all can be normalised: weft_kernel_radial_sums.
+// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative, and prefiltered kernels.
+WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
+                                                  struct weft_kernel *kernel);
+
+// Marks a kernel whose samples are to be replaced by coefficients, so that the reconstruction
+// passes through the samples (filter/kernels/prefilter.h): B-splines of degree 2 and more, o-Moms, and
+// their derivatives, which are then those of the interpolating spline. Support, width and weights
+// stay those of h, here and wherever samples are handed over directly (weft_reference_compute,
+// weft_convolve_run, kernel tiles): these take coefficients. Slices and `weft resample` filter what
+// they read; filter/analysis/analysis.h and weft_error_e1 speak of samples.
+// Returns WEFT_ERR_ARGUMENT for other records and for radial kernels.
+WEFT_API enum weft_result weft_kernel_make_prefiltered(const struct weft_log *log,
+                                                       struct weft_kernel *kernel);
+
+// Makes the kernel of weights h'(x), with the same parameters and width: by the record of the
+// catalogue that is the first derivative of the kernel's ("d-lanczos:2" for "lanczos:2"). It is
+// prefiltered where the kernel is. `out` may be `kernel`; it is all zero on failure.
+// Returns WEFT_ERR_ARGUMENT where there is no such record (nearest; derivatives; records that are
+// not the catalogue's) and for normalised kernels, whose derivative is not the record's, or
+// WEFT_ERR_UNSUPPORTED for radial ones.
+WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
+                                             const struct weft_kernel *kernel,
+                                             struct weft_kernel *out);
+
+// Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+radial" behind it
+// for weft_kernel_make_radial, "+unit" for weft_kernel_normalise ("lanczos:3+unit") or both, in
+// either order; up to 255 bytes, whatever the locale. An "i" right behind NAME ("bspline3i") is for
+// weft_kernel_make_prefiltered. Trailing parameters may be left out. An unknown name is logged with
+// the list of names.
+// Returns WEFT_ERR_ARGUMENT.
+WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
+                                            struct weft_kernel *out);
+
+// Writes what weft_kernel_parse reads back as the same kernel (always NUL-terminated when
+// size > 0); returns what snprintf returns.
+WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
+
+// These and all below are of one axis, radial kernels too.
+WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
+WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double x); // NAN if none
+
+// The first tap that meets at position x. Even widths: floor(x) - width/2 + 1. Odd widths:
+// floor(x + 1/2) - (width - 1)/2. *fraction (in [0, 1)) is the distance past that floor, the
+// argument of the kernel's tiles: tap j has weight h(fraction + c - j), c = weft_kernel_offset().
+// Positions are clamped to +-2^62; a NAN counts as 0.
+WEFT_API int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x,
+                                       double *fraction);
+
+// x - (first tap) - fraction: width/2 - 1 for even widths, (width - 1)/2 - 1/2 for odd ones.
+WEFT_API double weft_kernel_offset(const struct weft_kernel *kernel);
+
+// The `width` (<= WEFT_KERNEL_MAX_WIDTH) weights at position x, in order of increasing tap; returns
+// the first tap.
+WEFT_API int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/kernels/kernel_records.h - the records behind weft_kernel_list, one file per family (not
+// installed).
+#ifndef WEFT_FILTER_KERNELS_KERNEL_RECORDS_H
+#define WEFT_FILTER_KERNELS_KERNEL_RECORDS_H
+
+#include "filter/kernels/kernel.h"
+
+WEFT_BEGIN_DECLS
+
+// A kernel with n derivatives is an array of n + 1 records, the kernel first. A family is a
+// function family(kernel, x, n) for the n-th derivative; this makes functions family_n of it for
+// records.
+#define WEFT_KERNEL_NTH(family, n)                                                                 \
+    static double family##_##n(const struct weft_kernel *kernel, double x)                         \
+    {                                                                                              \
+        return family(kernel, x, n);                                                               \
+    }
+
+#define WEFT_KERNEL_UNWRAP(...) __VA_ARGS__
+#define WEFT_KERNEL_LOWER(value, n) ((value) - (n) < -1 ? -1 : (value) - (n))
+
+// The record itself: `own` is a parenthesised list of members, the rest is shared with derivatives.
+#define WEFT_KERNEL_RECORD(text, family, its_degree, its_continuity, own, ...)                     \
+    {                                                                                              \
+        .name = text, .weight = family##_0, .derivative = (its_degree) ? family##_1 : NULL,        \
+        .degree = its_degree, .continuity = its_continuity, WEFT_KERNEL_UNWRAP own, __VA_ARGS__    \
+    }
+
+#define WEFT_KERNEL_D(self, text, family, its_degree, its_continuity, its_order, ...)              \
+    {                                                                                              \
+        .name = "d-" text, .description = "first derivative of " text, .weight = family##_1,       \
+        .derivative = (its_degree) != 1 ? family##_2 : NULL, .primitive = &(self)[0],              \
+        .derivation = 1, .degree = WEFT_KERNEL_LOWER(its_degree, 1),                               \
+        .continuity = WEFT_KERNEL_LOWER(its_continuity, 1), .order = its_order, __VA_ARGS__        \
+    }
+
+#define WEFT_KERNEL_DD(self, text, family, third, its_degree, its_continuity, its_order, ...)      \
+    {                                                                                              \
+        .name = "dd-" text, .description = "second derivative of " text, .weight = family##_2,     \
+        .derivative = third, .primitive = &(self)[0], .derivation = 2,                             \
+        .degree = WEFT_KERNEL_LOWER(its_degree, 2),                                                \
+        .continuity = WEFT_KERNEL_LOWER(its_continuity, 2), .order = its_order, __VA_ARGS__        \
+    }
+
+// kernel.c: what stands behind a kernel's name, "+radial" and "+unit", alone or in either order;
+// false for any other text. They are applied in the order that weft_kernel_make_radial asks for.
+struct weft_kernel_flags {
+    bool radial, unit;
+};
+bool weft_kernel_read_flags(const char *text, struct weft_kernel_flags *flags);
+enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft_kernel_flags flags,
+                                         struct weft_kernel *kernel);
+// WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
+enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
+                                             const struct weft_kernel_info *info);
+// Whether a record's members make sense; else the log names the member.
+bool weft_kernel_check_info(const struct weft_log *log, const struct weft_kernel_info *info);
+// What functions that return numbers ask, so that no width leaves an array: NAN, or no weights, for
+// a kernel that fails. Those with a result ask weft_kernel_check.
+static inline bool weft_kernel_usable(const struct weft_kernel *kernel)
+{
+    return kernel->info && kernel->info->weight && kernel->width >= 1 &&
+           kernel->width <= WEFT_KERNEL_MAX_WIDTH && kernel->support <= kernel->width;
+}
+// h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers, whatever the record's
+// formula rounds there.
+double weft_kernel_value(const struct weft_kernel *kernel, double x);
+// kernel_suggest.c: what a kernel's text whose name is unknown may have meant, for "did you mean";
+// false where nothing is near.
+bool weft_kernel_suggest(const char *text, char *out, size_t size);
+// fraction + shift, never rounded up onto the next knot, where the kernel may jump.
+double weft_kernel_argument(double fraction, double shift);
+
+// kernel_bspline.c
+extern const struct weft_kernel_info weft_kernel_nearest[1], weft_kernel_linear[2];
+extern const struct weft_kernel_info weft_kernel_bspline[3];
+extern const struct weft_kernel_info weft_kernel_bspline0[1], weft_kernel_bspline1[2],
+    weft_kernel_bspline2[3], weft_kernel_bspline3[3], weft_kernel_bspline4[3],
+    weft_kernel_bspline5[3], weft_kernel_bspline6[3], weft_kernel_bspline7[3];
+
+// kernel_cubic.c
+extern const struct weft_kernel_info weft_kernel_cubic[3], weft_kernel_catmull_rom[3],
+    weft_kernel_mitchell[3], weft_kernel_notch[3], weft_kernel_cardinal[3];
+
+// kernel_pieces.c
+extern const struct weft_kernel_info weft_kernel_omoms[2], weft_kernel_lagrange3[2],
+    weft_kernel_lagrange5[2], weft_kernel_keys6[3];
+
+// kernel_sinc.c
+extern const struct weft_kernel_info weft_kernel_hann[3], weft_kernel_hamming[3],
+    weft_kernel_blackman[3], weft_kernel_lanczos[3], weft_kernel_kaiser[3],
+    weft_kernel_gauss_sinc[3], weft_kernel_welch[3], weft_kernel_rect[3], weft_kernel_gaussian[3];
+
+WEFT_END_DECLS
+#endif

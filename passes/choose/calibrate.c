@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Small jobs whose times tell one unknown of the cost model after the other.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "passes/choose/cost_impl.h"
+
+// A cube, and a slab as wide as separable slices want it; PIXELS^2 of most slices.
+enum { SIDE = 128, SLAB_SIDE = 512, SLAB_HEIGHT = 8, PIXELS = 256, TINY = 8, RUNS = 4, STEPS = 63 };
+static const double LONG_SECONDS = 0.2; // of a job's runs: two are then enough
+
+// A job's nanoseconds, without what any run of its method takes, and what it is about. The least of
+// some runs: whatever else the machine does only adds to them, and differences are taken.
+struct timed {
+    double whole, read, layout, passes; // layout: with upload; passes: with reading back
+    double voxels, texels, samples;     // voxels of bricks; samples of boxes
+    double fetches, weights;            // per pixel
+    double pass_count, tile_bytes;
+};
+
+struct calibration {
+    const struct weft_log *log;
+    weft_context *context;
+    const struct weft_progress *progress;
+    weft_volume *cube, *slab;
+    float *pixels;
+    struct timed fixed; // of any run of the method
+    int steps;
+    enum weft_result result;
+    struct weft_cost_model model;
+};
+
+struct job {
+    struct weft_way way;
+    const char *kernel;
+    bool oblique, slab;
+    int pixels;
+    double low; // of the range that is mapped
+};
+
+// ---- volumes ------------------------------------------------------------------------------------
+
+static float noise(size_t i)
+{
+    uint32_t h = (uint32_t)i * 2654435761u;
+    h = (h ^ h >> 15) * 0x2c1b3c6du;
+    return (float)(h >> 8) * 0x1p-24f;
+}
+
+static enum weft_result create_volumes(struct calibration *c)
+{
+    const size_t count = (size_t)SIDE * SIDE * SIDE;
+    _Static_assert(SIDE * SIDE * SIDE == SLAB_SIDE * SLAB_SIDE * SLAB_HEIGHT, "");
+    float *data = malloc(count * sizeof *data);
+    c->pixels = malloc((size_t)4 * PIXELS * PIXELS * sizeof *c->pixels);
+    if (!data || !c->pixels) {
+        free(data);
+        weft_error(c->log, "not enough memory to calibrate with %zu voxels", count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < count; i++)
+        data[i] = noise(i);
+    struct weft_volume_params *params =
+        weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data, .log = c->log);
+    enum weft_result res = weft_volume_create(params, &c->cube);
+    memcpy(params->size, (int[3]){SLAB_SIDE, SLAB_SIDE, SLAB_HEIGHT}, sizeof params->size);
+    if (res == WEFT_OK)
+        res = weft_volume_create(params, &c->slab);
+    free(data);
+    return res;
+}
+
+static struct weft_slice_geometry plane(const struct job *job)
+{
+    struct weft_slice_geometry g = {
+        .origin = {8.0, 14.0, 16.0}, .width = job->pixels, .height = job->pixels};
+    const double side = job->pixels == TINY ? 4.0 : job->slab ? 496.0 : 104.0;
+    memcpy(g.u, job->oblique ? (double[3]){88, 28, 40} : (double[3]){side, 0, 0}, sizeof g.u);
+    memcpy(g.v, job->oblique ? (double[3]){-8, 68, 56} : (double[3]){0, side, 0}, sizeof g.v);
+    if (job->slab)
+        memcpy(g.origin, (double[3]){8.2, 8.2, 3.3}, sizeof g.origin);
+    return g;
+}
+
+// ---- jobs ---------------------------------------------------------------------------------------
+
+static enum weft_result run(struct calibration *c, const weft_way_plan *plan, weft_volume *volume,
+                            struct timed *out)
+{
+    double whole = INFINITY, read = INFINITY, layout = INFINITY, passes = INFINITY;
+    enum weft_result res = weft_way_run(c->context, plan, volume, c->pixels, NULL, NULL);
+    const double start = weft_now_seconds();
+    for (int i = 0; res == WEFT_OK && i < RUNS; i++) {
+        struct weft_way_report report;
+        if (i >= 2 && weft_now_seconds() - start > LONG_SECONDS)
+            break;
+        res = weft_way_run(c->context, plan, volume, c->pixels, NULL, &report);
+        if (res != WEFT_OK)
+            break;
+        whole = fmin(whole, report.seconds);
+        read = fmin(read, report.slice.read_seconds);
+        layout = fmin(layout, report.slice.layout_seconds + report.slice.upload_seconds);
+        passes = fmin(passes, report.slice.pass_seconds + report.slice.readback_seconds);
+    }
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    *out = (struct timed){
+        .whole = 1e9 * whole - c->fixed.whole,
+        .read = 1e9 * read,
+        .layout = 1e9 * layout - c->fixed.layout,
+        .passes = 1e9 * passes - c->fixed.passes,
+        .voxels = 512.0 * (double)info->slice->bricks_read,
+        .texels = (double)info->slice->source_texels,
+        .samples = weft_cost_box_samples(info->slice),
+        .fetches = info->fetches,
+        .weights = 3.0 * info->slice->weight_vectors,
+        .pass_count = info->passes ? info->passes->passes->pass_count : 1,
+        .tile_bytes = info->passes ? (double)info->passes->tile_bytes : 0.0,
+    };
+    return res;
+}
+
+static bool go_on(struct calibration *c)
+{
+    const double fraction = fmin(1.0, (double)c->steps++ / STEPS);
+    if (c->result == WEFT_OK && c->progress && c->progress->report &&
+        !c->progress->report(c->progress->priv, fraction))
+        c->result = WEFT_ERR_CANCELLED;
+    return c->result == WEFT_OK;
+}
+
+// After a failure everything is 0 and nothing runs any more.
+static struct timed timed(struct calibration *c, struct job job)
+{
+    struct timed out = {0};
+    struct weft_way_params params = {
+        .way = job.way,
+        .measure = {.low = job.low, .high = 1.0, .voxels = (uint64_t)SIDE * SIDE * SIDE},
+        .slice = {.space = WEFT_SPACE_INDEX, .geometry = plane(&job), .log = c->log},
+    };
+    weft_volume *volume = job.slab ? c->slab : c->cube;
+    weft_way_plan *plan = NULL;
+    if (go_on(c))
+        c->result = weft_kernel_parse(c->log, job.kernel, &params.slice.kernel);
+    if (c->result == WEFT_OK)
+        c->result = weft_way_plan_create(volume, &params, &plan);
+    if (c->result == WEFT_OK)
+        c->result = run(c, plan, volume, &out);
+    weft_way_plan_destroy(&plan);
+    return c->result == WEFT_OK ? out : (struct timed){0};
+}
+
+// Next to no pixels: what is left is what a run takes whatever it does.
+static void find_start(struct calibration *c, struct job job)
+{
+    c->fixed = (struct timed){0};
+    job.pixels = TINY;
+    job.kernel = "linear";
+    c->fixed = timed(c, job);
+    c->model.start[job.way.method] = fmax(c->fixed.whole - c->fixed.read, 1e3);
+}
+
+static double positive(double x)
+{
+    return isfinite(x) ? fmax(x, 1e-3) : 1e-3;
+}
+
+// ---- the methods --------------------------------------------------------------------------------
+
+// What is neither reading voxels nor passes.
+static double beside(const struct timed *t)
+{
+    return t->whole - t->read - t->passes;
+}
+
+// Kernels of few and of many taps tell a fetch from what a pixel takes anyhow.
+static void calibrate_sources(struct calibration *c, struct job job)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = 4.0 * PIXELS * PIXELS;
+    double rest = 0.0;
+    for (int layout = 0; layout < WEFT_COST_LAYOUTS; layout++) {
+        for (int source = 0; source < WEFT_SOURCE_FORMATS; source++) {
+            job.way.layout = (enum weft_layout)(layout + 1);
+            job.way.source = (enum weft_source_format)source;
+            job.kernel = "linear";
+            const struct timed few = timed(c, job);
+            job.kernel = "bspline5";
+            const struct timed many = timed(c, job);
+            const double weights = (many.weights - few.weights) * m->weights;
+            const double fetch = positive(((many.passes - few.passes) / pixels - weights) /
+                                          (many.fetches - few.fetches));
+            m->fetch[layout][source] = fetch;
+            m->texel[layout][source] = positive((many.layout - pixels * m->entry) / many.texels);
+            rest += few.passes / pixels - few.fetches * fetch - few.weights * m->weights;
+        }
+    }
+    m->pixel = positive(rest / (WEFT_COST_LAYOUTS * WEFT_SOURCE_FORMATS));
+}
+
+static void calibrate_fused(struct calibration *c)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = 4.0 * PIXELS * PIXELS;
+    struct job job = {.way.layout = WEFT_LAYOUT_INTERLEAVED, .oblique = true};
+    find_start(c, job);
+    job.kernel = "bspline5";
+    job.pixels = PIXELS;
+    const struct timed smaller = timed(c, job);
+    job.pixels = 2 * PIXELS;
+    const struct timed larger = timed(c, job);
+    job.way.lookup = WEFT_LOOKUP_NEAREST;
+    job.way.samples = 1;
+    const struct timed flat = timed(c, job);
+    job.way.samples = 64;
+    const struct timed sampled = timed(c, job);
+    job.way.lookup = WEFT_LOOKUP_POLYNOMIAL;
+    m->voxel = positive(larger.read / larger.voxels);
+    m->entry = positive((larger.layout - smaller.layout) / (0.75 * pixels));
+    m->weights =
+        positive((larger.passes - flat.passes) / ((larger.weights - flat.weights) * pixels));
+    m->weights_fetched =
+        positive(m->weights + (sampled.passes - flat.passes) / (sampled.weights * pixels));
+    calibrate_sources(c, job);
+}
+
+static void calibrate_separable(struct calibration *c)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = 4.0 * PIXELS * PIXELS;
+    struct job job = {.way.method = WEFT_METHOD_SEPARABLE, .slab = true};
+    find_start(c, job);
+    job.pixels = 2 * PIXELS;
+    job.kernel = "catmull-rom";
+    const struct timed cubic = timed(c, job);
+    job.kernel = "bspline7";
+    const struct timed wide = timed(c, job);
+    const double taps = pixels + sqrt(cubic.texels * pixels); // for each of the kernel's
+    m->summed = positive(cubic.layout / (4.0 * cubic.texels));
+    m->tap = positive((wide.passes - cubic.passes) / (4.0 * taps));
+    m->separable_pixel = positive(
+        (beside(&cubic) + cubic.passes - 4.0 * taps * m->tap - 4.0 * cubic.texels * m->summed) /
+        pixels);
+}
+
+// Plain passes of a target, two plans of different passes tell a pass from its fetches.
+static void calibrate_plain(struct calibration *c, struct job job)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = (double)PIXELS * PIXELS;
+    const enum weft_target_format t = job.way.profile.target;
+    job.oblique = true;
+    const struct timed many = timed(c, job);
+    job.way.samples = 64;
+    const struct timed fine = timed(c, job);
+    job.way.samples = 16;
+    job.oblique = false;
+    const struct timed flat = timed(c, job);
+    job.way.profile.taps_per_pass = 1;
+    const struct timed one = timed(c, job);
+    // passes a + fetches b, of one and flat.
+    const double determinant = one.pass_count * flat.fetches - flat.pass_count * one.fetches;
+    m->pass[t] =
+        positive((one.passes * flat.fetches - flat.passes * one.fetches) / (pixels * determinant));
+    m->pass_fetch[t][0] =
+        positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
+    m->pass_sample[t][0] =
+        positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
+    m->tile_byte[t][0] =
+        positive((beside(&fine) - beside(&many)) / (fine.tile_bytes - many.tile_bytes));
+    if (t != WEFT_TARGET_FLOAT)
+        return;
+    m->pass_pixel = positive((beside(&flat) - flat.samples * m->pass_sample[t][0]) / pixels);
+    m->pass_far =
+        positive((fine.passes / many.passes - 1.0) / log2(fine.tile_bytes / WEFT_COST_NEAR_BYTES));
+}
+
+static void calibrate_dot4(struct calibration *c, struct job job)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = (double)PIXELS * PIXELS;
+    const enum weft_target_format t = job.way.profile.target;
+    job.oblique = true;
+    const struct timed many = timed(c, job);
+    job.oblique = false;
+    const struct timed flat = timed(c, job);
+    job.way.samples = 64; // past 32 MiB malloc asks the kernel for new pages
+    const struct timed fine = timed(c, job);
+    m->pass_fetch[t][1] =
+        positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
+    m->pass_sample[t][1] =
+        positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
+    m->tile_byte[t][1] =
+        positive((beside(&fine) - beside(&flat)) / (fine.tile_bytes - flat.tile_bytes));
+}
+
+static void calibrate_passes(struct calibration *c)
+{
+    static const char *const profiles[] = {"fp32", "fp16", "unorm16", "unorm8"};
+    const double pixels = (double)PIXELS * PIXELS;
+    struct job job = {
+        .way = {.method = WEFT_METHOD_PASSES, .samples = 16, .profile = *weft_profile_find("fp32")},
+        .kernel = "linear"};
+    find_start(c, job);
+    job.pixels = PIXELS;
+    for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
+        job.kernel = "catmull-rom";
+        job.way.profile = *weft_profile_find(profiles[p]);
+        calibrate_plain(c, job);
+        job.way.technique = WEFT_TECHNIQUE_DOT4;
+        calibrate_dot4(c, job);
+        job.way.technique = WEFT_TECHNIQUE_PLAIN;
+    }
+    // Where the range begins at 0 nothing is added to the result, and no sum is needed for it.
+    job.kernel = "lanczos:2";
+    const struct timed without = timed(c, job);
+    job.low = -1.0;
+    const struct timed with = timed(c, job);
+    c->model.pass_weight = positive((with.passes - without.passes) / (12.0 * pixels));
+}
+
+enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *context,
+                                     const struct weft_progress *progress,
+                                     struct weft_cost_model *out)
+{
+    struct calibration c = {.log = log, .context = context, .progress = progress};
+    *out = (struct weft_cost_model){0};
+    c.result = create_volumes(&c);
+    if (c.result == WEFT_OK) {
+        calibrate_fused(&c);
+        calibrate_separable(&c);
+        calibrate_passes(&c);
+    }
+    if (c.result == WEFT_OK) {
+        snprintf(c.model.renderer, sizeof c.model.renderer, "%s",
+                 weft_context_get_info(context)->renderer);
+        *out = c.model;
+        if (progress && progress->report)
+            progress->report(progress->priv, 1.0);
+    }
+    weft_volume_destroy(&c.cube);
+    weft_volume_destroy(&c.slab);
+    free(c.pixels);
+    return c.result;
+}

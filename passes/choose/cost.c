@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/choose/cost.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "passes/choose/cost_impl.h"
+
+// ---- predictions --------------------------------------------------------------------------------
+
+static double passes_ns(const struct weft_cost_model *m, const struct weft_cost_work *w)
+{
+    const double octaves = fmax(0.0, log2(w->tile_bytes / WEFT_COST_NEAR_BYTES));
+    const double fetch = m->pass_fetch[w->target][w->dot4] * (1.0 + m->pass_far * octaves);
+    return w->samples * m->pass_sample[w->target][w->dot4] +
+           w->tile_bytes * m->tile_byte[w->target][w->dot4] +
+           w->pixels * (m->pass_pixel + w->exact_weights * m->pass_weight +
+                        w->passes * m->pass[w->target] + w->fetches * fetch);
+}
+
+double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work *w)
+{
+    if ((unsigned)w->method > WEFT_METHOD_PASSES || (unsigned)w->layout > WEFT_LAYOUT_PLAIN ||
+        (unsigned)w->source > WEFT_SOURCE_UNORM8 || (unsigned)w->target > WEFT_TARGET_FLOAT)
+        return NAN;
+    const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
+    double ns = m->start[w->method] + m->voxel * w->voxels;
+    switch (w->method) {
+    case WEFT_METHOD_FUSED:
+        ns += w->texels * m->texel[layout][w->source];
+        ns += w->pixels * (m->entry + m->pixel + w->fetches * m->fetch[layout][w->source] +
+                           w->weights * (w->weights_fetched ? m->weights_fetched : m->weights));
+        break;
+    case WEFT_METHOD_SEPARABLE:
+        ns += w->summed * m->summed + w->taps * m->tap + w->pixels * m->separable_pixel;
+        break;
+    case WEFT_METHOD_PASSES:
+        ns += passes_ns(m, w);
+        break;
+    }
+    return 1e-9 * ns;
+}
+
+double weft_cost_box_samples(const struct weft_slice_plan_info *slice)
+{
+    static const double largest = 1 << 26;
+    const struct weft_slice_geometry *g = &slice->index_geometry;
+    double u = 1.0, v = 1.0, samples = 0.0;
+    for (int halvings = 0; halvings < 40; halvings++) {
+        samples = 1.0;
+        for (int a = 0; a < 3; a++)
+            samples *= fabs(u * g->u[a]) + fabs(v * g->v[a]) + slice->kernel.width;
+        if (samples <= largest)
+            break;
+        *(u >= v ? &u : &v) *= 0.5;
+    }
+    return samples / (u * v);
+}
+
+static void set_passes(const struct weft_way_plan_info *info, struct weft_cost_work *work)
+{
+    const struct weft_plan_info *plan = info->passes;
+    const struct weft_kernel *kernel = &plan->kernel;
+    work->target = plan->profile.target;
+    work->dot4 = plan->technique == WEFT_TECHNIQUE_DOT4;
+    work->passes = plan->passes->pass_count;
+    work->tile_bytes = (double)plan->tile_bytes;
+    work->samples = weft_cost_box_samples(info->slice);
+    work->exact_weights = kernel->unit_sum || kernel->normalised ? 0.0 : plan->dims * kernel->width;
+}
+
+double weft_cost_predict(const struct weft_cost_model *model, const weft_way_plan *plan)
+{
+    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    const struct weft_slice_plan_info *slice = info->slice;
+    const bool summed = slice->summed_axis >= 0;
+    struct weft_cost_work work = {
+        .pixels = (double)slice->geometry.width * slice->geometry.height,
+        .voxels = 512.0 * (double)slice->bricks_read,
+        .method = info->way.method,
+        .layout = slice->layout,
+        .source = slice->source,
+        .texels = (double)slice->source_texels,
+        .fetches = info->fetches,
+        .weights = (summed ? 2.0 : 3.0) * slice->weight_vectors,
+        .weights_fetched = slice->samples > 1,
+        .summed = (double)slice->source_texels * slice->summed_taps,
+    };
+    // The first of two passes is over fewer pixels: as many as there are samples across.
+    work.taps = slice->kernel.width * (work.pixels + sqrt(work.texels * work.pixels));
+    if (info->passes)
+        set_passes(info, &work);
+    return weft_cost_of(model, &work);
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+struct field {
+    const char *name;
+    size_t offset;
+    int count;
+};
+#define FIELD(name, count)                                                                         \
+    {                                                                                              \
+#name, offsetof(struct weft_cost_model, name), count                                       \
+    }
+
+static const struct field fields[] = {
+    FIELD(start, WEFT_COST_METHODS),
+    FIELD(voxel, 1),
+    FIELD(entry, 1),
+    FIELD(pixel, 1),
+    FIELD(weights, 1),
+    FIELD(weights_fetched, 1),
+    FIELD(fetch, WEFT_COST_LAYOUTS * 4),
+    FIELD(texel, WEFT_COST_LAYOUTS * 4),
+    FIELD(summed, 1),
+    FIELD(tap, 1),
+    FIELD(separable_pixel, 1),
+    FIELD(pass_pixel, 1),
+    FIELD(pass_weight, 1),
+    FIELD(pass_far, 1),
+    FIELD(pass, WEFT_COST_TARGETS),
+    FIELD(pass_fetch, WEFT_COST_TARGETS * 2),
+    FIELD(pass_sample, WEFT_COST_TARGETS * 2),
+    FIELD(tile_byte, WEFT_COST_TARGETS * 2),
+};
+
+static double *values_of(struct weft_cost_model *model, const struct field *field)
+{
+    return (double *)(void *)((char *)model + field->offset);
+}
+
+char *weft_cost_format(const struct weft_cost_model *model)
+{
+    struct weft_cost_model copy = *model;
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    if (!out)
+        return NULL;
+    fprintf(out, "weft-cost 1\nrenderer %s\n", model->renderer);
+    for (size_t f = 0; f < WEFT_COUNT(fields); f++) {
+        fprintf(out, "%s", fields[f].name);
+        for (int i = 0; i < fields[f].count; i++)
+            fprintf(out, " %.6g", values_of(&copy, &fields[f])[i]);
+        fprintf(out, "\n");
+    }
+    if (fclose(out) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
+// Reads a field's numbers from a line behind its name.
+static bool read_values(const char *at, const struct field *field, struct weft_cost_model *model)
+{
+    double *values = values_of(model, field);
+    for (int i = 0; i < field->count; i++) {
+        if (*at++ != ' ')
+            return false;
+        at = weft_number_parse(at, &values[i]);
+        if (!at || !(values[i] >= 0.0 && values[i] <= 1e12))
+            return false;
+    }
+    return *at == '\n' || *at == '\0';
+}
+
+static const struct field *find_field(const char *line)
+{
+    for (size_t f = 0; f < WEFT_COUNT(fields); f++) {
+        const size_t length = strlen(fields[f].name);
+        if (strncmp(line, fields[f].name, length) == 0 && line[length] == ' ')
+            return &fields[f];
+    }
+    return NULL;
+}
+
+enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
+                                 struct weft_cost_model *out)
+{
+    static const char head[] = "weft-cost 1\nrenderer ";
+    unsigned found = 0;
+    int number = 2;
+    *out = (struct weft_cost_model){0};
+    if (strncmp(text, head, strlen(head)) != 0) {
+        weft_error(log, "the cost model does not begin with \"weft-cost 1\" and a renderer");
+        return WEFT_ERR_FORMAT;
+    }
+    text += strlen(head);
+    const size_t length = strcspn(text, "\n");
+    snprintf(out->renderer, sizeof out->renderer, "%.*s", (int)(length < 127 ? length : 127), text);
+    weft_text_clean(out->renderer, false);
+    for (text += length; *text == '\n' && text[1]; text += strcspn(text, "\n")) {
+        const struct field *field = find_field(++text);
+        number++;
+        if (!field || !read_values(text + strlen(field->name), field, out)) {
+            weft_error(log, "line %d of the cost model is none: %.*s", number,
+                       (int)(strcspn(text, "\n") < 60 ? strcspn(text, "\n") : 60), text);
+            return WEFT_ERR_FORMAT;
+        }
+        found |= 1u << (field - fields);
+    }
+    if (found == (1u << WEFT_COUNT(fields)) - 1)
+        return WEFT_OK;
+    weft_error(log, "the cost model lacks some of its %zu lines", WEFT_COUNT(fields) + 2);
+    return WEFT_ERR_FORMAT;
+}
+
+// ---- defaults -----------------------------------------------------------------------------------
+
+const struct weft_cost_model weft_cost_default = {
+    .start = {6e4, 8e4, 7e4},
+    .voxel = 0.85,
+    .entry = 7.5,
+    .pixel = 11.0,
+    .weights = 0.42,
+    .weights_fetched = 1.0,
+    .fetch = {{0.71, 0.92, 0.87, 0.66}, {0.86, 1.0, 1.1, 0.84}, {0.6, 0.65, 0.61, 0.77}},
+    .texel = {{5.2, 6.0, 5.5, 5.7}, {8.0, 12.7, 9.5, 9.3}, {1.8, 3.5, 3.0, 2.9}},
+    .summed = 1.9,
+    .tap = 0.39,
+    .separable_pixel = 5.0,
+    .pass_pixel = 50.0,
+    .pass_weight = 64.0,
+    .pass_far = 0.095,
+    .pass = {2.2, 2.1, 2.2, 1.5},
+    .pass_fetch = {{1.44, 1.88}, {1.35, 1.88}, {1.26, 1.82}, {1.29, 1.85}},
+    .pass_sample = {{8.7, 18.3}, {8.8, 18.5}, {23.4, 35.3}, {8.4, 26.0}},
+    .tile_byte = {{2.2, 2.1}, {1.05, 3.4}, {0.8, 1.6}, {0.6, 1.6}},
+};

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a slice's plan knows of its kernel: axes that need no convolution, and error bounds.
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "filter/analysis/analysis.h"
+#include "filter/kernels/prefilter.h"
+#include "passes/separable/separable.h"
+#include "passes/fused/plan.h"
+
+// ---- axes ---------------------------------------------------------------------------------------
+
+// The axis along which every pixel has the same coordinate; -1: none.
+static int constant_axis(const struct weft_slice_geometry *g)
+{
+    for (int a = 0; a < 3; a++)
+        if (g->u[a] == 0.0 && g->v[a] == 0.0)
+            return a;
+    return -1;
+}
+
+void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    struct weft_slice_axes *axes = &plan->axes;
+    int axis = may_sum ? constant_axis(&plan->grid.index) : -1;
+    *axes = (struct weft_slice_axes){.order = {0, 1, 2}, .summed = axis >= 0};
+    for (int i = 0; i < 3; i++)
+        axes->taps[i] = kernel->width;
+    plan->info.summed_axis = axis;
+    if (axis < 0)
+        return;
+    axes->taps[2] = 1;
+    axes->order[0] = axis == 0 ? 1 : 0;
+    axes->order[1] = axis == 2 ? 1 : 2;
+    axes->order[2] = axis;
+    // The fraction as the shader would have it.
+    struct weft_slice_block block;
+    int32_t whole[3];
+    double fraction[3], weight[WEFT_KERNEL_MAX_WIDTH];
+    weft_slice_grid_block(&plan->grid, 0, 0, &block);
+    weft_slice_grid_pixel(&plan->grid, &block, 0, 0, whole, fraction);
+    weft_kernel_weights(kernel, fraction[axis] - plan->grid.tap_shift, weight);
+    int last = kernel->width - 1;
+    while (axes->first < last && weight[axes->first] == 0.0)
+        axes->first++;
+    while (last > axes->first && weight[last] == 0.0)
+        last--;
+    axes->kept = last - axes->first + 1;
+    for (int i = 0; i < axes->kept; i++)
+        axes->weight[i] = weight[axes->first + i];
+    axes->plane = (int64_t)whole[axis] - plan->grid.tap_offset + axes->first;
+    plan->info.summed_taps = axes->kept;
+}
+
+// ---- error bound --------------------------------------------------------------------------------
+
+static const double UNIT = 0x1p-24; // unit roundoff of single precision
+
+// What Horner's rule rounds for one tap at u in a segment: each step's product and sum by what they
+// are there (a running error), and the coefficients by half a unit each.
+static double horner_error(const struct weft_polynomial_tiles *t, const float *coefficients,
+                           double u)
+{
+    const size_t stride = 4 * (size_t)t->groups;
+    double value = coefficients[(size_t)t->degree * stride];
+    double error = t->exact ? 0.0 : UNIT * fabs(value);
+    for (int p = t->degree - 1; p >= 0; p--) {
+        const double c = coefficients[(size_t)p * stride], product = value * u;
+        value = product + c;
+        error = error * u + UNIT * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
+    }
+    return error;
+}
+
+// The largest sum of these over the taps, found at points a little apart.
+static double rounding_of_weights(const struct weft_polynomial_tiles *t)
+{
+    enum { POINTS = 512 };
+    const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
+    const int points = t->segments < POINTS ? POINTS / t->segments : 1;
+    double largest = 0.0;
+    for (int i = 0; i <= t->segments * points - (points == 1); i++) {
+        const int segment = i / points < t->segments ? i / points : t->segments - 1;
+        const double u = points == 1 ? 1.0 : (double)(i - segment * points) / points;
+        double sum = 0.0;
+        for (int tap = 0; tap < t->width; tap++)
+            sum += horner_error(t, t->coefficients + (size_t)segment * segment_size + tap, u);
+        largest = fmax(largest, sum);
+    }
+    // Between two points it can be a little more.
+    return 1.05 * largest;
+}
+
+// Positions are off by their rounding and what steps add up to (passes/positions/grid.h).
+static double position_error(const struct weft_slice_grid *grid)
+{
+    return 0x1p-30 + 511 * ldexp(0.5, -grid->fraction_bits);
+}
+
+// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
+static double weight_error(const struct weft_slice_plan *plan, double slope)
+{
+    // A fraction times a number of segments that is no power of two is rounded.
+    const int segments = plan->kernel_tiles.segments;
+    const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
+    const double position = 0x1p-25 + scaled + position_error(&plan->grid);
+    return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
+           position * slope;
+}
+
+double weft_slice_largest_slope(const struct weft_kernel *kernel)
+{
+    enum { POSITIONS = 256 };
+    double largest = 0.0;
+    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
+        double sum = 0.0, fraction;
+        int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
+        for (int tap = 0; tap < kernel->width; tap++)
+            sum +=
+                fabs(weft_kernel_derivative(kernel, (i + 0.5) / POSITIONS - (double)(first + tap)));
+        largest = fmax(largest, sum);
+    }
+    return largest;
+}
+
+static int convolved_axes(const struct weft_slice_plan *plan)
+{
+    return plan->axes.summed ? 2 : 3;
+}
+
+// |result - exact| / largest |sample| <= weight errors, one an axis, and the sums' roundings; sums
+// along an axis beforehand are rounded once.
+static double relative_bound(const struct weft_slice_plan *plan, double gain)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    double weights = weight_error(plan, weft_slice_largest_slope(kernel));
+    int axes = convolved_axes(plan);
+    // A product and the additions after it, on each level; the first one is to 0.
+    double sums = axes * kernel->width * UNIT;
+    return pow(gain + weights, axes) * (1.0 + sums) * (1.0 + (plan->axes.summed ? UNIT : 0.0)) -
+           pow(gain, axes);
+}
+
+// Of samples summed before, positions off by what fixed-point steps are.
+static double separable_bound(const struct weft_slice_plan *plan, double gain)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
+    const double position = position_error(&plan->grid);
+    return own * (1.0 + UNIT) + UNIT * gain * gain +
+           2.0 * gain * position * weft_slice_largest_slope(kernel);
+}
+
+// What GL may flush to zero is below 2^-126: on each level of sums up to `width` products and as
+// many sums, beneath those levels that come after it, and the samples.
+static double flushed(const struct weft_slice_plan *plan, double gain)
+{
+    double levels = 0.0;
+    for (int i = 0; i < convolved_axes(plan); i++)
+        levels = levels * gain + 1.0;
+    return 0x1p-125 * (plan->info.kernel.width + gain) * levels;
+}
+
+// Sums of fit voxels stay within a quarter of what floats hold; ranges of other sources do anyway.
+static void set_largest_fit(struct weft_slice_plan *plan, double gain)
+{
+    plan->largest_fit = FLT_MAX;
+    if (plan->info.source == WEFT_SOURCE_FLOAT)
+        plan->largest_fit = (float)(0.25 * FLT_MAX / pow(fmax(gain, 1.0), 3));
+}
+
+// Sums along an axis reach this far.
+static void widen_range(const struct weft_slice_axes *axes, struct weft_source_range *range)
+{
+    struct weft_source_range wide = {0.0, 0.0};
+    for (int i = 0; i < axes->kept; i++) {
+        double w = axes->weight[i];
+        wide.low += w * (w > 0.0 ? range->low : range->high);
+        wide.high += w * (w > 0.0 ? range->high : range->low);
+    }
+    *range = wide;
+}
+
+static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *kernel, double error,
+                       double gain)
+{
+    plan->smooth = (struct weft_slice_smooth){.gain = gain};
+    if (!kernel->unit_sum)
+        return;
+    plan->smooth.error = error;
+    // The first of two taps is known from that of an even number of taps only.
+    if (kernel->width % 2 == 0 && kernel->width > 2)
+        plan->smooth.curvature = weft_analysis_curvature(kernel);
+}
+
+// What a prefiltered kernel reads are coefficients, of up to gain^3 times the voxels. Their
+// weights, whose errors add `relative` to sums of up to `whole`, are those of the plain kernel.
+static void add_prefilter(struct weft_slice_plan *plan, double whole, double relative)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    struct weft_prefilter prefilter;
+    info->error_measured = info->error_bound;
+    if (!plan->coefficients || weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
+        return;
+    const struct weft_prefilter_error error =
+        weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
+    const double more = 1.0 + relative / whole;
+    info->error_measured += more * error.coefficient;
+    info->prefilter_error = more * error.sample;
+    info->error_beyond = more * error.beyond;
+    info->error_bound = pow(prefilter.gain, 3) * info->error_measured + info->prefilter_error;
+}
+
+// What a grid's numbers lose as floats: integers an absolute amount, doubles half a unit each.
+static void add_rounding(struct weft_slice_plan *plan, double gain,
+                         const struct weft_volume_info *volume)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    double whole = pow(gain, 3);
+    if (info->kernel.prefiltered)
+        whole = weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR).gain;
+    if (plan->clamp_to_samples) // which are off, too
+        whole = fmax(whole, 1.0);
+    plan->rounding = strcmp(volume->type, "double") ? 0.0 : 1.0001 * UNIT * whole;
+    info->error_rounding = whole * volume->largest_rounding;
+    info->error_absolute += info->error_rounding;
+    info->error_bound += plan->rounding;
+    *(info->kernel.prefiltered ? &info->prefilter_error : &info->error_measured) += plan->rounding;
+}
+
+static void set_bound(struct weft_slice_plan *plan, double smooth_error)
+{
+    struct weft_slice_plan_info *info = &plan->info;
+    struct weft_kernel plain = info->kernel;
+    plain.prefiltered = false;
+    double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, convolved_axes(plan));
+    double relative = relative_bound(plan, gain), along = 0.0;
+    for (int i = 0; i < plan->axes.kept; i++)
+        along += fabs(plan->axes.weight[i]);
+    set_smooth(plan, &plain, smooth_error, gain);
+    if (plan->axes.separable) {
+        plan->smooth.error = 0.0;
+        relative = separable_bound(plan, gain);
+    }
+    set_largest_fit(plan, gain);
+    info->error_absolute = plan->smooth.error + flushed(plan, gain);
+    info->error_bound = relative * (plan->axes.summed ? along : 1.0);
+    if (info->source == WEFT_SOURCE_FLOAT) {
+        add_prefilter(plan, whole, relative);
+        return;
+    }
+    // Everything is relative to the range then: samples and sums of at most its width, and what
+    // subtracting its offset and adding it again round.
+    if (plan->axes.summed)
+        widen_range(&plan->axes, &plan->range);
+    double width = plan->range.high - plan->range.low;
+    double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
+    info->error_bound = 0.0;
+    add_prefilter(plan, whole, relative);
+    info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
+                                     relative + 2.0 * UNIT * whole) +
+                            4.0 * UNIT * whole * offset;
+}
+
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
+                          const struct weft_volume_info *volume)
+{
+    set_bound(plan, smooth_error);
+    add_rounding(plan, plan->smooth.gain, volume);
+}

@@ -1,0 +1,653 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/gl/context_backend.h"
+#include "passes/gl/program.h"
+#include "passes/fused/exact.h"
+#include "passes/fused/layout.h"
+
+// Shaders for pixels that need less: a software GL runs both sides of a branch.
+enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
+
+// Pixels are sorted into squares of this size, on the fixed grid of the output, of which each is
+// drawn with the cheapest shader that does for all of it.
+enum { SQUARE = 32, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
+
+// Everything that a run holds, sized for the plan's largest tile before the first one runs.
+struct runner {
+    const struct weft_slice_plan *plan;
+    weft_context *context;
+    const GladGLContext *gl;
+    weft_volume *volume;
+    const struct weft_log *log;
+    const struct weft_progress *progress;
+    struct weft_slice_report report;
+
+    float *values;                  // voxels of the tile's bricks
+    weft_brick_store *store;        // of the tile
+    struct weft_slice_layout cells; // of the tile
+    int32_t *entries;               // by pixel, while the buffer is mapped
+    uint8_t *squares;               // of the tile: bits of the classes that its pixels have
+    struct weft_gl_buffer source, entry_buffer, constants, kernel;
+    GLuint programs[KIND_COUNT][2]; // the context's; without and with constants among the pixels
+    GLuint target, framebuffer, vertex_array;
+};
+
+static bool go_on(const struct runner *r, double fraction)
+{
+    return !r->progress || !r->progress->report || r->progress->report(r->progress->priv, fraction);
+}
+
+// ---- set-up -------------------------------------------------------------------------------------
+
+struct sizes {
+    size_t bricks, cells, source_texels, source_bytes, entries, squares;
+    int width, height;
+};
+
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+// Squares and blocks of a tile are numbered from the one that holds its first pixel.
+static int count_cut(int start, int length, int size)
+{
+    return (start + length - 1) / size - start / size + 1;
+}
+
+static size_t square_number(const struct weft_slice_tile *tile, int x, int y)
+{
+    size_t row = (size_t)count_cut(tile->x, tile->width, SQUARE);
+    return (size_t)(y / SQUARE - tile->y / SQUARE) * row + (size_t)(x / SQUARE - tile->x / SQUARE);
+}
+
+static size_t square_count(const struct weft_slice_tile *tile)
+{
+    return (size_t)count_cut(tile->x, tile->width, SQUARE) *
+           (size_t)count_cut(tile->y, tile->height, SQUARE);
+}
+
+// What the tiles need at most.
+static struct sizes largest_sizes(const struct weft_slice_plan *plan)
+{
+    struct sizes s = {0};
+    for (int i = 0; i < plan->info.tile_count; i++) {
+        const struct weft_slice_tile *tile = &plan->tiles[i];
+        const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
+        s.bricks = larger(s.bricks, p->bricks.count);
+        s.cells = larger(s.cells, p->map.count);
+        s.source_texels = larger(s.source_texels, p->source_texels);
+        s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
+        s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
+        s.squares = larger(s.squares, square_count(tile));
+        s.width = tile->width > s.width ? tile->width : s.width;
+        s.height = tile->height > s.height ? tile->height : s.height;
+    }
+    return s;
+}
+
+static enum weft_result check_limits(const struct runner *r, const struct sizes *s)
+{
+    const struct weft_context_info *info = &r->context->info;
+    if (s->width > info->max_target_size || s->height > info->max_target_size ||
+        (int64_t)s->source_texels > info->max_buffer_texels ||
+        (int64_t)s->entries > info->max_buffer_texels) {
+        weft_error(r->log,
+                   "a tile of %d x %d pixels and %zu texels is over the context's limits of %d and "
+                   "%lld; plan with its max_target_size and max_buffer_texels",
+                   s->width, s->height, s->source_texels, info->max_target_size,
+                   (long long)info->max_buffer_texels);
+        return WEFT_ERR_LIMIT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result find_program(struct runner *r, enum kind kind, bool constants)
+{
+    static const char *const layout_define[] = {
+        [WEFT_LAYOUT_INTERLEAVED] = "INTERLEAVED",
+        [WEFT_LAYOUT_ALIGNED] = "ALIGNED",
+        [WEFT_LAYOUT_PLAIN] = "PLAIN",
+    };
+    const struct weft_slice_plan *plan = r->plan;
+    const struct weft_polynomial_tiles *tiles = &plan->kernel_tiles;
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const bool full = kind == KIND_FULL;
+    const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
+    char defines[512];
+    snprintf(defines, sizeof defines,
+             "#define WIDTH %d\n#define FIRST %d\n#define GROUPS %d\n#define DEGREE %d\n#define "
+             "SEGMENTS %d\n"
+             "#define SUMMED %d\n#define CONSTANTS %d\n#define CONSTANTS_ONLY %d\n"
+             "#define MAPPED %d\n#define UNIT_SUM %d\n#define LAYOUT_%s\n",
+             full ? tiles->width : 2, full ? 0 : middle, full ? tiles->groups : 1,
+             full ? tiles->degree : 1, full ? tiles->segments : 1, plan->axes.summed, constants,
+             kind == KIND_CONSTANT, plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum,
+             layout_define[r->plan->info.layout]);
+    if (full && plan->clamp_to_samples && tiles->width > 1)
+        snprintf(defines + strlen(defines), sizeof defines - strlen(defines),
+                 "#define CLAMP_FROM %d\n#define CLAMP_TO %d\n", middle - odd, middle + 1);
+    return weft_program_get(r->context, "slice", defines, weft_shader_rectangles, weft_shader_fused,
+                            &r->programs[kind][constants]);
+}
+
+static enum weft_result create_target(struct runner *r, const struct sizes *s)
+{
+    const GladGLContext *gl = r->gl;
+    gl->GenTextures(1, &r->target);
+    gl->BindTexture(GL_TEXTURE_2D, r->target);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, s->width, s->height, 0, GL_RED, GL_FLOAT, NULL);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+    gl->GenFramebuffers(1, &r->framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, r->framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, r->target, 0);
+    gl->GenVertexArrays(1, &r->vertex_array);
+    gl->BindVertexArray(r->vertex_array);
+    GLenum status = gl->CheckFramebufferStatus(GL_FRAMEBUFFER);
+    enum weft_result res = weft_gl_check(r->log, gl, "creating the render target");
+    if (res == WEFT_OK && status != GL_FRAMEBUFFER_COMPLETE) {
+        weft_error(r->log, "GL: an r32f render target of %d x %d is incomplete (0x%04x)", s->width,
+                   s->height, status);
+        res = WEFT_ERR_GL;
+    }
+    return res;
+}
+
+static enum weft_result create_kernel(struct runner *r)
+{
+    const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
+    if (tiles->segments == 1)
+        return WEFT_OK; // a uniform
+    size_t bytes = tiles->coefficient_count * sizeof *tiles->coefficients;
+    enum weft_result res =
+        weft_gl_buffer_create(r->log, r->gl, GL_RGBA32F, tiles->coefficient_count / 4, &r->kernel);
+    void *memory = res == WEFT_OK ? weft_gl_buffer_map(r->gl, &r->kernel, bytes) : NULL;
+    if (memory) {
+        memcpy(memory, tiles->coefficients, bytes);
+        weft_gl_buffer_unmap(r->gl, &r->kernel);
+    }
+    return weft_gl_check(r->log, r->gl, "uploading the kernel tiles");
+}
+
+static GLenum source_format(enum weft_source_format format, enum weft_layout layout)
+{
+    static const GLenum formats[WEFT_SOURCE_FORMATS][2] = {
+        [WEFT_SOURCE_FLOAT] = {GL_RGBA32F, GL_R32F},
+        [WEFT_SOURCE_HALF] = {GL_RGBA16F, GL_R16F},
+        [WEFT_SOURCE_UNORM16] = {GL_RGBA16, GL_R16},
+        [WEFT_SOURCE_UNORM8] = {GL_RGBA8, GL_R8},
+    };
+    return formats[format][layout == WEFT_LAYOUT_PLAIN];
+}
+
+static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
+{
+    GLenum format = source_format(r->plan->info.source, r->plan->info.layout);
+    // malloc(0) may be NULL: one more than needed.
+    r->values = malloc((s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values);
+    r->squares = malloc(s->squares * sizeof *r->squares);
+    if (!r->values || !r->squares) {
+        weft_error(r->log, "not enough memory for the voxels of %zu bricks", s->bricks);
+        return WEFT_ERR_MEMORY;
+    }
+    enum weft_result res = weft_slice_layout_create(r->plan, &r->cells);
+    if (res == WEFT_OK)
+        res = weft_gl_buffer_create(r->log, r->gl, format, s->source_texels, &r->source);
+    if (res == WEFT_OK)
+        res = weft_gl_buffer_create(r->log, r->gl, GL_R32I, s->entries, &r->entry_buffer);
+    if (res == WEFT_OK)
+        res = weft_gl_buffer_create(r->log, r->gl, GL_R32F, s->cells + 1, &r->constants);
+    if (res == WEFT_OK)
+        res = create_kernel(r);
+    if (res == WEFT_OK)
+        res = create_target(r, s);
+    r->report.peak_bytes = (s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values +
+                           s->source_bytes + s->entries * 4 + s->cells * 4 +
+                           (size_t)s->width * (size_t)s->height * 4;
+    return res;
+}
+
+static void destroy(struct runner *r)
+{
+    const GladGLContext *gl = r->gl;
+    weft_gl_buffer_destroy(gl, &r->source);
+    weft_gl_buffer_destroy(gl, &r->entry_buffer);
+    weft_gl_buffer_destroy(gl, &r->constants);
+    weft_gl_buffer_destroy(gl, &r->kernel);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    if (r->framebuffer)
+        gl->DeleteFramebuffers(1, &r->framebuffer);
+    if (r->target)
+        gl->DeleteTextures(1, &r->target);
+    if (r->vertex_array)
+        gl->DeleteVertexArrays(1, &r->vertex_array);
+    weft_slice_layout_destroy(&r->cells);
+    free(r->values);
+    free(r->squares);
+}
+
+// ---- one tile's data ----------------------------------------------------------------------------
+
+struct entry_writer {
+    struct runner *r;
+    const struct weft_slice_tile_plan *tile_plan;
+    const struct weft_slice_tile *tile;
+};
+
+static bool write_entries(void *priv, const struct weft_slice_run_of_pixels *run)
+{
+    const struct entry_writer *w = priv;
+    int64_t number = weft_cell_map_find(&w->tile_plan->map, run->cell);
+    int32_t entry = w->r->cells.entries[number];
+    uint8_t bit = (uint8_t)(1u << w->r->cells.classes[number]);
+    int32_t *out = w->r->entries + (size_t)(run->y - w->tile->y) * (size_t)w->tile->width +
+                   (run->x - w->tile->x);
+    for (int i = 0; i < run->count; i++)
+        out[i] = entry;
+    for (int x = run->x; x < run->x + run->count; x = (x / SQUARE + 1) * SQUARE)
+        w->r->squares[square_number(w->tile, x, run->y)] |= bit;
+    return true;
+}
+
+static void write_constants(struct runner *r)
+{
+    size_t bytes = r->cells.constant_count * sizeof *r->cells.constants;
+    void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->constants, bytes) : NULL;
+    if (memory) {
+        memcpy(memory, r->cells.constants, bytes);
+        weft_gl_buffer_unmap(r->gl, &r->constants);
+    }
+}
+
+// Sources of fixed point, which hold a range, have nothing for what is not finite.
+static enum weft_result check_source(const struct runner *r)
+{
+    const enum weft_source_format source = r->plan->info.source;
+    if (!r->cells.any_unfit || source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
+        return WEFT_OK;
+    weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
+               weft_source_format_name(source));
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+static enum weft_result load_tile(struct runner *r, int index)
+{
+    const struct weft_slice_tile *tile = &r->plan->tiles[index];
+    const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
+    double start = weft_now_seconds();
+    enum weft_result res = weft_slice_read_bricks(r->plan, r->volume, &p->bricks, r->values);
+    double read = weft_now_seconds();
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(r->log, weft_volume_get_info(r->volume), &r->plan->topology,
+                                      &p->bricks, r->values, &r->store);
+    if (res != WEFT_OK)
+        return res;
+
+    // The layouts are written straight into GL's memory: upload is mapping and unmapping.
+    res = WEFT_ERR_GL;
+    size_t source_bytes = p->source_texels * p->layout.texel_bytes;
+    size_t entry_bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
+    char *source = weft_gl_buffer_map(r->gl, &r->source, source_bytes);
+    r->entries = weft_gl_buffer_map(r->gl, &r->entry_buffer, entry_bytes);
+    double mapped = weft_now_seconds();
+    if (source && r->entries) {
+        struct entry_writer writer = {r, p, tile};
+        weft_slice_layout_write(&r->cells, p, r->store, source);
+        memset(r->squares, 0, square_count(tile));
+        weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
+                             write_entries, &writer);
+        write_constants(r);
+    }
+    double laid_out = weft_now_seconds();
+    if (source && r->entries && weft_gl_buffer_unmap(r->gl, &r->source) &&
+        weft_gl_buffer_unmap(r->gl, &r->entry_buffer))
+        res = WEFT_OK;
+    if (weft_gl_check(r->log, r->gl, "uploading a tile's voxels") != WEFT_OK || res != WEFT_OK) {
+        weft_error(r->log, "a tile of %zu bytes could not be handed to GL", source_bytes);
+        res = WEFT_ERR_GL;
+    }
+    r->report.read_seconds += read - start;
+    r->report.layout_seconds += laid_out - mapped;
+    r->report.upload_seconds += weft_now_seconds() - laid_out + (mapped - read);
+    r->report.uploaded_bytes += source_bytes + entry_bytes;
+    return res == WEFT_OK ? check_source(r) : res;
+}
+
+// ---- passes -------------------------------------------------------------------------------------
+
+static GLint location(const struct runner *r, GLuint program, const char *name)
+{
+    return r->gl->GetUniformLocation(program, name);
+}
+
+// A position or step modulo 8 voxels, as the shader's two words.
+static void set_fixed(const struct runner *r, GLuint program, const char *name,
+                      const char *low_name, const int64_t value[3])
+{
+    int low_bits = r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
+    GLint word[3], low[3];
+    for (int i = 0; i < 3; i++) {
+        int64_t v = value[r->plan->axes.order[i]];
+        word[i] = (GLint)(uint32_t)(v >> low_bits);
+        low[i] = (GLint)(v & ((INT64_C(1) << low_bits) - 1));
+    }
+    r->gl->Uniform3iv(location(r, program, name), 1, word);
+    r->gl->Uniform3iv(location(r, program, low_name), 1, low);
+}
+
+static void bind_buffer(const struct runner *r, GLuint program, GLuint unit, const char *name,
+                        const struct weft_gl_buffer *buffer)
+{
+    r->gl->ActiveTexture(GL_TEXTURE0 + unit);
+    r->gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
+    r->gl->Uniform1i(location(r, program, name), (GLint)unit);
+    r->gl->ActiveTexture(GL_TEXTURE0);
+}
+
+// The weights of the full kernel, or those of linear interpolation, whose first tap is not the
+// full kernel's.
+static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
+{
+    static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
+    const GladGLContext *gl = r->gl;
+    const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
+    if (kind == KIND_SMOOTH)
+        gl->Uniform4fv(location(r, program, "kernel"), 2, linear[0]);
+    else if (tiles->segments > 1)
+        bind_buffer(r, program, 3, "kernel", &r->kernel);
+    else
+        gl->Uniform4fv(location(r, program, "kernel"), (GLsizei)(tiles->coefficient_count / 4),
+                       tiles->coefficients);
+}
+
+static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
+                      const struct weft_slice_tile *tile)
+{
+    const GladGLContext *gl = r->gl;
+    const struct weft_block_layout *layout = &r->cells.block_layout;
+    double scale, offset;
+    weft_source_range_mapping(r->plan->info.source, &r->plan->range, &scale, &offset);
+    gl->UseProgram(program);
+    bind_buffer(r, program, 0, "source", &r->source);
+    bind_buffer(r, program, 1, "entries", &r->entry_buffer);
+    bind_buffer(r, program, 2, "constants", &r->constants);
+    bind_kernel(r, program, kind);
+    gl->Uniform2f(location(r, program, "mapping"), (float)scale, (float)offset);
+    gl->Uniform2i(location(r, program, "pitch"), layout->row_texels,
+                  layout->row_texels * layout->span[1]);
+    gl->Uniform1i(location(r, program, "row_entries"), tile->width);
+    gl->Uniform2f(location(r, program, "viewport"), (float)tile->width, (float)tile->height);
+    gl->Uniform1i(location(r, program, "low_bits"),
+                  r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
+    set_fixed(r, program, "du", "du_low", r->plan->grid.du);
+    set_fixed(r, program, "dv", "dv_low", r->plan->grid.dv);
+}
+
+// The shader that a square's classes need, and whether constants are among them.
+static enum kind square_kind(uint8_t classes, bool *constants)
+{
+    *constants = classes & 1u << WEFT_CELL_CONSTANT;
+    return classes & 1u << WEFT_CELL_FULL     ? KIND_FULL
+           : classes & 1u << WEFT_CELL_SMOOTH ? KIND_SMOOTH
+                                              : KIND_CONSTANT;
+}
+
+// Rectangles in window coordinates: left, bottom, right, top.
+struct rectangles {
+    int count;
+    GLint at[SQUARES_PER_BLOCK * SQUARES_PER_BLOCK][4];
+};
+
+// Adds a row's rectangle, or stretches the one below it.
+static void add_rectangle(struct rectangles *list, int x0, int y0, int x1, int y1)
+{
+    for (int i = 0; i < list->count; i++) {
+        GLint *below = list->at[i];
+        if (below[0] == x0 && below[2] == x1 && below[3] == y0) {
+            below[3] = y1;
+            return;
+        }
+    }
+    memcpy(list->at[list->count++], (GLint[4]){x0, y0, x1, y1}, sizeof list->at[0]);
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int next_square(int at, int limit)
+{
+    return smaller((at / SQUARE + 1) * SQUARE, limit);
+}
+
+// The squares of block (bx, by) within the tile that want this shader, neighbours joined.
+static void find_rectangles(const struct runner *r, const struct weft_slice_tile *tile, int bx,
+                            int by, enum kind kind, bool constants, struct rectangles *out)
+{
+    const int from_x = bx * WEFT_GRID_BLOCK > tile->x ? bx * WEFT_GRID_BLOCK : tile->x;
+    const int from_y = by * WEFT_GRID_BLOCK > tile->y ? by * WEFT_GRID_BLOCK : tile->y;
+    const int to_x = smaller((bx + 1) * WEFT_GRID_BLOCK, tile->x + tile->width);
+    const int to_y = smaller((by + 1) * WEFT_GRID_BLOCK, tile->y + tile->height);
+    out->count = 0;
+    for (int y = from_y; y < to_y; y = next_square(y, to_y)) {
+        int start = -1;
+        for (int x = from_x; x < to_x; x = next_square(x, to_x)) {
+            bool mixed;
+            bool wanted = square_kind(r->squares[square_number(tile, x, y)], &mixed) == kind &&
+                          (mixed == constants || kind == KIND_CONSTANT);
+            if (wanted && start < 0)
+                start = x;
+            if (start >= 0 && !wanted) {
+                add_rectangle(out, start - tile->x, y - tile->y, x - tile->x,
+                              next_square(y, to_y) - tile->y);
+                start = -1;
+            }
+        }
+        if (start >= 0)
+            add_rectangle(out, start - tile->x, y - tile->y, to_x - tile->x,
+                          next_square(y, to_y) - tile->y);
+    }
+}
+
+static void count_fetches(struct runner *r, const struct rectangles *list, enum kind kind)
+{
+    const struct weft_slice_plan_info *info = &r->plan->info;
+    const int depth = r->plan->axes.summed ? 1 : 2;
+    const int fetches = kind == KIND_FULL ? info->fetches_per_pixel
+                        : kind == KIND_SMOOTH
+                            ? 2 * depth * weft_layout_row_fetches(r->plan->info.layout, 2)
+                            : 0;
+    for (int i = 0; i < list->count; i++)
+        r->report.fetches += (uint64_t)(list->at[i][2] - list->at[i][0]) *
+                             (uint64_t)(list->at[i][3] - list->at[i][1]) * (uint64_t)fetches;
+}
+
+static void draw_rectangles(struct runner *r, GLuint program, const struct weft_slice_tile *tile,
+                            int bx, int by, const struct rectangles *list)
+{
+    struct weft_slice_block block;
+    weft_slice_grid_block(&r->plan->grid, bx, by, &block);
+    set_fixed(r, program, "origin", "origin_low", block.position);
+    r->gl->Uniform2i(location(r, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
+                     by * WEFT_GRID_BLOCK - tile->y);
+    r->gl->Uniform4iv(location(r, program, "rectangles"), list->count, list->at[0]);
+    r->gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, list->count);
+    r->report.passes++;
+}
+
+// Draws what wants one kind of shader.
+static enum weft_result draw_kind(struct runner *r, const struct weft_slice_tile *tile,
+                                  enum kind kind, bool constants)
+{
+    const int columns = count_cut(tile->x, tile->width, WEFT_GRID_BLOCK);
+    const int rows = count_cut(tile->y, tile->height, WEFT_GRID_BLOCK);
+    bool bound = false;
+    for (int i = 0; i < rows * columns; i++) {
+        struct rectangles list;
+        int bx = tile->x / WEFT_GRID_BLOCK + i % columns;
+        int by = tile->y / WEFT_GRID_BLOCK + i / columns;
+        find_rectangles(r, tile, bx, by, kind, constants, &list);
+        if (list.count == 0)
+            continue;
+        if (!r->programs[kind][constants]) {
+            enum weft_result res = find_program(r, kind, constants);
+            if (res != WEFT_OK)
+                return res;
+        }
+        if (!bound)
+            bind_tile(r, r->programs[kind][constants], kind, tile);
+        bound = true;
+        draw_rectangles(r, r->programs[kind][constants], tile, bx, by, &list);
+        count_fetches(r, &list, kind);
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result draw_tile(struct runner *r, int index)
+{
+    const struct weft_slice_tile *tile = &r->plan->tiles[index];
+    double start = weft_now_seconds();
+    enum weft_result res = WEFT_OK;
+    r->gl->Viewport(0, 0, tile->width, tile->height);
+    for (int i = 0; res == WEFT_OK && i < 2 * KIND_CONSTANT; i++)
+        res = draw_kind(r, tile, (enum kind)(i / 2), i % 2);
+    if (res == WEFT_OK)
+        res = draw_kind(r, tile, KIND_CONSTANT, true);
+    r->gl->Finish();
+    r->report.pass_seconds += weft_now_seconds() - start;
+    return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "drawing a tile") : res;
+}
+
+static enum weft_result read_back(struct runner *r, int index, float *pixels)
+{
+    const struct weft_slice_tile *tile = &r->plan->tiles[index];
+    const GladGLContext *gl = r->gl;
+    int width = r->plan->grid.index.width;
+    double start = weft_now_seconds();
+    gl->PixelStorei(GL_PACK_ROW_LENGTH, width);
+    gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl->ReadPixels(0, 0, tile->width, tile->height, GL_RED, GL_FLOAT,
+                   pixels + (size_t)tile->y * (size_t)width + tile->x);
+    r->report.readback_seconds += weft_now_seconds() - start;
+    return weft_gl_check(r->log, gl, "reading pixels back");
+}
+
+// Of finite pixels, in lanes that a compiler makes vectors of. Returns whether all of them are.
+static bool measure_finite(const float *pixels, size_t count, float *minimum, float *maximum)
+{
+    enum { LANES = 16 };
+    float low[LANES], high[LANES], zero[LANES] = {0};
+    for (int l = 0; l < LANES; l++) {
+        low[l] = INFINITY;
+        high[l] = -INFINITY;
+    }
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES) {
+        for (int l = 0; l < LANES; l++) {
+            const float x = pixels[i + (size_t)l];
+            low[l] = x < low[l] ? x : low[l];
+            high[l] = x > high[l] ? x : high[l];
+            zero[l] += x * 0.0f; // 0 of finite numbers, else NaN
+        }
+    }
+    for (; i < count; i++) {
+        low[0] = pixels[i] < low[0] ? pixels[i] : low[0];
+        high[0] = pixels[i] > high[0] ? pixels[i] : high[0];
+        zero[0] += pixels[i] * 0.0f;
+    }
+    bool finite = true;
+    for (int l = 0; l < LANES; l++) {
+        low[0] = low[l] < low[0] ? low[l] : low[0];
+        high[0] = high[l] > high[0] ? high[l] : high[0];
+        finite &= zero[l] == 0.0f;
+    }
+    *minimum = low[0];
+    *maximum = high[0];
+    return finite;
+}
+
+static void measure_pixels(const float *pixels, size_t count, struct weft_slice_report *report)
+{
+    if (measure_finite(pixels, count, &report->minimum, &report->maximum))
+        return;
+    float minimum = INFINITY, maximum = -INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(pixels[i])) {
+            report->not_finite++;
+            continue;
+        }
+        minimum = pixels[i] < minimum ? pixels[i] : minimum;
+        maximum = pixels[i] > maximum ? pixels[i] : maximum;
+    }
+    report->minimum = report->not_finite < count ? minimum : NAN;
+    report->maximum = report->not_finite < count ? maximum : NAN;
+}
+
+static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan,
+                                  weft_volume *volume, float *pixels,
+                                  const struct weft_progress *progress,
+                                  struct weft_slice_report *report)
+{
+    struct runner r = {
+        .plan = plan,
+        .context = context,
+        .gl = &context->gl,
+        .volume = weft_slice_voxels(plan, volume),
+        .log = plan->log,
+        .progress = progress,
+    };
+    struct sizes sizes = largest_sizes(plan);
+    enum weft_result res = weft_context_enter(context);
+    if (res != WEFT_OK)
+        return res;
+    res = check_limits(&r, &sizes);
+    if (res == WEFT_OK)
+        res = create_buffers(&r, &sizes);
+    for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++) {
+        if (!go_on(&r, (double)i / plan->info.tile_count)) {
+            weft_note(plan->log, "the slice was cancelled at tile %d of %d", i,
+                      plan->info.tile_count);
+            res = WEFT_ERR_CANCELLED;
+            break;
+        }
+        res = load_tile(&r, i);
+        if (res == WEFT_OK)
+            res = draw_tile(&r, i);
+        if (res == WEFT_OK)
+            res = read_back(&r, i, pixels);
+        if (res == WEFT_OK && r.cells.any_unfit)
+            res = weft_slice_exact_paint(plan, &plan->tiles[i], r.store, pixels, progress,
+                                         (i + 1.0) / plan->info.tile_count, &r.report.exact_pixels);
+        weft_brick_store_destroy(&r.store);
+    }
+    r.report.cells_constant = r.cells.cells_constant;
+    r.report.cells_smooth = r.cells.cells_smooth;
+    *report = r.report;
+    destroy(&r);
+    weft_context_leave(context);
+    return res;
+}
+
+enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
+                                weft_volume *volume, float *pixels,
+                                const struct weft_progress *progress,
+                                struct weft_slice_report *report)
+{
+    struct weft_slice_report own = {0};
+    enum weft_result res = (plan->axes.separable ? weft_slice_separable_run : run_cells)(
+        context, plan, volume, pixels, progress, &own);
+    if (res != WEFT_OK)
+        return res;
+    if (progress && progress->report)
+        progress->report(progress->priv, 1.0);
+    const struct weft_slice_geometry *g = &plan->grid.index;
+    measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &own);
+    if (report)
+        *report = own;
+    return WEFT_OK;
+}

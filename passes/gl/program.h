@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/gl/program.h - shader programs from the embedded sources (not installed).
+#ifndef WEFT_PASSES_GL_PROGRAM_H
+#define WEFT_PASSES_GL_PROGRAM_H
+
+#include "passes/gl/context_backend.h"
+
+// One for each passes/*/<name>.glsl, made by cmake/embed.cmake.
+extern const char weft_shader_combine[];
+extern const char weft_shader_convolve[];
+extern const char weft_shader_full_target[];
+extern const char weft_shader_naive_frame[];
+extern const char weft_shader_naive_slice[];
+extern const char weft_shader_rectangles[];
+extern const char weft_shader_separable[];
+extern const char weft_shader_fused[];
+extern const char weft_shader_tile_lookup[];
+
+// A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
+// and kept by the context, which is current. `name` names it in messages, and defines and name tell
+// programs apart. On failure the log gets GL's message, and at debug level the numbered source.
+// Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
+enum weft_result weft_program_get(weft_context *context, const char *name, const char *defines,
+                                  const char *vertex, const char *fragment, GLuint *out);
+
+#endif

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <float.h>
+#include <math.h>
+
+#include "filter/kernels/kernel_nd.h"
+#include "passes/multipass/job.h"
+
+static double add_up(const double *weights, int count)
+{
+    double sum = 0.0;
+    for (int i = 0; i < count; i++)
+        sum += weights[i];
+    return sum;
+}
+
+// Of the exact weights at a pixel, what constants are multiplied by.
+static double weight_sum(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+                         const double at[3])
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS], product = 1.0;
+    int64_t first[3];
+    if (axes->sums_are_one)
+        return 1.0;
+    if (weft_kernel_is_radial(&job->work->kernel, job->passes->dims))
+        return add_up(weights, weft_kernel_weights_nd(&job->work->kernel, job->passes->dims, at,
+                                                      weights, first));
+    for (int a = 0; a < job->passes->dims; a++) {
+        weft_kernel_weights(&axes->kernel[a], at[a], weights);
+        product *= add_up(weights, axes->kernel[a].width);
+    }
+    // Derivatives' weights cancel but for rounding, which a large `low` would show.
+    return fabs(product) < 1e-12 ? 0.0 : product;
+}
+
+static bool any_mark(const struct weft_convolve_job *job, const double at[3])
+{
+    const struct weft_samples *s = job->samples;
+    size_t from[3] = {0}, to[3] = {0};
+    for (int a = 0; a < job->passes->dims; a++) {
+        double fraction;
+        const int64_t first = weft_job_first_tap(job, a, at[a], &fraction);
+        const int64_t last = first + job->work->kernel.width - 1;
+        from[a] = (size_t)(first > 0 ? first : 0);
+        to[a] = (size_t)(last < s->size[a] ? last : s->size[a] - 1);
+    }
+    for (size_t z = from[2]; z <= to[2]; z++)
+        for (size_t y = from[1]; y <= to[1]; y++)
+            for (size_t x = from[0]; x <= to[0]; x++)
+                if (job->not_finite[(z * (size_t)s->size[1] + y) * (size_t)s->size[0] + x])
+                    return true;
+    return false;
+}
+
+// Channels in which a tap that counts, whose exact weight is not 0, is not finite.
+static uint8_t marks_at(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+                        const double at[3])
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3];
+    if (!job->not_finite || !any_mark(job, at))
+        return 0;
+    const int width = job->work->kernel.width, rows = job->passes->dims > 1 ? width : 1;
+    const int count = weft_convolve_weights(job->work, axes, at, weights, first);
+    uint8_t marks = 0;
+    for (int i = 0; i < count; i++) {
+        const int64_t index[3] = {first[0] + i % width, first[1] + i / width % rows,
+                                  first[2] + i / width / rows};
+        if (weights[i] != 0.0)
+            marks |= job->not_finite[weft_convolve_sample(job->samples, index)];
+    }
+    return marks;
+}
+
+// Errors may bring a value past the range of floats, where it stays only if the exact one is there.
+static float held(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+                  const double at[3], int channel, double value)
+{
+    if (!(fabs(value) > FLT_MAX))
+        return (float)value;
+    const double exact = weft_convolve_refer(job->work, axes, job->samples, channel, at);
+    return fabs(exact) <= FLT_MAX ? (float)copysign(FLT_MAX, value) : (float)value;
+}
+
+static double result_at(const struct weft_convolve_job *job, const void *result, size_t i)
+{
+    const double bias = job->passes->result_bias, scale = job->passes->result_scale;
+    if (job->floats)
+        return ((double)((const float *)result)[i] - bias) / scale;
+    const double code =
+        job->one <= 0xff ? ((const uint8_t *)result)[i] : ((const uint16_t *)result)[i];
+    return (code / job->one - bias) / scale;
+}
+
+void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
+                              float *const pixels[4], struct weft_convolve_report *report)
+{
+    const int width = job->grid->width, channels = job->work->channels;
+    struct weft_axis_kernels axes;
+    weft_convolve_axis_kernels(job->work, &axes);
+    for (size_t i = 0; i < job->pixels; i++) {
+        double at[3];
+        weft_convolve_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
+        const double base = job->low == 0.0 ? 0.0 : job->low * weight_sum(job, &axes, at);
+        const uint8_t marks = marks_at(job, &axes, at);
+        for (int c = 0; c < channels; c++) {
+            const double r = result_at(job, result, i * (size_t)channels + (size_t)c);
+            pixels[c][i] = marks >> c & 1 ? NAN : held(job, &axes, at, c, base + job->width * r);
+        }
+        report->not_finite += marks != 0;
+    }
+    report->low = job->low;
+    report->high = job->high;
+    report->clamped = job->clamped;
+    report->source_bytes = job->source.bytes;
+    report->tile_bytes = job->tiles.bytes;
+    report->position_bytes = job->pixels * sizeof *job->entries;
+}

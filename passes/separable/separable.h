@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/separable/separable.h - planes of samples on axis-aligned grids of pixels, one axis after another.
+// A tensor product of kernels along x and y (Hadwiger, Hauser, Moeller 2003, eq. 1) where all
+// pixels of a column share the position along x, and all of a row that along y: width taps along
+// one axis and then width along the other take the place of width^2. Weights are made in double,
+// once for every column and row, and rounded to single precision, in which everything is summed.
+// A pass computes four pixels of a row at a time.
+#ifndef WEFT_PASSES_SEPARABLE_SEPARABLE_H
+#define WEFT_PASSES_SEPARABLE_SEPARABLE_H
+
+#include "../../filter/kernels/kernel.h"
+#include "../gl/context.h"
+
+WEFT_BEGIN_DECLS
+
+// Samples and pixels along an axis at most.
+enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24 };
+
+struct weft_separable_params {
+    struct weft_kernel kernel; // default (info NULL): catmull-rom; not radial
+    int size[2];               // samples along x and y (required)
+    const float *samples;      // [y][x], x fastest, tightly packed, at integer coordinates; beyond
+                               // them the nearest sample's value holds
+    int width, height;         // pixels (required)
+    const double *x, *y;       // the sample coordinate of every column and of every row; any order,
+                               // any distance from the samples, finite
+    float *pixels;             // [y * stride + x]
+    int64_t stride;            // floats from row to row (default width)
+    uint64_t memory_bytes;     // textures, buffers and what is read back by way of (default 1 GiB);
+                               // the work is cut into rectangles that fit
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;
+};
+
+struct weft_separable_report {
+    double prepare_seconds; // taps, cuts and programs
+    double upload_seconds;  // weights and samples
+    double pass_seconds, readback_seconds;
+    uint64_t uploaded_bytes;
+    uint64_t peak_bytes; // of what memory_bytes limits
+    int rectangles;
+    int passes;               // draws
+    int first_axis;           // 0: along x and then along y; 1: the other way round
+    double fetches_per_pixel; // of both passes, without what rectangles repeat
+};
+
+// Rectangles on software GLs are smaller than memory_bytes allows where that is faster.
+// Only samples in reach of a pixel are uploaded. The order of the axes is the one with fewer
+// fetches for the whole; the pixels are the same for every memory_bytes, bit for bit. A tap whose
+// weight is exactly 0 does not count: pixels are not finite where a sample that counts is not, or
+// where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
+// the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit.
+// Returns WEFT_ERR_ARGUMENT (kernel, sizes, stride, positions, pointers), WEFT_ERR_UNSUPPORTED
+// (radial kernels), WEFT_ERR_LIMIT (memory), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED;
+// pixels may then be written in part. report may be NULL.
+WEFT_API enum weft_result weft_separable_run(weft_context *context,
+                                             const struct weft_separable_params *params,
+                                             struct weft_separable_report *report);
+
+// |pixel - exact| is at most this times the largest |sample| in reach, where sums stay within the
+// range of floats and GL rounds to nearest. With u = 2^-24, n = the kernel's width and g = its gain
+// (weft_analysis_overshoot), a weight is off by u, a product by another u and a sum of n terms by n
+// - 1 more, so that each term of the two passes together carries 2 (n + 1) factors of up to 1 + u:
+// the bound is g^2 ((1 + u)^(2 n + 2) - 1). GL may flush what is below 2^-126 to zero: add
+// 2^-125 (n + g) (1 + g) if samples are that small, and where some are so large that sums are
+// scaled (g^2 times the largest is 2^127 or more), that times 4 g^2.
+// Of prefiltered kernels samples are coefficients, and g is the kernel's own gain;
+// weft_prefilter_error has the rest.
+WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
+
+struct weft_separable_error {
+    uint64_t pixels_checked, pixels_total;
+    double maximum, rms;     // |pixel - reference|
+    double relative_maximum; // largest |pixel - reference| / largest |sample| in that pixel's reach
+    int at_x, at_y;          // of the maximum
+    // Finite here and not there, or the other way round. A result beyond the range of floats may be
+    // infinite or that range's end.
+    uint64_t not_finite_mismatches;
+};
+
+// Compares params->pixels with filter/analysis/reference.h's values. Those of all pixels are computed, or
+// after max_seconds (0: no limit) of as many as there was time for, spread over the image.
+// Errors as of weft_separable_run.
+WEFT_API enum weft_result weft_separable_verify(const struct weft_separable_params *params,
+                                                double max_seconds,
+                                                struct weft_separable_error *out);
+
+WEFT_END_DECLS
+#endif

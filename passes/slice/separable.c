@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Slices whose rows and columns run along the volume's axes: the voxels in reach become a plane,
+// summed along the third axis, which passes/separable/separable.h magnifies.
+#include <math.h>
+#include <stdlib.h>
+
+#include "passes/separable/separable.h"
+#include "passes/fused/exact.h"
+#include "passes/fused/layout.h"
+
+// A plane of more samples than this, a pixel, is more work than convolving each pixel by itself.
+static const double MAX_SAMPLES_PER_PIXEL = 2.0;
+
+// The one axis along which an edge of the slice runs; -1: it is oblique.
+static int axis_of(const double edge[3])
+{
+    int axis = -1;
+    for (int a = 0; a < 3; a++) {
+        if (edge[a] != 0.0 && axis >= 0)
+            return -1;
+        if (edge[a] != 0.0)
+            axis = a;
+    }
+    return axis;
+}
+
+void weft_slice_separable_set(struct weft_slice_plan *plan)
+{
+    const struct weft_slice_geometry *g = &plan->grid.index;
+    struct weft_slice_axes *axes = &plan->axes;
+    const int row = axis_of(g->u), column = axis_of(g->v);
+    if (!axes->summed || row < 0 || column < 0)
+        return;
+    const double width = plan->info.kernel.width;
+    const double samples = (fabs(g->u[row]) + width) * (fabs(g->v[column]) + width);
+    if (samples > MAX_SAMPLES_PER_PIXEL * g->width * g->height)
+        return;
+    axes->order[0] = row;
+    axes->order[1] = column;
+    axes->separable = true;
+}
+
+// Along axis 0 or 1 of the plane: the coordinate of pixel number i, as the shaders of oblique
+// slices would have it.
+static double coordinate(const struct weft_slice_grid *grid, const struct weft_slice_axes *axes,
+                         int axis, int i)
+{
+    const int a = axes->order[axis], x = axis ? 0 : i, y = axis ? i : 0;
+    struct weft_slice_block block;
+    int32_t whole[3];
+    double fraction[3];
+    weft_slice_grid_block(grid, x / WEFT_GRID_BLOCK, y / WEFT_GRID_BLOCK, &block);
+    weft_slice_grid_pixel(grid, &block, x, y, whole, fraction);
+    return whole[a] + (fraction[a] - grid->tap_shift);
+}
+
+void weft_slice_separable_box(const struct weft_slice_plan *plan,
+                              const struct weft_slice_tile *tile, int32_t min[3], int32_t max[3])
+{
+    const struct weft_slice_axes *axes = &plan->axes;
+    const int from[2] = {tile->x, tile->y}, count[2] = {tile->width, tile->height};
+    for (int i = 0; i < 2; i++) {
+        const double first = coordinate(&plan->grid, axes, i, from[i]);
+        const double last = coordinate(&plan->grid, axes, i, from[i] + count[i] - 1);
+        double fraction;
+        const int a = axes->order[i];
+        min[a] = (int32_t)weft_kernel_first_tap(&plan->info.kernel, fmin(first, last), &fraction);
+        max[a] = (int32_t)weft_kernel_first_tap(&plan->info.kernel, fmax(first, last), &fraction) +
+                 plan->info.kernel.width - 1;
+    }
+    min[axes->order[2]] = (int32_t)axes->plane;
+    max[axes->order[2]] = (int32_t)axes->plane + axes->kept - 1;
+}
+
+// ---- one tile -----------------------------------------------------------------------------------
+
+// What a tile is made from.
+struct plane {
+    int32_t min[3], max[3];
+    int size[2];
+    float *samples, *strip; // [y][x]; and the voxels of eight of its rows
+    double *x, *y;
+};
+
+static void plane_destroy(struct plane *p)
+{
+    free(p->samples);
+    free(p->strip);
+    free(p->x);
+    free(p->y);
+    *p = (struct plane){0};
+}
+
+static enum weft_result plane_create(const struct weft_slice_plan *plan,
+                                     const struct weft_slice_tile *tile, struct plane *p)
+{
+    const struct weft_slice_axes *axes = &plan->axes;
+    *p = (struct plane){0};
+    weft_slice_separable_box(plan, tile, p->min, p->max);
+    for (int i = 0; i < 2; i++)
+        p->size[i] = p->max[axes->order[i]] - p->min[axes->order[i]] + 1;
+    const size_t row = (size_t)p->size[0];
+    p->samples = malloc(row * (size_t)p->size[1] * sizeof *p->samples);
+    p->strip = malloc(row * WEFT_BRICK_SIZE * (size_t)axes->kept * sizeof *p->strip);
+    p->x = malloc((size_t)tile->width * sizeof *p->x);
+    p->y = malloc((size_t)tile->height * sizeof *p->y);
+    if (!p->samples || !p->strip || !p->x || !p->y) {
+        weft_error(plan->log, "not enough memory for a plane of %d x %d samples", p->size[0],
+                   p->size[1]);
+        plane_destroy(p);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int i = 0; i < tile->width; i++)
+        p->x[i] = coordinate(&plan->grid, axes, 0, tile->x + i) - p->min[axes->order[0]];
+    for (int i = 0; i < tile->height; i++)
+        p->y[i] = coordinate(&plan->grid, axes, 1, tile->y + i) - p->min[axes->order[1]];
+    return WEFT_OK;
+}
+
+// Sums the planes in reach, the rows of a brick at a time. false: some voxels were unfit.
+static bool plane_fill(const struct weft_slice_plan *plan, const weft_brick_store *store,
+                       struct plane *p)
+{
+    bool fit = true;
+    const struct weft_slice_axes *axes = &plan->axes;
+    const int column = axes->order[1];
+    for (int y = 0; y < p->size[1];) {
+        int32_t min[3];
+        int size[3];
+        for (int a = 0; a < 3; a++) {
+            min[a] = p->min[a];
+            size[a] = p->max[a] - p->min[a] + 1;
+        }
+        min[column] += y;
+        const int in_brick = WEFT_BRICK_SIZE - (min[column] & (WEFT_BRICK_SIZE - 1));
+        size[column] = p->size[1] - y < in_brick ? p->size[1] - y : in_brick;
+        weft_brick_store_copy_box(store, min, size, size, p->strip);
+        fit &= !weft_slice_replace_unfit(plan, p->strip,
+                                         (size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
+        weft_slice_sum_planes(axes, p->strip, size, size,
+                              p->samples + (size_t)y * (size_t)p->size[0], p->size[0]);
+        y += size[column];
+    }
+    return fit;
+}
+
+static void add_report(const struct weft_separable_report *one, struct weft_slice_report *sum)
+{
+    sum->layout_seconds += one->prepare_seconds;
+    sum->upload_seconds += one->upload_seconds;
+    sum->pass_seconds += one->pass_seconds;
+    sum->readback_seconds += one->readback_seconds;
+    sum->uploaded_bytes += one->uploaded_bytes;
+    sum->passes += one->passes;
+}
+
+static enum weft_result run_tile(weft_context *context, const struct weft_slice_plan *plan,
+                                 int index, weft_volume *volume, float *pixels,
+                                 const struct weft_progress *progress,
+                                 struct weft_slice_report *report)
+{
+    const struct weft_slice_tile *tile = &plan->tiles[index];
+    const struct weft_cell_map *bricks = &plan->tile_plans[index].bricks;
+    weft_brick_store *store = NULL;
+    struct plane plane = {0};
+    struct weft_separable_report own;
+    const double start = weft_now_seconds();
+    float *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values);
+    enum weft_result res = WEFT_ERR_MEMORY;
+    if (!values) {
+        weft_error(plan->log, "not enough memory for the voxels of %zu bricks", bricks->count);
+        goto fail;
+    }
+    res = weft_slice_read_bricks(plan, volume, bricks, values);
+    const double read = weft_now_seconds();
+    if (res == WEFT_OK)
+        res = weft_slice_store_create(plan->log, weft_volume_get_info(volume), &plan->topology,
+                                      bricks, values, &store);
+    if (res == WEFT_OK)
+        res = plane_create(plan, tile, &plane);
+    if (res != WEFT_OK)
+        goto fail;
+    const bool fit = plane_fill(plan, store, &plane);
+    report->read_seconds += read - start;
+    report->layout_seconds += weft_now_seconds() - read;
+    const int width = plan->grid.index.width;
+    const struct weft_separable_params params = {
+        .kernel = plan->info.kernel,
+        .size = {plane.size[0], plane.size[1]},
+        .samples = plane.samples,
+        .width = tile->width,
+        .height = tile->height,
+        .x = plane.x,
+        .y = plane.y,
+        .pixels = pixels + (size_t)tile->y * (size_t)width + tile->x,
+        .stride = width,
+        .memory_bytes = plan->separable_bytes,
+        .progress = progress,
+        .log = plan->log,
+    };
+    res = weft_separable_run(context, &params, &own);
+    if (res == WEFT_OK && !fit)
+        res =
+            weft_slice_exact_paint(plan, tile, store, pixels, progress, 1.0, &report->exact_pixels);
+    if (res != WEFT_OK)
+        goto fail;
+    add_report(&own, report);
+    report->fetches += (uint64_t)(own.fetches_per_pixel * tile->width * tile->height);
+    const uint64_t bytes = (bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values +
+                           4 * (uint64_t)plane.size[0] * (uint64_t)plane.size[1] + own.peak_bytes;
+    report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;
+fail:
+    plane_destroy(&plane);
+    weft_brick_store_destroy(&store);
+    free(values);
+    return res;
+}
+
+// ---- all of them --------------------------------------------------------------------------------
+
+// Progress of a tile as part of the whole.
+struct part {
+    const struct weft_progress *progress;
+    int done, count;
+};
+
+static bool report_part(void *priv, double fraction)
+{
+    const struct part *p = priv;
+    return !p->progress || !p->progress->report ||
+           p->progress->report(p->progress->priv, (p->done + fraction) / p->count);
+}
+
+enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
+                                          weft_volume *volume, float *pixels,
+                                          const struct weft_progress *progress,
+                                          struct weft_slice_report *report)
+{
+    struct part part = {progress, 0, plan->info.tile_count};
+    const struct weft_progress own = {report_part, &part};
+    enum weft_result res = WEFT_OK;
+    volume = weft_slice_voxels(plan, volume);
+    for (; res == WEFT_OK && part.done < part.count; part.done++) {
+        res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
+        if (res == WEFT_OK)
+            res = run_tile(context, plan, part.done, volume, pixels, &own, report);
+    }
+    if (res == WEFT_ERR_CANCELLED)
+        weft_note(plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);
+    return res;
+}

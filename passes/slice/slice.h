@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/slice/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
+// Pixel (x, y) of a W x H slice samples origin + (x+0.5) u / W + (y+0.5) v / H. Positions are
+// formed in double and rounded to multiples of 2^-29 voxels, half-way up: what is whole, or
+// half-way between two voxels, in exact arithmetic is so in every engine, and exactly the same for
+// every tiling of the output. The kernel's weights come from polynomial tiles made in double; sums
+// are single precision. One pass reads a row of four samples per fetch where the layout allows
+// (dot4; Hadwiger, Hauser, Moeller 2003, section 6). On the lattice an interpolating kernel so
+// gives the voxels, bit by bit (below 2^-126 GL may flush to 0). Where a kernel jumps, the value at
+// the jump is that from the right: nearest takes the voxel toward +infinity half-way between two,
+// along every axis. Values that floats do not stand: a tap whose weight is exactly 0 does not
+// count, whatever the voxel holds, and any other one that is NaN or infinite makes its pixels NaN
+// or infinite. Sums do not overflow where the result is a float; where it is none, the pixel is
+// infinite. Pixels near such voxels are computed in double on the CPU.
+#ifndef WEFT_PASSES_SLICE_SLICE_H
+#define WEFT_PASSES_SLICE_SLICE_H
+
+#include "../../filter/kernels/kernel.h"
+#include "../gl/context.h"
+#include "../../tiles/volume/layout.h"
+#include "../../tiles/volume/volume.h"
+
+WEFT_BEGIN_DECLS
+
+enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
+
+// The largest slice: pixels along a side, and in all (8 GiB of floats).
+enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };
+#define WEFT_SLICE_MAX_PIXELS (INT64_C(1) << 31)
+
+// origin, u, v are in `space`. All zero u and v: the default slice (see weft_slice_params).
+struct weft_slice_geometry {
+    double origin[3], u[3], v[3];
+    int width, height; // pixels
+};
+
+// How the kernel's weights are had for a fraction: from polynomial tiles, exact to single
+// precision, or from tiles of `samples` samples.
+enum weft_lookup { WEFT_LOOKUP_POLYNOMIAL, WEFT_LOOKUP_LINEAR, WEFT_LOOKUP_NEAREST };
+// NULL-ended, in the order of the enum: "polynomial", "linear", "nearest".
+WEFT_API extern const char *const weft_lookup_names[];
+
+// What a slice may save, as bits. All is saved that can be unless it is asked to do without.
+enum weft_saving {
+    WEFT_SAVING_CONSTANT = 1,  // cells whose voxels in reach are all the same are not convolved,
+                               // where the kernel's weights add up to one: the value is exact
+    WEFT_SAVING_AXIS = 2,      // where all pixels have one coordinate along an axis, voxels are
+                               // summed along it once; the rest is 2D. Planes beyond the first and
+                               // last one with a weight are not read
+    WEFT_SAVING_SEPARABLE = 4, // where moreover rows and columns run along the other two axes, the
+                               // slice is magnified along one after the other
+    WEFT_SAVING_SMOOTH = 8,    // cells that linear interpolation, or one value, does within
+                               // smooth_error, by a bound from their second differences (range)
+    WEFT_SAVING_ALL = 15,
+};
+// NULL-ended, in the order of the bits: "constant", "axis", "separable", "smooth".
+WEFT_API extern const char *const weft_saving_names[];
+
+struct weft_slice_params {
+    struct weft_kernel kernel;           // default (info NULL): catmull-rom
+    enum weft_space space;               // of the geometry
+    struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
+    enum weft_layout layout;
+    enum weft_source_format source;
+    double low, high; // of a source that is not float: the range it holds, finite and low < high;
+                      // voxels outside are clamped to it (see weft_slice_measure)
+    enum weft_lookup lookup;
+    int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
+    unsigned without;      // bits of enum weft_saving
+    double smooth_error;   // by which cheaper pieces may be off, in the volume's values (default 0:
+                           // no such pieces)
+    bool clamp_to_samples; // each pixel to the range of the samples next to it (2 along each axis,
+                           // 3 for kernels of odd width): no ringing. Not with savings along axes
+    uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
+                           // caller's pixels are not counted
+    int max_target_size;   // of the GL to run on, pixels along a side (default 4096)
+    int64_t max_buffer_texels;            // likewise; see struct weft_context_info (default 2^26)
+    const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
+    const struct weft_log *log;           // borrowed for the plan's life
+};
+
+// Chooses what is 0 of width and height: 1024 along the longer edge (in world space) if both are,
+// and pixels that are square in world space. Returns WEFT_ERR_ARGUMENT (edges without a length).
+WEFT_API enum weft_result weft_slice_size_compute(const struct weft_log *log,
+                                                  const weft_volume *volume, enum weft_space space,
+                                                  struct weft_slice_geometry *geometry);
+
+// The axis-aligned slice through the active box of a volume at `coordinate` along `axis` (0, 1, 2)
+// in the given space (NAN: the middle of the box). It covers the active box with half a voxel
+// around it; u and v run along the other two axes in order (x y, x z, y z). width and height of 0
+// are chosen as weft_slice_size_compute does.
+// In world space the axes are the world's, and the box is the world box of the active voxels.
+// Returns WEFT_ERR_ARGUMENT (axis, size, coordinate not finite).
+WEFT_API enum weft_result weft_slice_axis_geometry(const struct weft_log *log,
+                                                   const weft_volume *volume, enum weft_space space,
+                                                   int axis, double coordinate, int width,
+                                                   int height, struct weft_slice_geometry *out);
+
+// One rectangle of the output, with the data it needs resident at once.
+struct weft_slice_tile {
+    int x, y, width, height;
+    uint64_t bricks_read;    // handed over by the reader
+    uint64_t cells;          // 8x8x8 cells with at least one pixel's tap origin in them
+    uint64_t cells_laid_out; // of those, the ones that need voxels (others are constant)
+    uint64_t memory_bytes;   // voxels + layout + table + target
+};
+
+typedef struct weft_slice_plan weft_slice_plan;
+
+struct weft_slice_plan_info {
+    struct weft_kernel kernel;
+    struct weft_slice_geometry geometry; // as asked for
+    enum weft_space space;
+    struct weft_slice_geometry index_geometry; // the same in index space
+    enum weft_layout layout;
+    int fetches_per_pixel; // of the source
+    int tile_count;
+    const struct weft_slice_tile *tiles;
+    uint64_t bricks_read;  // sum over tiles
+    uint64_t memory_bytes; // of the largest tile
+    bool misses_volume;    // no pixel comes near an active voxel
+    // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
+    // their coefficients depend on them; 0 for others.
+    int prefilter_overlap;
+    // |result - exact| <= error_bound * largest |voxel| in reach + error_beyond * largest |voxel|
+    // farther away + error_absolute: arithmetic and weights (E2, E3), what is left out of inverse
+    // filters (0 but for prefiltered kernels), and what the source's format, cheaper pieces,
+    // products below 2^-126, which GL may flush to 0, and error_rounding add.
+    double error_bound, error_beyond, error_absolute;
+    // Exact is the result of the numbers that the grid stores. Doubles are half a unit of a float
+    // off, which error_bound has; integers up to weft_volume_info.largest_rounding, which makes
+    // this of error_absolute.
+    double error_rounding;
+    // The same where values are known. Prefiltered kernels read coefficients, which may be much
+    // larger than voxels, and mostly are not: |result - exact| <= error_measured * largest
+    // |coefficient| + prefilter_error * largest |voxel| in reach + error_beyond * largest |voxel|
+    // farther away + error_absolute. For others error_measured is error_bound, and prefilter_error
+    // 0.
+    double error_measured, prefilter_error;
+    enum weft_source_format source;
+    enum weft_lookup lookup;
+    int samples;        // of tiles that are sampled, else segments of polynomials
+    int weight_vectors; // of four coefficients, that a pixel's weights along an axis are made of
+    uint64_t source_texels; // laid out, or summed samples of planes; over all tiles
+    unsigned savings;       // bits of enum weft_saving: those that can save something here
+    int summed_axis;        // 0 to 2: voxels are summed along it before; -1: none
+    int summed_taps;        // of the kernel's along that axis, those with a weight
+    const char *text;       // the plan as --explain prints it, one line per tile and pass
+};
+
+// A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which
+// weft_volume_prefilter computes: bricks, ranges and memory are then those of coefficients,
+// `volume` must outlive the plan, and runs take up to 64 MiB more. NaN and infinity stay in their
+// voxel. Not with clamp_to_samples; source formats hold a range of coefficients.
+//
+// Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
+// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
+// of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
+// WEFT_ERR_UNSUPPORTED (radial kernels; see above), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
+// weft_volume_find returns.
+WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
+                                                 const struct weft_slice_params *params,
+                                                 weft_slice_plan **out);
+WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
+WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
+
+enum { WEFT_MEASURE_DIFFERENCES = 4 };
+
+// What the voxels in reach of a slice are, as far as plans depend on it.
+struct weft_slice_measure {
+    double low, high;    // of the finite voxels, or coefficients; 0 where there are none
+    uint64_t voxels;     // of the bricks read
+    uint64_t not_finite; // of those, of constant tiles and of the background
+    // Of the finite voxels themselves, those included that coefficients depend on.
+    double voxel_low, voxel_high;
+    // Prefiltered kernels: the largest |voxel| farther away, for error_beyond. Voxels count the
+    // less the farther they are, as inverse filters fall, and not at all where these are below
+    // 2^-80: neither do they in the exact result then. 0 for others.
+    double beyond;
+    // Largest |n-th difference| along an axis, n = 1 to 4, of neighbouring voxels in a brick:
+    // derivatives of the signal, as far as it is sampled well.
+    double difference[WEFT_MEASURE_DIFFERENCES];
+};
+// Reads all bricks of the plan's tiles, and for prefiltered kernels the voxels around (43 on either
+// side for cubics, up to 96). Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
+// weft_volume_read returns.
+WEFT_API enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
+                                             const struct weft_progress *progress,
+                                             struct weft_slice_measure *out);
+
+struct weft_slice_report {
+    double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
+    uint64_t uploaded_bytes;
+    uint64_t peak_bytes; // of voxels, layouts and GL memory
+    int passes;          // draws
+    uint64_t cells_constant,
+        cells_smooth;       // found so in the voxels, beside the plan's constant ones
+    uint64_t fetches;       // of the source, over all pixels
+    float minimum, maximum; // of the finite pixels; NAN if there are none
+    uint64_t not_finite;    // pixels that are NaN or infinite
+    uint64_t exact_pixels;  // computed in double on the CPU: near values that floats do not stand
+};
+
+// Runs a plan into the caller's memory: pixels[y * width + x]. The same plan and volume give the
+// same bytes, whatever the number of threads. progress and report may be NULL.
+// Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite),
+// WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
+WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
+                                         weft_volume *volume, float *pixels,
+                                         const struct weft_progress *progress,
+                                         struct weft_slice_report *report);
+
+struct weft_slice_verify_params {
+    double max_seconds; // sample pixels when all would take longer (default 10)
+    weft_volume
+        *rest; // the same grid opened with .rest: the reference is of both sums then, that is
+               // of the stored values (default NULL: of floats; prefiltered kernels: always)
+    const struct weft_progress *progress;
+};
+
+struct weft_slice_error {
+    uint64_t pixels_checked, pixels_total; // fewer checked: a random sample, seeded, repeatable
+    double maximum, rms;                   // |pixel - reference|
+    double relative_maximum; // largest |pixel - reference| / largest |voxel| in that pixel's reach
+    double magnitude;        // largest |voxel| in reach of any checked pixel, by whole bricks
+    int at_x, at_y;          // of the maximum
+    double at_value, at_reference;
+    uint64_t not_finite_mismatches; // finite here and not there, or the other way round
+    double bound; // of |pixel - reference| for what was read: by the plan's error_bound and the
+                  // magnitude, or by the coefficients and what is measured of voxels
+};
+
+// Recomputes pixels by filter/analysis/reference.h from the volume's voxels (read again, without the layouts
+// or the GPU's positions) and compares. Where a position is within 2^-32 voxels of being rounded
+// the other way, a pixel may be on either side of a jump, or of where a tap counts that is not
+// finite. For prefiltered kernels the reference trusts no coefficient: it is the sum over the
+// volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off at
+// 2^-32, or farther out where voxels there are so much larger that they count), which takes
+// hundreds of times as long, so that fewer pixels are checked.
+WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
+                                            const float *pixels,
+                                            const struct weft_slice_verify_params *params,
+                                            struct weft_slice_error *out);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft calibrate as its users see it, and what it refuses.
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "tests/support/command.h"
+#include "weft.h"
+
+static void wrong_requests_are_refused(void **state)
+{
+    (void)state;
+    command_fails(2, "takes no file", "calibrate", "file");
+    command_fails(2, "exclude each other", "calibrate", "-q", "-v");
+    command_fails(2, "auto, osmesa, egl", "calibrate", "--context", "glx");
+    assert_non_null(strstr(command_succeeds("help", "calibrate"), "XDG_CACHE_HOME"));
+}
+
+static void what_cannot_be_written_is_told_at_once(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    setenv("MESA_SHADER_CACHE_DISABLE", "true", 1); // which would complain of the folder too
+    command_fails(4, "nowhere", "calibrate", "-o", "nowhere/costs.txt");
+    command_fails(4, "folder", "calibrate", "-o", ".");
+    command_environment("XDG_CACHE_HOME=/proc/nowhere");
+    command_fails(4, "/proc/nowhere", "calibrate");
+    command_write_file("file", "x", 1);
+    char here[4000], variable[4100];
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(variable, sizeof variable, "XDG_CACHE_HOME=%s/file", here);
+    command_environment(variable);
+    command_fails(4, "file", "calibrate");
+    unlink("file");
+}
+
+static void costs_are_kept(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    char here[4000], variable[4100];
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(variable, sizeof variable, "XDG_CACHE_HOME=%s/cache/deep", here);
+    command_environment(variable);
+    json_error_t error;
+    json_t *root = json_loads(command_succeeds("calibrate", "--json"), 0, &error);
+    assert_non_null(root);
+    const char *path = json_string_value(json_object_get(root, "file"));
+    assert_non_null(path);
+    assert_non_null(strstr(path, "/cache/deep/weft/cost-"));
+    assert_null(strchr(strrchr(path, '/'), ' '));
+    size_t size;
+    char *text = command_read_file(path, &size);
+    text = realloc(text, size + 1);
+    text[size] = 0;
+    struct weft_cost_model model;
+    assert_int_equal(weft_cost_parse(NULL, text, &model), WEFT_OK);
+    free(text);
+    assert_string_equal(model.renderer, json_string_value(json_object_get(root, "renderer")));
+    const json_t *costs = json_object_get(root, "nanoseconds");
+    assert_true(json_number_value(json_object_get(costs, "voxel")) == model.voxel);
+    assert_int_equal(json_array_size(json_object_get(costs, "fetch")), 12);
+    unlink(path);
+    json_decref(root);
+    rmdir("cache/deep/weft");
+    rmdir("cache/deep");
+    assert_int_equal(rmdir("cache"), 0);
+}
+
+static void a_table_and_a_file_are_made(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    const char *out = command_succeeds("calibrate", "-o", "costs.txt");
+    assert_non_null(strstr(out, "interleaved 32f"));
+    assert_non_null(strstr(out, "unorm16 dot4"));
+    assert_non_null(strstr(out, "\nkept in costs.txt\n"));
+    assert_int_equal(unlink("costs.txt"), 0);
+}
+
+static void an_interrupt_leaves_nothing(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    const int before = command_folder_size();
+    assert_int_equal(
+        command_interrupt(1.5, SIGINT,
+                          (const char *[]){"weft", "calibrate", "-o", "costs.txt", NULL}),
+        128 + SIGINT);
+    assert_int_equal(command_folder_size(), before);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(wrong_requests_are_refused),
+        cmocka_unit_test(what_cannot_be_written_is_told_at_once),
+        cmocka_unit_test(costs_are_kept),
+        cmocka_unit_test(a_table_and_a_file_are_made),
+        cmocka_unit_test(an_interrupt_leaves_nothing),
+    };
+    return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
+}

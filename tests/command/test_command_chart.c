@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft chart as its users see it, and what it refuses.
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+#include "tests/support/command.h"
+#include "weft.h"
+
+static const char points[] = "technique,label,seconds,bytes,max_error,rms_error\n"
+                             "sage,\"an \"\"other\"\", slow one\",1000,1024,0.5,0.25\n";
+
+static void wrong_requests_are_refused(void **state)
+{
+    (void)state;
+    command_write_file("few.csv", points, strlen(points) - 6);
+    command_write_file("none.csv", points, strcspn(points, "\n") + 1);
+    command_write_file("head.csv", points, 20);
+    command_fails(2, "oblique, x, y, z", "chart", "--plane", "w");
+    command_fails(2, "oblique, x, y, z", "chart", "--plane", "0,0,0,1,0,0,0,1");
+    command_fails(2, "a name is missing", "chart", "--kernel", "linear;;nearest");
+    command_fails(2, "no kernel 'liner'", "chart", "--kernel", "liner");
+    command_fails(2, "from 1 to", "chart", "--size", "0x4");
+    command_fails(2, ".svg or .png", "chart", "-o", "chart.pdf");
+    command_fails(2, ".svg or .png", "chart", "-o", ".svg");
+    command_fails(2, "must end in .png", "chart", "--png", "chart.svg");
+    command_fails(2, "same file", "chart", "--csv", "a", "--json", "./a");
+    command_fails(2, "auto, osmesa, egl", "chart", "--context", "glx");
+    command_fails(2, "exclude each other", "chart", "-q", "-v");
+    command_fails(2, "takes a signal", "chart", "volume.vdb", "--truth");
+    command_fails(2, "--plane", "chart", "--truth", "--plane", "x");
+    command_fails(2, "impulse", "chart", "impulse");
+    command_fails(2, "--grid", "chart", "ramp", "--grid", "density");
+    command_fails(3, "line 2", "chart", "--points", "few.csv");
+    command_fails(3, "no points", "chart", "--points", "none.csv");
+    command_fails(3, "line 1", "chart", "--points", "head.csv");
+    command_fails(3, "nowhere.csv", "chart", "--points", "nowhere.csv");
+    command_fails(4, "nowhere", "chart", "--csv", "nowhere/a.csv");
+}
+
+static void a_missing_volume_is_one_line(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    command_fails(3, "nowhere.vdb", "chart", "nowhere.vdb");
+    command_fails(2, "misses", "chart", "ml.vdb", "--plane", "900,0,0,1,0,0,0,1,0");
+}
+
+static double number(const json_t *point, const char *key)
+{
+    return json_number_value(json_object_get(point, key));
+}
+
+// By the definition, from what the file says.
+static bool is_beaten(const json_t *all, const json_t *point, const char *error)
+{
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *other = json_array_get(all, i);
+        const double faster = number(point, "seconds") - number(other, "seconds");
+        const double better = number(point, error) - number(other, error);
+        if (faster >= 0.0 && better >= 0.0 && (faster > 0.0 || better > 0.0))
+            return true;
+    }
+    return false;
+}
+
+static void check_points(const json_t *chart, const char *error)
+{
+    const json_t *all = json_object_get(chart, "points");
+    assert_true(json_array_size(all) > 4);
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *p = json_array_get(all, i);
+        const json_t *bound = json_object_get(p, "bound");
+        assert_true(number(p, "seconds") > 0.0);
+        assert_true(number(p, "rms_error") <= number(p, "max_error"));
+        assert_true(json_is_null(bound) || number(p, "max_error") <= json_number_value(bound));
+        assert_int_equal(json_boolean_value(json_object_get(p, "front")),
+                         !is_beaten(all, p, error));
+    }
+    const json_t *skipped = json_object_get(chart, "skipped");
+    for (size_t i = 0; i < json_array_size(skipped); i++)
+        assert_true(*json_string_value(json_object_get(json_array_get(skipped, i), "reason")));
+}
+
+static size_t count_lines(const char *path)
+{
+    size_t size, lines = 0;
+    char *text = command_read_file(path, &size);
+    for (size_t i = 0; i < size; i++)
+        lines += text[i] == '\n';
+    free(text);
+    return lines;
+}
+
+static void files_agree(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    command_write_file("peers.csv", points, strlen(points));
+    const char *out = command_succeeds("chart", "marschner-lobb", "--quick", "--size", "48x32",
+                                       "--kernel", "catmull-rom", "--points", "peers.csv", "--csv",
+                                       "chart.csv", "--json", "chart.json");
+    assert_non_null(strstr(out, "none is faster and more accurate"));
+    json_error_t error;
+    json_t *root = json_load_file("chart.json", 0, &error);
+    assert_non_null(root);
+    assert_false(json_boolean_value(json_object_get(root, "interrupted")));
+    const json_t *ways = json_object_get(root, "ways"), *truth = json_object_get(root, "truth");
+    check_points(ways, "max_error");
+    check_points(truth, "rms_error");
+    const json_t *peer = json_array_get(json_object_get(ways, "points"), 0);
+    assert_string_equal(json_string_value(json_object_get(peer, "label")),
+                        "an \"other\", slow one");
+    assert_int_equal(count_lines("chart.csv"),
+                     1 + json_array_size(json_object_get(ways, "points")) +
+                         json_array_size(json_object_get(truth, "points")));
+    // An oblique slice is not for separable filtering, and says so.
+    const json_t *first = json_array_get(json_object_get(ways, "skipped"), 0);
+    assert_string_equal(json_string_value(json_object_get(first, "label")), "separable");
+    json_decref(root);
+}
+
+static void the_script_stays_without_gnuplot(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    command_environment("PATH=/nonexistent");
+    struct command_result result;
+    command_run(&result, "weft", "chart", "ramp", "--truth", "--quick", "-q", "--size", "16x16",
+                "--kernel", "linear", "-o", "alone.svg");
+    assert_int_equal(result.code, 1);
+    assert_non_null(strstr(result.err, "gnuplot"));
+    size_t size;
+    char *text = command_read_file("alone.svg.gp", &size);
+    text[size] = 0;
+    assert_non_null(strstr(text, "set output 'alone.svg'"));
+    assert_non_null(strstr(text, "EOD\n"));
+    free(text);
+    assert_int_not_equal(access("alone.svg", F_OK), 0);
+}
+
+// However far it comes: what there is is written whole.
+static void interruption_keeps_results(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    const char *const argv[] = {"weft",    "chart",  "marschner-lobb", "--csv",
+                                "cut.csv", "--json", "cut.json",       NULL};
+    assert_int_equal(command_interrupt(4.0, SIGINT, argv), 128 + SIGINT);
+    json_error_t error;
+    json_t *root = json_load_file("cut.json", 0, &error);
+    assert_non_null(root);
+    assert_true(json_boolean_value(json_object_get(root, "interrupted")));
+    assert_int_equal(count_lines("cut.csv"),
+                     1 + json_array_size(json_object_get(json_object_get(root, "ways"), "points")));
+    json_decref(root);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(wrong_requests_are_refused),
+        cmocka_unit_test(a_missing_volume_is_one_line),
+        cmocka_unit_test(files_agree),
+        cmocka_unit_test(the_script_stays_without_gnuplot),
+        cmocka_unit_test(interruption_keeps_results),
+    };
+    return cmocka_run_group_tests(tests, command_setup, command_teardown);
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every command that README.md shows is run as it stands there, in a folder with a smoke.vdb and a
+// photo.exr, and must end with 0, or with 1 where its remark says so.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "tests/support/command.h"
+
+enum { LEAST_COMMANDS = 16, MAX_COMMAND = 1000 };
+
+// Minutes in all; tests of their own run these. WEFT_README=all runs them here, too.
+static const char *const long_ones[] = {"weft chart ", "weft calibrate",   "weft stability ",
+                                        "weft table",  "weft make sphere", NULL};
+
+static bool takes_long(const char *line)
+{
+    const char *wanted = getenv("WEFT_README");
+    for (int i = 0; long_ones[i]; i++)
+        if (strncmp(line, long_ones[i], strlen(long_ones[i])) == 0)
+            return !wanted || strcmp(wanted, "all") != 0;
+    return false;
+}
+
+static int run_line(const char *line)
+{
+    char command[MAX_COMMAND + 4200];
+    snprintf(command, sizeof command,
+             "PATH='%s':\"$PATH\" XDG_CACHE_HOME=. sh -c '%s' >out.txt 2>err.txt </dev/null",
+             WEFT_BINARY_DIR, "eval \"$LINE\"");
+    setenv("LINE", line, 1);
+    const int status = system(command);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+static void fail_line(const char *line, int code)
+{
+    size_t size;
+    char *err = command_read_file("err.txt", &size);
+    fail_msg("README: %s\nended with %d: %.*s", line, code, (int)size, err);
+}
+
+static void prepare(void)
+{
+    command_succeeds("make", "chirp", "-o", "smoke.vdb", "--size", "112x223x113", "--voxel", "0.5");
+    command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--size", "320x240");
+}
+
+static void every_command_works(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    prepare();
+    size_t size;
+    char *readme = command_read_file(WEFT_SOURCE_DIR "/README.md", &size), *rest = readme;
+    bool shell = false;
+    int count = 0;
+    for (char *line; (line = strsep(&rest, "\n"));) {
+        if (strncmp(line, "```", 3) == 0)
+            shell = strcmp(line, "```sh") == 0;
+        if (!shell || strncmp(line, "weft ", 5) != 0)
+            continue;
+        assert_true(strlen(line) < MAX_COMMAND);
+        if (takes_long(line)) {
+            print_message("not run here: %s\n", line);
+            continue;
+        }
+        const int code = run_line(line);
+        if (code != 0 && !(code == 1 && strstr(line, "ends with 1")))
+            fail_line(line, code);
+        count++;
+    }
+    free(readme);
+    assert_true(count >= LEAST_COMMANDS);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_command_works)};
+    return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/support/common.h"
+#include "tests/support/contexts.h"
+#include "weft.h"
+
+// ---- text ---------------------------------------------------------------------------------------
+
+static const double *numbers(const struct weft_cost_model *model, size_t *count)
+{
+    *count = (sizeof *model - offsetof(struct weft_cost_model, start)) / sizeof(double);
+    return model->start;
+}
+
+static void texts_come_back(void **state)
+{
+    (void)state;
+    struct weft_cost_model model = weft_cost_default, back;
+    snprintf(model.renderer, sizeof model.renderer, "llvmpipe (LLVM 15, 256 bits)");
+    char *text = weft_cost_format(&model);
+    assert_non_null(text);
+    assert_int_equal(weft_cost_parse(&log_to_stderr, text, &back), WEFT_OK);
+    assert_string_equal(back.renderer, model.renderer);
+    size_t count;
+    const double *a = numbers(&model, &count), *b = numbers(&back, &count);
+    for (size_t i = 0; i < count; i++)
+        assert_near(b[i], a[i], 1e-5 * a[i], "a number");
+    text[strlen(text) - 1] = 0; // without the last line's end
+    assert_int_equal(weft_cost_parse(&log_to_stderr, text, &back), WEFT_OK);
+    free(text);
+}
+
+// `text` with `from` replaced by `to`, once.
+static char *replaced(const char *text, const char *from, const char *to)
+{
+    const char *at = strstr(text, from);
+    assert_non_null(at);
+    char *out = malloc(strlen(text) + strlen(to) + 1);
+    assert_non_null(out);
+    sprintf(out, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
+    return out;
+}
+
+static void damaged_texts_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *from, *to, *says;
+    } cases[] = {
+        {"weft-cost 1", "weft-cost 2", "does not begin"},
+        {"weft-cost 1", "", "does not begin"},
+        {"renderer ", "", "does not begin"},
+        {"\nvoxel 0.85", "\nvoxels 0.85", "line 4"},
+        {"\nvoxel 0.85", "", "lacks"},
+        {"\nvoxel 0.85", "\nvoxel -0.85", "line 4"},
+        {"\nvoxel 0.85", "\nvoxel nan", "line 4"},
+        {"\nvoxel 0.85", "\nvoxel 1e30", "line 4"},
+        {"\nvoxel 0.85", "\nvoxel 0.85 1", "line 4"},
+        {"\nvoxel 0.85", "\nvoxel", "line 4"},
+        {"\nvoxel 0.85", "\nvoxel 0,85", "line 4"},
+        {"\nvoxel 0.85", "\n\nvoxel 0.85", "line 4"},
+        {"\nstart 60000", "\nstart", "line 3"},
+    };
+    char *text = weft_cost_format(&weft_cost_default);
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct message message = {0};
+        struct weft_cost_model model;
+        char *damaged = replaced(text, cases[i].from, cases[i].to);
+        const struct weft_log log = {keep_message, &message};
+        assert_int_equal(weft_cost_parse(&log, damaged, &model), WEFT_ERR_FORMAT);
+        assert_int_equal(message.count, 1);
+        if (!strstr(message.text, cases[i].says))
+            fail_msg("case %zu: %s", i, message.text);
+        free(damaged);
+    }
+    // However it is cut, it is refused or whole.
+    for (size_t length = 0; length + 2 < strlen(text); length++) {
+        struct message message = {0};
+        struct weft_cost_model model;
+        const struct weft_log log = {keep_message, &message};
+        char *cut = strndup(text, length);
+        if (weft_cost_parse(&log, cut, &model) != WEFT_OK)
+            assert_int_equal(message.count, 1);
+        else
+            assert_non_null(strstr(cut, "\ntile_byte "));
+        free(cut);
+    }
+    free(text);
+}
+
+// ---- predictions --------------------------------------------------------------------------------
+
+static double predict(weft_volume *volume, const struct weft_way *way, int side)
+{
+    struct weft_way_params params = {
+        .way = *way,
+        .measure = {.low = 0.0, .high = 1.0, .voxels = 512},
+        .slice = {.space = WEFT_SPACE_INDEX,
+                  .kernel = kernel_named("linear"),
+                  .geometry = {.origin = {1, 1, 3.3},
+                               .u = {20, 0, 0},
+                               .v = {0, 20, 0},
+                               .width = side,
+                               .height = side},
+                  .log = &log_to_stderr},
+    };
+    weft_way_plan *plan = NULL;
+    if (way->method == WEFT_METHOD_PASSES)
+        params.way.samples = 16;
+    assert_int_equal(weft_way_plan_create(volume, &params, &plan), WEFT_OK);
+    const double seconds = weft_cost_predict(&weft_cost_default, plan);
+    weft_way_plan_destroy(&plan);
+    return seconds;
+}
+
+static void more_pixels_cost_more(void **state)
+{
+    (void)state;
+    enum { SIDE = 24 };
+    float *data = calloc(SIDE * SIDE * SIDE, sizeof *data);
+    weft_volume *volume = NULL;
+    struct weft_way *ways = NULL;
+    size_t count = 0;
+    assert_int_equal(weft_volume_create(weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data,
+                                                           .log = &log_to_stderr),
+                                        &volume),
+                     WEFT_OK);
+    assert_int_equal(weft_way_list(&log_to_stderr, &ways, &count), WEFT_OK);
+    assert_true(count > 1);
+    for (size_t i = 0; i < count; i++) {
+        double last = 0.0;
+        for (int side = 32; side <= 512; side *= 2) {
+            const double seconds = predict(volume, &ways[i], side);
+            assert_true(isfinite(seconds) && seconds > last);
+            last = seconds;
+        }
+    }
+    free(ways);
+    free(data);
+    weft_volume_destroy(&volume);
+}
+
+// More of anything costs more, by every method.
+static void more_work_costs_more(void **state)
+{
+    (void)state;
+    const struct weft_cost_work base = {.pixels = 1e5,
+                                        .voxels = 1e5,
+                                        .layout = WEFT_LAYOUT_PLAIN,
+                                        .texels = 1e5,
+                                        .fetches = 64,
+                                        .weights = 3,
+                                        .summed = 1e5,
+                                        .taps = 4e5,
+                                        .passes = 4,
+                                        .tile_bytes = 1e6,
+                                        .samples = 1e5,
+                                        .exact_weights = 12};
+    const size_t fused[] = {
+        offsetof(struct weft_cost_work, pixels), offsetof(struct weft_cost_work, voxels),
+        offsetof(struct weft_cost_work, texels), offsetof(struct weft_cost_work, fetches),
+        offsetof(struct weft_cost_work, weights)};
+    const size_t separable[] = {
+        offsetof(struct weft_cost_work, pixels), offsetof(struct weft_cost_work, voxels),
+        offsetof(struct weft_cost_work, summed), offsetof(struct weft_cost_work, taps)};
+    const size_t passes[] = {
+        offsetof(struct weft_cost_work, pixels),       offsetof(struct weft_cost_work, voxels),
+        offsetof(struct weft_cost_work, passes),       offsetof(struct weft_cost_work, fetches),
+        offsetof(struct weft_cost_work, tile_bytes),   offsetof(struct weft_cost_work, samples),
+        offsetof(struct weft_cost_work, exact_weights)};
+    const struct {
+        const size_t *offset;
+        size_t count;
+    } members[] = {{fused, WEFT_COUNT(fused)},
+                   {separable, WEFT_COUNT(separable)},
+                   {passes, WEFT_COUNT(passes)}};
+    for (int method = 0; method < WEFT_COST_METHODS; method++) {
+        for (size_t i = 0; i < members[method].count; i++) {
+            struct weft_cost_work more = base, less = base;
+            more.method = less.method = (enum weft_method)method;
+            *(double *)(void *)((char *)&more + members[method].offset[i]) *= 4.0;
+            assert_true(weft_cost_of(&weft_cost_default, &more) >
+                        weft_cost_of(&weft_cost_default, &less));
+        }
+    }
+    // Nothing at all still has a start, and no tiles are no trouble.
+    const struct weft_cost_work nothing = {.method = WEFT_METHOD_PASSES};
+    assert_near(weft_cost_of(&weft_cost_default, &nothing), 1e-9 * weft_cost_default.start[2],
+                1e-15, "nothing");
+}
+
+// ---- calibration --------------------------------------------------------------------------------
+
+static void calibration_gives_positive_numbers(void **state)
+{
+    (void)state;
+    struct weft_cost_model model;
+    assert_int_equal(weft_cost_calibrate(&log_to_stderr, contexts[0], NULL, &model), WEFT_OK);
+    size_t count;
+    const double *values = numbers(&model, &count);
+    for (size_t i = 0; i < count; i++)
+        assert_true(isfinite(values[i]) && values[i] > 0.0);
+    assert_string_equal(model.renderer, weft_context_get_info(contexts[0])->renderer);
+}
+
+struct stop {
+    int calls, last;
+    double fraction;
+};
+
+static bool stop_after(void *priv, double fraction)
+{
+    struct stop *stop = priv;
+    assert_true(fraction >= stop->fraction && fraction <= 1.0);
+    stop->fraction = fraction;
+    return ++stop->calls < stop->last;
+}
+
+static void calibration_can_be_cancelled(void **state)
+{
+    (void)state;
+    static const int lasts[] = {1, 2, 7};
+    for (size_t i = 0; i < WEFT_COUNT(lasts); i++) {
+        struct weft_cost_model model;
+        struct stop stop = {.last = lasts[i]};
+        const struct weft_progress progress = {stop_after, &stop};
+        assert_int_equal(weft_cost_calibrate(&log_to_stderr, contexts[0], &progress, &model),
+                         WEFT_ERR_CANCELLED);
+        assert_int_equal(stop.calls, lasts[i]);
+        assert_true(model.voxel == 0.0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(texts_come_back),
+        cmocka_unit_test(damaged_texts_are_refused),
+        cmocka_unit_test(more_pixels_cost_more),
+        cmocka_unit_test(more_work_costs_more),
+        cmocka_unit_test(calibration_gives_positive_numbers),
+        cmocka_unit_test(calibration_can_be_cancelled),
+    };
+    return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <float.h>
+#include <png.h>
+
+#include "tests/support/files.h"
+#include "filter/check.h"
+#include "tiles/image/image.h"
+
+// Decodes to RGB; to be freed.
+static uint8_t *decode(const char *path, int width, int height, bool *grey)
+{
+    png_image image = {.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&image, path));
+    assert_int_equal(image.width, width);
+    assert_int_equal(image.height, height);
+    *grey = !(image.format & PNG_FORMAT_FLAG_COLOR);
+    image.format = PNG_FORMAT_RGB;
+    uint8_t *pixels = malloc(PNG_IMAGE_SIZE(image));
+    assert_non_null(pixels);
+    assert_true(png_image_finish_read(&image, NULL, pixels, 0, NULL));
+    return pixels;
+}
+
+static void test_colour_maps(void **state)
+{
+    (void)state;
+    for (size_t i = 0; weft_colour_map_list[i]; i++) {
+        const struct weft_colour_map *map = weft_colour_map_list[i];
+        uint8_t rgb[3], old[3];
+        assert_ptr_equal(weft_colour_map_find(map->name), map);
+        assert_true(map->citation[0] != '\0');
+        map->colour(0.0, old);
+        for (int k = 1; k <= 1000; k++) { // no jumps
+            map->colour(k / 1000.0, rgb);
+            for (int c = 0; c < 3; c++)
+                assert_in_range(abs(rgb[c] - old[c]), 0, 3);
+            memcpy(old, rgb, sizeof old);
+        }
+        map->colour(2.0, rgb);
+        assert_memory_equal(rgb, old, sizeof rgb);
+    }
+    assert_string_equal(weft_colour_map_list[0]->name, "grey");
+    assert_null(weft_colour_map_find("none"));
+    assert_null(weft_colour_map_find(NULL));
+
+    uint8_t rgb[3];
+    weft_colour_map_find("viridis")->colour(0.5, rgb); // published: (32, 144, 140)
+    assert_in_range(rgb[0], 29, 35);
+    assert_in_range(rgb[1], 141, 147);
+    assert_in_range(rgb[2], 137, 143);
+}
+
+static void test_values(void **state)
+{
+    (void)state;
+    const float plane[] = {-1.0f, 0.0f, 1.0f, 2.0f, 3.0f, NAN, INFINITY, -INFINITY};
+    for (size_t i = 0; weft_colour_map_list[i]; i++) {
+        const struct weft_colour_map *map = weft_colour_map_list[i];
+        float range[2];
+        bool grey;
+        assert_int_equal(
+            weft_preview_save(weft_preview_params(.path = test_path("a.png"), .width = 4,
+                                                  .height = 2, .plane = plane, .colour_map = map),
+                              range),
+            WEFT_OK);
+        assert_true(range[0] == -1.0f && range[1] == 3.0f);
+        uint8_t *pixels = decode(test_path("a.png"), 4, 2, &grey);
+        assert_int_equal(grey, i == 0);
+        for (int k = 0; k < 8; k++) {
+            uint8_t rgb[3] = {grey ? 0 : 255, 0, grey ? 0 : 255};
+            if (!isnan(plane[k]))
+                map->colour(fmin(fmax((plane[k] + 1.0) / 4.0, 0.0), 1.0), rgb);
+            assert_memory_equal(pixels + 3 * k, rgb, 3);
+        }
+        free(pixels);
+    }
+}
+
+static void test_ranges(void **state)
+{
+    (void)state;
+    static const struct {
+        float value[2], low, high, expected[2];
+        uint8_t grey[2];
+    } cases[] = {
+        {{5, 5}, NAN, NAN, {5, 5}, {128, 128}},        // constant
+        {{4, 6}, 5, 5, {5, 5}, {0, 255}},              // no width
+        {{NAN, INFINITY}, NAN, NAN, {0, 1}, {0, 255}}, // nothing finite
+        {{0, 1}, 1, 0, {1, 0}, {255, 0}},              // reversed
+        {{-1, 1}, 0, NAN, {0, 1}, {0, 255}},           // half given
+        {{-FLT_MAX, FLT_MAX}, NAN, NAN, {-FLT_MAX, FLT_MAX}, {0, 255}},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        float range[2];
+        bool grey;
+        assert_int_equal(
+            weft_preview_save(weft_preview_params(.path = test_path("r.png"), .width = 2,
+                                                  .height = 1, .plane = cases[i].value,
+                                                  .low = cases[i].low, .high = cases[i].high),
+                              range),
+            WEFT_OK);
+        assert_true(range[0] == cases[i].expected[0] && range[1] == cases[i].expected[1]);
+        uint8_t *pixels = decode(test_path("r.png"), 2, 1, &grey);
+        assert_int_equal(pixels[0], cases[i].grey[0]);
+        assert_int_equal(pixels[3], cases[i].grey[1]);
+        free(pixels);
+    }
+}
+
+static void test_errors_are_told(void **state)
+{
+    (void)state;
+    const float plane[1] = {0};
+    const struct {
+        struct weft_preview_params params;
+        enum weft_result res;
+    } cases[] = {
+        {{.width = 1, .height = 1, .plane = plane}, WEFT_ERR_ARGUMENT},
+        {{.path = "x.png", .width = 0, .height = 1, .plane = plane}, WEFT_ERR_ARGUMENT},
+        {{.path = "x.png", .width = 1, .height = -1, .plane = plane}, WEFT_ERR_ARGUMENT},
+        {{.path = "x.png", .width = 1, .height = 1}, WEFT_ERR_ARGUMENT},
+        {{.path = "x.png", .width = 1, .height = 1, .plane = plane, .low = INFINITY},
+         WEFT_ERR_ARGUMENT},
+        {{.path = "/dev/full", .width = 1, .height = 1, .plane = plane}, WEFT_ERR_WRITE},
+        {{.path = test_path("missing/x.png"), .width = 1, .height = 1, .plane = plane},
+         WEFT_ERR_WRITE},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct weft_preview_params params = cases[i].params;
+        params.log = &test_log;
+        test_forget();
+        assert_int_equal(weft_preview_save(&params, NULL), cases[i].res);
+        assert_int_equal(test_errors, 1);
+    }
+    assert_int_equal(test_count_entries(test_folder), 2);
+}
+
+#define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_colour_maps),
+        IN_FOLDER(test_values),
+        IN_FOLDER(test_ranges),
+        IN_FOLDER(test_errors_are_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/image/image.h - EXR images as planes, and PNG previews.
+// Pixel (x, y) of the data window is centred at (x + 0.5, y + 0.5), row 0 on top. Planes are
+// [y][x], x fastest, tightly packed.
+#ifndef WEFT_TILES_IMAGE_IMAGE_H
+#define WEFT_TILES_IMAGE_IMAGE_H
+
+#include <math.h>
+
+#include "../../filter/base.h"
+#include "../readers/limits.h"
+
+WEFT_BEGIN_DECLS
+
+// How a file stores a channel's values.
+enum weft_pixel_type { WEFT_PIXEL_FLOAT, WEFT_PIXEL_HALF, WEFT_PIXEL_UINT, WEFT_PIXEL_TYPE_COUNT };
+WEFT_API extern const char *const weft_pixel_type_names[]; // "float", ..., NULL
+
+// Those up to PIZ are lossless, and written; the others are read only.
+enum weft_image_compression {
+    WEFT_IMAGE_ZIP, // 16 lines a chunk
+    WEFT_IMAGE_ZIPS,
+    WEFT_IMAGE_RLE,
+    WEFT_IMAGE_NONE,
+    WEFT_IMAGE_PIZ,
+    WEFT_IMAGE_PXR24,
+    WEFT_IMAGE_B44,
+    WEFT_IMAGE_B44A,
+    WEFT_IMAGE_DWAA,
+    WEFT_IMAGE_DWAB,
+    WEFT_IMAGE_COMPRESSION_COUNT
+};
+WEFT_API extern const char *const weft_image_compression_names[]; // NULL-ended
+WEFT_API bool weft_image_is_writable(enum weft_image_compression compression);
+
+struct weft_image_channel {
+    char name[256]; // "R", "left.Z", ... any EXR channel name
+    enum weft_pixel_type type;
+    bool linear;         // the format's pLinear: perceived brightness is linear in the values
+    int32_t sampling[2]; // of columns and rows; to save: {0, 0} or {1, 1}
+    float *plane;        // width * height; NULL in an image that only informs
+    // The exact values of uint channels, of which the plane has the nearest floats; NULL for
+    // others.
+    uint32_t *integers;
+};
+
+// Of any type, known to weft or not: "string", "float", "v2f", "timecode", ...
+struct weft_image_attribute {
+    const char *name, *type; // 1 to 255 bytes each
+    const void *data;        // as the format stores it, little-endian
+    size_t size;
+};
+
+struct weft_image {
+    char name[256]; // of the part; "" where it has none
+    int32_t x, y;   // first pixel of the data window, may be negative
+    int32_t width, height;
+    int32_t display_min[2],
+        display_max[2]; // display window, inclusive (to save: all 0 = data window)
+    enum weft_image_compression compression;
+    bool tiled, deep; // as stored
+    size_t channel_count;
+    struct weft_image_channel *channels; // in the file's order
+    // Whole and in the file's order, but for those that say what is in the members above or how the
+    // file is laid out ("channels", "lineOrder", "tiles", ...). One allocation holds a loaded list
+    // and all that it points to.
+    size_t attribute_count;
+    struct weft_image_attribute *attributes;
+    int part, part_count; // which of the file's parts this is
+};
+
+// The attribute of that name, or NULL.
+WEFT_API const struct weft_image_attribute *weft_image_find(const struct weft_image *image,
+                                                            const char *name);
+
+// An attribute's value in words, "1:02:03:04" or "(20 bytes of type x)" where its type is unknown;
+// control characters become spaces or '?'. Cut to size, as snprintf does; returns the whole length.
+WEFT_API size_t weft_image_attribute_format(const struct weft_image_attribute *attribute,
+                                            char *text, size_t size);
+
+struct weft_image_load_params {
+    const char *path;
+    int part;       // from 0
+    bool info_only; // header only: planes stay NULL
+    struct weft_limits limits;
+    const struct weft_log *log;
+};
+
+// Reads a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
+// compresses it. Deep parts and subsampled channels have no planes and only inform. Ownership:
+// clear it with weft_image_clear. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled),
+// _ARGUMENT (there is no such part), _LIMIT, _READER.
+WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
+                                          struct weft_image *out);
+WEFT_API void weft_image_clear(struct weft_image *image);
+
+struct weft_image_list {
+    size_t count;
+    struct weft_image *images; // without planes
+};
+
+// All parts of a file, in its order, deep ones among them; params->part and info_only do not
+// matter. Ownership: clear it with weft_image_list_clear. Returns as weft_image_load.
+WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_params *params,
+                                               struct weft_image_list *out);
+WEFT_API void weft_image_list_clear(struct weft_image_list *list);
+
+struct weft_image_save_params {
+    const char *path;
+    bool no_clobber; // an existing file is an error
+    // The finished file is read back by the reader, and every value, window and attribute compared,
+    // before it is put in place. PIZ is so always.
+    bool verify;
+    // Of writing: 1 is told before the file is read back and put in place.
+    const struct weft_progress *progress;
+    const struct weft_log *log;
+};
+
+// What became of the values, over all parts.
+struct weft_image_save_report {
+    uint64_t values;
+    uint64_t overflows;   // finite values that no half holds: stored as infinity
+    double rounding;      // largest |stored - given| of the values that stay finite
+    uint64_t verified;    // values that were read back
+    uint64_t chunks, raw; // blocks of lines, and those that are stored as they are
+};
+
+// Writes channels of their types: float from planes bit by bit, half from planes rounded to nearest
+// even, uint from integers. Each packed chunk is unpacked again and compared. Each attribute is
+// written, but for names that the format reserves ("compression"); without pixelAspectRatio,
+// screenWindowWidth and screenWindowCenter they are 1, 1 and (0, 0). To a temporary file in the
+// same folder, then renamed. Channel and attribute names must differ. Devices and pipes are written
+// directly. Returns WEFT_ERR_ARGUMENT, _UNSUPPORTED (the compression), _LIMIT (a block of lines
+// over 2 GiB), _CANCELLED, _MEMORY, _WRITE.
+WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
+                                          const struct weft_image_save_params *params);
+
+// The same for count parts. Where they are more than one they have different names, and the same
+// display window (all 0 in each or in none), pixelAspectRatio, timeCode and chromaticities. report
+// may be NULL.
+WEFT_API enum weft_result weft_image_save_parts(const struct weft_image *parts, size_t count,
+                                                const struct weft_image_save_params *params,
+                                                struct weft_image_save_report *report);
+
+// Colour maps for previews, a NULL-ended list: "grey" (the first), "viridis" (perceptually uniform)
+// and "cool-warm" (diverging).
+struct weft_colour_map {
+    const char *name;
+    const char *citation;
+    // sRGB in [0, 255] at t in [0, 1].
+    void (*colour)(double t, uint8_t rgb[3]);
+};
+WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
+WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
+
+struct weft_preview_params {
+    const char *path; // required
+    bool no_clobber;
+    int32_t width, height; // required
+    const float *plane;    // required; width * height
+    // Values shown as first and last colour. NAN, or both 0: the finite minimum, maximum.
+    float low, high;
+    const struct weft_colour_map *colour_map; // default grey
+    const struct weft_log *log;
+};
+#define weft_preview_params(...) (&(struct weft_preview_params){__VA_ARGS__})
+
+// Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
+// Values beyond the range take its end colours; a range of no width shows its value in the middle
+// colour. low > high reverses the colours. Without a finite value the range is 0 to 1.
+// range[2], if not NULL, receives the values shown as first and last colour.
+// Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
+WEFT_API enum weft_result weft_preview_save(const struct weft_preview_params *params,
+                                            float range[2]);
+
+WEFT_END_DECLS
+#endif

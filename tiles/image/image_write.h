@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/image/image_write.h - EXR files, written through OpenEXRCore (not installed).
+#ifndef WEFT_TILES_IMAGE_IMAGE_WRITE_H
+#define WEFT_TILES_IMAGE_IMAGE_WRITE_H
+
+#include "tiles/image/image.h"
+#include "tiles/output/output_file.h"
+
+WEFT_BEGIN_DECLS
+
+// Writes checked parts (see weft_image_save_parts) into an open output, and adds to the report.
+// Returns WEFT_ERR_LIMIT, _CANCELLED, _MEMORY or _WRITE after a log line.
+enum weft_result weft_image_write(const struct weft_image *parts, size_t count,
+                                  const struct weft_progress *progress,
+                                  struct weft_output_file *file,
+                                  struct weft_image_save_report *report);
+
+WEFT_END_DECLS
+#endif

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/kernel/kernel_tiles.h - kernels sampled, quantised, split and interleaved.
+// A tile is one unit-wide piece of a kernel, sampled at M positions per axis: the weight of one tap
+// for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
+// multiplication (Hadwiger, Hauser, Moeller, WSCG 2003), or for radial kernels
+// (weft_kernel_make_radial) the weight of the distance. One factor of the product may be the
+// kernel's derivative, for one component of the gradient. A set holds the tiles of all width^dims
+// taps; adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along
+// an axis.
+#ifndef WEFT_TILES_KERNEL_KERNEL_TILES_H
+#define WEFT_TILES_KERNEL_KERNEL_TILES_H
+
+#include "../../filter/kernels/kernel.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_TILES_MAX_SAMPLES = 4096 };
+
+enum weft_tile_format {
+    WEFT_TILE_UNORM, // 4 to 16 bits, 2^bits - 1 stands for 1.0; held as uint16_t
+    WEFT_TILE_SNORM, // 8 or 16 bits, 2^(bits - 1) - 1 stands for 1.0; held as int16_t
+    WEFT_TILE_HALF,  // held as float, each value a half
+    WEFT_TILE_FLOAT, // held as float
+};
+
+enum weft_tile_rounding {
+    WEFT_TILE_NEAREST,   // each weight by itself, halves away from zero (half and float: to even)
+    WEFT_TILE_TRUNCATED, // each weight by itself, towards zero
+    // Integer formats: the weights at one sample position add up to their exact sum, rounded; those
+    // with the largest remainder are rounded up. A weight may be off by up to one step, not half
+    // one.
+    WEFT_TILE_SUM_PRESERVING,
+};
+
+enum weft_tile_placement {
+    WEFT_TILE_CENTRES, // sample k at (k + 0.5) / M
+    WEFT_TILE_ENDS,    // sample k at k / (M - 1), the limits from inside the tile; M >= 2
+};
+
+enum weft_tile_signs {
+    WEFT_TILE_SIGNS_AUTO, // separate for unorm, else signed
+    WEFT_TILE_SIGNED,     // one tile per tap; unorm then takes no negative weights
+    WEFT_TILE_SEPARATE,   // a tile of the positive and one of the negative weights, as magnitudes;
+                          // one that is zero everywhere before quantisation is left out
+};
+
+enum weft_tile_scaling {
+    WEFT_TILE_UNSCALED,
+    WEFT_TILE_SCALE_SET,  // one factor makes the largest weight of the set full range
+    WEFT_TILE_SCALE_EACH, // a factor for every tile; not with WEFT_TILE_SUM_PRESERVING
+};
+
+enum weft_tile_part { WEFT_TILE_WHOLE, WEFT_TILE_POSITIVE, WEFT_TILE_NEGATIVE };
+
+struct weft_kernel_tiles_params {
+    struct weft_kernel kernel; // required
+    int dims;                  // 1 (weights for separable use), 2 or 3   (default 2)
+    int samples;               // M, 1 to WEFT_TILES_MAX_SAMPLES          (default 64)
+    enum weft_tile_format format;
+    int bits; // of the integer formats                  (default 8)
+    enum weft_tile_rounding rounding;
+    enum weft_tile_placement placement;
+    enum weft_tile_signs signs;
+    enum weft_tile_scaling scaling;
+    bool exact_scale; // the factor that uses all of the range; default: a power of two below it
+    double max_scale; // a power of two: scaled tiles are so by no more (default 0: no such limit)
+    // 1, 2 or 3, up to dims: weights are h'(x - i) along x, y or z and h along the others, with the
+    // h' of weft_kernel_derive (default 0: h along all)
+    int derivative;
+    // Else of even and odd kernels only the taps of one half per axis are stored, the others fetched
+    // mirrored. Other kernels, and sum-preserving sets with an odd M, whose middle sample would need
+    // an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
+    // weft_kernel_tiles_info.
+    bool store_all;
+    bool normalise; // weights at every position add up to 1 (weft_kernel_normalise); not with
+                    // `derivative`
+    uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)
+    const struct weft_log *log; // borrowed for the set's life
+};
+#define weft_kernel_tiles_params(...) (&(struct weft_kernel_tiles_params){__VA_ARGS__})
+
+// weight = sign * stored / (one * scale); sign is -1 where `negated`, `one` is in the set's info.
+struct weft_kernel_tile {
+    int tap[3]; // 0 to width - 1, counted from weft_kernel_first_tap; 0 along axes past dims
+    enum weft_tile_part part;
+    bool mirrored[3]; // sample k of the tile is stored at M - 1 - k of this axis
+    bool negated;     // negative parts, and those mirrored along an odd number of odd axes
+    double scale;
+    double minimum, maximum; // of the weights as stored, over all samples
+    int stored;              // tiles with the same number share their memory
+    const void *data;        // M^dims values of the format
+};
+
+struct weft_kernel_tiles_info {
+    struct weft_kernel kernel;
+    int derivative; // 0: none; 1, 2, 3: along x, y, z
+    int dims, samples, bits;
+    enum weft_tile_format format;
+    enum weft_tile_rounding rounding;
+    enum weft_tile_placement placement;
+    int width;           // taps along an axis
+    int tile_count;      // tiles to draw, split parts included
+    int stored_count;    // tiles in memory
+    bool mirrored;       // only one half per axis is stored
+    size_t tile_values;  // M^dims
+    size_t value_bytes;  // 2 or 4
+    double one;          // what stands for 1.0 in an integer format; 1 for half and float
+    size_t memory_bytes; // held
+    size_t saved_bytes;  // that the set would hold in addition if nothing were mirrored
+};
+
+typedef struct weft_kernel_tiles weft_kernel_tiles; // Thread-safety: read-only once made and split.
+
+// Bytes are counted before any tile is allocated. Returns WEFT_ERR_ARGUMENT (a range, weights that
+// the format cannot hold unscaled, or a kernel without a derivative), WEFT_ERR_UNSUPPORTED (the
+// derivative of a radial kernel), WEFT_ERR_LIMIT (bytes needed and allowed in the log) or
+// WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tiles_params *params,
+                                                   weft_kernel_tiles **out);
+WEFT_API void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles); // accepts &NULL, leaves NULL
+
+WEFT_API const struct weft_kernel_tiles_info *
+weft_kernel_tiles_get_info(const weft_kernel_tiles *tiles);
+// Tile 0 to tile_count - 1; valid until the next split.
+WEFT_API const struct weft_kernel_tile *weft_kernel_tiles_get(const weft_kernel_tiles *tiles,
+                                                              int tile);
+// The first tile of that tap and part, -1 if there is none. The part of a tile that is not
+// separated is WEFT_TILE_WHOLE.
+WEFT_API int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
+                                    enum weft_tile_part part);
+
+// Position of sample k in its tile, 0 to 1.
+WEFT_API double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k);
+// What a tile adds to its tap's weight at a sample position, each 0 to M - 1 (0 past dims). NAN,
+// like all of these, where there is no such tile, tap or position.
+WEFT_API double weft_kernel_tiles_value(const weft_kernel_tiles *tiles, int tile,
+                                        const int position[3]);
+// The same as an integer, sign included, at the tile's own scale; integer formats only, else 0.
+WEFT_API int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile,
+                                       const int position[3]);
+// The exact weight that a tap has there.
+WEFT_API double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
+                                        const int position[3]);
+
+// Splits a tile (section 4): the tile keeps the values >= threshold and is zero elsewhere, a new
+// last tile has the values below it; they add up exactly. Threshold NAN: the middle of the tile's
+// range. Tiles that share its memory stay as they are. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or
+// WEFT_ERR_MEMORY, the set being as before.
+WEFT_API enum weft_result weft_kernel_tiles_split(weft_kernel_tiles *tiles, int tile,
+                                                  double threshold);
+
+// Four tiles interleaved for one dot product with four samples (dot4, section 6). A component that
+// is no tile is zero. weight = stored / one * factor.
+struct weft_tile_group {
+    int tile[4]; // -1: zero
+    double factor[4];
+    void *data; // M^dims times four values of the format, nothing mirrored; owned
+};
+
+// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT (the group alone over the set's memory_bytes) or
+// WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_tile_group_create(const weft_kernel_tiles *tiles, const int tile[4],
+                                                 struct weft_tile_group *out);
+// The same for any four taps, in the order in which the source's samples lie in RGBA. Taps outside
+// the kernel, and those without such a part, are zero; a tap whose tile is split is refused.
+WEFT_API enum weft_result weft_tile_group_create_taps(const weft_kernel_tiles *tiles,
+                                                      const int tap[4][3], enum weft_tile_part part,
+                                                      struct weft_tile_group *out);
+WEFT_API void weft_tile_group_destroy(struct weft_tile_group *group); // {0} is fine
+WEFT_API double weft_tile_group_value(const weft_kernel_tiles *tiles,
+                                      const struct weft_tile_group *group, int component,
+                                      const int position[3]);
+
+WEFT_END_DECLS
+#endif

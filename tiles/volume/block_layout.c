@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tiles/volume/block_layout.h"
+
+#include <string.h>
+
+static const char *const layout_names[] = {"auto", "interleaved", "aligned", "plain"};
+
+const char *weft_layout_name(enum weft_layout layout)
+{
+    return (size_t)layout < WEFT_COUNT(layout_names) ? layout_names[layout] : "unknown";
+}
+
+enum weft_result weft_layout_parse(const struct weft_log *log, const char *text,
+                                   enum weft_layout *out)
+{
+    for (size_t i = 0; i < WEFT_COUNT(layout_names); i++) {
+        if (strcmp(text, layout_names[i]) == 0) {
+            *out = (enum weft_layout)i;
+            return WEFT_OK;
+        }
+    }
+    weft_error(log, "unknown layout '%.64s'; there are: auto, interleaved, aligned, plain", text);
+    return WEFT_ERR_ARGUMENT;
+}
+
+int weft_layout_row_fetches(enum weft_layout kind, int width)
+{
+    switch (kind) {
+    case WEFT_LAYOUT_INTERLEAVED:
+        return (width + 3) / 4;
+    case WEFT_LAYOUT_ALIGNED:
+        return (width + 3 + 3) / 4; // the row may begin at any of a texel's four samples
+    default:
+        return width;
+    }
+}
+
+void weft_block_layout_init(struct weft_block_layout *layout, enum weft_layout kind,
+                            enum weft_source_format format, const int taps[3], const int starts[3])
+{
+    // Aligned rows begin at the cell's own start, whose samples are multiples of four apart.
+    int starts_x = kind == WEFT_LAYOUT_ALIGNED ? WEFT_BRICK_SIZE : starts[0];
+    int samples = kind == WEFT_LAYOUT_PLAIN ? 1 : 4;
+    *layout = (struct weft_block_layout){
+        .kind = kind,
+        .format = format,
+        .taps = {taps[0], taps[1], taps[2]},
+        .span = {starts_x + taps[0] - 1, starts[1] + taps[1] - 1, starts[2] + taps[2] - 1},
+        .texel_bytes = (size_t)(samples * weft_source_format_bytes(format)),
+    };
+    int fetches = weft_layout_row_fetches(kind, taps[0]);
+    switch (kind) {
+    case WEFT_LAYOUT_INTERLEAVED:
+        layout->row_texels = starts_x + 4 * (fetches - 1);
+        break;
+    case WEFT_LAYOUT_ALIGNED:
+        layout->row_texels = (WEFT_BRICK_SIZE - 1) / 4 + fetches;
+        break;
+    default:
+        layout->row_texels = layout->span[0];
+    }
+    layout->block_texels =
+        (size_t)layout->row_texels * (size_t)layout->span[1] * (size_t)layout->span[2];
+}
+
+size_t weft_block_layout_offset(const struct weft_block_layout *layout, const int start[3])
+{
+    int x = layout->kind == WEFT_LAYOUT_ALIGNED ? start[0] / 4 : start[0];
+    return ((size_t)start[2] * (size_t)layout->span[1] + (size_t)start[1]) *
+               (size_t)layout->row_texels +
+           (size_t)x;
+}
+
+// ---- formats ------------------------------------------------------------------------------------
+
+static const struct {
+    const char *name;
+    int bytes;
+    double error;
+} formats[WEFT_SOURCE_FORMATS] = {
+    [WEFT_SOURCE_FLOAT] = {"32f", 4, 0.0},
+    // Halves in [1/2, 1] are 2^-11 apart, and 1 stands for half the width. Mapped in single
+    // precision: 2^-23 more, in all.
+    [WEFT_SOURCE_HALF] = {"16f", 2, 0x1p-13 + 0x1p-23},
+    [WEFT_SOURCE_UNORM16] = {"unorm16", 2, 0.5 / 65535 + 0x1p-23},
+    [WEFT_SOURCE_UNORM8] = {"unorm8", 1, 0.5 / 255 + 0x1p-23},
+};
+
+const char *weft_source_format_name(enum weft_source_format format)
+{
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].name : "unknown";
+}
+
+int weft_source_format_bytes(enum weft_source_format format)
+{
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].bytes : 0;
+}
+
+double weft_source_format_error(enum weft_source_format format)
+{
+    return (size_t)format < WEFT_COUNT(formats) ? formats[format].error : (double)NAN;
+}
+
+void weft_source_range_mapping(enum weft_source_format format,
+                               const struct weft_source_range *range, double *scale, double *offset)
+{
+    double width = range->high - range->low;
+    *scale = format == WEFT_SOURCE_HALF ? 0.5 * width : width;
+    *offset = format == WEFT_SOURCE_HALF ? range->low + 0.5 * width : range->low;
+}
+
+static float clamped(float value, float least)
+{
+    return value < least ? least : value > 1.0f ? 1.0f : value; // NaN stays
+}
+
+static void encode_unorm8(const float *values, int count, float scale, float offset, void *out)
+{
+    uint8_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = (uint8_t)(int)(clamped((values[i] - offset) * scale, 0.0f) * 255.0f + 0.5f);
+}
+
+static void encode_unorm16(const float *values, int count, float scale, float offset, void *out)
+{
+    uint16_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = (uint16_t)(int)(clamped((values[i] - offset) * scale, 0.0f) * 65535.0f + 0.5f);
+}
+
+// To nearest even, of |x| <= 1 or NaN. Adding a number whose last bit weighs as much as a half's
+// rounds subnormals.
+static uint16_t half_from(float x)
+{
+    union {
+        float f;
+        uint32_t u;
+    } v = {.f = x}, small;
+    uint32_t sign = v.u >> 16 & 0x8000u, magnitude = v.u & 0x7fffffffu;
+    if (magnitude > 0x7f800000u)
+        return (uint16_t)(sign | 0x7e00u);
+    if (magnitude < 0x38800000u) {
+        small.u = magnitude;
+        small.f += 0.5f;
+        return (uint16_t)(sign | (small.u - 0x3f000000u));
+    }
+    magnitude += 0xfffu + (magnitude >> 13 & 1u);
+    return (uint16_t)(sign | ((magnitude - 0x38000000u) >> 13));
+}
+
+static void encode_half(const float *values, int count, float scale, float offset, void *out)
+{
+    uint16_t *q = out;
+    for (int i = 0; i < count; i++)
+        q[i] = half_from(clamped((values[i] - offset) * scale, -1.0f));
+}
+
+static void encode(const struct weft_block_layout *layout, const struct weft_source_range *range,
+                   const float *values, int count, void *out)
+{
+    double scale, offset;
+    if (layout->format == WEFT_SOURCE_FLOAT) {
+        memcpy(out, values, (size_t)count * sizeof *values);
+        return;
+    }
+    weft_source_range_mapping(layout->format, range, &scale, &offset);
+    float reciprocal = scale > 0.0 ? (float)(1.0 / scale) : 0.0f, from = (float)offset;
+    if (layout->format == WEFT_SOURCE_HALF)
+        encode_half(values, count, reciprocal, from, out);
+    else if (layout->format == WEFT_SOURCE_UNORM16)
+        encode_unorm16(values, count, reciprocal, from, out);
+    else
+        encode_unorm8(values, count, reciprocal, from, out);
+}
+
+void weft_block_layout_write(const struct weft_block_layout *layout,
+                             const struct weft_source_range *range, const float *voxels,
+                             void *texels)
+{
+    enum { MAX_ROW = 64 };
+    float row[MAX_ROW] = {0}; // zeros past the span
+    size_t sample = (size_t)weft_source_format_bytes(layout->format);
+    char *out = texels, *code = (char *)row;
+    size_t rows = (size_t)layout->span[1] * (size_t)layout->span[2];
+    size_t span = (size_t)layout->span[0], row_texels = (size_t)layout->row_texels;
+    for (size_t r = 0; r < rows; r++, voxels += span) {
+        encode(layout, range, voxels, layout->span[0], row);
+        if (layout->kind == WEFT_LAYOUT_INTERLEAVED) {
+            for (size_t i = 0; i < row_texels; i++, out += 4 * sample)
+                memcpy(out, code + i * sample, 4 * sample);
+        } else {
+            memcpy(out, row, row_texels * layout->texel_bytes);
+            out += row_texels * layout->texel_bytes;
+        }
+    }
+}
+
+static int32_t brick_start(int32_t voxel)
+{
+    return voxel & ~(WEFT_BRICK_SIZE - 1);
+}
+
+// The part of a box that lies in the brick at `origin`: from[a] to to[a], exclusive, box-relative.
+static void clip_to_brick(const int32_t min[3], const int size[3], const int32_t origin[3],
+                          int from[3], int to[3])
+{
+    for (int a = 0; a < 3; a++) {
+        from[a] = origin[a] < min[a] ? 0 : origin[a] - min[a];
+        to[a] = origin[a] + WEFT_BRICK_SIZE - min[a];
+        if (to[a] > size[a])
+            to[a] = size[a];
+    }
+}
+
+static void copy_brick(const weft_brick_store *store, const int32_t origin[3], const int32_t min[3],
+                       const int size[3], const int pitch[3], float *out)
+{
+    float scratch[WEFT_BRICK_VOXELS];
+    const float *values;
+    float constant;
+    int from[3], to[3];
+    clip_to_brick(min, size, origin, from, to);
+    enum weft_brick_kind kind = weft_brick_store_find(store, origin, &values, &constant);
+    if (kind == WEFT_BRICK_EDGE) {
+        weft_brick_store_copy(store, origin, scratch);
+        values = scratch;
+    }
+    for (int z = from[2]; z < to[2]; z++) {
+        for (int y = from[1]; y < to[1]; y++) {
+            float *row = out + (z * pitch[1] + y) * pitch[0];
+            if (kind == WEFT_BRICK_CONSTANT) {
+                for (int x = from[0]; x < to[0]; x++)
+                    row[x] = constant;
+                continue;
+            }
+            int32_t line = ((min[2] + z - origin[2]) * WEFT_BRICK_SIZE + min[1] + y - origin[1]) *
+                               WEFT_BRICK_SIZE +
+                           min[0] + from[0] - origin[0];
+            memcpy(row + from[0], values + line, (size_t)(to[0] - from[0]) * sizeof *row);
+        }
+    }
+}
+
+void weft_brick_store_copy_box(const weft_brick_store *store, const int32_t min[3],
+                               const int size[3], const int pitch[3], float *out)
+{
+    int32_t at[3];
+    for (at[2] = brick_start(min[2]); at[2] < min[2] + size[2]; at[2] += WEFT_BRICK_SIZE)
+        for (at[1] = brick_start(min[1]); at[1] < min[1] + size[1]; at[1] += WEFT_BRICK_SIZE)
+            for (at[0] = brick_start(min[0]); at[0] < min[0] + size[0]; at[0] += WEFT_BRICK_SIZE)
+                copy_brick(store, at, min, size, pitch, out);
+}
+
+bool weft_brick_store_box_constant(const weft_brick_store *store, const int32_t min[3],
+                                   const int32_t max[3], float *constant)
+{
+    bool first = true;
+    int32_t at[3];
+    for (at[2] = brick_start(min[2]); at[2] <= max[2]; at[2] += WEFT_BRICK_SIZE) {
+        for (at[1] = brick_start(min[1]); at[1] <= max[1]; at[1] += WEFT_BRICK_SIZE) {
+            for (at[0] = brick_start(min[0]); at[0] <= max[0]; at[0] += WEFT_BRICK_SIZE) {
+                const float *values;
+                float value;
+                if (weft_brick_store_find(store, at, &values, &value) != WEFT_BRICK_CONSTANT)
+                    return false;
+                // Bits, so that NaN equals itself and -0 stays apart from 0.
+                if (!first && memcmp(&value, constant, sizeof value) != 0)
+                    return false;
+                *constant = value;
+                first = false;
+            }
+        }
+    }
+    return true;
+}

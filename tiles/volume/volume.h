@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/volume/volume.h - scalar volumes as bricks: in memory, or in a VDB file behind a reader process.
+// Index space: voxel (i,j,k) sits at integer coordinates. World space: index_to_world. A brick is
+// the 8x8x8 voxels from an origin whose coordinates are multiples of 8, stored [z][y][x], x fastest
+// (512 floats). Where there is neither brick nor tile, the background value holds.
+#ifndef WEFT_TILES_VOLUME_VOLUME_H
+#define WEFT_TILES_VOLUME_VOLUME_H
+
+#include <math.h>
+
+#include "../../filter/base.h"
+#include "../../filter/kernels/kernel.h"
+#include "../readers/limits.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_BRICK_SIZE = 8, WEFT_BRICK_VOXELS = 512 };
+
+// Index coordinates that weft accepts are within +-2^30, so that sums cannot overflow.
+#define WEFT_INDEX_LIMIT (INT32_C(1) << 30)
+
+// A constant cube of 8, 128 or 4096 voxels a side (OpenVDB's node sizes), aligned to its size.
+struct weft_volume_tile {
+    int32_t origin[3];
+    int32_t size;
+    float value;
+};
+
+struct weft_metadata {
+    char key[64];    // longer texts are cut and end in "..."
+    char value[192]; // as text
+};
+
+// What a volume is. Texts of files are cleaned (weft_text_clean). A grid's name is what
+// weft_volume_open takes, and no other grid's of the file: a longer name is cut and ends in "...",
+// and a number in brackets tells equal ones apart.
+struct weft_volume_info {
+    char name[256];
+    char type[32]; // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
+    char grid_class[32]; // "fog volume", "level set", "unknown", ...
+    bool supported;      // weft can slice it; in a list: as far as its header tells
+    bool empty;          // no active voxel; active_min/max are then 0
+    bool clamp_to_edge;  // outside the box the nearest voxel's value holds, not the background
+    bool counted;        // the active voxels are known; false in lists of files that do not tell
+    enum weft_result result; // of a list: what opening the grid would return, WEFT_OK = supported
+    char problem[256];       // of a list: why it is not supported
+    double index_to_world[3][4]; // world[r] = sum_c m[r][c] index[c] + m[r][3]; in lists NAN where
+                                 // it cannot be read or is not affine, and maybe singular
+    int32_t active_min[3], active_max[3]; // box of active voxels, inclusive
+    uint64_t active_voxels;
+    uint64_t bricks;       // leaf bricks stored
+    uint64_t memory_bytes; // of all voxels as weft would hold them: bricks * 512 * 4
+    float background;
+    // Values that a float does not hold, among the voxels of bricks, the tiles and the background
+    // of grids of int32 and double (0 in lists and for other types).
+    uint64_t values_rounded;  // int32: replaced by the nearest float; all of these are over 2^24
+    double largest_rounding;  // the largest change of those
+    uint64_t values_infinite; // double: finite but beyond float's range, replaced by an infinity
+    uint64_t values_tiny;     // double: under 2^-126 but not 0; the float has fewer bits, or is 0
+    size_t metadata_count;
+    struct weft_metadata *metadata; // owned by the volume or list that holds this record
+};
+
+typedef struct weft_volume weft_volume; // Thread-safety: one thread at a time.
+
+// ---- voxels already in memory; no process is started -------------------------------------------
+
+// Start from weft_volume_params(...): 0 is a background, and not the default.
+struct weft_volume_params {
+    int size[3];       // voxels along x, y, z (required, each > 0)
+    int32_t origin[3]; // index coordinates of the first voxel (default 0)
+    float background;  // value outside the data (default NAN = clamp to edge)
+    const float *data; // [z][y][x], x fastest, tightly packed; borrowed until the call returns
+    double index_to_world[3][4]; // default (all zero): identity
+    const char *name;            // default "density"
+    const struct weft_log *log;  // borrowed for the volume's life
+};
+#define WEFT_VOLUME_DEFAULTS .background = NAN,
+#define weft_volume_params(...) (&(struct weft_volume_params){WEFT_VOLUME_DEFAULTS __VA_ARGS__})
+
+// Copies the voxels. On failure *out is NULL and the log says which limit and both numbers.
+// Returns WEFT_ERR_ARGUMENT (sizes, singular or non-finite transform), WEFT_ERR_LIMIT (index range)
+// or WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_volume_create(const struct weft_volume_params *params,
+                                             weft_volume **out);
+
+struct weft_volume_bricks_params {
+    size_t brick_count;
+    const int32_t (*brick_origin)[3]; // multiples of 8, any order, no duplicates
+    const float *brick_values;        // brick_count * 512
+    size_t tile_count;
+    const struct weft_volume_tile *tiles; // disjoint from the bricks and from each other
+    float background;
+    double index_to_world[3][4]; // default (all zero): identity
+    const char *name;            // default "density"
+    const char *grid_class;      // default "fog volume"
+    const struct weft_log *log;
+};
+
+// The same from sparse data, copied. Active voxels are those that differ from the background, in
+// level sets those with |value| < |background|. Returns as weft_volume_create.
+WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bricks_params *params,
+                                                    weft_volume **out);
+
+// ---- VDB files ---------------------------------------------------------------------------------
+
+struct weft_volume_open_params {
+    const char *path; // required
+    const char *grid; // its name as listed or in the file (default: the first of a scalar type)
+    bool rest; // values are what floats lack of the grid's: stored - float, so that both together
+               // are exact (to 48 bits); 0 where the float is infinite. No warning then.
+    struct weft_limits limits;
+    const struct weft_log *log;
+};
+
+// Starts a reader, which loads the grid's tree without its voxels and stays until destroy. int32
+// and double voxels are read once to count those that a float does not hold, and a warning tells
+// them. Instances, which share another grid's tree, are read as grids of their own. The default of
+// limits.memory_bytes grows with the file: 256 MiB and 256 times its size, up to 4 GiB.
+// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no scalar grid, frustum transform), _ARGUMENT (no
+// grid of that name; the log lists the names), _LIMIT, _READER.
+WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
+                                           weft_volume **out);
+
+struct weft_volume_list {
+    size_t count;
+    struct weft_volume_info *grids;
+};
+
+// All grids of a file, supported or not, damaged or not, without reading their trees: box and voxel
+// count are what the file's metadata claims; background is NAN, bricks and memory_bytes are 0.
+// Where the table itself is damaged the grids before the damage are listed, and the last one's
+// problem tells how many more there are. Ownership: clear it with weft_volume_list_clear. Returns
+// as weft_volume_open; WEFT_OK where at least one grid's name could be read, or there is none.
+WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
+                                                struct weft_volume_list *out);
+WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);
+
+struct weft_volume_save_params {
+    const char *path; // required
+    bool no_clobber;  // an existing file is an error
+    struct weft_limits limits;
+    const struct weft_log *log;
+};
+
+// Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the
+// same folder, then renamed. Level sets get their inside filled (signed flood fill). Returns
+// WEFT_ERR_ARGUMENT for a volume that is not in memory, WEFT_ERR_WRITE, _READER, _LIMIT.
+WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
+                                           const struct weft_volume_save_params *params);
+
+// ---- coefficients -------------------------------------------------------------------------------
+
+// What cutting the inverse filter off changes a coefficient by, along one axis, relative to the
+// largest |voxel|: the overlap is weft_prefilter_overlap of it (15 voxels for cubics).
+#define WEFT_VOLUME_PREFILTER_ERROR 0x1p-28
+
+// A volume whose voxels are the coefficients by which `kernel` interpolates the given volume's
+// (filter/kernels/prefilter.h), computed in double when they are read and rounded to float. Each depends on
+// the voxels within the overlap along the axes and on nothing else: its bytes are the same whatever
+// else is read. Along one axis errors are within 2^-28 of the largest |voxel|; in 3D they are
+// within 3 gain^2 2^-28 and half a unit of the last place of coefficients of up to gain^3 times it.
+//
+// Data reaches farther: bricks within the overlap of others are listed, and active_min and _max are
+// wider by it, the other counts being the given volume's. Constant regions stay what they are, to
+// the bit. A clamp-to-edge volume holds its edge before filtering; its coefficients go on changing
+// beyond the box for the length of the overlap, and the wider box is clamped to its edge.
+// A voxel that is not finite stays so, in its place, and takes with it all coefficients that depend
+// on it by more than WEFT_PREFILTER_MISSING (filter/kernels/prefilter.h): those are NAN.
+//
+// Borrows `volume`, which must outlive the result and be used by the same thread. Reading takes up
+// to 64 MiB on the way. Returns WEFT_ERR_ARGUMENT (weft_prefilter_compute), _LIMIT (index range) or
+// _MEMORY.
+WEFT_API enum weft_result weft_volume_prefilter(weft_volume *volume,
+                                                const struct weft_kernel *kernel,
+                                                const struct weft_log *log, weft_volume **out);
+
+WEFT_API void weft_volume_destroy(weft_volume **volume); // accepts &NULL, leaves NULL behind
+
+// Valid until the volume is destroyed.
+WEFT_API const struct weft_volume_info *weft_volume_get_info(const weft_volume *volume);
+
+// ---- what lies where, and the voxels -----------------------------------------------------------
+
+// lower <= normal . p <= upper for points p in index space.
+struct weft_slab {
+    double normal[3], lower, upper;
+};
+
+// A box of voxels (inclusive) cut by up to three slabs. A brick meets a region if the box of its
+// voxels, [origin, origin + 7], has a point in common with the box and with each slab by itself.
+struct weft_region {
+    int32_t min[3], max[3];
+    int slab_count;
+    struct weft_slab slab[3];
+};
+
+struct weft_brick_list {
+    size_t brick_count;
+    int32_t (*brick_origin)[3]; // sorted by z, then y, then x; no duplicates
+    size_t tile_count;
+    struct weft_volume_tile *tiles; // sorted likewise by origin; the background is not listed
+};
+
+// Which bricks and tiles meet the region; no voxel is read. A clamp-to-edge volume lists the bricks
+// that hold its data, those at its faces also where the region has points that clamp to them.
+// Ownership: clear it with weft_brick_list_clear.
+// Returns WEFT_ERR_LIMIT, _MEMORY, _READER, _FORMAT (the reader's answer contradicts itself).
+WEFT_API enum weft_result weft_volume_find(weft_volume *volume, const struct weft_region *region,
+                                           struct weft_brick_list *out);
+WEFT_API void weft_brick_list_clear(struct weft_brick_list *list);
+
+// Reads the voxels of listed bricks into values (count * 512 floats, brick after brick in the order
+// given). double and int32 values are rounded to float, bool is 0 or 1.
+WEFT_API enum weft_result weft_volume_read(weft_volume *volume, size_t count,
+                                           const int32_t (*brick_origin)[3], float *values);
+
+WEFT_END_DECLS
+#endif

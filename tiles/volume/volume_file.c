@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Volumes in VDB files. What a reader hands over is checked again here, since a damaged file may
+// have taken the reader over.
+#include "tiles/volume/volume.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tiles/output/output_file.h"
+#include "tiles/volume/region.h"
+#include "tiles/volume/volume_impl.h"
+
+static enum weft_result contradiction(const struct weft_log *log, const char *what)
+{
+    weft_error(log, "weft-read-vdb contradicts itself: %s", what);
+    return WEFT_ERR_FORMAT;
+}
+
+// ---- descriptions -------------------------------------------------------------------------------
+
+static bool terminated(const char *text, size_t size)
+{
+    return memchr(text, 0, size) != NULL;
+}
+
+static bool one_of(const char *text, const char *const *list)
+{
+    for (; *list; list++)
+        if (!strcmp(text, *list))
+            return true;
+    return false;
+}
+
+// A bool of any other bit pattern must not even be looked at.
+static bool bools_valid(const unsigned char *info)
+{
+    return info[offsetof(struct weft_volume_info, supported)] <= 1 &&
+           info[offsetof(struct weft_volume_info, empty)] <= 1 &&
+           info[offsetof(struct weft_volume_info, counted)] <= 1 &&
+           info[offsetof(struct weft_volume_info, clamp_to_edge)] == 0;
+}
+
+static bool box_valid(const struct weft_volume_info *info)
+{
+    for (int i = 0; i < 3; i++)
+        if (info->active_min[i] > info->active_max[i] || info->active_min[i] < -WEFT_INDEX_LIMIT ||
+            info->active_max[i] > WEFT_INDEX_LIMIT)
+            return false;
+    return true;
+}
+
+static bool info_valid(const struct weft_volume_info *info)
+{
+    static const char *const types[] = {"float", "double", "half", "int32", "bool", NULL};
+    bool sliceable = weft_transform_valid(info->index_to_world) && one_of(info->type, types);
+    return terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
+           terminated(info->grid_class, sizeof info->grid_class) &&
+           terminated(info->problem, sizeof info->problem) && (!info->supported || sliceable) &&
+           info->supported == (info->result == WEFT_OK) && info->empty == !info->active_voxels &&
+           info->bricks <= UINT64_MAX / (WEFT_BRICK_VOXELS * sizeof(float)) &&
+           info->memory_bytes == info->bricks * WEFT_BRICK_VOXELS * sizeof(float) &&
+           info->largest_rounding >= 0 && info->largest_rounding <= 64;
+}
+
+static bool metadata_valid(const struct weft_volume_info *info)
+{
+    for (size_t i = 0; i < info->metadata_count; i++)
+        if (!terminated(info->metadata[i].key, sizeof info->metadata[i].key) ||
+            !terminated(info->metadata[i].value, sizeof info->metadata[i].value))
+            return false;
+    return true;
+}
+
+static void clean_texts(struct weft_volume_info *info)
+{
+    weft_text_clean(info->name, false);
+    weft_text_clean(info->type, false);
+    weft_text_clean(info->grid_class, false);
+    weft_text_clean(info->problem, false);
+    for (size_t i = 0; i < info->metadata_count; i++) {
+        weft_text_clean(info->metadata[i].key, false);
+        weft_text_clean(info->metadata[i].value, true);
+    }
+}
+
+// The next grid of a payload, with its metadata copied.
+static enum weft_result take_grid(const struct weft_log *log, const struct weft_payload *payload,
+                                  size_t *at, struct weft_volume_info *out)
+{
+    const unsigned char *data = (const unsigned char *)payload->data + *at;
+    size_t left = payload->size - *at, bytes;
+    struct weft_volume_info info;
+    if (left < sizeof(struct weft_wire_grid) || !bools_valid(data))
+        return contradiction(log, "a grid's description");
+    memcpy(&info, data, sizeof info);
+    left -= sizeof(struct weft_wire_grid);
+    info.metadata = NULL;
+    if (!weft_size_mul(info.metadata_count, sizeof *info.metadata, &bytes) || bytes > left ||
+        !info_valid(&info))
+        return contradiction(log, "a grid's description");
+    info.metadata = malloc(bytes + 1);
+    if (!info.metadata) {
+        weft_error(log, "not enough memory for %zu metadata entries", info.metadata_count);
+        return WEFT_ERR_MEMORY;
+    }
+    memcpy(info.metadata, data + sizeof(struct weft_wire_grid), bytes);
+    if (!metadata_valid(&info)) {
+        free(info.metadata);
+        return contradiction(log, "a grid's metadata");
+    }
+    clean_texts(&info);
+    *at += sizeof(struct weft_wire_grid) + bytes;
+    *out = info;
+    return WEFT_OK;
+}
+
+// A tree needs up to some 100 times its bytes in the file: nodes of few voxels, tiles that compress
+// well. A small file that needs much more is hostile.
+static struct weft_limits limits_for(struct weft_limits limits, uint64_t file_bytes)
+{
+    const uint64_t most = UINT64_C(4) << 30, least = UINT64_C(256) << 20;
+    if (!limits.memory_bytes)
+        limits.memory_bytes = file_bytes < (most - least) / 256 ? least + 256 * file_bytes : most;
+    return limits;
+}
+
+static enum weft_result start(const struct weft_volume_open_params *params, weft_reader **reader)
+{
+    *reader = NULL;
+    const struct weft_log *log = params->log;
+    struct weft_limits limits;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct stat stat;
+    int fd = -1;
+    weft_require(log, params->path != NULL);
+    res = WEFT_ERR_OPEN;
+    // Without waiting for somebody to write to a named pipe.
+    fd = open(params->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (fd < 0 || fstat(fd, &stat)) {
+        weft_error(log, "cannot open %s: %s", params->path, strerror(errno));
+        goto fail;
+    }
+    if (!S_ISREG(stat.st_mode)) {
+        weft_error(log, "%s is not a regular file", params->path);
+        goto fail;
+    }
+    limits = limits_for(params->limits, (uint64_t)stat.st_size);
+    res = weft_reader_start(log, "weft-read-vdb", params->path, fd, &limits, reader);
+fail:
+    if (fd >= 0)
+        close(fd);
+    return res;
+}
+
+// ---- opening and listing ------------------------------------------------------------------------
+
+static void warn_of_values(const struct weft_volume_open_params *params,
+                           const struct weft_volume_info *info)
+{
+    const char *path = params->path, *name = info->name;
+    if (info->values_rounded)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu integers are changed by up to %g, since no float holds them",
+                  path, name, (unsigned long long)info->values_rounded, info->largest_rounding);
+    if (info->values_infinite)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu values are beyond the range of floats (3.4e38): infinite",
+                  path, name, (unsigned long long)info->values_infinite);
+    if (info->values_tiny)
+        weft_warn(params->log,
+                  "%s: grid '%s': %llu values are under 1.2e-38: floats lose their bits, or are 0",
+                  path, name, (unsigned long long)info->values_tiny);
+}
+
+enum weft_result weft_volume_open(const struct weft_volume_open_params *params, weft_volume **out)
+{
+    *out = NULL;
+    weft_volume *volume = NULL;
+    const struct weft_log *log = params->log;
+    struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    size_t at = 0;
+    weft_require(log, params->path != NULL);
+    if (params->grid)
+        request.payload_bytes = strlen(params->grid) + 1;
+    res = WEFT_ERR_MEMORY;
+    volume = calloc(1, sizeof *volume);
+    if (!volume) {
+        weft_error(log, "%s: not enough memory", params->path);
+        goto fail;
+    }
+    volume->log = log;
+    volume->output_bytes = params->limits.output_bytes;
+    res = start(params, &volume->reader);
+    if (!res)
+        res = weft_reader_call(volume->reader, &request, params->grid, &answer, &payload);
+    if (!res)
+        res = take_grid(log, &payload, &at, &volume->info);
+    if (res)
+        goto fail;
+    if (at != payload.size || !volume->info.supported || !box_valid(&volume->info)) {
+        res = contradiction(log, "the opened grid");
+        goto fail;
+    }
+    if (!params->rest)
+        warn_of_values(params, &volume->info);
+    *out = volume;
+    volume = NULL;
+fail:
+    weft_payload_release(&payload);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+// Claims of the file's writer, nobody's fault if they make no sense.
+static void mend_claims(struct weft_volume_info *info)
+{
+    if (box_valid(info))
+        return;
+    info->counted = false;
+    info->empty = true;
+    info->active_voxels = 0;
+    memset(info->active_min, 0, sizeof info->active_min);
+    memset(info->active_max, 0, sizeof info->active_max);
+}
+
+enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
+                                       struct weft_volume_list *out)
+{
+    *out = (struct weft_volume_list){0};
+    weft_reader *reader = NULL;
+    struct weft_volume_list list = {0};
+    struct weft_wire_request request = {.op = WEFT_WIRE_LIST};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    size_t at = 0;
+    enum weft_result res = start(params, &reader);
+    if (!res)
+        res = weft_reader_call(reader, &request, NULL, &answer, &payload);
+    if (res)
+        goto fail;
+    if (answer.count[0] > payload.size / sizeof(struct weft_wire_grid)) {
+        res = contradiction(params->log, "the number of grids");
+        goto fail;
+    }
+    res = WEFT_ERR_MEMORY;
+    list.grids = calloc((size_t)answer.count[0] + 1, sizeof *list.grids);
+    if (!list.grids)
+        goto fail;
+    for (res = WEFT_OK; !res && list.count < answer.count[0];) {
+        res = take_grid(params->log, &payload, &at, &list.grids[list.count]);
+        if (!res)
+            mend_claims(&list.grids[list.count++]);
+    }
+    if (!res && at != payload.size)
+        res = contradiction(params->log, "the size of the list");
+    if (res)
+        goto fail;
+    *out = list;
+    list = (struct weft_volume_list){0};
+fail:
+    weft_payload_release(&payload);
+    weft_volume_list_clear(&list);
+    weft_reader_stop(&reader);
+    return res;
+}
+
+void weft_volume_list_clear(struct weft_volume_list *list)
+{
+    if (!list)
+        return;
+    for (size_t i = 0; i < list->count; i++)
+        free(list->grids[i].metadata);
+    free(list->grids);
+    *list = (struct weft_volume_list){0};
+}
+
+// ---- bricks -------------------------------------------------------------------------------------
+
+static bool origin_valid(const int32_t origin[3], int32_t size)
+{
+    for (int i = 0; i < 3; i++)
+        if (origin[i] % size || origin[i] < -WEFT_INDEX_LIMIT || origin[i] >= WEFT_INDEX_LIMIT)
+            return false;
+    return true;
+}
+
+static bool list_valid(const struct weft_brick_list *list, const struct weft_region *region)
+{
+    for (size_t i = 0; i < list->brick_count; i++)
+        if (!origin_valid(list->brick_origin[i], WEFT_BRICK_SIZE) ||
+            !weft_region_meets(region, list->brick_origin[i], WEFT_BRICK_SIZE) ||
+            (i && weft_compare_origins(list->brick_origin[i - 1], list->brick_origin[i]) >= 0))
+            return false;
+    for (size_t i = 0; i < list->tile_count; i++) {
+        const struct weft_volume_tile *tile = &list->tiles[i];
+        if ((tile->size != 8 && tile->size != 128 && tile->size != 4096) ||
+            !origin_valid(tile->origin, tile->size) ||
+            !weft_region_meets(region, tile->origin, tile->size) ||
+            (i && weft_compare_origins(list->tiles[i - 1].origin, tile->origin) >= 0))
+            return false;
+    }
+    return true;
+}
+
+static enum weft_result take_list(const weft_volume *volume, const struct weft_region *region,
+                                  const struct weft_wire_answer *answer,
+                                  const struct weft_payload *payload, struct weft_brick_list *out)
+{
+    struct weft_brick_list list = {0};
+    uint64_t bricks = answer->count[0], tiles = answer->count[1];
+    if (bricks > payload->size / sizeof *list.brick_origin ||
+        tiles > payload->size / sizeof *list.tiles ||
+        payload->size != bricks * sizeof *list.brick_origin + tiles * sizeof *list.tiles ||
+        bricks > volume->info.bricks)
+        return contradiction(volume->log, "the number of bricks");
+    size_t brick_bytes = (size_t)bricks * sizeof *list.brick_origin;
+    list.brick_origin = malloc(brick_bytes + 1);
+    list.tiles = malloc(payload->size - brick_bytes + 1);
+    if (!list.brick_origin || !list.tiles) {
+        weft_error(volume->log, "not enough memory for a list of %zu bricks", (size_t)bricks);
+        weft_brick_list_clear(&list);
+        return WEFT_ERR_MEMORY;
+    }
+    if (payload->size) {
+        memcpy(list.brick_origin, payload->data, brick_bytes);
+        memcpy(list.tiles, (const char *)payload->data + brick_bytes, payload->size - brick_bytes);
+    }
+    list.brick_count = (size_t)bricks;
+    list.tile_count = (size_t)tiles;
+    if (!list_valid(&list, region)) {
+        weft_brick_list_clear(&list);
+        return contradiction(volume->log, "a list of bricks");
+    }
+    *out = list;
+    return WEFT_OK;
+}
+
+enum weft_result weft_volume_file_find(weft_volume *volume, const struct weft_region *region,
+                                       struct weft_brick_list *out)
+{
+    struct weft_wire_request request = {.op = WEFT_WIRE_FIND, .region = *region};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res = weft_reader_call(volume->reader, &request, NULL, &answer, &payload);
+    if (!res)
+        res = take_list(volume, region, &answer, &payload, out);
+    weft_payload_release(&payload);
+    return res;
+}
+
+static enum weft_result read_batch(weft_volume *volume, size_t count,
+                                   const int32_t (*brick_origin)[3], float *values)
+{
+    size_t bytes = count * WEFT_BRICK_VOXELS * sizeof *values;
+    struct weft_wire_request request = {.op = WEFT_WIRE_READ,
+                                        .payload_bytes = count * sizeof *brick_origin};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res =
+        weft_reader_call(volume->reader, &request, brick_origin, &answer, &payload);
+    if (!res && payload.size != bytes)
+        res = contradiction(volume->log, "the number of voxels");
+    if (!res)
+        memcpy(values, payload.data, bytes);
+    weft_payload_release(&payload);
+    return res;
+}
+
+// In batches: shared memory comes on top of the caller's, and one answer is limited.
+enum weft_result weft_volume_file_read(weft_volume *volume, size_t count,
+                                       const int32_t (*brick_origin)[3], float *values)
+{
+    size_t batch = 16384;
+    uint64_t fits = volume->output_bytes / (WEFT_BRICK_VOXELS * sizeof *values);
+    enum weft_result res = WEFT_OK;
+    if (volume->output_bytes && fits < batch)
+        batch = fits ? (size_t)fits : 1;
+    for (size_t done = 0; done < count && !res; done += batch) {
+        size_t n = count - done < batch ? count - done : batch;
+        res = read_batch(volume, n, brick_origin + done, values + done * WEFT_BRICK_VOXELS);
+    }
+    return res;
+}
+
+// ---- saving -------------------------------------------------------------------------------------
+
+// The writer is believed as little as a reader: the file begins as one, and has the size told.
+static enum weft_result check_written(const struct weft_log *log,
+                                      const struct weft_output_file *file, uint64_t told)
+{
+    static const char magic[8] = {' ', 'B', 'D', 'V'};
+    char start[sizeof magic] = "";
+    struct stat st;
+    if (fstat(file->fd, &st) || pread(file->fd, start, sizeof start, 0) < 0) {
+        weft_error(log, "cannot write %s: %s", file->path, strerror(errno));
+        return WEFT_ERR_WRITE;
+    }
+    if ((uint64_t)st.st_size == told && told > sizeof magic && !memcmp(start, magic, sizeof magic))
+        return WEFT_OK;
+    weft_error(
+        log,
+        "cannot write %s: weft-write-vdb tells of %llu bytes of a VDB file, and left %llu of %s",
+        file->path, (unsigned long long)told, (unsigned long long)st.st_size,
+        memcmp(start, magic, sizeof magic) ? "none" : "one");
+    return WEFT_ERR_WRITE;
+}
+
+static enum weft_result send_volume(const weft_volume *volume, weft_reader *writer, uint64_t *size)
+{
+    const struct weft_volume_info *info = &volume->info;
+    struct weft_wire_volume head = {.brick_count = volume->brick_count,
+                                    .tile_count = volume->tile_count,
+                                    .background = info->clamp_to_edge ? 0 : info->background,
+                                    .boxed = info->clamp_to_edge};
+    memcpy(head.name, info->name, sizeof head.name);
+    memcpy(head.grid_class, info->grid_class, sizeof head.grid_class);
+    memcpy(head.index_to_world, info->index_to_world, sizeof head.index_to_world);
+    memcpy(head.box_min, info->active_min, sizeof head.box_min);
+    memcpy(head.box_max, info->active_max, sizeof head.box_max);
+    struct iovec parts[] = {
+        {&head, sizeof head},
+        {volume->brick_origin, volume->brick_count * sizeof *volume->brick_origin},
+        {volume->tiles, volume->tile_count * sizeof *volume->tiles},
+        {volume->values, volume->brick_count * WEFT_BRICK_VOXELS * sizeof *volume->values}};
+    struct weft_wire_request request = {.op = WEFT_WIRE_WRITE};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res =
+        weft_reader_call_parts(writer, &request, parts, WEFT_COUNT(parts), &answer, &payload);
+    weft_payload_release(&payload);
+    *size = answer.count[0];
+    return res;
+}
+
+enum weft_result weft_volume_save(const weft_volume *volume,
+                                  const struct weft_volume_save_params *params)
+{
+    const struct weft_log *log = params->log;
+    struct weft_output_file file = {.fd = -1};
+    weft_reader *writer = NULL;
+    bool created = false;
+    uint64_t size = 0;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, params->path != NULL);
+    weft_require(log, volume->reader == NULL && volume->coefficients == NULL);
+    res = weft_output_file_create(log, params->path, params->no_clobber, &file);
+    if (res)
+        goto fail;
+    created = true;
+    res = weft_reader_start(log, "weft-write-vdb", params->path, file.fd, &params->limits, &writer);
+    if (!res)
+        res = send_volume(volume, writer, &size);
+    if (!res)
+        res = check_written(log, &file, size);
+    if (res)
+        goto fail;
+    created = false;
+    res = weft_output_file_commit(&file);
+fail:
+    weft_reader_stop(&writer);
+    if (created)
+        weft_output_file_discard(&file);
+    return res;
+}

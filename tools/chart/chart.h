@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/chart/chart.h - one `weft chart`: speed charted against accuracy.
+// A chart is a list of points, each a way of computing one slice, measured. The first chart has the
+// error that a way makes of its kernel; the second one the error that way, kernel and sampling make
+// of a signal that is known.
+#ifndef WEFT_TOOLS_CHART_CHART_H
+#define WEFT_TOOLS_CHART_CHART_H
+
+#include <stdio.h>
+
+#include "tools/common/options.h"
+#include "tools/common/report.h"
+
+enum chart_option {
+    CHART_OUTPUT,
+    CHART_PNG,
+    CHART_CSV,
+    CHART_JSON,
+    CHART_SCRIPT,
+    CHART_TRUTH,
+    CHART_GRID,
+    CHART_PLANE,
+    CHART_KERNEL,
+    CHART_SIZE,
+    CHART_POINTS,
+    CHART_QUICK,
+    CHART_CONTEXT,
+    CHART_QUIET,
+    CHART_VERBOSE,
+    CHART_OPTION_COUNT
+};
+
+// What has a colour of its own.
+enum chart_family {
+    CHART_FUSED, // by source format
+    CHART_SEPARABLE = CHART_FUSED + WEFT_SOURCE_FORMATS,
+    CHART_PASSES, // by technique
+    CHART_PEER = CHART_PASSES + WEFT_TECHNIQUE_LOG + 1,
+    CHART_FAMILIES
+};
+
+enum { CHART_MAX_KERNELS = 16, CHART_TEXT = 128, CHART_REASON = 256, CHART_RUNS = 50 };
+
+struct chart_kernel {
+    char *text; // as given
+    struct weft_kernel kernel;
+    weft_kernel_file *file;
+};
+
+struct chart_point {
+    enum chart_family family;
+    char technique[CHART_TEXT]; // "fused 32f", "passes dot4"; of a peer as its file says
+    char label[CHART_TEXT];     // weft_way_format; of a peer as its file says
+    int kernel;                 // of the chart's; -1: a peer, taken to have the first one
+    int voxels;                 // along each axis of a sampled signal; 0: a volume's
+    struct weft_way way;        // not of a peer
+    double seconds;             // median, from voxels in memory to pixels in memory
+    double read_seconds;        // median, of reading the voxels, which is not in `seconds`
+    double pass_seconds;        // median, of the rendering passes, which is
+    int runs;                   // that the medians are of
+    struct chart_run {
+        double seconds, read_seconds, pass_seconds;
+    } run[CHART_RUNS];
+    uint64_t bytes; // peak of voxels, layouts, tiles and GL
+    double max_error, rms_error;
+    double bound;              // of max_error where that is against the kernel; NAN: none
+    uint64_t pixels_checked;   // 0: unknown
+    uint64_t not_finite_mismatches; // pixels that are finite on one side only
+    bool front;                // no other point is both as fast and as accurate
+    char reason[CHART_REASON]; // why it was not measured; empty: it was
+};
+
+struct chart {
+    struct chart_kernel kernel[CHART_MAX_KERNELS];
+    int kernel_count;
+    struct chart_point *point; // measured ones
+    size_t count;
+    struct chart_point *skipped;
+    size_t skipped_count;
+};
+
+struct chart_job {
+    const struct option_value *option;     // [CHART_OPTION_COUNT]
+    const struct weft_signal_info *signal; // NULL: a volume
+    const char *path;                      // of the volume
+    bool has_ways, has_truth;              // which charts are made
+    struct chart ways, truth;
+    struct weft_slice_geometry geometry; // of the first chart, in index space
+    char plane[32];                      // "oblique slice", "slice across z"
+    struct weft_slice_measure measure;   // of the voxels in reach of the first chart's slice
+    weft_context *context;
+    char machine[CHART_TEXT]; // processor and cores
+    bool interrupted;
+};
+
+// ---- chart_scene.c: what is sliced --------------------------------------------------------------
+
+struct chart_scene {
+    weft_volume *volume;
+    struct weft_slice_geometry geometry; // in index space
+    int voxels;                          // of a sampled signal along each axis, else 0
+    const struct weft_signal_info *signal;
+};
+
+// Samples the signal at n^3 voxels.
+enum weft_result chart_sample(const struct weft_signal_info *signal, int voxels, weft_volume **out);
+
+// The scene of the first chart, with the plane that was asked for.
+enum weft_result chart_scene_create(struct chart_job *job, struct chart_scene *out);
+
+// The scene of the second chart: one plane of the signal, whatever the number of voxels, that lies
+// `margin` or more of the cube's half away from its faces.
+enum weft_result chart_truth_scene_create(const struct chart_job *job, int voxels, double margin,
+                                          struct chart_scene *out);
+
+void chart_scene_destroy(struct chart_scene *scene);
+
+// The signal's value at pixel (x, y).
+double chart_scene_truth(const struct chart_scene *scene, int x, int y);
+
+// Checks --plane. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result chart_plane_check(const struct option_value *plane);
+
+// ---- chart_measure.c ----------------------------------------------------------------------------
+
+// Both fill in points and what was skipped; what there is stays on failure and interruption.
+enum weft_result chart_measure_ways(struct chart_job *job);
+enum weft_result chart_measure_truth(struct chart_job *job);
+
+// Sets `front` of all points by seconds and error: the largest where `by_max`, else the RMS. Points
+// of kernels but the first are left out where `first_only`.
+void chart_find_front(struct chart *chart, bool by_max, bool first_only);
+
+// ---- chart_points.c -----------------------------------------------------------------------------
+
+// Appends the points of a file: technique,label,seconds,bytes,max_error,rms_error. Returns
+// WEFT_ERR_OPEN or WEFT_ERR_FORMAT after an error line that names the line.
+enum weft_result chart_points_load(const char *path, struct chart *chart);
+
+enum weft_result chart_append(struct chart_point **list, size_t *count,
+                              const struct chart_point *point);
+
+// ---- chart_plot.c -------------------------------------------------------------------------------
+
+// Draws to an .svg or .png; script: keeps gnuplot's script there, too (NULL: only where gnuplot
+// does not run, beside the picture).
+enum exit_code chart_draw(const struct chart_job *job, const struct chart *chart, const char *path,
+                          bool keep_script);
+
+// ---- chart_labels.c: texts that do not overlap --------------------------------------------------
+
+struct chart_label {
+    double x, y; // what it belongs to, pixels from the plot's lower left
+    char text[CHART_TEXT];
+    double at_x, at_y; // out: the text's middle at its near end
+    int side;          // out: 1: the text starts there, -1: it ends there, 0: it is centred there
+};
+
+// Places labels beside their points, clear of each other and, as far as that goes, of the points.
+void chart_labels_place(struct chart_label *label, int count, const double (*points)[2],
+                        size_t point_count, double width, double height);
+
+// ---- chart_report.c -----------------------------------------------------------------------------
+
+enum weft_result chart_save_csv(const struct chart_job *job, const char *path);
+enum weft_result chart_save_json(const struct chart_job *job, const char *path);
+// The points on the front, on stdout.
+enum weft_result chart_print(const struct chart_job *job);
+
+const char *chart_name(const struct chart_job *job, const struct chart *chart); // "ways", "truth"
+const char *chart_kernel_text(const struct chart *chart, const struct chart_point *point);
+const char *chart_source_name(const struct chart_job *job); // of the volume or signal
+
+#endif

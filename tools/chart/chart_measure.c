@@ -1,0 +1,495 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What `weft chart` measures: ways planned, run and compared, one after the other.
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/chart/chart.h"
+#include "tools/common/ending.h"
+
+// Ways that take longer for one thing than this are not what one slice is computed by.
+static const double PLAN_SECONDS = 6.0, RUN_SECONDS = 6.0;
+// For each chart as a whole.
+static const double BUDGET_SECONDS = 85.0, QUICK_BUDGET_SECONDS = 12.0;
+static const double VERIFY_SECONDS = 0.2;
+
+// Of each round of two: what happens to the machine for a while is not to fall on one way alone.
+enum { LEAST_RUNS = 3, MOST_RUNS = CHART_RUNS / 2 };
+static const double RUNS_SECONDS = 0.3, QUICK_RUNS_SECONDS = 0.1; // more runs until then
+
+struct bench {
+    struct chart_job *job;
+    struct chart *chart;
+    const struct chart_scene *scene;
+    const struct weft_slice_measure *measure; // of the kernel in hand
+    float *pixels;
+    double start, budget;      // of the chart
+    size_t done, total;        // ways
+    double deadline;           // of what runs now; INFINITY: none
+    char reason[CHART_REASON]; // of the last failure, from the log
+    bool reason_is_error;
+};
+
+// ---- what the library says ----------------------------------------------------------------------
+
+// A way that cannot be is no error of the chart: its reason is kept, errors before details.
+static void keep_reason(void *priv, enum weft_log_level level, const char *message)
+{
+    struct bench *b = priv;
+    if (b->reason_is_error || (level != WEFT_LOG_ERROR && level != WEFT_LOG_DEBUG))
+        return;
+    b->reason_is_error = level == WEFT_LOG_ERROR;
+    snprintf(b->reason, sizeof b->reason, "%s", message);
+}
+
+static bool go_on(void *priv, double fraction)
+{
+    (void)fraction;
+    const struct bench *b = priv;
+    const struct weft_progress *all = report_progress("measuring");
+    return all->report(all->priv, (double)b->done / (double)b->total) &&
+           report_now_seconds() < b->deadline;
+}
+
+// ---- one way ------------------------------------------------------------------------------------
+
+static int compare_numbers(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Of the member at an offset within struct chart_run.
+static double median(const struct chart_point *point, size_t offset)
+{
+    double values[CHART_RUNS];
+    const int count = point->runs;
+    for (int i = 0; i < count; i++)
+        memcpy(&values[i], (const char *)&point->run[i] + offset, sizeof values[i]);
+    qsort(values, (size_t)count, sizeof *values, compare_numbers);
+    return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+}
+
+// The first run is not counted: it compiles shaders and touches memory for the first time.
+static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
+                                const struct weft_progress *progress, struct chart_point *point)
+{
+    const bool quick = b->job->option[CHART_QUICK].given;
+    const int before = point->runs;
+    double spent = 0.0;
+    struct weft_way_report report;
+    b->deadline = report_now_seconds() + RUN_SECONDS;
+    enum weft_result res =
+        weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+    b->deadline = INFINITY;
+    while (res == WEFT_OK && point->runs - before < MOST_RUNS && point->runs < CHART_RUNS &&
+           (point->runs - before < LEAST_RUNS ||
+            spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
+        res = weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+        if (res != WEFT_OK)
+            break;
+        point->run[point->runs++] = (struct chart_run){
+            .seconds = report.seconds - report.slice.read_seconds,
+            .read_seconds = report.slice.read_seconds,
+            .pass_seconds = report.slice.pass_seconds,
+        };
+        spent += report.seconds;
+    }
+    if (res != WEFT_OK)
+        return res;
+    point->seconds = median(point, offsetof(struct chart_run, seconds));
+    point->read_seconds = median(point, offsetof(struct chart_run, read_seconds));
+    point->pass_seconds = median(point, offsetof(struct chart_run, pass_seconds));
+    point->bytes = report.slice.peak_bytes;
+    return WEFT_OK;
+}
+
+static enum weft_result verify_kernel(struct bench *b, const weft_way_plan *plan,
+                                      const struct weft_progress *progress,
+                                      struct chart_point *point)
+{
+    const struct weft_slice_verify_params params = {.max_seconds = VERIFY_SECONDS,
+                                                    .progress = progress};
+    struct weft_slice_error error;
+    enum weft_result res = weft_slice_verify(weft_way_plan_get_slice(plan), b->scene->volume,
+                                             b->pixels, &params, &error);
+    if (res != WEFT_OK)
+        return res;
+    point->max_error = error.maximum;
+    point->rms_error = error.rms;
+    point->pixels_checked = error.pixels_checked;
+    point->not_finite_mismatches = error.not_finite_mismatches;
+    point->bound = weft_way_plan_get_info(plan)->bound;
+    return WEFT_OK;
+}
+
+static void verify_truth(const struct bench *b, struct chart_point *point)
+{
+    const struct weft_slice_geometry *g = &b->scene->geometry;
+    double squares = 0.0;
+    for (int y = 0; y < g->height; y++) {
+        for (int x = 0; x < g->width; x++) {
+            const double value = b->pixels[(size_t)y * (size_t)g->width + (size_t)x];
+            const double error = fabs(value - chart_scene_truth(b->scene, x, y));
+            point->max_error = fmax(point->max_error, error);
+            squares += error * error;
+        }
+    }
+    point->pixels_checked = (uint64_t)g->width * (uint64_t)g->height;
+    point->rms_error = sqrt(squares / (double)point->pixels_checked);
+    point->bound = NAN;
+}
+
+static struct weft_slice_params slice_params(const struct bench *b, int kernel,
+                                             const struct weft_progress *progress,
+                                             const struct weft_log *log)
+{
+    return (struct weft_slice_params){
+        .kernel = b->chart->kernel[kernel].kernel,
+        .space = WEFT_SPACE_INDEX,
+        .geometry = b->scene->geometry,
+        .progress = progress,
+        .log = log,
+    };
+}
+
+static enum weft_result measure_way(struct bench *b, struct chart_point *point)
+{
+    const struct weft_log log = {.write = keep_reason, .priv = b};
+    const struct weft_progress progress = {.report = go_on, .priv = b};
+    const struct weft_way_params params = {
+        .way = point->way,
+        .slice = slice_params(b, point->kernel, &progress, &log),
+        .measure = *b->measure,
+    };
+    weft_way_plan *plan = NULL;
+    b->reason[0] = 0;
+    b->reason_is_error = false;
+    b->deadline = report_now_seconds() + PLAN_SECONDS;
+    enum weft_result res = weft_way_plan_create(b->scene->volume, &params, &plan);
+    b->deadline = INFINITY;
+    if (res == WEFT_ERR_CANCELLED)
+        snprintf(b->reason, sizeof b->reason, "planning takes over %g s", PLAN_SECONDS);
+    if (res != WEFT_OK)
+        return res;
+    snprintf(point->label, sizeof point->label, "%s", weft_way_plan_get_info(plan)->name);
+    res = run_way(b, plan, &progress, point);
+    if (res == WEFT_ERR_CANCELLED)
+        snprintf(b->reason, sizeof b->reason, "a run takes over %g s", RUN_SECONDS);
+    const bool again = point->pixels_checked > 0; // it was verified then
+    if (res == WEFT_OK && !again && b->chart == &b->job->truth)
+        verify_truth(b, point);
+    else if (res == WEFT_OK && !again)
+        res = verify_kernel(b, plan, &progress, point);
+    weft_way_plan_destroy(&plan);
+    return res;
+}
+
+// ---- many ways ----------------------------------------------------------------------------------
+
+static enum chart_family family_of(const struct weft_way *way)
+{
+    switch (way->method) {
+    case WEFT_METHOD_FUSED:
+        return CHART_FUSED + way->source;
+    case WEFT_METHOD_SEPARABLE:
+        return CHART_SEPARABLE;
+    case WEFT_METHOD_PASSES:
+        break;
+    }
+    return CHART_PASSES + way->technique;
+}
+
+static void name_technique(const struct weft_way *way, char out[CHART_TEXT])
+{
+    const char *detail = way->method == WEFT_METHOD_FUSED    ? weft_source_format_name(way->source)
+                         : way->method == WEFT_METHOD_PASSES ? weft_technique_names[way->technique]
+                                                             : "";
+    snprintf(out, CHART_TEXT, "%s%s%s", weft_method_names[way->method], *detail ? " " : "", detail);
+}
+
+// What keeps one way from being measured and the rest not.
+static bool is_of_the_way(enum weft_result res)
+{
+    return res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT ||
+           (res == WEFT_ERR_CANCELLED && !ending_is_due());
+}
+
+static enum weft_result add_way(struct bench *b, const struct weft_way *way, int kernel)
+{
+    struct chart *chart = b->chart;
+    struct chart_point point = {.family = family_of(way),
+                                .kernel = kernel,
+                                .voxels = b->scene->voxels,
+                                .way = *way,
+                                .bound = NAN};
+    name_technique(way, point.technique);
+    weft_way_format(way, point.label, sizeof point.label);
+    enum weft_result res = WEFT_ERR_UNSUPPORTED;
+    if (report_now_seconds() - b->start < b->budget)
+        res = measure_way(b, &point);
+    else
+        snprintf(b->reason, sizeof b->reason, "the chart's %g s are over", b->budget);
+    b->done++;
+    if (res == WEFT_OK)
+        return chart_append(&chart->point, &chart->count, &point);
+    if (!is_of_the_way(res)) {
+        if (b->reason_is_error)
+            report_error("%s: %s", point.label, b->reason);
+        return res;
+    }
+    snprintf(point.reason, sizeof point.reason, "%s",
+             *b->reason ? b->reason : weft_result_text(res));
+    return chart_append(&chart->skipped, &chart->skipped_count, &point);
+}
+
+// A second round of what is quick to plan.
+static enum weft_result measure_again(struct bench *b, int kernel)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t i = 0; i < b->chart->count && res == WEFT_OK; i++) {
+        struct chart_point *point = &b->chart->point[i];
+        if (point->kernel != kernel || point->way.method == WEFT_METHOD_PASSES ||
+            report_now_seconds() - b->start > b->budget)
+            continue;
+        res = measure_way(b, point);
+        if (is_of_the_way(res))
+            res = WEFT_OK;
+    }
+    return res;
+}
+
+// Reads what is in reach of a kernel at the scene's slice. A slice beside the volume is an error
+// here, not the library's warning.
+static enum weft_result measure_voxels(struct bench *b, int kernel, struct weft_slice_measure *out)
+{
+    const struct weft_log log = {.write = keep_reason, .priv = b};
+    const struct weft_progress progress = {.report = go_on, .priv = b};
+    const struct weft_slice_params params = slice_params(b, kernel, &progress, &log);
+    weft_slice_plan *plan = NULL;
+    b->reason_is_error = false;
+    enum weft_result res = weft_slice_plan_create(b->scene->volume, &params, &plan);
+    if (res == WEFT_OK && weft_slice_plan_get_info(plan)->misses_volume) {
+        report_error("the plane misses the volume");
+        res = WEFT_ERR_ARGUMENT;
+    }
+    if (res == WEFT_OK)
+        res = weft_slice_measure(plan, b->scene->volume, &progress, out);
+    if (res != WEFT_OK && b->reason_is_error)
+        report_error("%s", b->reason);
+    weft_slice_plan_destroy(&plan);
+    b->measure = out;
+    return res;
+}
+
+static void begin(struct bench *b, struct chart_job *job, struct chart *chart)
+{
+    const bool quick = job->option[CHART_QUICK].given;
+    *b = (struct bench){
+        .job = job,
+        .chart = chart,
+        .start = report_now_seconds(),
+        .budget = quick ? QUICK_BUDGET_SECONDS : BUDGET_SECONDS,
+        .total = 1,
+        .deadline = INFINITY,
+    };
+}
+
+static enum weft_result allocate_pixels(struct bench *b)
+{
+    const struct weft_slice_geometry *g = &b->scene->geometry;
+    b->pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *b->pixels);
+    if (b->pixels)
+        return WEFT_OK;
+    report_error("out of memory for %d x %d pixels", g->width, g->height);
+    return WEFT_ERR_MEMORY;
+}
+
+// ---- the first chart ----------------------------------------------------------------------------
+
+// The least comes first: what tells most in least time, should the time be over before the list.
+static int rank(const struct weft_way *way)
+{
+    if (way->method == WEFT_METHOD_SEPARABLE)
+        return 0;
+    if (way->method == WEFT_METHOD_FUSED)
+        return way->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : way->samples % 64 == 0 ? 3 : 4;
+    if (way->samples > 32)
+        return 7;
+    return way->technique == WEFT_TECHNIQUE_DOT4 ? 2 : way->samples == 32 ? 5 : 6;
+}
+
+static bool is_quick(const struct weft_way *way)
+{
+    if (way->method == WEFT_METHOD_PASSES)
+        return way->samples == 16 && way->technique <= WEFT_TECHNIQUE_DOT4;
+    return way->lookup == WEFT_LOOKUP_POLYNOMIAL
+               ? way->layout == WEFT_LAYOUT_INTERLEAVED || way->source == WEFT_SOURCE_FLOAT
+               : way->samples == 64;
+}
+
+// Kernels beside the first one: what they cost and keep by a good way in floats and one in bytes.
+static bool is_for_other_kernels(const struct weft_way *way)
+{
+    return way->method == WEFT_METHOD_FUSED && way->lookup == WEFT_LOOKUP_POLYNOMIAL &&
+           way->layout == WEFT_LAYOUT_INTERLEAVED &&
+           (way->source == WEFT_SOURCE_FLOAT || way->source == WEFT_SOURCE_UNORM8);
+}
+
+// Sorted, without what a quick chart leaves out; keeps the list's order among equals.
+static size_t order_ways(struct weft_way *ways, size_t count, bool quick)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++)
+        if (!quick || is_quick(&ways[i]))
+            ways[kept++] = ways[i];
+    for (size_t i = 1; i < kept; i++) { // insertion: qsort is not stable
+        const struct weft_way way = ways[i];
+        size_t at = i;
+        for (; at > 0 && rank(&ways[at - 1]) > rank(&way); at--)
+            ways[at] = ways[at - 1];
+        ways[at] = way;
+    }
+    return kept;
+}
+
+static enum weft_result measure_other_kernels(struct bench *b, const struct weft_way *ways,
+                                              size_t count)
+{
+    struct weft_slice_measure measure;
+    enum weft_result res = WEFT_OK;
+    for (int k = 1; k < b->chart->kernel_count && res == WEFT_OK; k++) {
+        res = measure_voxels(b, k, &measure);
+        for (size_t i = 0; i < count && res == WEFT_OK; i++)
+            if (is_for_other_kernels(&ways[i]))
+                res = add_way(b, &ways[i], k);
+    }
+    return res;
+}
+
+enum weft_result chart_measure_ways(struct chart_job *job)
+{
+    struct bench b;
+    struct chart_scene scene = {0};
+    struct weft_way *ways = NULL;
+    size_t count = 0, quick_ones;
+    begin(&b, job, &job->ways);
+    b.scene = &scene;
+    enum weft_result res = chart_scene_create(job, &scene);
+    if (res == WEFT_OK)
+        res = weft_way_list(report_log(), &ways, &count);
+    if (res != WEFT_OK)
+        goto fail;
+    count = order_ways(ways, count, job->option[CHART_QUICK].given);
+    b.total = count + 2 * (size_t)(b.chart->kernel_count - 1);
+    res = allocate_pixels(&b);
+    // The other kernels come after the fast ways, in case the time is over early.
+    for (quick_ones = 0; quick_ones < count && rank(&ways[quick_ones]) <= 2;)
+        quick_ones++;
+    if (res == WEFT_OK)
+        res = measure_voxels(&b, 0, &job->measure);
+    for (size_t i = 0; i < quick_ones && res == WEFT_OK; i++)
+        res = add_way(&b, &ways[i], 0);
+    if (res == WEFT_OK)
+        res = measure_other_kernels(&b, ways, count);
+    b.measure = &job->measure;
+    size_t next = quick_ones;
+    for (; next < count && rank(&ways[next]) <= 4 && res == WEFT_OK; next++)
+        res = add_way(&b, &ways[next], 0);
+    if (res == WEFT_OK)
+        res = measure_again(&b, 0);
+    for (; next < count && res == WEFT_OK; next++)
+        res = add_way(&b, &ways[next], 0);
+fail:
+    free(ways);
+    free(b.pixels);
+    chart_scene_destroy(&scene);
+    return res;
+}
+
+// ---- the second chart ---------------------------------------------------------------------------
+
+static const int truth_voxels[] = {40, 64, 96, 128};
+enum { TRUTH_VOXELS = sizeof truth_voxels / sizeof *truth_voxels, QUICK_TRUTH_VOXELS = 2 };
+
+// In single precision, in two formats of fixed point, and in passes of 8 bits.
+static void list_truth_ways(struct weft_way out[], size_t *count)
+{
+    static const enum weft_source_format formats[] = {WEFT_SOURCE_FLOAT, WEFT_SOURCE_UNORM16,
+                                                      WEFT_SOURCE_UNORM8};
+    *count = 0;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        out[(*count)++] =
+            (struct weft_way){.layout = WEFT_LAYOUT_INTERLEAVED, .source = formats[i]};
+    out[(*count)++] = (struct weft_way){.method = WEFT_METHOD_PASSES,
+                                        .samples = 32,
+                                        .profile = *weft_profile_find("unorm8"),
+                                        .technique = WEFT_TECHNIQUE_DOT4};
+}
+
+// Of half the cube's edge: so that no kernel reaches over the border where the samples are fewest.
+static double truth_margin(const struct chart *chart)
+{
+    int width = 0;
+    for (int k = 0; k < chart->kernel_count; k++)
+        width = chart->kernel[k].kernel.width > width ? chart->kernel[k].kernel.width : width;
+    return fmax(0.375, (width + 1.0) / truth_voxels[0]);
+}
+
+static enum weft_result measure_truth_scene(struct bench *b, const struct weft_way *ways,
+                                            size_t count)
+{
+    enum weft_result res = b->pixels ? WEFT_OK : allocate_pixels(b);
+    struct weft_slice_measure measure;
+    for (int k = 0; k < b->chart->kernel_count && res == WEFT_OK; k++) {
+        res = measure_voxels(b, k, &measure);
+        for (size_t i = 0; i < count && res == WEFT_OK; i++)
+            res = add_way(b, &ways[i], k);
+    }
+    return res;
+}
+
+enum weft_result chart_measure_truth(struct chart_job *job)
+{
+    const bool quick = job->option[CHART_QUICK].given;
+    const int sizes = quick ? QUICK_TRUTH_VOXELS : TRUTH_VOXELS;
+    struct weft_way ways[4];
+    size_t count;
+    struct bench b;
+    enum weft_result res = WEFT_OK;
+    begin(&b, job, &job->truth);
+    list_truth_ways(ways, &count);
+    if (quick)
+        count--; // passes take longest to plan
+    b.total = (size_t)(sizes * b.chart->kernel_count) * count;
+    for (int i = 0; i < sizes && res == WEFT_OK; i++) {
+        struct chart_scene scene;
+        res = chart_truth_scene_create(job, truth_voxels[i], truth_margin(b.chart), &scene);
+        b.scene = &scene;
+        if (res == WEFT_OK)
+            res = measure_truth_scene(&b, ways, count);
+        chart_scene_destroy(&scene);
+    }
+    free(b.pixels);
+    return res;
+}
+
+// ---- the front ----------------------------------------------------------------------------------
+
+static bool beats(const struct chart_point *a, const struct chart_point *b, bool by_max)
+{
+    const double x = by_max ? a->max_error : a->rms_error, y = by_max ? b->max_error : b->rms_error;
+    return a->seconds <= b->seconds && x <= y && (a->seconds < b->seconds || x < y);
+}
+
+void chart_find_front(struct chart *chart, bool by_max, bool first_only)
+{
+    for (size_t i = 0; i < chart->count; i++) {
+        struct chart_point *p = &chart->point[i];
+        p->front = !first_only || p->kernel <= 0;
+        for (size_t j = 0; j < chart->count && p->front; j++)
+            if (!first_only || chart->point[j].kernel <= 0)
+                p->front = !beats(&chart->point[j], p, by_max);
+    }
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/common/paths.h - checks of file names before long work.
+#ifndef WEFT_TOOLS_COMMON_PATHS_H
+#define WEFT_TOOLS_COMMON_PATHS_H
+
+#include "weft.h"
+
+// Whether both names lead to one file, through links too, or would once it exists.
+bool paths_same_file(const char *a, const char *b);
+
+// Whether an output could be written now: its folder exists and is writable, it is not a folder
+// itself, and with no_clobber it does not exist. Returns WEFT_ERR_WRITE after an error line.
+enum weft_result paths_check_output(const char *path, bool no_clobber);
+
+// Whether the name stands for standard output, as "/dev/stdout" does. NULL does not.
+bool paths_is_stdout(const char *path);
+
+// Whether it is a descriptor, a device or a pipe: nothing that is made anew and has a folder.
+bool paths_is_special(const char *path);
+
+// From the last '.' in the part after the last '/' on; "" where there is none, or it comes first or
+// last.
+const char *paths_ending(const char *path);
+
+// The part after the last '/'.
+const char *paths_base_name(const char *path);
+
+#endif

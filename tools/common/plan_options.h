@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/common/plan_options.h - the options that say what is to be planned, as `weft plan` and
+// `weft validate --order` share them.
+#ifndef WEFT_TOOLS_COMMON_PLAN_OPTIONS_H
+#define WEFT_TOOLS_COMMON_PLAN_OPTIONS_H
+
+#include "tools/common/options.h"
+#include "weft.h"
+
+enum plan_option {
+    PLAN_KERNEL,
+    PLAN_DIMS,
+    PLAN_DERIVATIVE,
+    PLAN_PROFILE,
+    PLAN_TAPS_PER_PASS,
+    PLAN_BITS,
+    PLAN_RESOLUTION,
+    PLAN_TECHNIQUE,
+    PLAN_ROUND_SINGLY,
+    PLAN_SINGLE_BIAS,
+    PLAN_NO_SCALE,
+    PLAN_BLEND_ONLY,
+    PLAN_CHANNELS,
+    PLAN_SUBJECT_COUNT, // those above make no sense for a plan that is there already
+    PLAN_WORST_CASE = PLAN_SUBJECT_COUNT,
+    PLAN_MEMORY,
+    PLAN_JSON,
+    PLAN_QUIET,
+    PLAN_VERBOSE,
+    PLAN_COMMON_COUNT, // a verb's own are behind them
+};
+
+// For the verbs' tables.
+#define PLAN_COMMON_OPTIONS                                                                        \
+    [PLAN_KERNEL] = {.name = "kernel",                                                             \
+                     'k',                                                                          \
+                     OPTION_TEXT,                                                                  \
+                     "NAME",                                                                       \
+                     "the reconstruction kernel (default catmull-rom), as in weft slice; 'help' "  \
+                     "lists the kernels"},                                                         \
+    [PLAN_DIMS] = {.name = "dims",                                                                 \
+                   'd',                                                                            \
+                   OPTION_CHOICE,                                                                  \
+                   "2|3",                                                                          \
+                   "dimensions of the source (default 2)",                                         \
+                   plan_dims_choices},                                                             \
+    [PLAN_DERIVATIVE] = {.name = "derivative",                                                     \
+                         0,                                                                        \
+                         OPTION_CHOICE,                                                            \
+                         "x|y|z",                                                                  \
+                         "reconstruct this component of the gradient instead",                     \
+                         plan_derivative_choices},                                                 \
+    [PLAN_PROFILE] = {.name = "profile",                                                           \
+                      'p',                                                                         \
+                      OPTION_TEXT,                                                                 \
+                      "NAME,key=value,...",                                                        \
+                      "what the hardware may do in a pass (default unorm8): a name, a name and "   \
+                      "what differs, or, from unorm8 on, only what differs; 'help' lists names "   \
+                      "and keys"},                                                                 \
+    [PLAN_TAPS_PER_PASS] = {.name = "taps-per-pass",                                               \
+                            't',                                                                   \
+                            OPTION_NUMBER,                                                         \
+                            "N",                                                                   \
+                            "pairs of a source and a tile texture in one pass (default: as many "  \
+                            "as the profile has)"},                                                \
+    [PLAN_BITS] = {.name = "bits",                                                                 \
+                   'b',                                                                            \
+                   OPTION_NUMBER,                                                                  \
+                   "B",                                                                            \
+                   "of the tiles, 4 to 16, on unorm targets (default 8; on 16-bit targets 14, at " \
+                   "most that)"},                                                                  \
+    [PLAN_RESOLUTION] = {.name = "resolution",                                                     \
+                         'm',                                                                      \
+                         OPTION_NUMBER,                                                            \
+                         "M",                                                                      \
+                         "samples per tile and axis (default 64, in 3D 32)"},                      \
+    [PLAN_TECHNIQUE] = {.name = "technique",                                                       \
+                        0,                                                                         \
+                        OPTION_CHOICE,                                                             \
+                        "plain|dot4|split-precision|hierarchical|log",                             \
+                        "plain: a tap per fetch (default); dot4: four; split-precision: twice "    \
+                        "the passes keep the bits that the target loses; hierarchical: small "     \
+                        "weights in targets of their own; log: sums of logarithms for products",   \
+                        plan_technique_choices},                                                   \
+    [PLAN_ROUND_SINGLY] = {.name = "round-singly",                                                 \
+                           0,                                                                      \
+                           OPTION_FLAG,                                                            \
+                           NULL,                                                                   \
+                           "round each weight by itself, so that constants ripple (default: so "   \
+                           "that the sum at each position is kept)"},                              \
+    [PLAN_SINGLE_BIAS] = {.name = "single-bias",                                                   \
+                          0,                                                                       \
+                          OPTION_FLAG,                                                             \
+                          NULL,                                                                    \
+                          "the whole bias comes with the first pass, as naive code has it"},       \
+    [PLAN_NO_SCALE] = {.name = "no-scale",                                                         \
+                       0,                                                                          \
+                       OPTION_FLAG,                                                                \
+                       NULL,                                                                       \
+                       "do not scale the result, even where no order keeps the range without"},    \
+    [PLAN_BLEND_ONLY] = {.name = "blend-only",                                                     \
+                         0,                                                                        \
+                         OPTION_FLAG,                                                              \
+                         NULL,                                                                     \
+                         "as if the profile had no ping-pong"},                                    \
+    [PLAN_CHANNELS] = {.name = "channels",                                                         \
+                       0,                                                                          \
+                       OPTION_CHOICE,                                                              \
+                       "1|4",                                                                      \
+                       "of the source that are filtered together (default 1); not with dot4",      \
+                       plan_channels_choices},                                                     \
+    [PLAN_WORST_CASE] = {.name = "worst-case",                                                     \
+                         'w',                                                                      \
+                         OPTION_CHOICE,                                                            \
+                         "constant|any",                                                           \
+                         "input for which no store may clamp: constants of any level (default), "  \
+                         "or samples anywhere in [0, 1]",                                          \
+                         plan_worst_case_choices},                                                 \
+    [PLAN_MEMORY] = {.name = "memory",                                                             \
+                     0,                                                                            \
+                     OPTION_BYTES,                                                                 \
+                     "BYTES",                                                                      \
+                     "limit for the tiles (default 1G); K, M and G are powers of 1024"},           \
+    [PLAN_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print everything as JSON"},              \
+    [PLAN_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},      \
+    [PLAN_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"}
+
+extern const char *const plan_dims_choices[], *const plan_derivative_choices[],
+                                                  *const plan_technique_choices[],
+                                                      *const plan_channels_choices[],
+                                                          *const plan_worst_case_choices[];
+
+// `--kernel help` and `--profile help`: prints the list and returns true.
+bool plan_options_help(const struct option_value *options);
+
+// Fills params from the common options. *file is for weft_kernel_file_destroy once the plan is
+// gone. Returns WEFT_ERR_ARGUMENT, or what kernels_load returns, after an error line.
+enum weft_result plan_options_read(const struct option_value *options,
+                                   struct weft_plan_params *params, weft_kernel_file **file);
+
+#endif

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/common/preview.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+
+static enum weft_result unknown_colour_map(const char *name)
+{
+    char names[512] = "";
+    for (int i = 0; weft_colour_map_list[i]; i++) {
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
+                 weft_colour_map_list[i]->name);
+    }
+    report_error("unknown colour map '%s'; there are: %s", name, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result preview_check(const struct preview_options *options,
+                               const struct weft_colour_map **out)
+{
+    const struct option_value *range = options->range, *map = options->colour_map;
+    *out = map->given ? weft_colour_map_find(map->text) : NULL;
+    if (map->given && !*out)
+        return unknown_colour_map(map->text);
+    if (!range->given || (float)range->number[0] < (float)range->number[1])
+        return WEFT_OK;
+    report_error("--range %s: LO must be less than HI, in single precision", range->text);
+    return WEFT_ERR_ARGUMENT;
+}
+
+bool preview_help(const struct option_value *colour_map)
+{
+    if (!colour_map->given || strcmp(colour_map->text, "help") != 0)
+        return false;
+    puts("colour maps:");
+    for (int i = 0; weft_colour_map_list[i]; i++) {
+        const struct weft_colour_map *map = weft_colour_map_list[i];
+        printf("  %-10s %s\n", map->name, map->citation ? map->citation : "");
+    }
+    return true;
+}
+
+enum weft_result preview_check_outputs(const struct preview_options *options, bool writes)
+{
+    const struct option_value *const both[] = {options->output, options->preview};
+    if (both[0]->given && both[1]->given && paths_same_file(both[0]->text, both[1]->text)) {
+        report_error("-o %s and --preview %s are the same file", both[0]->text, both[1]->text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (both[i]->given && paths_same_file(options->input, both[i]->text)) {
+            report_error("the output %s is the input %s", both[i]->text, options->input);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    for (int i = 0; i < 2 && writes; i++)
+        if (both[i]->given && paths_check_output(both[i]->text, options->no_clobber) != WEFT_OK)
+            return WEFT_ERR_WRITE;
+    return WEFT_OK;
+}
+
+enum weft_result preview_save(const struct preview_options *options,
+                              const struct weft_colour_map *colour_map, int32_t width,
+                              int32_t height, const float *plane, float range[2])
+{
+    struct weft_preview_params *params =
+        weft_preview_params(.path = options->preview->text, .no_clobber = options->no_clobber,
+                            .width = width, .height = height, .plane = plane,
+                            .colour_map = colour_map, .log = report_log());
+    if (options->range->given) {
+        params->low = (float)options->range->number[0];
+        params->high = (float)options->range->number[1];
+    }
+    report_stage("writing", params->path);
+    return weft_preview_save(params, range);
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/common/report.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tools/common/ending.h"
+
+static enum weft_log_level shown_level = WEFT_LOG_WARNING;
+static bool error_shown;
+static const char *progress_what;
+static int progress_percent = -1; // shown; -1: none is
+
+enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40 };
+
+void report_set_level(bool quiet, bool verbose)
+{
+    shown_level = verbose ? WEFT_LOG_DEBUG : quiet ? WEFT_LOG_ERROR : WEFT_LOG_WARNING;
+}
+
+void report_keep_stdout(void)
+{
+    stdout = stderr;
+}
+
+bool report_is_quiet(void)
+{
+    return shown_level == WEFT_LOG_ERROR;
+}
+
+// A signal handler's, too.
+void report_erase_progress(void)
+{
+    static const char erase[] = "\r\033[K";
+    if (progress_percent >= 0 && write(STDERR_FILENO, erase, sizeof erase - 1) < 0)
+        return;
+    progress_percent = -1;
+}
+
+static void write_line(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv;
+    char line[1024];
+    snprintf(line, sizeof line, "%s", message);
+    static const char *const names[] = {"error", "warning", "info", "debug"};
+    if (level == WEFT_LOG_ERROR) {
+        if (error_shown)
+            level = WEFT_LOG_DEBUG;
+        else
+            error_shown = true;
+    }
+    if (level > shown_level)
+        return;
+    report_erase_progress();
+    fprintf(stderr, "weft: %s: %s\n", names[level], weft_text_clean(line, false));
+}
+
+static const struct weft_log log_to_stderr = {.write = write_line};
+
+bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches)
+{
+    if (not_finite_mismatches)
+        report_error("verification failed, %s: %llu pixels are finite on one side only", what,
+                     (unsigned long long)not_finite_mismatches);
+    else if (error > bound)
+        report_error("verification failed, %s: the largest error, %.3g, is beyond the bound of "
+                     "%.3g",
+                     what, error, bound);
+    return !not_finite_mismatches && !(error > bound);
+}
+
+const struct weft_log *report_log(void)
+{
+    return &log_to_stderr;
+}
+
+static void write_format(enum weft_log_level level, const char *format, va_list args)
+{
+    char line[1024];
+    vsnprintf(line, sizeof line, format, args);
+    write_line(NULL, level, line);
+}
+
+#define DEFINE_REPORT(name, level)                                                                 \
+    void name(const char *format, ...)                                                             \
+    {                                                                                              \
+        va_list args;                                                                              \
+        va_start(args, format);                                                                    \
+        write_format(level, format, args);                                                         \
+        va_end(args);                                                                              \
+    }
+DEFINE_REPORT(report_error, WEFT_LOG_ERROR)
+DEFINE_REPORT(report_warning, WEFT_LOG_WARNING)
+DEFINE_REPORT(report_note, WEFT_LOG_INFO)
+
+void report_line(const char *format, ...)
+{
+    char *line = NULL;
+    va_list args;
+    va_start(args, format);
+    int length = vasprintf(&line, format, args);
+    va_end(args);
+    if (length < 0) {
+        report_error("out of memory for a line of text");
+        return;
+    }
+    puts(weft_text_clean(line, false));
+    free(line);
+}
+
+static bool shows_progress(void)
+{
+    return shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
+}
+
+// What is done is no news: whatever comes next has a line of its own.
+static bool show_progress(void *priv, double fraction)
+{
+    (void)priv;
+    int percent = (int)(100 * fraction);
+    if (percent >= 100) {
+        report_erase_progress();
+    } else if (percent != progress_percent && shows_progress()) {
+        fprintf(stderr, "\rweft: %s %3d %%\033[K", progress_what, percent);
+        progress_percent = percent;
+    }
+    return !ending_is_due();
+}
+
+static const struct weft_progress progress_to_stderr = {.report = show_progress};
+
+const struct weft_progress *report_progress(const char *what)
+{
+    progress_what = what;
+    return &progress_to_stderr;
+}
+
+// Its last part, not all of it where it is long.
+static char *shown_name(const char *path, char name[NAME_SHOWN + 1])
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(name, NAME_SHOWN + 1, "%s", slash ? slash + 1 : path);
+    return weft_text_clean(name, false);
+}
+
+void report_stage(const char *what, const char *path)
+{
+    char name[NAME_SHOWN + 1];
+    if (!shows_progress())
+        return;
+    fprintf(stderr, "\rweft: %s %s\033[K", what, shown_name(path, name));
+    progress_percent = NO_PERCENTAGE;
+}
+
+static bool show_writing(void *priv, double fraction)
+{
+    const bool goes_on = show_progress(NULL, fraction);
+    if (fraction >= 1.0)
+        report_stage("finishing", *(const char *const *)priv);
+    return goes_on;
+}
+
+const struct weft_progress *report_writing(const char *path)
+{
+    static const char *written;
+    static const struct weft_progress progress = {.report = show_writing, .priv = &written};
+    static char what[sizeof "writing " + NAME_SHOWN];
+    char name[NAME_SHOWN + 1];
+    written = path;
+    snprintf(what, sizeof what, "writing %s", shown_name(path, name));
+    report_progress(what);
+    return &progress;
+}
+
+static int exit_code(enum weft_result result)
+{
+    switch (result) {
+    case WEFT_OK:
+        return EXIT_CODE_DONE;
+    case WEFT_ERR_ARGUMENT:
+        return EXIT_CODE_USAGE;
+    case WEFT_ERR_UNSUPPORTED:
+    case WEFT_ERR_LIMIT:
+    case WEFT_ERR_OPEN:
+    case WEFT_ERR_FORMAT:
+    case WEFT_ERR_READER:
+        return EXIT_CODE_INPUT;
+    case WEFT_ERR_WRITE:
+        return EXIT_CODE_OUTPUT;
+    case WEFT_ERR_CONTEXT:
+        return EXIT_CODE_CONTEXT;
+    case WEFT_ERR_CANCELLED:
+    case WEFT_ERR_MEMORY:
+    case WEFT_ERR_GL:
+        return EXIT_CODE_FAILED;
+    }
+    return EXIT_CODE_FAILED;
+}
+
+int report_finish(enum weft_result result)
+{
+    report_erase_progress();
+    if (result == WEFT_OK && (fflush(stdout) != 0 || ferror(stdout))) {
+        report_error("standard output cannot be written: %s", strerror(errno));
+        return EXIT_CODE_OUTPUT;
+    }
+    if (result != WEFT_OK && !error_shown)
+        report_error("%s", weft_result_text(result));
+    return exit_code(result);
+}
+
+bool report_close(FILE *text)
+{
+    const bool lost = ferror(text);
+    return fclose(text) == 0 && !lost;
+}
+
+double report_now_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}

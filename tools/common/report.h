@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/common/report.h - what the command tells its user: messages, progress, exit codes.
+// Messages go to stderr as "weft: error: ...". A failure is one error line: the first one; later
+// ones are its consequences and are shown with -v only. One command runs per process, so the state
+// is the process's own.
+#ifndef WEFT_TOOLS_COMMON_REPORT_H
+#define WEFT_TOOLS_COMMON_REPORT_H
+
+#include <stdio.h>
+
+#include "weft.h"
+
+enum exit_code {
+    EXIT_CODE_DONE = 0,
+    EXIT_CODE_FAILED = 1,  // memory, a GL error, no gnuplot, a verification that failed
+    EXIT_CODE_USAGE = 2,   // wrong usage
+    EXIT_CODE_INPUT = 3,   // unreadable or refused input
+    EXIT_CODE_OUTPUT = 4,  // output not written
+    EXIT_CODE_CONTEXT = 5, // no usable GL context
+};
+
+// quiet: only errors. verbose: also what is done, and details. Neither: warnings and errors.
+void report_set_level(bool quiet, bool verbose);
+bool report_is_quiet(void);
+
+// Standard output is for an output file: what is printed goes to stderr from now on.
+void report_keep_stdout(void);
+
+void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// The verdict of a verification: false, after an error line, where pixels are finite on one side
+// only or the largest error is beyond its bound (NAN: it has none). `what`: whose.
+bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches);
+
+// Prints one line on stdout, cleaned (weft_text_clean), and a line end: for lines that hold names,
+// paths or other text from outside.
+void report_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// For the library's log members.
+const struct weft_log *report_log(void);
+
+// For the library's progress members: false once a deferred interrupt has come. With a terminal on
+// stderr it shows `what` and a percentage there, until all is done.
+const struct weft_progress *report_progress(const char *what);
+// The same for work that tells no fraction: "reading", "large.exr".
+void report_stage(const char *what, const char *path);
+// For a file whose progress is told until it is written, and which is then read back, flushed and
+// put in place: its name and a percentage, then "finishing". path is borrowed meanwhile.
+const struct weft_progress *report_writing(const char *path);
+// Async-signal-safe.
+void report_erase_progress(void);
+
+// The exit code of a result; makes sure that a failure has its error line, and flushes stdout.
+int report_finish(enum weft_result result);
+
+// Closes a text in memory; false where there was none for all that was written.
+bool report_close(FILE *text);
+
+double report_now_seconds(void); // monotonic
+
+#endif

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/common/saved.h"
+
+#include <stdio.h>
+
+#include "tools/common/report.h"
+
+json_t *saved_json(const struct weft_image_save_report *s)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "values", json_count(s->values), "verified",
+                     json_count(s->verified), "overflows", json_count(s->overflows), "rounding",
+                     json_number(s->rounding), "chunks", json_count(s->chunks), "raw_chunks",
+                     json_count(s->raw));
+}
+
+void saved_print(const char *path, const struct weft_image_save_report *s)
+{
+    char rounding[80] = "";
+    if (!s->verified)
+        return;
+    if (s->rounding > 0.0)
+        snprintf(rounding, sizeof rounding, ", rounded to half by at most %.3g", s->rounding);
+    report_line("%s: read back, all %llu values are those computed%s", path,
+                (unsigned long long)s->verified, rounding);
+}

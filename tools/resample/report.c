@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a finished resampling tells: EXR attributes, JSON, text.
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "tools/common/cells.h"
+#include "tools/common/kernels.h"
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+#include "tools/resample/job.h"
+#include "tools/common/saved.h"
+
+void resample_group_name(const struct resample_job *job, const struct resample_group *group,
+                         char *text, size_t size)
+{
+    text[0] = 0;
+    for (int c = 0; c < group->count; c++) {
+        const size_t used = strlen(text);
+        snprintf(text + used, size - used, "%s%s", c ? " " : "",
+                 job->result.channels[group->channel[c]].name);
+    }
+    weft_text_clean(text, false);
+}
+
+static const weft_plan *first_plan(const struct resample_job *job)
+{
+    return job->single ? job->single : job->together;
+}
+
+static const char *method_name(const struct resample_job *job)
+{
+    return weft_method_names[job->separable ? WEFT_METHOD_SEPARABLE : WEFT_METHOD_PASSES];
+}
+
+// ---- EXR attributes -----------------------------------------------------------------------------
+
+static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
+                     ...) __attribute__((format(printf, 4, 5)));
+
+static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
+                     ...)
+{
+    struct weft_metadata *entry = &list[(*count)++];
+    snprintf(entry->key, sizeof entry->key, "weft.%s", key);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(entry->value, sizeof entry->value, format, args);
+    va_end(args);
+}
+
+// "R 0,1; G 0,0.5": of as many groups as fit.
+static void add_list(const struct resample_job *job, struct weft_metadata *list, size_t *count,
+                     const char *key, bool ranges)
+{
+    add_text(list, count, key, "%s", "");
+    char *value = list[*count - 1].value;
+    size_t used = 0;
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const char *separator = g ? "; " : "";
+        char name[300], one[400];
+        resample_group_name(job, group, name, sizeof name);
+        const int size =
+            ranges ? snprintf(one, sizeof one, "%s%s %.9g,%.9g", separator, name, group->low,
+                              group->high)
+                   : snprintf(one, sizeof one, "%s%s %.3g", separator, name, group->bound.total);
+        if (used + (size_t)size + sizeof "; ..." > sizeof list->value) {
+            strcpy(value + used, &"; ..."[used ? 0 : 2]);
+            return;
+        }
+        memcpy(value + used, one, (size_t)size + 1);
+        used += (size_t)size;
+    }
+}
+
+size_t resample_attributes(const struct resample_job *job,
+                           struct weft_metadata out[RESAMPLE_ATTRIBUTES])
+{
+    const struct weft_context_info *context =
+        job->context ? weft_context_get_info(job->context) : NULL;
+    char kernel[KERNELS_TEXT], summary[RESAMPLE_PLAN_TEXT];
+    size_t count = 0;
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+    add_text(out, &count, "version", "%s", weft_version());
+    add_text(out, &count, "image", "%s", paths_base_name(job->input));
+    add_text(out, &count, "kernel", "%s", kernel);
+    add_text(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
+             job->image.width, job->image.height);
+    add_text(out, &count, "method", "%s", method_name(job));
+    if (!job->separable) {
+        const struct weft_plan_info *plan = weft_plan_get_info(first_plan(job));
+        add_text(out, &count, "profile", "%s", plan->profile.name);
+        add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+        add_text(out, &count, "plan", "%s", resample_plan_summary(first_plan(job), summary));
+    }
+    if (job->option[RESAMPLE_MAX_ERROR].given)
+        add_text(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
+    add_list(job, out, &count, "source_range", true);
+    add_list(job, out, &count, "bound", false);
+    if (context)
+        add_text(out, &count, "renderer", "%s, %s, OpenGL %s", context->platform, context->renderer,
+                 context->version);
+    else
+        add_text(out, &count, "renderer", "CPU");
+    return count;
+}
+
+// ---- JSON ---------------------------------------------------------------------------------------
+
+static json_t *names_json(const struct resample_job *job, const struct resample_group *group)
+{
+    json_t *names = json_array();
+    for (int c = 0; c < group->count; c++)
+        json_array_append_new(names, json_text(job->result.channels[group->channel[c]].name));
+    return names;
+}
+
+static json_t *error_json(const struct resample_job *job, const struct resample_group *group)
+{
+    const struct weft_convolve_error *e = &group->error;
+    return json_pack("{s:o,s:o,s:i,s:i,s:o,s:o}", "maximum", json_number(e->maximum), "rms",
+                     json_number(e->rms), "at_x", e->at_x, "at_y", e->at_y, "at_channel",
+                     json_text(job->result.channels[group->channel[e->channel]].name),
+                     "not_finite_mismatches", json_count(e->not_finite_mismatches));
+}
+
+// Without ranges and errors when only explained.
+static json_t *groups_json(const struct resample_job *job)
+{
+    json_t *groups = json_array();
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        json_t *one = json_pack("{s:o}", "channels", names_json(job, group));
+        json_array_append_new(groups, one);
+        if (job->option[RESAMPLE_EXPLAIN].given)
+            continue;
+        json_object_update_new(
+            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(group->low),
+                           "high", json_number(group->high), "sample_low",
+                           json_number(group->sample_low), "sample_high",
+                           json_number(group->sample_high), "clamped", json_count(group->clamped),
+                           "minimum", json_number(group->minimum), "maximum",
+                           json_number(group->maximum), "not_finite", json_count(group->not_finite),
+                           "bound", resample_bound_json(&group->bound)));
+        json_object_set_new(one, "e1", json_number(group->e1));
+        if (job->option[RESAMPLE_MAX_ERROR].given)
+            json_object_set_new(one, "max_error", json_number(group->max_error));
+        if (job->option[RESAMPLE_VERIFY].given)
+            json_object_set_new(one, "verify", error_json(job, group));
+    }
+    return groups;
+}
+
+static json_t *windows_json(const struct weft_image *image)
+{
+    return json_pack("{s:i,s:i,s:i,s:i,s:o,s:o}", "x", image->x, "y", image->y, "width",
+                     image->width, "height", image->height, "display_min",
+                     json_counts(image->display_min, 2), "display_max",
+                     json_counts(image->display_max, 2));
+}
+
+static json_t *separable_json(const struct resample_job *job)
+{
+    const struct weft_separable_report *r = &job->separable_report;
+    json_t *object =
+        json_pack("{s:o}", "relative_bound", json_number(weft_separable_error_bound(&job->kernel)));
+    if (!job->option[RESAMPLE_EXPLAIN].given)
+        json_object_update_new(
+            object,
+            json_pack("{s:i,s:o,s:i,s:o,s:o}", "first_axis", r->first_axis, "fetches_per_pixel",
+                      json_number(r->fetches_per_pixel), "passes", r->passes, "uploaded_bytes",
+                      json_count(r->uploaded_bytes), "peak_bytes", json_count(r->peak_bytes)));
+    return object;
+}
+
+static json_t *choices_json(const struct resample_job *job)
+{
+    json_t *choices = json_array();
+    for (size_t i = 0; i < job->choice_count; i++) {
+        const struct resample_choice *c = &job->choices[i];
+        json_array_append_new(
+            choices, json_pack("{s:s,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:b}", "technique",
+                               weft_technique_names[c->technique], "resolution", c->samples, "bits",
+                               c->bits, "channels", c->channels, "seconds", json_number(c->seconds),
+                               "bytes", json_count(c->bytes), "relative_bound",
+                               json_number(c->relative), "good", c->good, "chosen", c->chosen));
+    }
+    return choices;
+}
+
+static double mpixels_per_second(const struct resample_job *job)
+{
+    return 1e-6 * (double)job->result.width * (double)job->result.height *
+           (double)job->group_count / job->report.pass_seconds;
+}
+
+static json_t *seconds_json(const struct resample_job *job)
+{
+    const struct weft_convolve_report *r = &job->report;
+    const struct {
+        const char *name;
+        double seconds;
+    } times[] = {
+        {"load", job->load_seconds},       {"plan", job->plan_seconds},
+        {"context", job->context_seconds}, {"prepare", r->prepare_seconds},
+        {"upload", r->upload_seconds},     {"passes", r->pass_seconds},
+        {"readback", r->readback_seconds}, {"verify", job->verify_seconds},
+        {"write", job->write_seconds},     {"total", report_now_seconds() - job->start},
+    };
+    json_t *object = json_object();
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
+        json_object_set_new(object, times[i].name, json_number(times[i].seconds));
+    return object;
+}
+
+static void set_context(json_t *root, const struct resample_job *job)
+{
+    const struct weft_context_info *context =
+        job->context ? weft_context_get_info(job->context) : NULL;
+    json_object_set_new(root, "emulated", json_boolean(!context));
+    if (context)
+        json_object_set_new(
+            root, "context",
+            json_pack("{s:o,s:o,s:o,s:o,s:b}", "platform", json_text(context->platform), "vendor",
+                      json_text(context->vendor), "renderer", json_text(context->renderer),
+                      "version", json_text(context->version), "hardware", context->hardware));
+}
+
+static void set_run(json_t *root, const struct resample_job *job)
+{
+    const struct weft_convolve_report *r = &job->report;
+    struct rusage usage = {0};
+    getrusage(RUSAGE_SELF, &usage);
+    json_object_update_new(
+        root, json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "tiles_run", job->tiles,
+                        "source_bytes", json_count(r->source_bytes), "tile_bytes",
+                        json_count(r->tile_bytes), "target_bytes", json_count(r->target_bytes),
+                        "position_bytes", json_count(r->position_bytes), "process_peak_bytes",
+                        json_count((uint64_t)usage.ru_maxrss * 1024), "seconds", seconds_json(job),
+                        "mpixels_per_second", json_number(mpixels_per_second(job))));
+    set_context(root, job);
+    if (!job->context)
+        json_object_update_new(root, json_pack("{s:o,s:o}", "clamps", json_count(r->clamps),
+                                               "largest_clamp", json_number(r->largest_clamp)));
+    if (job->option[RESAMPLE_OUTPUT].given)
+        json_object_set_new(root, "output", json_text(job->option[RESAMPLE_OUTPUT].text));
+    if (job->option[RESAMPLE_PREVIEW].given)
+        json_object_set_new(root, "preview",
+                            json_pack("{s:o,s:o,s:o}", "path",
+                                      json_text(job->option[RESAMPLE_PREVIEW].text), "low",
+                                      json_number(job->preview_range[0]), "high",
+                                      json_number(job->preview_range[1])));
+}
+
+static json_t *job_json(const struct resample_job *job)
+{
+    char kernel[KERNELS_TEXT];
+    json_t *plans = json_array();
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+    if (job->single)
+        json_array_append_new(plans, resample_plan_json(job->single));
+    if (job->together)
+        json_array_append_new(plans, resample_plan_json(job->together));
+    json_t *root =
+        json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "weft", json_text(weft_version()), "method",
+                  method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
+                  "from", windows_json(&job->image), "to", windows_json(&job->result), "plans",
+                  plans, "groups", groups_json(job));
+    if (job->separable)
+        json_object_set_new(root, "separable", separable_json(job));
+    if (job->choices)
+        json_object_set_new(root, "choices", choices_json(job));
+    if (job->coefficients)
+        json_object_set_new(root, "prefilter_overlap", json_integer(job->pad));
+    if (!job->option[RESAMPLE_EXPLAIN].given)
+        set_run(root, job);
+    return root;
+}
+
+enum weft_result resample_print_json(const struct resample_job *jobs, size_t count)
+{
+    json_t *root = count == 1 ? job_json(jobs) : json_object();
+    json_t *parts = count > 1 ? json_array() : NULL;
+    for (size_t i = 0; count > 1 && i < count; i++) {
+        json_t *part = job_json(&jobs[i]);
+        json_object_set_new(part, "name", json_text(jobs[i].image.name));
+        json_array_append_new(parts, part);
+    }
+    if (count > 1)
+        json_object_set_new(root, "parts", parts);
+    if (jobs->saved.values)
+        json_object_set_new(root, "file", saved_json(&jobs->saved));
+    return json_print(root);
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+static bool fill_choice(struct cells *cells, int row, const struct resample_choice *c,
+                        const struct resample_choice *chosen)
+{
+    char bits[16] = "float";
+    if (c->bits)
+        snprintf(bits, sizeof bits, "%d", c->bits);
+    const char *why = c->chosen        ? "chosen: the cheapest within it"
+                      : !c->good       ? "over --max-error"
+                      : chosen != NULL ? "dearer"
+                                       : "";
+    return cells_set(cells, row, 0, "%s", weft_technique_names[c->technique]) &&
+           cells_set(cells, row, 1, "%s", why) && cells_set(cells, row, 2, "%d", c->samples) &&
+           cells_set(cells, row, 3, "%s", bits) &&
+           cells_set(cells, row, 4, "%.3g", 1e3 * c->seconds) &&
+           cells_set(cells, row, 5, "%.3g", 1e-6 * (double)c->bytes) &&
+           cells_set(cells, row, 6, "%.3g", c->relative);
+}
+
+void resample_print_choices(const struct resample_job *job)
+{
+    static const char *const heading[] = {"technique", "verdict", "samples",    "bits",
+                                          "ms",        "MB",      "bound/range"};
+    struct cells cells;
+    bool done = cells_create(&cells, (int)job->choice_count + 1, 7);
+    cells.text_columns = 2;
+    const struct resample_choice *chosen = NULL;
+    for (size_t i = 0; i < job->choice_count; i++)
+        chosen = job->choices[i].chosen ? &job->choices[i] : chosen;
+    for (int c = 0; done && c < 7; c++)
+        done = cells_set(&cells, 0, c, "%s", heading[c]);
+    for (size_t i = 0; done && i < job->choice_count; i++)
+        done = fill_choice(&cells, (int)i + 1, &job->choices[i], chosen);
+    if (done)
+        cells_print(&cells, CELLS_TEXT, stdout);
+    cells_destroy(&cells);
+}
+
+static void explain_budget(const struct resample_job *job)
+{
+    for (size_t g = 0; g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        char name[300];
+        resample_group_name(job, group, name, sizeof name);
+        const struct resample_values of = {
+            .low = group->low,
+            .high = group->high,
+            .result = fmax(fabs(group->low), fabs(group->high)),
+            .sample = resample_largest_sample(group),
+            .samples = group->sample_high - group->sample_low,
+        };
+        const struct resample_bound bound = group->plan ? resample_bound_of(group->plan, &of)
+                                                        : resample_unplanned_bound(job, group);
+        printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
+               group->sample_low, group->sample_high, bound.total, group->max_error, group->e1);
+    }
+}
+
+static void explain_separable(const struct resample_job *job)
+{
+    char kernel[KERNELS_TEXT];
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+    printf("separable %s: %d taps along each axis, one after the other, in single precision; the "
+           "error is at most %.3g of the largest sample in reach\n",
+           kernel, job->kernel.width, weft_separable_error_bound(&job->kernel));
+}
+
+static void explain(const struct resample_job *job)
+{
+    char file[300];
+    snprintf(file, sizeof file, "%s", paths_base_name(job->input));
+    printf("resample %s: %d x %d -> %d x %d, channels", weft_text_clean(file, false),
+           job->image.width, job->image.height, job->result.width, job->result.height);
+    for (size_t g = 0; g < job->group_count; g++) {
+        char name[300];
+        resample_group_name(job, &job->group[g], name, sizeof name);
+        printf("%s %s", g ? "," : "", name);
+    }
+    putchar('\n');
+    if (job->separable)
+        explain_separable(job);
+    if (job->option[RESAMPLE_MAX_ERROR].given)
+        explain_budget(job);
+    if (job->choices)
+        resample_print_choices(job);
+    if (job->single)
+        resample_plan_print(job->single);
+    if (job->together)
+        resample_plan_print(job->together);
+}
+
+static void print_error(const struct resample_job *job, const struct resample_group *group)
+{
+    const struct weft_convolve_error *e = &group->error;
+    char name[300], bound[RESAMPLE_PLAN_TEXT];
+    resample_group_name(job, group, name, sizeof name);
+    printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
+           "%.9g; E1 %.3g\n",
+           name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
+           group->sample_low, group->sample_high, group->e1);
+    if (e->not_finite_mismatches)
+        printf("%s: finite on one side only: %llu values\n", name,
+               (unsigned long long)e->not_finite_mismatches);
+}
+
+static void note_times(const struct resample_job *job)
+{
+    const struct weft_convolve_report *r = &job->report;
+    report_note("load %.3f s, plan %.3f, context %.3f, prepare %.3f, upload %.3f, passes %.3f "
+                "(%.1f Mpixel/s), read-back %.3f, verify %.3f, write %.3f, total %.3f s",
+                job->load_seconds, job->plan_seconds, job->context_seconds, r->prepare_seconds,
+                r->upload_seconds, r->pass_seconds, mpixels_per_second(job), r->readback_seconds,
+                job->verify_seconds, job->write_seconds, report_now_seconds() - job->start);
+    for (size_t g = 0; g < job->group_count; g++) {
+        char name[300];
+        resample_group_name(job, &job->group[g], name, sizeof name);
+        report_note("%s: samples from %.9g to %.9g, pixels from %.9g to %.9g, %llu not finite",
+                    name, job->group[g].sample_low, job->group[g].sample_high,
+                    job->group[g].minimum, job->group[g].maximum,
+                    (unsigned long long)job->group[g].not_finite);
+    }
+}
+
+void resample_print_text(const struct resample_job *job)
+{
+    if (job->option[RESAMPLE_EXPLAIN].given) {
+        explain(job);
+        return;
+    }
+    if (job->option[RESAMPLE_PREVIEW].given && !report_is_quiet())
+        report_line("%s: values from %.9g to %.9g", job->option[RESAMPLE_PREVIEW].text,
+                    job->preview_range[0], job->preview_range[1]);
+    for (size_t g = 0; job->option[RESAMPLE_VERIFY].given && g < job->group_count; g++)
+        print_error(job, &job->group[g]);
+    note_times(job);
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The EXR file of `weft resample`: attributes, compression, what is not kept.
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/common/attributes.h"
+#include "tools/common/report.h"
+#include "tools/resample/job.h"
+
+// The input's attributes, corrected, then our own.
+static enum weft_result make_attributes(struct resample_job *job)
+{
+    const struct weft_image *in = &job->image;
+    const double scale[2] = {(double)job->place[0].to / (double)job->place[0].from,
+                             (double)job->place[1].to / (double)job->place[1].from};
+    struct weft_image_attribute *list =
+        calloc(in->attribute_count + 1 + RESAMPLE_ATTRIBUTES, sizeof *list);
+    job->texts = calloc(RESAMPLE_ATTRIBUTES, sizeof *job->texts);
+    job->result.attributes = list;
+    if (!list || !job->texts) {
+        report_error("out of memory for %zu attributes", in->attribute_count);
+        return WEFT_ERR_MEMORY;
+    }
+    const size_t kept = attributes_scaled(in, scale, list, job->corrected);
+    const size_t own = resample_attributes(job, job->texts);
+    attributes_of_texts(job->texts, own, list + kept);
+    job->result.attribute_count = kept + own;
+    memcpy(job->result.name, in->name, sizeof in->name);
+    return WEFT_OK;
+}
+
+static void choose_compression(struct resample_job *job)
+{
+    const struct option_value *given = &job->option[RESAMPLE_COMPRESSION];
+    const enum weft_image_compression from = job->image.compression;
+    job->result.compression = given->given                   ? (unsigned)given->integer[0]
+                              : weft_image_is_writable(from) ? from
+                                                             : WEFT_IMAGE_ZIP;
+}
+
+__attribute__((format(printf, 3, 4))) static void add_loss(char *text, size_t size,
+                                                           const char *format, ...)
+{
+    const size_t used = strlen(text);
+    va_list args;
+    va_start(args, format);
+    snprintf(text + used, size - used, "%s", used ? "; " : "");
+    vsnprintf(text + strlen(text), size - strlen(text), format, args);
+    va_end(args);
+}
+
+// All that the file cannot keep, in one line.
+static void warn_of_losses(const struct resample_job *jobs, size_t count)
+{
+    char text[900] = "";
+    for (size_t i = 0; i < count; i++) {
+        const struct weft_image *in = &jobs[i].image;
+        const char *part = count > 1 ? in->name : "", *space = count > 1 ? " of " : "";
+        if (!jobs[i].option[RESAMPLE_COMPRESSION].given && !weft_image_is_writable(in->compression))
+            add_loss(text, sizeof text, "compression %s%s%.64s (zip is written)",
+                     weft_image_compression_names[in->compression], space, part);
+        if (in->tiled)
+            add_loss(text, sizeof text, "tiles%s%.64s (lines are written)", space, part);
+    }
+    if (*text)
+        report_warning("%s: not kept: %s", jobs->input, text);
+}
+
+static void warn_of_overflows(const struct resample_job *job)
+{
+    if (job->saved.overflows)
+        report_warning("%s: %llu values are beyond %g, the largest half, and become infinity; "
+                           "--type float keeps them",
+                           job->option[RESAMPLE_OUTPUT].text,
+                           (unsigned long long)job->saved.overflows, 65504.0);
+}
+
+enum weft_result resample_save(struct resample_job *jobs, size_t count)
+{
+    const struct weft_image_save_params params = {
+        .path = jobs->option[RESAMPLE_OUTPUT].text,
+        .no_clobber = jobs->option[RESAMPLE_NO_CLOBBER].given,
+        .verify = jobs->option[RESAMPLE_VERIFY].given,
+        .progress = report_writing(jobs->option[RESAMPLE_OUTPUT].text),
+        .log = report_log(),
+    };
+    struct weft_image *parts = calloc(count, sizeof *parts);
+    enum weft_result res = parts ? WEFT_OK : WEFT_ERR_MEMORY;
+    for (size_t i = 0; res == WEFT_OK && i < count; i++) {
+        choose_compression(&jobs[i]);
+        resample_round_integers(&jobs[i]);
+        res = make_attributes(&jobs[i]);
+        parts[i] = jobs[i].result; // borrowed
+    }
+    if (res == WEFT_OK) {
+        warn_of_losses(jobs, count);
+        res = weft_image_save_parts(parts, count, &params, &jobs->saved);
+    }
+    if (res == WEFT_OK)
+        warn_of_overflows(jobs);
+    free(parts);
+    return res;
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slice/budget.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "tools/common/cells.h"
+#include "tools/common/cost_file.h"
+#include "tools/common/report.h"
+
+// What was measured for the renderer that the slice is made on, or would be.
+static void load_model(struct slice_job *job)
+{
+    const struct weft_context_params params = {.kind = job->context_kind};
+    weft_context *own = NULL;
+    const weft_context *context = job->context;
+    if (!context && weft_context_create(&params, &own) == WEFT_OK)
+        context = own;
+    job->model = weft_cost_default;
+    if (context)
+        cost_file_load(weft_context_get_info(context)->renderer, &job->model, NULL);
+    weft_context_destroy(&own);
+}
+
+static enum weft_result report_none(struct slice_job *job)
+{
+    const struct weft_choice *choice = &job->choice;
+    const double rounding = weft_slice_plan_get_info(job->plan)->error_rounding;
+    char rounded[80] = "";
+    if (rounding > 0.0)
+        snprintf(rounded, sizeof rounded, ", %.3g of it by integers that no float holds", rounding);
+    job->over_budget = true;
+    if (choice->best < 0)
+        report_error("no way of making this slice applies");
+    else
+        report_error("no way is within %.3g: the best is %s, within %.3g%s (voxels from %.6g to "
+                     "%.6g)",
+                     job->max_error, choice->candidates[choice->best].name,
+                     choice->candidates[choice->best].bound, rounded, choice->measure.voxel_low,
+                     choice->measure.voxel_high);
+    return WEFT_ERR_LIMIT;
+}
+
+static enum weft_result choose(struct slice_job *job, const struct weft_profile *profile)
+{
+    const struct weft_slice_measure measure = job->choice.measure;
+    const struct weft_choose_params params = {
+        .slice = job->slice_params,
+        .max_error = job->max_error,
+        .profile = profile,
+        .model = &job->model,
+        .measure = &measure,
+    };
+    enum weft_result res = weft_choose(job->volume, &params, &job->choice);
+    if (res != WEFT_OK)
+        return res;
+    // What was considered is told even where nothing meets the budget.
+    if (job->choice.chosen < 0 && job->option[SLICE_EXPLAIN].given)
+        slice_budget_print(job);
+    if (job->choice.chosen < 0)
+        return report_none(job);
+    job->plan = weft_way_plan_get_slice(job->choice.plan);
+    job->passes = weft_way_plan_get_passes(job->choice.plan);
+    return WEFT_OK;
+}
+
+enum weft_result slice_choose(struct slice_job *job)
+{
+    const struct option_value *o = job->option;
+    const struct option_value *profile_text = &o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE];
+    struct weft_profile profile;
+    struct budget budget;
+    if (!o[SLICE_MAX_ERROR].given)
+        return WEFT_OK;
+    const double start = report_now_seconds();
+    enum weft_result res = budget_parse(o[SLICE_MAX_ERROR].text, &budget);
+    if (res == WEFT_OK && profile_text->given)
+        res = weft_profile_parse(report_log(), profile_text->text, &profile);
+    if (res == WEFT_OK)
+        res = weft_slice_measure(job->plan, job->volume, report_progress("measuring"),
+                                 &job->choice.measure);
+    if (res != WEFT_OK)
+        return res;
+    load_model(job);
+    job->max_error =
+        budget_error(&budget, job->choice.measure.voxel_low, job->choice.measure.voxel_high);
+    res = choose(job, profile_text->given ? &profile : NULL);
+    job->plan_seconds += report_now_seconds() - start;
+    return res;
+}
+
+// ---- what was considered ------------------------------------------------------------------------
+
+static json_t *candidate_json(const struct weft_candidate *c)
+{
+    return json_pack("{s:s,s:s,s:b,s:o,s:o,s:o}", "name", c->name, "state",
+                     weft_candidate_state_names[c->state], "estimated", c->estimated, "seconds",
+                     json_number(c->state == WEFT_CANDIDATE_REFUSED ? NAN : c->seconds), "bytes",
+                     json_count(c->bytes), "bound", json_number(c->bound));
+}
+
+static const char *model_name(const struct slice_job *job)
+{
+    return job->model.renderer[0] ? job->model.renderer : "defaults";
+}
+
+json_t *slice_budget_json(const struct slice_job *job)
+{
+    const struct weft_way_plan_info *way = weft_way_plan_get_info(job->choice.plan);
+    json_t *candidates = json_array();
+    for (size_t i = 0; i < job->choice.count; i++)
+        json_array_append_new(candidates, candidate_json(&job->choice.candidates[i]));
+    return json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "max_error", json_number(job->max_error),
+                     "way", way->name, "bound", json_number(way->bound), "e1", json_number(way->e1),
+                     "low", json_number(job->choice.measure.voxel_low), "high",
+                     json_number(job->choice.measure.voxel_high), "cost_model",
+                     json_text(model_name(job)), "candidates", candidates);
+}
+
+static bool fill_row(struct cells *cells, int row, const struct weft_candidate *c)
+{
+    const char *least = c->estimated ? ">" : "";
+    bool done = cells_set(cells, row, 0, "%s", c->name);
+    if (c->state == WEFT_CANDIDATE_REFUSED) {
+        for (int i = 1; i < 4; i++)
+            done = done && cells_set(cells, row, i, "-");
+    } else {
+        done = done && cells_set(cells, row, 1, "%s%.2f", least, 1e3 * c->seconds) &&
+               cells_set(cells, row, 2, "%s%.1f", least, 1e-6 * (double)c->bytes) &&
+               cells_set(cells, row, 3, "%s%.3g", least, c->bound);
+    }
+    return done && cells_set(cells, row, 4, "%s", weft_candidate_state_names[c->state]);
+}
+
+static void print_candidates(const struct weft_choice *choice)
+{
+    static const char *const heading[] = {"way", "ms", "MB", "bound", ""};
+    struct cells cells;
+    bool done = cells_create(&cells, (int)choice->count + 1, 5);
+    for (int c = 0; done && c < 5; c++)
+        done = cells_set(&cells, 0, c, "%s", heading[c]);
+    cells.text_columns = 1;
+    for (size_t i = 0; done && i < choice->count; i++)
+        done = fill_row(&cells, (int)i + 1, &choice->candidates[i]);
+    if (done)
+        cells_print(&cells, CELLS_TEXT, stdout);
+    cells_destroy(&cells);
+}
+
+// The ways that would have been faster, by what kept them out.
+static void print_reason(const struct slice_job *job)
+{
+    const struct weft_choice *choice = &job->choice;
+    const struct weft_candidate *chosen = &choice->candidates[choice->chosen];
+    const struct weft_way_plan_info *way = weft_way_plan_get_info(choice->plan);
+    printf("%s: of the %zu ways the fastest whose bound is within the budget; %d are predicted "
+           "to be faster and exceed it\n",
+           chosen->name, choice->count, choice->chosen);
+    if (way->slice->savings & WEFT_SAVING_SMOOTH)
+        printf("its own bound is %.3g; smooth pieces may take the rest\n", chosen->bound);
+    printf("E1 of the kernel, beside the budget: about %.3g\n", way->e1);
+}
+
+void slice_budget_print(const struct slice_job *job)
+{
+    const struct weft_choice *choice = &job->choice;
+    printf("budget %.3g for voxels from %.6g to %.6g; times predicted by the cost model of %s\n",
+           job->max_error, choice->measure.voxel_low, choice->measure.voxel_high, model_name(job));
+    print_candidates(choice);
+    if (choice->chosen >= 0)
+        print_reason(job);
+}

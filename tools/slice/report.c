@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a finished slice tells: EXR attributes, JSON, text.
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "tools/common/json.h"
+#include "tools/common/kernels.h"
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+#include "tools/common/saved.h"
+#include "tools/slice/budget.h"
+
+static const char *space_name(enum weft_space space)
+{
+    return space == WEFT_SPACE_INDEX ? "index" : "world";
+}
+
+static uint64_t sum_cells(const struct weft_slice_plan_info *plan, bool laid_out)
+{
+    uint64_t sum = 0;
+    for (int i = 0; i < plan->tile_count; i++)
+        sum += laid_out ? plan->tiles[i].cells_laid_out : plan->tiles[i].cells;
+    return sum;
+}
+
+// ---- EXR attributes -----------------------------------------------------------------------------
+
+static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
+                     ...) __attribute__((format(printf, 4, 5)));
+
+static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
+                     ...)
+{
+    struct weft_metadata *entry = &list[(*count)++];
+    snprintf(entry->key, sizeof entry->key, "weft.%s", key);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(entry->value, sizeof entry->value, format, args);
+    va_end(args);
+}
+
+// 17 digits: the geometry can be repeated to the last bit.
+static void add_point(struct weft_metadata *list, size_t *count, const char *key, const double p[3])
+{
+    add_text(list, count, key, "%.17g,%.17g,%.17g", p[0], p[1], p[2]);
+}
+
+static size_t passes_attributes(const struct slice_job *job, struct weft_metadata *out)
+{
+    const struct weft_plan_info *plan = weft_plan_get_info(job->passes);
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    char summary[RESAMPLE_PLAN_TEXT];
+    size_t count = 0;
+    add_text(out, &count, "plan", "%s", resample_plan_summary(job->passes, summary));
+    add_text(out, &count, "profile", "%s", plan->profile.name);
+    add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+    add_text(out, &count, "source_range", "%.17g,%.17g", r->low, r->high);
+    add_text(out, &count, "bound", "%.3g", job->bound.total);
+    return count;
+}
+
+size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES])
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_context_info *context = weft_context_get_info(job->context);
+    const struct weft_slice_geometry *g = &plan->geometry, *index = &plan->index_geometry;
+    char kernel[128];
+    weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
+    size_t count = 0;
+    add_text(out, &count, "version", "%s", weft_version());
+    add_text(out, &count, "volume", "%s", paths_base_name(job->input));
+    add_text(out, &count, "grid", "%s", weft_volume_get_info(job->volume)->name);
+    add_text(out, &count, "kernel", "%s", kernel);
+    add_text(out, &count, "space", "%s", space_name(plan->space));
+    add_text(out, &count, "size", "%dx%d", g->width, g->height);
+    add_point(out, &count, "origin", g->origin);
+    add_point(out, &count, "u", g->u);
+    add_point(out, &count, "v", g->v);
+    add_point(out, &count, "index_origin", index->origin);
+    add_point(out, &count, "index_u", index->u);
+    add_point(out, &count, "index_v", index->v);
+    if (job->passes)
+        count += passes_attributes(job, out + count);
+    else
+        add_text(out, &count, "plan",
+                 "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
+                 weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
+                 (unsigned long long)plan->bricks_read, plan->error_bound);
+    add_text(out, &count, "renderer", "%s, %s, OpenGL %s", context->platform, context->renderer,
+             context->version);
+    return count;
+}
+
+// ---- JSON ---------------------------------------------------------------------------------------
+
+static json_t *geometry_json(const struct weft_slice_geometry *g)
+{
+    return json_pack("{s:o,s:o,s:o,s:i,s:i}", "origin", json_numbers(g->origin, 3), "u",
+                     json_numbers(g->u, 3), "v", json_numbers(g->v, 3), "width", g->width, "height",
+                     g->height);
+}
+
+static json_t *tiles_json(const struct weft_slice_plan_info *plan)
+{
+    json_t *tiles = json_array();
+    for (int i = 0; i < plan->tile_count; i++) {
+        const struct weft_slice_tile *t = &plan->tiles[i];
+        json_array_append_new(tiles,
+                              json_pack("{s:i,s:i,s:i,s:i,s:o,s:o,s:o,s:o}", "x", t->x, "y", t->y,
+                                        "width", t->width, "height", t->height, "bricks_read",
+                                        json_count(t->bricks_read), "cells", json_count(t->cells),
+                                        "cells_laid_out", json_count(t->cells_laid_out),
+                                        "memory_bytes", json_count(t->memory_bytes)));
+    }
+    return tiles;
+}
+
+static json_t *savings_json(const struct slice_job *job)
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_slice_report *r = &job->report;
+    json_t *names = json_array();
+    for (int i = 0; weft_saving_names[i]; i++)
+        if (plan->savings & 1u << i)
+            json_array_append_new(names, json_text(weft_saving_names[i]));
+    return json_pack("{s:o,s:i,s:i,s:o,s:o,s:o,s:o}", "kinds", names, "summed_axis",
+                     plan->summed_axis, "summed_taps", plan->summed_taps, "source_texels",
+                     json_count(plan->source_texels), "cells_constant",
+                     json_count(r->cells_constant), "cells_smooth", json_count(r->cells_smooth),
+                     "fetches", json_count(r->fetches));
+}
+
+// What of the grid's values a float does not hold.
+static void set_values(json_t *root, const struct weft_volume_info *info)
+{
+    json_object_set_new(root, "values_rounded", json_count(info->values_rounded));
+    json_object_set_new(root, "largest_rounding", json_number(info->largest_rounding));
+    json_object_set_new(root, "values_infinite", json_count(info->values_infinite));
+    json_object_set_new(root, "values_tiny", json_count(info->values_tiny));
+}
+
+static void set_plan(json_t *root, const struct slice_job *job)
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    char kernel[KERNELS_TEXT];
+    weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
+    json_object_set_new(root, "weft", json_text(weft_version()));
+    json_object_set_new(root, "volume", json_text(job->input));
+    json_object_set_new(root, "grid", json_text(weft_volume_get_info(job->volume)->name));
+    set_values(root, weft_volume_get_info(job->volume));
+    json_object_set_new(root, "kernel", json_text(kernel));
+    json_object_set_new(root, "space", json_text(space_name(plan->space)));
+    json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
+    json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
+    json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
+    json_object_set_new(root, "error_rounding", json_number(plan->error_rounding));
+    if (plan->kernel.prefiltered)
+        json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
+    if (job->choice.plan)
+        json_object_set_new(root, "budget", slice_budget_json(job));
+    if (job->passes) {
+        json_object_set_new(root, "pass_plan", resample_plan_json(job->passes));
+        return;
+    }
+    json_object_set_new(root, "source", json_text(weft_source_format_name(plan->source)));
+    json_object_set_new(root, "lookup", json_text(weft_lookup_names[plan->lookup]));
+    json_object_set_new(root, "savings", savings_json(job));
+    json_object_set_new(root, "error_absolute", json_number(plan->error_absolute));
+    json_object_set_new(root, "error_beyond", json_number(plan->error_beyond));
+    json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
+    json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
+    json_object_set_new(root, "error_bound", json_number(plan->error_bound));
+    json_object_set_new(root, "bricks_read", json_count(plan->bricks_read));
+    json_object_set_new(root, "cells", json_count(sum_cells(plan, false)));
+    json_object_set_new(root, "cells_laid_out", json_count(sum_cells(plan, true)));
+    json_object_set_new(root, "tile_memory_bytes", json_count(plan->memory_bytes));
+    json_object_set_new(root, "tiles", tiles_json(plan));
+}
+
+static double mpixels_per_second(const struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    return 1e-6 * g->width * g->height / job->report.pass_seconds;
+}
+
+static json_t *seconds_json(const struct slice_job *job)
+{
+    const struct weft_slice_report *r = &job->report;
+    const struct {
+        const char *name;
+        double seconds;
+    } times[] = {
+        {"open", job->open_seconds},
+        {"plan", job->plan_seconds},
+        {"context", job->context_seconds},
+        {"read", r->read_seconds},
+        {"layout", r->layout_seconds},
+        {"upload", r->upload_seconds},
+        {"passes", r->pass_seconds},
+        {"readback", r->readback_seconds},
+        {"verify", job->verify_seconds},
+        {"write", job->write_seconds},
+        {"total", report_now_seconds() - job->start},
+    };
+    json_t *object = json_object();
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
+        json_object_set_new(object, times[i].name, json_number(times[i].seconds));
+    return object;
+}
+
+// The bound of passes is told beside.
+static json_t *error_json(const struct slice_job *job)
+{
+    const struct weft_slice_error *e = &job->error;
+    json_t *object =
+        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "pixels_checked",
+                  json_count(e->pixels_checked), "pixels_total", json_count(e->pixels_total),
+                  "maximum", json_number(e->maximum), "rms", json_number(e->rms),
+                  "relative_maximum", json_number(e->relative_maximum), "magnitude",
+                  json_number(e->magnitude), "at_x", e->at_x, "at_y", e->at_y, "at_value",
+                  json_number(e->at_value), "at_reference", json_number(e->at_reference),
+                  "not_finite_mismatches", json_count(e->not_finite_mismatches));
+    if (!job->passes)
+        json_object_set_new(object, "bound", json_number(e->bound));
+    return object;
+}
+
+static void set_passes_run(json_t *root, const struct slice_job *job)
+{
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    json_object_set_new(root, "source_range",
+                        json_pack("{s:o,s:o,s:o}", "low", json_number(r->low), "high",
+                                  json_number(r->high), "clamped", json_count(r->clamped)));
+    json_object_set_new(root, "bound", resample_bound_json(&job->bound));
+    json_object_set_new(root, "rectangles", json_integer(r->rectangles));
+    json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
+}
+
+static void set_run(json_t *root, const struct slice_job *job)
+{
+    const struct weft_slice_report *r = &job->report;
+    const struct weft_context_info *context = weft_context_get_info(job->context);
+    struct rusage usage = {0};
+    getrusage(RUSAGE_SELF, &usage);
+    json_object_set_new(root, "passes", json_integer(r->passes));
+    if (job->passes)
+        set_passes_run(root, job);
+    else
+        json_object_set_new(root, "exact_pixels", json_count(r->exact_pixels));
+    json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
+    json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
+    json_object_set_new(root, "process_peak_bytes", json_count((uint64_t)usage.ru_maxrss * 1024));
+    json_object_set_new(root, "seconds", seconds_json(job));
+    json_object_set_new(root, "mpixels_per_second", json_number(mpixels_per_second(job)));
+    json_object_set_new(root, "minimum", json_number(r->minimum));
+    json_object_set_new(root, "maximum", json_number(r->maximum));
+    json_object_set_new(root, "not_finite", json_count(r->not_finite));
+    json_object_set_new(root, "context",
+                        json_pack("{s:o,s:o,s:o,s:o,s:b}", "platform", json_text(context->platform),
+                                  "vendor", json_text(context->vendor), "renderer",
+                                  json_text(context->renderer), "version",
+                                  json_text(context->version), "hardware", context->hardware));
+    if (job->option[SLICE_OUTPUT].given) {
+        json_object_set_new(root, "output", json_text(job->option[SLICE_OUTPUT].text));
+        json_object_set_new(root, "file", saved_json(&job->saved));
+    }
+    if (job->option[SLICE_PREVIEW].given)
+        json_object_set_new(root, "preview",
+                            json_pack("{s:o,s:o,s:o}", "path",
+                                      json_text(job->option[SLICE_PREVIEW].text), "low",
+                                      json_number(job->preview_range[0]), "high",
+                                      json_number(job->preview_range[1])));
+    if (job->option[SLICE_VERIFY].given)
+        json_object_set_new(root, "verify", error_json(job));
+}
+
+enum weft_result slice_print_json(const struct slice_job *job)
+{
+    json_t *root = json_object();
+    set_plan(root, job);
+    if (job->context)
+        set_run(root, job);
+    else
+        json_object_set_new(root, "plan", json_text(weft_slice_plan_get_info(job->plan)->text));
+    return json_print(root);
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+static void print_error(const struct weft_slice_error *e)
+{
+    printf("verified: %llu of %llu pixels against double precision\n"
+           "max error: %.3g (%.3g of the largest |voxel| in reach) at pixel (%d, %d): %.9g instead "
+           "of %.9g\n"
+           "rms error: %.3g\n",
+           (unsigned long long)e->pixels_checked, (unsigned long long)e->pixels_total, e->maximum,
+           e->relative_maximum, e->at_x, e->at_y, e->at_value, e->at_reference, e->rms);
+    if (e->not_finite_mismatches)
+        printf("finite on one side only: %llu pixels\n",
+               (unsigned long long)e->not_finite_mismatches);
+}
+
+double slice_verify_bound(const struct slice_job *job)
+{
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    if (!job->passes)
+        return ranged ? NAN : job->error.bound;
+    const double largest = fmax(fabs(r->low), fabs(r->high));
+    return ranged && r->clamped
+               ? NAN
+               : job->bound.total + plan->prefilter_error * largest + plan->error_rounding;
+}
+
+static void print_bound(const struct slice_job *job)
+{
+    if (!job->passes) {
+        printf("bound: %.3g\n", job->error.bound);
+        return;
+    }
+    const struct weft_slice_passes_report *r = &job->passes_report;
+    char text[RESAMPLE_PLAN_TEXT];
+    printf("bound: %s, for voxels from %.9g to %.9g\n", resample_bound_format(&job->bound, text),
+           r->low, r->high);
+}
+
+static void note_times(const struct slice_job *job)
+{
+    const struct weft_slice_report *r = &job->report;
+    report_note("open %.3f s, plan %.3f, context %.3f, read %.3f, layout %.3f, upload %.3f, passes "
+                "%.3f (%.1f Mpixel/s), read-back %.3f, verify %.3f, write %.3f, total %.3f s",
+                job->open_seconds, job->plan_seconds, job->context_seconds, r->read_seconds,
+                r->layout_seconds, r->upload_seconds, r->pass_seconds, mpixels_per_second(job),
+                r->readback_seconds, job->verify_seconds, job->write_seconds,
+                report_now_seconds() - job->start);
+    report_note("values from %.9g to %.9g, peak of voxels, layouts and GL %llu bytes", r->minimum,
+                r->maximum, (unsigned long long)r->peak_bytes);
+}
+
+void slice_print_text(const struct slice_job *job)
+{
+    if (!job->context) {
+        const char *text = weft_slice_plan_get_info(job->plan)->text;
+        size_t size = strlen(text);
+        if (job->choice.plan)
+            slice_budget_print(job);
+        printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
+        if (job->passes)
+            resample_plan_print(job->passes);
+        return;
+    }
+    if (job->option[SLICE_PREVIEW].given && !report_is_quiet())
+        report_line("%s: values from %.9g to %.9g", job->option[SLICE_PREVIEW].text,
+                    job->preview_range[0], job->preview_range[1]);
+    if (job->option[SLICE_VERIFY].given)
+        print_error(&job->error);
+    if (job->option[SLICE_VERIFY].given)
+        print_bound(job);
+    saved_print(job->option[SLICE_OUTPUT].text, &job->saved);
+    note_times(job);
+}

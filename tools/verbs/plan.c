@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft plan: which passes reconstruct with a kernel on a target of limited precision, at what cost
+// and with what error.
+#include <stdio.h>
+#include <string.h>
+
+#include "tools/plan_json/plan_json.h"
+#include "tools/common/plan_options.h"
+#include "tools/common/report.h"
+#include "tools/verbs/verb.h"
+
+enum { PLAN_ORDER = PLAN_COMMON_COUNT, PLAN_NO_SPLITS, PLAN_OPTION_COUNT };
+
+static const char *const orders[] = {"planned", "greedy", "natural", NULL}; // enum weft_order
+
+static const struct option_spec options[PLAN_OPTION_COUNT] = {
+    PLAN_COMMON_OPTIONS,
+    [PLAN_ORDER] = {.name = "order",
+                    'o',
+                    OPTION_CHOICE,
+                    "planned|greedy|natural",
+                    "of the passes. planned: searched for, so that no store clamps (default); "
+                    "greedy: the first tap that fits comes next, the baseline; natural: tap by "
+                    "tap, as naive code has it. The last two may clamp, and the plan says so",
+                    orders},
+    [PLAN_NO_SPLITS] = {.name = "no-splits",
+                        0,
+                        OPTION_FLAG,
+                        NULL,
+                        "do not split tiles where no order is found without"},
+};
+
+static enum weft_result print_plan(const weft_plan *plan, bool json)
+{
+    if (json)
+        return json_print(plan_json(plan));
+    const char *text = weft_plan_get_info(plan)->text;
+    fputs(text, stdout);
+    if (*text && text[strlen(text) - 1] != '\n')
+        puts("");
+    return WEFT_OK;
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[PLAN_QUIET].given, values[PLAN_VERBOSE].given);
+    if (plan_options_help(values))
+        return report_finish(WEFT_OK);
+    if (operand) {
+        report_error("'%s' is too much: weft plan takes options only (see weft help plan)",
+                     operand);
+        return EXIT_CODE_USAGE;
+    }
+    weft_kernel_file *file = NULL;
+    weft_plan *plan = NULL;
+    struct weft_plan_params *params =
+        weft_plan_params(.order = (enum weft_order)values[PLAN_ORDER].integer[0],
+                         .progress = report_progress("planning"),
+                         .no_splits = values[PLAN_NO_SPLITS].given);
+    enum weft_result res = plan_options_read(values, params, &file);
+    if (res == WEFT_OK)
+        res = weft_plan_create(params, &plan);
+    if (res == WEFT_OK)
+        res = print_plan(plan, values[PLAN_JSON].given);
+    weft_plan_destroy(&plan);
+    weft_kernel_file_destroy(&file);
+    return report_finish(res);
+}
+
+static const char *const epilogue[] = {
+    "Taps are counted from 0, (x,y) or (x,y,z), with + or - where a tap's weights of both signs "
+    "are tiles of their own. Errors are bounds of |result - exact| for a source in [0, 1].",
+    "weft plan --profile geforce3 --dims 2 --technique dot4",
+    "weft plan --profile radeon8500,taps=2 --worst-case any --json >plan.json; weft validate "
+    "plan.json",
+    NULL,
+};
+
+const struct verb verb_plan = {
+    .name = "plan",
+    .summary = "the passes that reconstruct with a kernel, their cost and error",
+    .usage = "[--kernel NAME] [--dims D] [--profile P] [--json] [options]",
+    .description = "Plans the rendering passes that reconstruct with a kernel on a target of "
+                   "limited precision, in an order in which no store clamps (roundings "
+                   "included; with --no-scale they can, and it says by how much), and prints "
+                   "them with ranges, memory, fetches and error bounds. Needs no file and no GL.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = PLAN_OPTION_COUNT,
+    .run = run,
+};

@@ -1,0 +1,638 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft resample: an EXR image at another size, filtered along its axes or in passes.
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/common/kernels.h"
+#include "tools/common/plan_options.h"
+#include "tools/common/preview.h"
+#include "tools/common/report.h"
+#include "tools/resample/job.h"
+#include "tools/common/saved.h"
+#include "tools/verbs/verb.h"
+
+static const char *const png_ending[] = {".png", NULL};
+static const char *const exr_ending[] = {".exr", NULL};
+// Those of enum weft_image_compression that are written.
+static const char *const compressions[] = {"zip", "zips", "rle", "none", "piz", NULL};
+
+static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
+    [RESAMPLE_OUTPUT] = {.name = "output",
+                         'o',
+                         OPTION_OUTPUT,
+                         "OUT.exr",
+                         "the image: channels of the same names and types, with the input's "
+                         "attributes and attributes that tell how it was made",
+                         exr_ending},
+    [RESAMPLE_PREVIEW] =
+        {.name = "preview",
+         0,
+         OPTION_OUTPUT,
+         "OUT.png",
+         "the luminance of R, G and B, or else the first channel, of the first part, "
+         "as 8-bit PNG",
+         png_ending},
+    [RESAMPLE_SIZE] =
+        {.name = "size",
+         0,
+         OPTION_PIXELS,
+         "WxH",
+         "pixels of the display window (default: twice the input's); the data window, which may be "
+         "smaller or larger, takes part"},
+    [RESAMPLE_KERNEL] = {.name = "kernel",
+                         0,
+                         OPTION_TEXT,
+                         "NAME[:p,q]|table:FILE",
+                         "the reconstruction kernel (default catmull-rom), as in weft slice; "
+                         "'help' lists them"},
+    [RESAMPLE_NORMALISE] = KERNELS_NORMALISE_OPTION,
+    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "filter in the passes of a plan: what a pass may do"),
+    [RESAMPLE_CHANNELS] =
+        {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
+    [RESAMPLE_PART] = {.name = "part",
+                       0,
+                       OPTION_TEXT,
+                       "NAME|INDEX",
+                       "which part of a file of several, from 0 (default: all that are not deep)"},
+    [RESAMPLE_TYPE] = {.name = "type",
+                       0,
+                       OPTION_CHOICE,
+                       "float|half|uint",
+                       "of the channels written (default: as they are; uint stays so with kernel "
+                       "nearest, and becomes float where it is filtered)",
+                       weft_pixel_type_names},
+    [RESAMPLE_COMPRESSION] = {.name = "compression",
+                              0,
+                              OPTION_CHOICE,
+                              "zip|zips|rle|none|piz",
+                              "of the file (default: the input's, or zip where weft does not write "
+                              "it)",
+                              compressions},
+    [RESAMPLE_MAX_ERROR] =
+        {.name = "max-error",
+         0,
+         OPTION_TEXT,
+         "E|8bit|12bit|16bit",
+         "how wrong pixels may be, or half a code value of so many bits of the channel's range: "
+         "without --profile checked before anything runs; with it the cheapest passes within it "
+         "are chosen, by what weft calibrate measured"},
+    [RESAMPLE_TOGETHER] = {.name = "together",
+                           0,
+                           OPTION_FLAG,
+                           NULL,
+                           "filter four channels of one type (R, G, B and A, of each layer) in the "
+                           "same passes, mapped by one range (not with dot4)"},
+    [RESAMPLE_CONTEXT] = {.name = "context",
+                          0,
+                          OPTION_TEXT,
+                          "auto|osmesa|egl",
+                          "where OpenGL runs, as in weft slice (default auto)"},
+    [RESAMPLE_EMULATE] = {.name = "emulate",
+                          0,
+                          OPTION_FLAG,
+                          NULL,
+                          "run the passes on the CPU, without OpenGL: on unorm targets the same "
+                          "bytes"},
+    [RESAMPLE_RANGE] = {.name = "range",
+                        0,
+                        OPTION_RANGE,
+                        "LO,HI",
+                        "values shown as first and last colour of the preview (default: smallest "
+                        "and largest)"},
+    [RESAMPLE_COLOUR_MAP] = {.name = "colour-map",
+                             0,
+                             OPTION_TEXT,
+                             "NAME",
+                             "colours of the preview (default grey), as in weft slice"},
+    [RESAMPLE_EXPLAIN] =
+        {.name = "explain",
+         0,
+         OPTION_FLAG,
+         NULL,
+         "print the plan and exit: no OpenGL (but to know its costs, with --max-error), no output"},
+    [RESAMPLE_VERIFY] =
+        {.name = "verify",
+         0,
+         OPTION_FLAG,
+         NULL,
+         "recompute in double precision and print the largest and RMS difference "
+         "beside the plan's bound; with -o, read the file back and compare every value"},
+    [RESAMPLE_JSON] = {.name = "json",
+                       0,
+                       OPTION_FLAG,
+                       NULL,
+                       "print sizes, plan, ranges, times, errors and bounds as JSON on stdout"},
+    [RESAMPLE_NO_CLOBBER] =
+        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    [RESAMPLE_QUIET] =
+        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
+    [RESAMPLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+// ---- checks that need no file contents ----------------------------------------------------------
+
+static const char *option_conflict(const struct option_value *o)
+{
+    if (o[RESAMPLE_QUIET].given && o[RESAMPLE_VERBOSE].given)
+        return "-q and -v exclude each other";
+    if (o[RESAMPLE_EMULATE].given && o[RESAMPLE_CONTEXT].given)
+        return "--emulate uses no OpenGL: --context makes no sense with it";
+    if (!o[RESAMPLE_PREVIEW].given && (o[RESAMPLE_RANGE].given || o[RESAMPLE_COLOUR_MAP].given))
+        return "--range and --colour-map need --preview OUT.png";
+    if (!o[RESAMPLE_OUTPUT].given && !o[RESAMPLE_PREVIEW].given && !o[RESAMPLE_EXPLAIN].given &&
+        !o[RESAMPLE_VERIFY].given && !o[RESAMPLE_JSON].given)
+        return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
+    return NULL;
+}
+
+static enum weft_result check_size(const struct option_value *size)
+{
+    for (int i = 0; size->given && i < 2; i++) {
+        if (size->integer[i] < 1 || size->integer[i] > WEFT_SLICE_MAX_SIZE) {
+            report_error("--size %s: width and height must be from 1 to %d", size->text,
+                         WEFT_SLICE_MAX_SIZE);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    return WEFT_OK;
+}
+
+static struct preview_options preview_options(const struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    return (struct preview_options){.input = job->input,
+                                    .output = &o[RESAMPLE_OUTPUT],
+                                    .preview = &o[RESAMPLE_PREVIEW],
+                                    .range = &o[RESAMPLE_RANGE],
+                                    .colour_map = &o[RESAMPLE_COLOUR_MAP],
+                                    .no_clobber = o[RESAMPLE_NO_CLOBBER].given};
+}
+
+static enum weft_result check_options(struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    const struct preview_options preview = preview_options(job);
+    const char *conflict = option_conflict(o);
+    if (conflict) {
+        report_error("%s", conflict);
+        return WEFT_ERR_ARGUMENT;
+    }
+    enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
+    if (res == WEFT_OK)
+        res = resample_plan_check(&o[RESAMPLE_PLAN]);
+    if (res == WEFT_OK)
+        res =
+            kernels_load_filter(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
+                                2, &job->kernel, &job->kernel_file);
+    if (res == WEFT_OK)
+        res = kernels_normalise(&o[RESAMPLE_NORMALISE], 2, job->kernel_file, &job->kernel);
+    if (res == WEFT_OK && o[RESAMPLE_MAX_ERROR].given)
+        res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
+    if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)
+        res = weft_context_kind_parse(report_log(), o[RESAMPLE_CONTEXT].text, &job->context_kind);
+    return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
+}
+
+static enum weft_result check_outputs(struct resample_job *job)
+{
+    const struct preview_options preview = preview_options(job);
+    return preview_check_outputs(&preview, !job->option[RESAMPLE_EXPLAIN].given);
+}
+
+// ---- the image and its channels -----------------------------------------------------------------
+
+// Budgets are of the samples' range.
+static bool needs_samples(const struct resample_job *job)
+{
+    return !job->option[RESAMPLE_EXPLAIN].given || job->option[RESAMPLE_MAX_ERROR].given;
+}
+
+static enum weft_result load_image(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    const struct weft_image_load_params params = {
+        .path = job->input,
+        .part = job->part,
+        .info_only = !needs_samples(job),
+        .log = report_log(),
+    };
+    report_stage("reading", job->input);
+    enum weft_result res = weft_image_load(&params, &job->image);
+    job->load_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result allocate_pixels(struct resample_job *job)
+{
+    return job->option[RESAMPLE_EXPLAIN].given ? WEFT_OK : resample_allocate(job);
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+static enum weft_result create_context(struct resample_job *job)
+{
+    if (job->context || !resample_needs_gl(job))
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
+    enum weft_result res = weft_context_create(&params, &job->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// Whatever says how a plan's passes are to be asks for a plan.
+static bool asks_for_passes(const struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    bool any = o[RESAMPLE_TOGETHER].given || o[RESAMPLE_EMULATE].given;
+    for (int i = 0; i < RESAMPLE_PLAN_OPTION_COUNT; i++)
+        any = any || o[RESAMPLE_PLAN + i].given;
+    return any || weft_kernel_is_radial(&job->kernel, 2);
+}
+
+static enum weft_result make_groups(struct resample_job *job)
+{
+    job->separable = !asks_for_passes(job);
+    const enum weft_result res = resample_make_groups(job);
+    if (res == WEFT_OK)
+        resample_set_types(job);
+    return res;
+}
+
+static enum weft_result measure(struct resample_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    if (needs_samples(job))
+        res = resample_prefilter(job);
+    return res == WEFT_OK && needs_samples(job) ? resample_measure(job) : res;
+}
+
+static enum weft_result plan_groups(struct resample_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
+        weft_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
+        if (!*plan)
+            res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
+                                       &job->kernel, 2, job->group[g].count, plan);
+    }
+    return res;
+}
+
+// Says what the best would be.
+static enum weft_result check_separable(struct resample_job *job)
+{
+    for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const double bound = resample_unplanned_bound(job, group).total;
+        char name[256];
+        if (bound <= group->max_error)
+            continue;
+        resample_group_name(job, group, name, sizeof name);
+        report_error("%s: no way is within --max-error %s, which is %.3g: the best one's bound is "
+                     "%.3g (separable)",
+                     name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
+        job->over_budget = true;
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result make_plans(struct resample_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (job->separable)
+        res = check_separable(job);
+    else if (!job->option[RESAMPLE_MAX_ERROR].given)
+        res = plan_groups(job);
+    else if ((res = create_context(job)) == WEFT_OK) // whose costs count
+        res = resample_choose_plans(job);
+    for (size_t g = 0; !job->separable && g < job->group_count; g++)
+        job->group[g].plan = job->group[g].count > 1 ? job->together : job->single;
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// ---- running and writing ------------------------------------------------------------------------
+
+static const float *plane_named(const struct weft_image *image, const char *name)
+{
+    for (size_t i = 0; i < image->channel_count; i++)
+        if (strcmp(image->channels[i].name, name) == 0)
+            return image->channels[i].plane;
+    return NULL;
+}
+
+// Luminance by Rec. 709, OpenEXR's default primaries; NULL where there is no R, G and B.
+static float *make_luminance(const struct weft_image *image)
+{
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    const float *r = plane_named(image, "R"), *g = plane_named(image, "G"),
+                *b = plane_named(image, "B");
+    float *out = r && g && b ? malloc(count * sizeof *out) : NULL;
+    for (size_t i = 0; out && i < count; i++)
+        out[i] = (float)(0.2126 * (double)r[i] + 0.7152 * (double)g[i] + 0.0722 * (double)b[i]);
+    return out;
+}
+
+static enum weft_result write_preview(struct resample_job *job)
+{
+    const struct preview_options preview = preview_options(job);
+    const struct weft_image *image = &job->result;
+    float *luminance = make_luminance(image);
+    enum weft_result res =
+        preview_save(&preview, job->colour_map, image->width, image->height,
+                     luminance ? luminance : image->channels[0].plane, job->preview_range);
+    free(luminance);
+    return res;
+}
+
+// The preview is of the first part.
+static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (jobs->option[RESAMPLE_OUTPUT].given)
+        res = resample_save(jobs, count);
+    if (res == WEFT_OK && jobs->option[RESAMPLE_PREVIEW].given)
+        res = write_preview(jobs);
+    jobs->write_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result run_way(struct resample_job *job)
+{
+    return job->separable ? resample_separable_run(job) : resample_run(job);
+}
+
+static enum weft_result run_stages(struct resample_job *job)
+{
+    typedef enum weft_result (*stage)(struct resample_job * job);
+    static const stage planning[] = {check_options,
+                                     load_image,
+                                     resample_choose_size,
+                                     resample_set_windows,
+                                     resample_choose_channels,
+                                     make_groups,
+                                     measure,
+                                     make_plans,
+                                     allocate_pixels,
+                                     NULL};
+    static const stage computing[] = {create_context, run_way, resample_exact_run, NULL};
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = planning; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    if (job->option[RESAMPLE_EXPLAIN].given)
+        return res;
+    for (const stage *s = computing; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    return res;
+}
+
+static void destroy(struct resample_job *job)
+{
+    weft_plan_destroy(&job->single);
+    weft_plan_destroy(&job->together);
+    resample_prefilter_clear(job);
+    weft_image_clear(&job->image);
+    weft_image_clear(&job->result);
+    weft_kernel_file_destroy(&job->kernel_file);
+    free(job->texts);
+    free(job->source);
+    free(job->choices);
+    free(job->group);
+}
+
+// The first group that is not within its bound is told.
+static bool check_groups(const struct resample_job *job)
+{
+    const bool ranged = job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    bool good = true;
+    for (size_t g = 0; good && g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const double bound = ranged && group->clamped ? NAN : group->bound.total;
+        char name[128], what[160];
+        resample_group_name(job, group, name, sizeof name);
+        snprintf(what, sizeof what, "channels %s", name);
+        good =
+            report_verdict(what, group->error.maximum, bound, group->error.not_finite_mismatches);
+    }
+    return good;
+}
+
+// ---- parts --------------------------------------------------------------------------------------
+
+// The number that is the whole of a text, or -1.
+static int whole_number(const char *text)
+{
+    char *end;
+    const long value = strtol(text, &end, 10);
+    return *text >= '0' && *text <= '9' && !*end && value <= INT_MAX ? (int)value : -1;
+}
+
+// --part: by name, or else by number.
+static enum weft_result find_part(const char *input, const struct weft_image_list *list,
+                                  const char *text, size_t *out)
+{
+    char names[700] = "";
+    const int number = whole_number(text);
+    for (size_t p = 0; p < list->count; p++) {
+        if (list->images[p].name[0] && strcmp(list->images[p].name, text) == 0) {
+            *out = p;
+            return WEFT_OK;
+        }
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%zu '%s'", p ? ", " : "", p,
+                 list->images[p].name);
+    }
+    *out = (size_t)number;
+    if (number >= 0 && *out < list->count)
+        return WEFT_OK;
+    report_error("%s has no part '%s'; there are: %s", input, text, names);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static void warn_of_deep_parts(const char *input, const struct weft_image_list *list)
+{
+    char names[700] = "";
+    for (size_t p = 0; p < list->count; p++) {
+        const size_t used = strlen(names);
+        if (list->images[p].deep)
+            snprintf(names + used, sizeof names - used, "%s%zu '%s'", used ? ", " : "", p,
+                     list->images[p].name);
+    }
+    if (*names)
+        report_warning("%s: not kept: deep parts, which weft does not filter: %s", input,
+                           names);
+}
+
+static bool is_wanted(const struct option_value *values, const struct weft_image *part)
+{
+    const struct option_value *channels = &values[RESAMPLE_CHANNELS];
+    bool named = !channels->given;
+    for (size_t i = 0; !named && i < part->channel_count; i++)
+        named = resample_names_channel(channels->text, part->channels[i].name);
+    return named && !part->deep;
+}
+
+// One job for each part that is to be resampled: the one that is named, or all that have a channel
+// that is asked for and are not deep.
+static enum weft_result choose_parts(const char *input, const struct option_value *values,
+                                     struct resample_job **jobs, size_t *count)
+{
+    const struct option_value *named = &values[RESAMPLE_PART];
+    const struct weft_image_load_params params = {.path = input, .log = report_log()};
+    struct weft_image_list list;
+    size_t first = 0, end = 0;
+    enum weft_result res = weft_image_list_load(&params, &list);
+    end = list.count;
+    if (res == WEFT_OK && named->given) {
+        res = find_part(input, &list, named->text, &first);
+        end = first + 1;
+    }
+    if (res == WEFT_OK && values[RESAMPLE_CHANNELS].given)
+        res = resample_check_names(input, list.images + first, end - first,
+                                   values[RESAMPLE_CHANNELS].text);
+    if (res == WEFT_OK && !(*jobs = calloc(list.count, sizeof **jobs)))
+        res = WEFT_ERR_MEMORY;
+    for (size_t p = first; res == WEFT_OK && p < end; p++)
+        if (is_wanted(values, &list.images[p]))
+            (*jobs)[(*count)++].part = (int)p;
+    if (res == WEFT_OK && *count == 0)
+        (*jobs)[(*count)++].part = (int)first; // loading it says why not
+    else if (res == WEFT_OK && !named->given)
+        warn_of_deep_parts(input, &list);
+    weft_image_list_clear(&list);
+    return res;
+}
+
+// Before the input is looked at.
+static enum weft_result check_usage(const char *input, const struct option_value *values)
+{
+    struct resample_job job = {.input = input, .option = values};
+    enum weft_result res = check_options(&job);
+    if (res == WEFT_OK)
+        res = check_outputs(&job);
+    destroy(&job);
+    return res;
+}
+
+// In turn, on one context.
+static enum weft_result run_parts(const char *input, const struct option_value *values,
+                                  struct resample_job *jobs, size_t count)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t i = 0; res == WEFT_OK && i < count; i++) {
+        jobs[i].input = input;
+        jobs[i].option = values;
+        jobs[i].start = report_now_seconds();
+        jobs[i].context = i ? jobs[i - 1].context : NULL;
+        res = run_stages(&jobs[i]);
+    }
+    return res == WEFT_OK && !values[RESAMPLE_EXPLAIN].given ? write_outputs(jobs, count) : res;
+}
+
+static void print_parts(const struct resample_job *jobs, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (count > 1 &&
+            (jobs[i].option[RESAMPLE_EXPLAIN].given || jobs[i].option[RESAMPLE_VERIFY].given))
+            report_line("part %d '%s'", jobs[i].part, jobs[i].image.name);
+        resample_print_text(&jobs[i]);
+    }
+    if (count)
+        saved_print(jobs->option[RESAMPLE_OUTPUT].text, &jobs->saved);
+}
+
+static void destroy_parts(struct resample_job *jobs, size_t count)
+{
+    weft_context *context = NULL;
+    for (size_t i = 0; i < count; i++) {
+        context = jobs[i].context ? jobs[i].context : context;
+        destroy(&jobs[i]);
+    }
+    weft_context_destroy(&context);
+    free(jobs);
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
+    if (resample_plan_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PLAN]) ||
+        preview_help(&values[RESAMPLE_COLOUR_MAP]))
+        return report_finish(WEFT_OK);
+    if (!operand) {
+        report_error("no image given: weft resample IMAGE.exr ... (see weft help resample)");
+        return EXIT_CODE_USAGE;
+    }
+    struct resample_job *jobs = NULL;
+    size_t count = 0;
+    enum weft_result res = check_usage(operand, values);
+    if (res == WEFT_OK)
+        res = choose_parts(operand, values, &jobs, &count);
+    if (res == WEFT_OK)
+        res = run_parts(operand, values, jobs, count);
+    report_erase_progress();
+    bool over_budget = false;
+    for (size_t i = 0; i < count; i++) {
+        over_budget = over_budget || jobs[i].over_budget;
+        if (res != WEFT_OK && jobs[i].choice_count && values[RESAMPLE_EXPLAIN].given)
+            resample_print_choices(&jobs[i]);
+    }
+    if (res == WEFT_OK && values[RESAMPLE_JSON].given)
+        res = resample_print_json(jobs, count);
+    else if (res == WEFT_OK)
+        print_parts(jobs, count);
+    bool verified = true;
+    for (size_t i = 0; verified && i < count; i++)
+        verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
+                   values[RESAMPLE_EXPLAIN].given || check_groups(&jobs[i]);
+    destroy_parts(jobs, count);
+    const int code = report_finish(res);
+    return over_budget || !verified ? EXIT_CODE_FAILED : code;
+}
+
+static const char *const epilogue[] = {
+    "Pixel (x, y) of the W x H result samples the w x h input at ((x + 0.5) w / W - 0.5, "
+    "(y + 0.5) h / H - 0.5) in pixel indices, which are exact where they are whole; both are "
+    "counted from the display windows' corners, and W, H, w and h are those windows' sizes. Beyond "
+    "the border of the data the nearest pixel's value holds. "
+    "A smaller size is no more than that: nothing is filtered away, and a warning says so.",
+    "Each channel is filtered along one axis and then the other in single precision. With "
+    "--profile, another option of plans, --together, --emulate or a radial kernel it is mapped to "
+    "[0, 1] by its range, filtered in the passes that weft plan plans (for fp32 by default), and "
+    "mapped back. --verify tells the bound beside the error, and E1, what the kernel itself does "
+    "to a signal that changes as the samples do. Pixels in reach of NaN or infinities are not "
+    "finite, and no others.",
+    "With --max-error nothing runs whose bound is larger: the error line says what the best is, "
+    "and the exit code is 1. --explain then lists what was compared.",
+    "With a kernel that interpolates by a prefilter (bspline3i) coefficients take the place of "
+    "the pixels first; ranges and --verify are then of coefficients.",
+    "The data window, which may reach beyond the display window (overscan), grows with it and then "
+    "to whole pixels: the picture keeps its place in the display window. --preview shows the data "
+    "window. Attributes are kept whole with their types, without those of an earlier weft; "
+    "pixelAspectRatio and xDensity follow the scale. Half channels are rounded to nearest even. "
+    "With -o, --verify reads the file back and compares every value. The same request gives the "
+    "same bytes, "
+    "whatever the number of threads. Outputs appear whole or not at all.",
+    "weft resample photo.exr -o large.exr --size 2048x1536 --kernel mitchell --profile radeon8500 "
+    "--verify",
+    NULL,
+};
+
+const struct verb verb_resample = {
+    .name = "resample",
+    .summary = "an EXR image at another size",
+    .usage = "IMAGE.exr [-o OUT.exr] [--size WxH] [options]",
+    .description = "Magnifies the channels of an EXR image with a reconstruction kernel, in single "
+                   "precision, or in the rendering passes of a planned target: what hardware of "
+                   "limited precision has.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = RESAMPLE_OPTION_COUNT,
+    .run = run,
+};

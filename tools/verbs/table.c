@@ -1,0 +1,569 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft table: the error of sampled and quantised kernels (filter/analysis/error.h) over kernels,
+// resolutions, dimensions and look-ups.
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/common/kernels.h"
+#include "tools/common/paths.h"
+#include "tools/common/plot.h"
+#include "tools/table/job.h"
+#include "tools/verbs/verb.h"
+
+static const char *const roundings[] = {"nearest", "truncated", NULL}; // enum weft_fixed_rounding
+static const char *const lookups[] = {"nearest", "linear", "both", NULL}; // weft_error_lookup
+static const char *const conventions[] = {"eq4", "wscg2003", NULL}; // enum weft_error_convention
+static const char *const formats[] = {"text", "markdown", "csv", "json", "latex", NULL};
+
+static const char *const format_endings[] = {".txt", ".md", ".csv", ".json", ".tex", NULL};
+static const char *const plot_endings[] = {".svg", ".png", NULL};
+static const struct option_spec options[TABLE_OPTION_COUNT] = {
+    [TABLE_KERNELS] = {.name = "kernels",
+                       'k',
+                       OPTION_TEXT,
+                       "NAME;NAME;...",
+                       "the kernels (default bspline;catmull-rom;blackman-sinc:2). A comma "
+                       "separates them too, where no number follows it: "
+                       "'cubic:0,0.5,kaiser-sinc:2,5.36' are two; in a list with a semicolon only "
+                       "that separates"},
+    [TABLE_RESOLUTIONS] = {.name = "resolutions",
+                           'm',
+                           OPTION_TEXT,
+                           "M,M,...",
+                           "samples per unit and axis, 1 to 65536 (default "
+                           "16,32,64,128,256,512)"},
+    [TABLE_DIMS] = {.name = "dims",
+                    'd',
+                    OPTION_TEXT,
+                    "D,D,...",
+                    "dimensions of the tensor product, 1 to 3 (default 2,3)"},
+    [TABLE_BITS] = {.name = "bits",
+                    'b',
+                    OPTION_TEXT,
+                    "B",
+                    "of the texels, 1 to 24 (default 8); with --target-error a list (default "
+                    "4,8,10,12,16)"},
+    [TABLE_ROUNDING] = {.name = "rounding",
+                        0,
+                        OPTION_CHOICE,
+                        "nearest|truncated",
+                        "how weights are quantised (default nearest)",
+                        roundings},
+    [TABLE_LOOKUP] = {.name = "lookup",
+                      0,
+                      OPTION_CHOICE,
+                      "nearest|linear|both",
+                      "how weights are looked up (default both)",
+                      lookups},
+    [TABLE_SCALE] = {.name = "scale",
+                     0,
+                     OPTION_TEXT,
+                     "S|full|power-of-two",
+                     "what weights are multiplied by before they are quantised, and divided by "
+                     "after the look-up (default 1); full: so that the largest is 1; "
+                     "power-of-two: the largest power of two below that"},
+    [TABLE_GRID] = {.name = "grid",
+                    0,
+                    OPTION_TEXT,
+                    "L",
+                    "resampling locations per axis, 1 to 4096 (default 1024, in 3D 256)"},
+    [TABLE_CONVENTION] = {.name = "convention",
+                          0,
+                          OPTION_CHOICE,
+                          "eq4|wscg2003",
+                          "eq. 4 of the paper by its plain definition, or what reproduces the "
+                          "published table 1 (default eq4)",
+                          conventions},
+    [TABLE_FORMAT] = {.name = "format",
+                      'f',
+                      OPTION_CHOICE,
+                      "text|markdown|csv|json|latex",
+                      "of the table (default: as -o ends in .txt, .md, .csv, .json or .tex, else "
+                      "text); csv and json have one line or object for "
+                      "each cell",
+                      formats},
+    [TABLE_STATISTICS] = {.name = "statistics",
+                          's',
+                          OPTION_FLAG,
+                          NULL,
+                          "beyond the maximum: where it is, mean, RMS, percentiles, and the signed "
+                          "sum, which is the ripple on a constant signal"},
+    [TABLE_PLOT] = {.name = "plot",
+                    'p',
+                    OPTION_OUTPUT,
+                    "OUT.svg|OUT.png",
+                    "eps_h over the resolution as a picture (needs gnuplot)",
+                    plot_endings},
+    [TABLE_TARGET_ERROR] = {.name = "target-error",
+                            't',
+                            OPTION_NUMBER,
+                            "E",
+                            "instead: the smallest resolution for each number of bits at which "
+                            "eps_h is at most E, found by doubling and bisection (eps_h wavers a "
+                            "little with M), where 1 is the range of samples and weights "
+                            "(4 / 255 = 0.0157 is what the paper found good enough)"},
+    [TABLE_OUTPUT] = {.name = "output",
+                      'o',
+                      OPTION_OUTPUT,
+                      "FILE",
+                      "write the table there instead of to standard output",
+                      format_endings},
+    [TABLE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},
+    [TABLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+// ---- what was asked -----------------------------------------------------------------------------
+
+// "16,32,64": whole numbers from low to high.
+static enum weft_result parse_list(const struct option_spec *spec, const char *text, int low,
+                                   int high, int max_count, int *out, int *count)
+{
+    *count = 0;
+    for (const char *at = text;; at++) {
+        char *end = NULL;
+        errno = 0;
+        long value = isdigit((unsigned char)*at) ? strtol(at, &end, 10) : 0;
+        if (!end || (*end && *end != ',')) {
+            report_error("--%s %s: not %s", spec->name, text,
+                         max_count > 1 ? "whole numbers, as 1,2,3" : "one whole number");
+            return WEFT_ERR_ARGUMENT;
+        }
+        if (errno || value < low || value > high) {
+            report_error("--%s %s: %.*s is not from %d to %d", spec->name, text,
+                         (int)strcspn(at, ","), at, low, high);
+            return WEFT_ERR_ARGUMENT;
+        }
+        if (*count == max_count) {
+            report_error("--%s %s: more than %d", spec->name, text, max_count);
+            return WEFT_ERR_ARGUMENT;
+        }
+        for (int i = 0; i < *count; i++) {
+            if (out[i] == value) {
+                report_error("--%s %s: %ld is there twice", spec->name, text, value);
+                return WEFT_ERR_ARGUMENT;
+            }
+        }
+        out[(*count)++] = (int)value;
+        at = end;
+        if (!*at)
+            return WEFT_OK;
+    }
+}
+
+static enum weft_result read_list(const struct table_job *job, enum table_option index,
+                                  const char *initial, int low, int high, int max_count, int *out,
+                                  int *count)
+{
+    const char *text = job->option[index].given ? job->option[index].text : initial;
+    return parse_list(&options[index], text, low, high, max_count, out, count);
+}
+
+static enum weft_result add_kernel(struct table_job *job, const char *text, size_t length)
+{
+    while (length && isspace((unsigned char)*text)) {
+        text++;
+        length--;
+    }
+    while (length && isspace((unsigned char)text[length - 1]))
+        length--;
+    if (length == 0) {
+        report_error("--kernels %s: a name is missing", job->option[TABLE_KERNELS].text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (job->kernel_count == TABLE_MAX_LIST) {
+        report_error("--kernels: more than %d", TABLE_MAX_LIST);
+        return WEFT_ERR_ARGUMENT;
+    }
+    struct table_kernel *kernel = &job->kernel[job->kernel_count++];
+    kernel->text = strndup(text, length);
+    if (!kernel->text) {
+        report_error("out of memory");
+        return WEFT_ERR_MEMORY;
+    }
+    return kernels_load(kernel->text, &kernel->kernel, &kernel->file);
+}
+
+static enum weft_result read_kernels(struct table_job *job)
+{
+    const bool given = job->option[TABLE_KERNELS].given;
+    const char *text = given ? job->option[TABLE_KERNELS].text
+                       : job->convention == WEFT_ERROR_WSCG2003
+                           ? "bspline;catmull-rom;kaiser-sinc:2,5.36"
+                           : "bspline;catmull-rom;blackman-sinc:2";
+    const bool semicolons = strchr(text, ';');
+    for (;;) {
+        size_t length = kernels_list_length(text, semicolons);
+        enum weft_result res = add_kernel(job, text, length);
+        if (res != WEFT_OK || !text[length])
+            return res;
+        text += length + 1;
+        if (semicolons && !*text) // "table:a,b;" is one
+            return WEFT_OK;
+    }
+}
+
+// ---- the scale ----------------------------------------------------------------------------------
+
+static double scaled_weight(const struct weft_kernel *kernel, double x)
+{
+    const struct table_scaled *scaled = kernel->info->data;
+    return scaled->axis_factor * weft_kernel_weight(scaled->plain, x);
+}
+
+// Kernels have their extremes at multiples of these steps or close to them.
+static double largest_weight(const struct weft_kernel *kernel)
+{
+    double largest = 0.0;
+    for (int i = -4096; i <= 4096; i++)
+        largest = fmax(largest, fabs(weft_kernel_weight(kernel, kernel->support * i / 4096)));
+    for (int i = -WEFT_KERNEL_MAX_WIDTH; i <= WEFT_KERNEL_MAX_WIDTH; i++)
+        largest = fmax(largest, fabs(weft_kernel_weight(kernel, 0.5 * i)));
+    return largest;
+}
+
+static enum weft_result find_scale(const struct option_value *value, double largest, double *out)
+{
+    const char *text = value->text;
+    char *end;
+    *out = 1.0;
+    if (!value->given)
+        return WEFT_OK;
+    if (strcmp(text, "full") == 0) {
+        *out = 1.0 / largest;
+    } else if (strcmp(text, "power-of-two") == 0) {
+        *out = exp2(floor(-log2(largest)));
+    } else if (*out = strtod(text, &end),
+               *end || isspace((unsigned char)*text) || !(*out > 0.0) || !isfinite(*out)) {
+        report_error("--scale %s: not a number above 0, full or power-of-two", text);
+        return WEFT_ERR_ARGUMENT;
+    } else if (*out * largest > 1.0 + 1e-12) {
+        report_error("--scale %s: the largest weight would be %.6g, texels hold up to 1", text,
+                     *out * largest);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result set_scale(const struct table_job *job, struct table_kernel *kernel,
+                                  int dims)
+{
+    struct table_scaled *scaled = &kernel->scaled[dims - 1];
+    scaled->kernel = kernel->kernel;
+    scaled->plain = &kernel->kernel;
+    double largest = pow(largest_weight(&kernel->kernel), dims);
+    enum weft_result res = find_scale(&job->option[TABLE_SCALE], largest, &scaled->factor);
+    if (res != WEFT_OK || scaled->factor == 1.0)
+        return res;
+    scaled->axis_factor = pow(scaled->factor, 1.0 / dims);
+    scaled->info = (struct weft_kernel_info){
+        .name = kernel->text,
+        .description = "scaled",
+        .radius = kernel->kernel.support,
+        .weight = scaled_weight,
+        .data = scaled,
+        .degree = -1,
+        .continuity = kernel->kernel.continuity,
+    };
+    res = weft_kernel_create(report_log(), &scaled->info, NULL, &scaled->kernel);
+    scaled->kernel.radial = kernel->kernel.radial;
+    return res;
+}
+
+static enum weft_result set_scales(struct table_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    for (int k = 0; k < job->kernel_count; k++)
+        for (int d = 0; d < job->dim_count && res == WEFT_OK; d++)
+            res = set_scale(job, &job->kernel[k], job->dims[d]);
+    return res;
+}
+
+// ---- checks -------------------------------------------------------------------------------------
+
+static enum weft_result check_target(const struct table_job *job)
+{
+    const struct option_value *o = job->option;
+    if (!o[TABLE_TARGET_ERROR].given)
+        return WEFT_OK;
+    if (!(o[TABLE_TARGET_ERROR].number[0] > 0.0)) {
+        report_error("--target-error %s: must be above 0", o[TABLE_TARGET_ERROR].text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (o[TABLE_STATISTICS].given || o[TABLE_PLOT].given) {
+        report_error("--target-error excludes --statistics and --plot");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+// The ending of the output tells it, too.
+static enum weft_result read_format(struct table_job *job)
+{
+    const struct option_value *format = &job->option[TABLE_FORMAT];
+    const struct option_value *output = &job->option[TABLE_OUTPUT];
+    const bool told = output->given && output->integer[0] >= 0;
+    job->format = (enum table_format)(told ? output->integer[0] : format->integer[0]);
+    if (!told || !format->given || format->integer[0] == output->integer[0])
+        return WEFT_OK;
+    report_error("-o %s: the name of a table in %s must end in %s", output->text, format->text,
+                 format_endings[format->integer[0]]);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static enum weft_result read_options(struct table_job *job)
+{
+    const struct option_value *o = job->option;
+    const bool target = o[TABLE_TARGET_ERROR].given;
+    int count;
+    job->rounding = (enum weft_fixed_rounding)o[TABLE_ROUNDING].integer[0];
+    job->convention = (enum weft_error_convention)o[TABLE_CONVENTION].integer[0];
+    const int64_t lookup = o[TABLE_LOOKUP].given ? o[TABLE_LOOKUP].integer[0] : 2;
+    job->lookup_count = lookup == 2 ? 2 : 1;
+    job->lookup[0] = lookup == 1 ? WEFT_ERROR_LINEAR : WEFT_ERROR_NEAREST;
+    job->lookup[1] = WEFT_ERROR_LINEAR;
+    enum weft_result res = read_format(job);
+    if (res == WEFT_OK)
+        res = check_target(job);
+    if (res == WEFT_OK)
+        res = read_list(job, TABLE_RESOLUTIONS, "16,32,64,128,256,512", 1, TABLE_MAX_SAMPLES,
+                        TABLE_MAX_LIST, job->samples, &job->sample_count);
+    if (res == WEFT_OK)
+        res = read_list(job, TABLE_DIMS, "2,3", 1, TABLE_DIMENSIONS, TABLE_DIMENSIONS, job->dims,
+                        &job->dim_count);
+    if (res == WEFT_OK)
+        res = read_list(job, TABLE_BITS, target ? "4,8,10,12,16" : "8", 1, WEFT_FIXED_MAX_BITS,
+                        target ? WEFT_FIXED_MAX_BITS : 1, job->bits, &job->bit_count);
+    if (res == WEFT_OK && o[TABLE_GRID].given)
+        res = read_list(job, TABLE_GRID, "", 1, TABLE_MAX_GRID, 1, &job->locations, &count);
+    if (res == WEFT_OK)
+        res = read_kernels(job);
+    return res == WEFT_OK ? set_scales(job) : res;
+}
+
+static enum weft_result check_outputs(const struct option_value *o)
+{
+    if (o[TABLE_OUTPUT].given && o[TABLE_PLOT].given &&
+        paths_same_file(o[TABLE_OUTPUT].text, o[TABLE_PLOT].text)) {
+        report_error("-o %s and --plot %s are the same file", o[TABLE_OUTPUT].text,
+                     o[TABLE_PLOT].text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return o[TABLE_OUTPUT].given ? paths_check_output(o[TABLE_OUTPUT].text, false) : WEFT_OK;
+}
+
+// ---- the cells ----------------------------------------------------------------------------------
+
+const char *table_lookup_name(const struct table_job *job, enum weft_error_lookup lookup)
+{
+    (void)job;
+    return lookups[lookup];
+}
+
+int table_locations(const struct table_job *job, int dims)
+{
+    return job->locations ? job->locations : dims > 2 ? 256 : 1024;
+}
+
+enum weft_result table_cell_compute(const struct table_job *job, struct table_cell *cell,
+                                    int locations, const struct weft_progress *progress)
+{
+    const struct table_scaled *scaled = &job->kernel[cell->kernel].scaled[cell->dims - 1];
+    const struct weft_error_kernel_params params = {
+        .kernel = scaled->kernel,
+        .dims = cell->dims,
+        .samples = cell->samples,
+        .bits = cell->bits,
+        .rounding = job->rounding,
+        .lookup = cell->lookup,
+        .convention = job->convention,
+        .locations = locations,
+        .log = report_log(),
+        .progress = progress ? *progress : (struct weft_progress){0},
+    };
+    struct weft_error_kernel *e = &cell->error;
+    enum weft_result res = weft_error_kernel_compute(&params, e);
+    double *errors[] = {&e->maximum,       &e->mean,          &e->rms,        &e->median,
+                        &e->percentile_90, &e->percentile_99, &e->signed_min, &e->signed_max,
+                        &e->signed_mean,   &e->single};
+    for (size_t i = 0; i < sizeof errors / sizeof *errors; i++)
+        *errors[i] /= scaled->factor;
+    return res;
+}
+
+// What the paper prints in the seven cells that its recovered conventions do not give.
+static double published(const struct table_job *job, const struct table_cell *cell)
+{
+    static const struct {
+        const char *kernel;
+        int dims, samples;
+        double value;
+    } cells[] = {
+        {"bspline", 2, 64, 3.3165},
+        {"bspline", 3, 16, 7.2346},
+        {"bspline", 3, 32, 5.4758},
+        {"bspline", 3, 64, 7.0751},
+        {"bspline", 3, 128, 4.1687},
+        {"catmull-rom", 3, 16, 19.1470},
+        {"kaiser-sinc:2,5.36", 3, 64, 12.0028},
+    };
+    const bool same = job->convention == WEFT_ERROR_WSCG2003 && job->rounding == WEFT_FIXED_ROUND &&
+                      cell->bits == 8 && cell->lookup == WEFT_ERROR_LINEAR &&
+                      table_locations(job, cell->dims) == (cell->dims > 2 ? 256 : 1024) &&
+                      job->kernel[cell->kernel].scaled[cell->dims - 1].factor == 1.0;
+    for (size_t i = 0; same && i < sizeof cells / sizeof *cells; i++) {
+        if (strcmp(job->kernel[cell->kernel].text, cells[i].kernel) == 0 &&
+            cell->dims == cells[i].dims && cell->samples == cells[i].samples)
+            return cells[i].value;
+    }
+    return NAN;
+}
+
+// Work before, in and after a cell, for a progress over all of them.
+struct share {
+    double start, size;
+    const struct weft_progress *all;
+};
+
+static bool report_share(void *priv, double fraction)
+{
+    const struct share *share = priv;
+    return share->all->report(share->all->priv, share->start + share->size * fraction);
+}
+
+static double cell_work(const struct table_job *job, const struct table_cell *cell)
+{
+    const double texels = cell->lookup == WEFT_ERROR_LINEAR ? 2.0 : 1.0;
+    const double locations = fmin(cell->samples, 0.5 * table_locations(job, cell->dims));
+    return pow(job->kernel[cell->kernel].kernel.width * texels *
+                   (cell->lookup == WEFT_ERROR_LINEAR ? 0.5 * table_locations(job, cell->dims)
+                                                      : locations),
+               cell->dims);
+}
+
+static enum weft_result create_cells(struct table_job *job)
+{
+    const int count = job->kernel_count * job->sample_count * job->dim_count * job->lookup_count;
+    job->cell = calloc((size_t)count, sizeof *job->cell);
+    if (!job->cell) {
+        report_error("out of memory for %d cells", count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int k = 0; k < job->kernel_count; k++)
+        for (int m = 0; m < job->sample_count; m++)
+            for (int d = 0; d < job->dim_count; d++)
+                for (int l = 0; l < job->lookup_count; l++)
+                    job->cell[job->cell_count++] = (struct table_cell){
+                        .kernel = k,
+                        .samples = job->samples[m],
+                        .dims = job->dims[d],
+                        .bits = job->bits[0],
+                        .lookup = job->lookup[l],
+                    };
+    return WEFT_OK;
+}
+
+static enum weft_result compute_cells(struct table_job *job)
+{
+    enum weft_result res = create_cells(job);
+    double total = 0.0, start = report_now_seconds();
+    for (int i = 0; i < job->cell_count; i++)
+        total += cell_work(job, &job->cell[i]);
+    struct share share = {.all = report_progress("computing the table")};
+    const struct weft_progress progress = {.report = report_share, .priv = &share};
+    for (int i = 0; i < job->cell_count && res == WEFT_OK; i++) {
+        struct table_cell *cell = &job->cell[i];
+        share.size = cell_work(job, cell) / total;
+        res = table_cell_compute(job, cell, table_locations(job, cell->dims), &progress);
+        cell->published = published(job, cell);
+        share.start += share.size;
+    }
+    report_note("%d cells in %.3f s", job->cell_count, report_now_seconds() - start);
+    return res;
+}
+
+// ---- the verb -----------------------------------------------------------------------------------
+
+static enum weft_result write_table(const struct table_job *job)
+{
+    if (!job->option[TABLE_OUTPUT].given)
+        return table_print(job, stdout);
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    enum weft_result res = out ? table_print(job, out) : WEFT_ERR_MEMORY;
+    if (out && !report_close(out))
+        res = WEFT_ERR_MEMORY;
+    if (res == WEFT_OK)
+        res = weft_file_save(report_log(), job->option[TABLE_OUTPUT].text, false, text, size);
+    free(text);
+    return res;
+}
+
+static int run_stages(struct table_job *job)
+{
+    const struct option_value *o = job->option;
+    enum exit_code code = EXIT_CODE_DONE;
+    enum weft_result res = read_options(job);
+    if (res == WEFT_OK)
+        res = check_outputs(o);
+    if (res == WEFT_OK && o[TABLE_PLOT].given)
+        code = plot_check(o[TABLE_PLOT].text, "--format csv");
+    if (code != EXIT_CODE_DONE)
+        return code;
+    if (res == WEFT_OK)
+        res = o[TABLE_TARGET_ERROR].given ? table_target_compute(job) : compute_cells(job);
+    if (res == WEFT_OK && o[TABLE_PLOT].given)
+        code = table_draw(job, o[TABLE_PLOT].text);
+    if (code != EXIT_CODE_DONE)
+        return code;
+    return report_finish(res == WEFT_OK ? write_table(job) : res);
+}
+
+static int run(const char *operand, const struct option_value *values)
+{
+    report_set_level(values[TABLE_QUIET].given, values[TABLE_VERBOSE].given);
+    if (operand) {
+        report_error("'%s': weft table takes options only, as --kernels %s", operand, operand);
+        return EXIT_CODE_USAGE;
+    }
+    struct table_job *job = calloc(1, sizeof *job);
+    if (!job)
+        return report_finish(WEFT_ERR_MEMORY);
+    job->option = values;
+    int code = run_stages(job);
+    for (int k = 0; k < job->kernel_count; k++) {
+        weft_kernel_file_destroy(&job->kernel[k].file);
+        free(job->kernel[k].text);
+    }
+    free(job->cell);
+    free(job);
+    return code;
+}
+
+static const char *const epilogue[] = {
+    "The numbers are (2^bits - 1) eps_h, eps_h = max_i sum_j |error of weight j at location i| "
+    "(eq. 4): box looks weights up in the nearest texel, lin interpolates linearly. Convention "
+    "wscg2003 multiplies by 2^bits, has a Kaiser window where the paper says Blackman, and marks "
+    "what it does not reproduce.",
+    "Kernels are named as in weft slice --kernel; weft kernel --list lists them.",
+    "weft table --kernels 'mitchell;kaiser-sinc:2,5.36' --dims 2 --resolutions 64,128 -s",
+    "weft table --kernels catmull-rom --dims 3 --target-error 0.02",
+    NULL,
+};
+
+const struct verb verb_table = {
+    .name = "table",
+    .summary = "the error that sampled and quantised kernels make",
+    .usage = "[--kernels NAME;NAME;...] [options]",
+    .description =
+        "Computes the filter kernel error eps_h of Hadwiger, Hauser and Moeller (Quality Issues of "
+        "Hardware-Accelerated High-Quality Filtering, WSCG 2003): without options, the cells of "
+        "their table 1 by their eq. 4, those included that they left out.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = TABLE_OPTION_COUNT,
+    .run = run,
+};

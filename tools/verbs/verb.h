@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/verbs/verb.h - the verbs of the command, one const record each.
+#ifndef WEFT_TOOLS_VERBS_VERB_H
+#define WEFT_TOOLS_VERBS_VERB_H
+
+#include "tools/common/options.h"
+
+enum { VERB_MAX_OPTIONS = 48 };
+
+struct verb {
+    const char *name;
+    const char *summary;           // one line
+    const char *usage;             // without "weft NAME"
+    const char *description;       // wrapped when printed
+    const char *const *epilogue;   // NULL-ended paragraphs after the options; NULL: none
+    void (*print_catalogue)(void); // what names there are to choose from; NULL: none
+    const struct option_spec *options;
+    int option_count;
+    // Returns the exit code.
+    int (*run)(const char *operand, const struct option_value *values);
+};
+
+extern const struct verb verb_slice, verb_info, verb_make, verb_resample, verb_kernel, verb_table,
+    verb_plan, verb_validate, verb_stability, verb_chart, verb_calibrate;
+
+#endif
