@@ -189,21 +189,21 @@ static enum weft_technique technique;
 static enum weft_result run_plan(void)
 {
     static float pixels[16 * 16];
-    weft_plan *plan = NULL;
+    weft_pass_plan *plan = NULL;
     const struct weft_samples samples = {.size = {SIDE, SIDE, 1}, .plane = {plane}, .high = 1.0};
     const struct weft_pixel_grid grid = {
         .width = 16, .height = 16, .du = {0.1, 0.0}, .dv = {0.0, 0.1}};
-    const struct weft_plan_params *params =
-        weft_plan_params(.samples = 4, .taps_per_pass = 2, .technique = technique,
-                         .derivative = technique == WEFT_TECHNIQUE_PLAIN, .log = &test_log);
-    enum weft_result res = weft_plan_create(params, &plan);
-    const struct weft_convolve_params convolve = {
+    const struct weft_pass_plan_params *params =
+        weft_pass_plan_params(.samples = 4, .taps_per_pass = 2, .technique = technique,
+                              .derivative = technique == WEFT_TECHNIQUE_PLAIN, .log = &test_log);
+    enum weft_result res = weft_pass_plan_create(params, &plan);
+    const struct weft_multipass_params convolve = {
         .plan = plan, .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &test_log};
     if (res == WEFT_OK)
-        res = weft_emulate_run(&convolve, NULL);
+        res = weft_multipass_emulate(&convolve, NULL);
     if (res == WEFT_OK && context)
-        res = weft_convolve_run(context, &convolve, NULL);
-    weft_plan_destroy(&plan);
+        res = weft_multipass_run(context, &convolve, NULL);
+    weft_pass_plan_destroy(&plan);
     return res;
 }
 

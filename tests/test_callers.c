@@ -686,7 +686,7 @@ static void images(void)
     assert_true(weft_image_attribute_format(&odd, text, sizeof text) > sizeof text);
     assert_null(weft_image_find(&good, "a"));
     assert_false(weft_image_is_writable((enum weft_image_compression)99));
-    assert_false(weft_image_is_writable((enum weft_image_compression)-1));
+    assert_false(weft_image_is_writable((enum weft_image_compression) - 1));
 }
 
 static void previews(void)
@@ -745,17 +745,17 @@ static void trees(void)
     weft_tree_destroy(NULL);
 }
 
-static enum weft_result make_plan(const struct weft_plan_params *p)
+static enum weft_result make_plan(const struct weft_pass_plan_params *p)
 {
-    weft_plan *plan = NULL;
-    const enum weft_result res = weft_plan_create(p, &plan);
-    weft_plan_destroy(&plan);
+    weft_pass_plan *plan = NULL;
+    const enum weft_result res = weft_pass_plan_create(p, &plan);
+    weft_pass_plan_destroy(&plan);
     return res;
 }
 
 static void plans(void)
 {
-    struct weft_plan_params good = {.samples = 8, .log = &logger, .memory_bytes = 1 << 24};
+    struct weft_pass_plan_params good = {.samples = 8, .log = &logger, .memory_bytes = 1 << 24};
 #define CALL make_plan(&p)
     KERNELS_REFUSED(good, 1, CALL);
     ANY_INT(good, dims, CALL);
@@ -767,7 +767,7 @@ static void plans(void)
     BAD_ENUM(good, technique, CALL);
     BAD_ENUM(good, worst_case, CALL);
     BAD_ENUM(good, order, CALL);
-    struct weft_plan_params own = good;
+    struct weft_pass_plan_params own = good;
     own.profile = *weft_profile_find("radeon8500");
     BAD_ENUM(own, profile.target, CALL);
     ANY_INT(own, profile.internal_bits, CALL);
@@ -775,49 +775,50 @@ static void plans(void)
     ANY_INT(own, profile.dot_width, CALL);
     ANY_INT(own, profile.max_scale, CALL);
     ANY_NUMBER(own, profile.internal_range, CALL);
-    struct weft_plan_params endless = own;
+    struct weft_pass_plan_params endless = own;
     memset(endless.profile.name, 'x', sizeof endless.profile.name);
     REFUSED(make_plan(&endless));
-    struct weft_plan_step steps[1] = {{{0}, WEFT_TILE_WHOLE, 0}};
-    const struct weft_plan_split splits[1] = {
+    struct weft_tile_name steps[1] = {{{0}, WEFT_TILE_WHOLE, 0}};
+    const struct weft_pass_plan_split splits[1] = {
         {{{99, -1, INT_MAX}, (enum weft_tile_part)77, -5}, NAN}};
-    struct weft_plan_params given = good;
+    struct weft_pass_plan_params given = good;
     given.order = WEFT_ORDER_GIVEN;
     given.steps = steps;
     given.step_count = 1;
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
-        steps[0] = (struct weft_plan_step){{ints[i], 0, 0}, WEFT_TILE_WHOLE, ints[i]};
+        steps[0] = (struct weft_tile_name){{ints[i], 0, 0}, WEFT_TILE_WHOLE, ints[i]};
         SURVIVED(make_plan(&given));
     }
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         steps[0].part = (enum weft_tile_part)bad_enums[i];
         REFUSED(make_plan(&given));
     }
-    struct weft_plan_params split = good;
+    struct weft_pass_plan_params split = good;
     split.splits = splits;
     split.split_count = 1;
     REFUSED(make_plan(&split));
 #undef CALL
-    weft_plan_destroy(NULL);
+    weft_pass_plan_destroy(NULL);
 }
 
-static weft_plan *plan(int dims)
+static weft_pass_plan *plan(int dims)
 {
-    weft_plan *made = NULL;
-    const struct weft_plan_params *p =
-        weft_plan_params(.kernel = named("linear"), .dims = dims, .samples = 8, .log = &logger);
-    if (weft_plan_create(p, &made) != WEFT_OK)
+    weft_pass_plan *made = NULL;
+    const struct weft_pass_plan_params *p =
+        weft_pass_plan_params(.kernel = named("linear"), .dims = dims, .samples = 8,
+                              .log = &logger);
+    if (weft_pass_plan_create(p, &made) != WEFT_OK)
         exit(1);
     return made;
 }
 
 static void plan_questions(void)
 {
-    weft_plan *made = plan(2);
-    TRUE(weft_plan_get_info(made)->tile_count > 0);
+    weft_pass_plan *made = plan(2);
+    TRUE(weft_pass_plan_get_info(made)->tile_count > 0);
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
-        weft_plan_tile_step(made, ints[i]);
-    weft_plan_destroy(&made);
+        weft_pass_plan_tile_name(made, ints[i]);
+    weft_pass_plan_destroy(&made);
 }
 
 static void profiles(void)
@@ -832,8 +833,8 @@ static void profiles(void)
 
 static void ranges(void)
 {
-    weft_plan *made = plan(2);
-    struct weft_pass_list good = *weft_plan_get_info(made)->passes;
+    weft_pass_plan *made = plan(2);
+    struct weft_pass_list good = *weft_pass_plan_get_info(made)->passes;
     struct weft_range_report report;
 #define CALL weft_range_simulate(&logger, &p, WEFT_WORST_CONSTANT, NULL, NULL, &report)
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
@@ -876,28 +877,29 @@ static void ranges(void)
 #undef MEMBER
     }
 #undef CALL
-    weft_plan_destroy(&made);
+    weft_pass_plan_destroy(&made);
 }
 
-static enum weft_result judge_plan(const struct weft_plan_params *params,
+static enum weft_result judge_plan(const struct weft_pass_plan_params *params,
                                    const struct weft_pass_list *passes)
 {
-    weft_plan *judged = NULL;
-    const enum weft_result res = weft_plan_judge(params, passes, &judged);
-    weft_plan_destroy(&judged);
+    weft_pass_plan *judged = NULL;
+    const enum weft_result res = weft_pass_plan_judge(params, passes, &judged);
+    weft_pass_plan_destroy(&judged);
     return res;
 }
 
 static void judgements(void)
 {
-    weft_plan *made = plan(2);
-    struct weft_pass_list good = *weft_plan_get_info(made)->passes;
-    struct weft_plan_params params = *weft_plan_params(.kernel = named("linear"), .samples = 8,
-                                                       .memory_bytes = 1 << 22, .log = &logger);
+    weft_pass_plan *made = plan(2);
+    struct weft_pass_list good = *weft_pass_plan_get_info(made)->passes;
+    struct weft_pass_plan_params params =
+        *weft_pass_plan_params(.kernel = named("linear"), .samples = 8, .memory_bytes = 1 << 22,
+                               .log = &logger);
 #define CALL judge_plan(&params, &p)
     TRUE(judge_plan(&params, &good) == WEFT_OK);
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
-        weft_plan_e2(&weft_plan_get_info(made)->error, numbers[n], numbers[n]);
+        weft_pass_plan_e2(&weft_pass_plan_get_info(made)->error, numbers[n], numbers[n]);
     ANY_INT(good, extra_bits, CALL);
     ANY_INT(good, result, CALL);
     ANY_INT(good, pattern[1][0], CALL);
@@ -948,7 +950,7 @@ static void judgements(void)
     }
     BAD_ENUM(params, technique, judge_plan(&p, &good));
 #undef CALL
-    weft_plan_destroy(&made);
+    weft_pass_plan_destroy(&made);
 }
 
 // ---- passes/: slices ----------------------------------------------------------------------------
@@ -1032,54 +1034,54 @@ static void slices(void)
     weft_volume_destroy(&v);
 }
 
-static enum weft_result make_way(weft_volume *v, const struct weft_way_params *p)
+static enum weft_result make_method(weft_volume *v, const struct weft_method_params *p)
 {
-    weft_way_plan *made = NULL;
-    const enum weft_result res = weft_way_plan_create(v, p, &made);
-    weft_way_plan_destroy(&made);
+    weft_method_plan *made = NULL;
+    const enum weft_result res = weft_method_plan_create(v, p, &made);
+    weft_method_plan_destroy(&made);
     return res;
 }
 
-static void ways(void)
+static void methods(void)
 {
     weft_volume *v = volume();
-    struct weft_way_params good = {.way = {.layout = WEFT_LAYOUT_PLAIN},
-                                   .slice = slice_params(v),
-                                   .measure = {.low = 0.0, .high = 3.0, .voxels = 64}};
+    struct weft_method_params good = {.method = {.layout = WEFT_LAYOUT_PLAIN},
+                                      .slice = slice_params(v),
+                                      .statistics = {.low = 0.0, .high = 3.0, .voxels = 64}};
     char text[96];
     good.slice.memory_bytes = 1 << 22; // or sets of 99^3 samples would be made
-#define CALL make_way(v, &p)
-    BAD_ENUM(good, way.method, CALL);
-    BAD_ENUM(good, way.layout, CALL);
-    BAD_ENUM(good, way.source, CALL);
-    BAD_ENUM(good, way.lookup, CALL);
-    BAD_ENUM(good, way.technique, CALL);
-    ANY_NUMBER(good, measure.low, CALL);
-    ANY_NUMBER(good, measure.difference[0], CALL);
-    good.way.method = WEFT_METHOD_PASSES;
-    good.way.profile = *weft_profile_find("unorm8");
-    good.way.samples = 8;
-    ANY_INT(good, way.samples, CALL);
-    ANY_INT(good, way.bits, CALL);
-    BAD_ENUM(good, way.profile.target, CALL);
+#define CALL make_method(v, &p)
+    BAD_ENUM(good, method.engine, CALL);
+    BAD_ENUM(good, method.layout, CALL);
+    BAD_ENUM(good, method.source, CALL);
+    BAD_ENUM(good, method.lookup, CALL);
+    BAD_ENUM(good, method.technique, CALL);
+    ANY_NUMBER(good, statistics.low, CALL);
+    ANY_NUMBER(good, statistics.difference[0], CALL);
+    good.method.engine = WEFT_ENGINE_MULTIPASS;
+    good.method.profile = *weft_profile_find("unorm8");
+    good.method.samples = 8;
+    ANY_INT(good, method.samples, CALL);
+    ANY_INT(good, method.bits, CALL);
+    BAD_ENUM(good, method.profile.target, CALL);
 #undef CALL
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
-        const struct weft_way way = {.method = (enum weft_method)bad,
-                                     .layout = (enum weft_layout)bad,
-                                     .source = (enum weft_source_format)bad,
-                                     .lookup = (enum weft_lookup)bad,
-                                     .technique = (enum weft_technique)bad};
-        weft_way_format(&way, text, sizeof text);
-        struct weft_way fused = way;
-        fused.method = WEFT_METHOD_FUSED;
-        weft_way_format(&fused, text, sizeof text);
+        const struct weft_method method = {.engine = (enum weft_engine)bad,
+                                           .layout = (enum weft_layout)bad,
+                                           .source = (enum weft_source_format)bad,
+                                           .lookup = (enum weft_lookup)bad,
+                                           .technique = (enum weft_technique)bad};
+        weft_method_format(&method, text, sizeof text);
+        struct weft_method fused = method;
+        fused.engine = WEFT_ENGINE_FUSED;
+        weft_method_format(&fused, text, sizeof text);
     }
-    struct weft_way *list = NULL;
+    struct weft_method *list = NULL;
     size_t count;
-    SURVIVED(weft_way_list(&logger, &list, &count));
+    SURVIVED(weft_method_list(&logger, &list, &count));
     free(list);
-    weft_way_plan_destroy(NULL);
+    weft_method_plan_destroy(NULL);
     weft_volume_destroy(&v);
 }
 
@@ -1110,25 +1112,25 @@ static void costs(void)
     free(weft_cost_format(&model));
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
-        for (int method = 0; method < 3; method++) {
-            const struct weft_cost_work work = {.method = (enum weft_method)method,
+        for (int engine = 0; engine < 3; engine++) {
+            const struct weft_cost_work work = {.engine = (enum weft_engine)engine,
                                                 .layout = (enum weft_layout)bad,
                                                 .source = (enum weft_source_format)bad,
                                                 .target = (enum weft_target_format)bad};
             TRUE(isnan(weft_cost_of(&model, &work)));
         }
         TRUE(
-            isnan(weft_cost_of(&model, &(struct weft_cost_work){.method = (enum weft_method)bad})));
+            isnan(weft_cost_of(&model, &(struct weft_cost_work){.engine = (enum weft_engine)bad})));
     }
-    TRUE(isfinite(weft_cost_of(&model, &(struct weft_cost_work){.method = WEFT_METHOD_FUSED})));
+    TRUE(isfinite(weft_cost_of(&model, &(struct weft_cost_work){.engine = WEFT_ENGINE_FUSED})));
     memset(model.renderer, 'x', sizeof model.renderer); // without an end
     free(weft_cost_format(&model));
 }
 
 static void summaries(void)
 {
-    const struct weft_slice_passes_report report = {.minimum = NAN};
-    TRUE(weft_slice_passes_summary(&report).not_finite == 0);
+    const struct weft_slice_multipass_report report = {.minimum = NAN};
+    TRUE(weft_slice_multipass_summary(&report).not_finite == 0);
 }
 
 // ---- passes/: what runs, on GL where that is to be had
@@ -1154,23 +1156,24 @@ static weft_context *open_context(void)
 
 static void convolutions(weft_context *context)
 {
-    weft_plan *made = plan(2);
+    weft_pass_plan *made = plan(2);
     float out[16];
     const struct weft_samples samples = {.size = {8, 8, 1}, .plane = {voxels}};
     const struct weft_pixel_grid grid = {
         .width = 4, .height = 4, .du = {1.0, 0.0, 0.0}, .dv = {0.0, 1.0, 0.0}};
     struct weft_samples s = samples;
     struct weft_pixel_grid g = grid;
-    struct weft_convolve_params params = {
+    struct weft_multipass_params params = {
         .plan = made, .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
-    struct weft_convolve_error error;
-#define RUN (context ? weft_convolve_run(context, &params, NULL) : weft_emulate_run(&params, NULL))
+    struct weft_multipass_error error;
+#define RUN                                                                                        \
+    (context ? weft_multipass_run(context, &params, NULL) : weft_multipass_emulate(&params, NULL))
 #define EACH(target, good, list, what)                                                             \
     for (size_t i = 0; i < WEFT_COUNT(list); i++) {                                                \
         target = list[i];                                                                          \
         what(RUN);                                                                                 \
         if (!context)                                                                              \
-            what(weft_convolve_verify(&params, &error));                                           \
+            what(weft_multipass_verify(&params, &error));                                          \
         s = samples;                                                                               \
         g = grid;                                                                                  \
     }
@@ -1185,7 +1188,7 @@ static void convolutions(weft_context *context)
     EACH(g.du[1], grid, numbers, SURVIVED)
 #undef EACH
 #undef RUN
-    weft_plan_destroy(&made);
+    weft_pass_plan_destroy(&made);
 }
 
 static void emulations(void)
@@ -1267,27 +1270,27 @@ static void slice_runs(void)
     weft_slice_plan *slice = NULL;
     struct weft_slice_params params = slice_params(v);
     float out[16];
-    struct weft_slice_measure measure;
+    struct weft_slice_statistics statistics;
     struct weft_slice_error error;
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
-    SURVIVED(weft_slice_measure(slice, v, NULL, &measure));
+    SURVIVED(weft_slice_statistics_compute(slice, v, NULL, &statistics));
     SURVIVED(weft_slice_run(context, slice, v, out, NULL, NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_slice_verify(
             slice, v, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
 
-    weft_plan *flat = plan(2), *deep = plan(3);
-    struct weft_slice_passes_params good = {
+    weft_pass_plan *flat = plan(2), *deep = plan(3);
+    struct weft_slice_multipass_params good = {
         .slice = slice, .plan = deep, .volume = v, .pixels = out, .log = &logger};
-#define CALL weft_slice_passes_run(NULL, &p, NULL)
+#define CALL weft_slice_multipass_run(NULL, &p, NULL)
     SET_REFUSED(good, plan, flat, CALL);
     SET_REFUSED(good, plan, deep, CALL); // another kernel than the slice's
     SET_REFUSED(good, pixels, NULL, CALL);
     SET_REFUSED(good, low, INFINITY, CALL);
 #undef CALL
-    weft_plan_destroy(&flat);
-    weft_plan_destroy(&deep);
+    weft_pass_plan_destroy(&flat);
+    weft_pass_plan_destroy(&deep);
     weft_slice_plan_destroy(&slice);
     weft_volume_destroy(&v);
     weft_context_destroy(&context);
@@ -1297,18 +1300,19 @@ static void way_runs(void)
 {
     weft_context *context = open_context();
     weft_volume *v = volume();
-    weft_way_plan *way = NULL;
+    weft_method_plan *method = NULL;
     float out[16];
-    struct weft_way_params params = {
-        .way = {.layout = WEFT_LAYOUT_PLAIN}, .slice = slice_params(v), .measure = {.high = 3.0}};
-    TRUE(weft_way_plan_create(v, &params, &way) == WEFT_OK);
-    TRUE(weft_way_plan_get_info(way)->name[0] && weft_way_plan_get_slice(way));
-    TRUE(!weft_way_plan_get_passes(way));
-    SURVIVED(weft_way_run(context, way, v, out, NULL, NULL));
+    struct weft_method_params params = {.method = {.layout = WEFT_LAYOUT_PLAIN},
+                                        .slice = slice_params(v),
+                                        .statistics = {.high = 3.0}};
+    TRUE(weft_method_plan_create(v, &params, &method) == WEFT_OK);
+    TRUE(weft_method_plan_get_info(method)->name[0] && weft_method_plan_get_slice(method));
+    TRUE(!weft_method_plan_get_passes(method));
+    SURVIVED(weft_method_run(context, method, v, out, NULL, NULL));
     struct weft_cost_model model = weft_cost_default;
     model.pixel = NAN;
-    weft_cost_predict(&model, way);
-    weft_way_plan_destroy(&way);
+    weft_cost_predict(&model, method);
+    weft_method_plan_destroy(&method);
     weft_volume_destroy(&v);
     weft_context_destroy(&context);
 }
@@ -1386,27 +1390,27 @@ static const struct {
     {previews, {F(preview_save)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
-    {plans, {F(plan_create), F(plan_destroy)}},
-    {plan_questions, {F(plan_get_info), F(plan_tile_step)}},
+    {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
+    {plan_questions, {F(pass_plan_get_info), F(pass_plan_tile_name)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate)}},
-    {judgements, {F(plan_judge), F(plan_e2)}},
+    {judgements, {F(pass_plan_judge), F(pass_plan_e2)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
-    {ways, {F(way_plan_create), F(way_plan_destroy), F(way_format), F(way_list)}},
+    {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
     {choices, {F(choose), F(choice_clear)}},
     {costs, {F(cost_of), F(cost_format)}},
-    {summaries, {F(slice_passes_summary)}},
+    {summaries, {F(slice_multipass_summary)}},
     {contexts, {F(context_create), F(context_destroy)}},
-    {emulations, {F(emulate_run), F(convolve_verify)}},
-    {convolutions_on_gl, {F(convolve_run), F(context_get_info)}},
+    {emulations, {F(multipass_emulate), F(multipass_verify)}},
+    {convolutions_on_gl, {F(multipass_run), F(context_get_info)}},
     {separable, {F(separable_run), F(separable_verify), F(separable_error_bound)}},
     {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
-     {F(slice_run), F(slice_verify), F(slice_measure), F(slice_plan_get_info),
-      F(slice_passes_run)}},
+     {F(slice_run), F(slice_verify), F(slice_statistics_compute), F(slice_plan_get_info),
+      F(slice_multipass_run)}},
     {way_runs,
-     {F(way_run), F(way_plan_get_info), F(way_plan_get_slice), F(way_plan_get_passes),
+     {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
       F(cost_predict)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
@@ -1476,18 +1480,18 @@ static void zero_asks_for_the_defaults(void **state)
     assert_int_equal(weft_preview_save(&preview, range), WEFT_OK);
     assert_true(range[0] == -1.0f && range[1] == 5.0f);
 
-    const struct weft_plan_params plain = {0};
-    const struct weft_plan_params *full =
-        weft_plan_params(.kernel = named("catmull-rom"), .dims = 2,
-                         .profile = *weft_profile_find("unorm8"), .samples = 64, .bits = 8,
-                         .channels = 1, .memory_bytes = UINT64_C(1) << 30);
-    weft_plan *a = NULL, *b = NULL;
-    assert_int_equal(weft_plan_create(&plain, &a), WEFT_OK);
-    assert_int_equal(weft_plan_create(full, &b), WEFT_OK);
-    assert_int_equal(weft_plan_get_info(a)->fetches, weft_plan_get_info(b)->fetches);
-    assert_true(weft_plan_get_info(a)->error.bound == weft_plan_get_info(b)->error.bound);
-    weft_plan_destroy(&a);
-    weft_plan_destroy(&b);
+    const struct weft_pass_plan_params plain = {0};
+    const struct weft_pass_plan_params *full =
+        weft_pass_plan_params(.kernel = named("catmull-rom"), .dims = 2,
+                              .profile = *weft_profile_find("unorm8"), .samples = 64, .bits = 8,
+                              .channels = 1, .memory_bytes = UINT64_C(1) << 30);
+    weft_pass_plan *a = NULL, *b = NULL;
+    assert_int_equal(weft_pass_plan_create(&plain, &a), WEFT_OK);
+    assert_int_equal(weft_pass_plan_create(full, &b), WEFT_OK);
+    assert_int_equal(weft_pass_plan_get_info(a)->fetches, weft_pass_plan_get_info(b)->fetches);
+    assert_true(weft_pass_plan_get_info(a)->error.bound == weft_pass_plan_get_info(b)->error.bound);
+    weft_pass_plan_destroy(&a);
+    weft_pass_plan_destroy(&b);
 
     weft_kernel_tiles *set = NULL;
     const struct weft_kernel_tiles_params set_params = {.kernel = named("catmull-rom")};
@@ -1498,19 +1502,20 @@ static void zero_asks_for_the_defaults(void **state)
 
     // Of no range: that of the samples, so that the pixel of the largest is it.
     float pixel = 0.0f;
-    weft_plan *reals = NULL;
+    weft_pass_plan *reals = NULL;
     const struct weft_samples samples = {.size = {4, 1, 1}, .plane = {plane}};
     const struct weft_pixel_grid grid = {.width = 1, .height = 1, .origin = {3.0, 0.0, 0.0}};
-    assert_int_equal(weft_plan_create(weft_plan_params(.kernel = named("linear"),
-                                                       .profile = *weft_profile_find("fp32")),
-                                      &reals),
-                     WEFT_OK);
-    const struct weft_convolve_params run = {
+    assert_int_equal(
+        weft_pass_plan_create(
+            weft_pass_plan_params(.kernel = named("linear"), .profile = *weft_profile_find("fp32")),
+            &reals),
+        WEFT_OK);
+    const struct weft_multipass_params run = {
         .plan = reals, .samples = &samples, .grid = &grid, .pixels = {&pixel}};
-    struct weft_convolve_report report;
-    assert_int_equal(weft_emulate_run(&run, &report), WEFT_OK);
+    struct weft_multipass_report report;
+    assert_int_equal(weft_multipass_emulate(&run, &report), WEFT_OK);
     assert_true(report.low == -1.0 && report.high == 5.0 && report.clamped == 0);
-    weft_plan_destroy(&reals);
+    weft_pass_plan_destroy(&reals);
 }
 
 int main(void)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/kernels/kernel.h - the kernel catalogue.
 // A kernel h is a 1D reconstruction filter with support [-r, r), used as a tensor product in 2D and
-// 3D, or there radially: filter/kernels/kernel_nd.h has the weights of both. The reconstruction of samples
-// f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 1). Everything here
-// is in double, allocates nothing and is thread-safe.
+// 3D, or there radially: filter/kernels/kernel_nd.h has the weights of both. The reconstruction of
+// samples f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 1).
+// Everything here is in double, allocates nothing and is thread-safe.
 #ifndef WEFT_FILTER_KERNELS_KERNEL_H
 #define WEFT_FILTER_KERNELS_KERNEL_H
 
@@ -108,12 +108,12 @@ WEFT_API enum weft_result weft_kernel_make_radial(const struct weft_log *log,
                                                   struct weft_kernel *kernel);
 
 // Marks a kernel whose samples are to be replaced by coefficients, so that the reconstruction
-// passes through the samples (filter/kernels/prefilter.h): B-splines of degree 2 and more, o-Moms, and
-// their derivatives, which are then those of the interpolating spline. Support, width and weights
-// stay those of h, here and wherever samples are handed over directly (weft_reference_compute,
-// weft_convolve_run, kernel tiles): these take coefficients. Slices and `weft resample` filter what
-// they read; filter/analysis/analysis.h and weft_error_e1 speak of samples.
-// Returns WEFT_ERR_ARGUMENT for other records and for radial kernels.
+// passes through the samples (filter/kernels/prefilter.h): B-splines of degree 2 and more, o-Moms,
+// and their derivatives, which are then those of the interpolating spline. Support, width and
+// weights stay those of h, here and wherever samples are handed over directly
+// (weft_reference_compute, weft_multipass_run, kernel tiles): these take coefficients. Slices and
+// `weft resample` filter what they read; filter/analysis/analysis.h and weft_error_e1 speak of
+// samples. Returns WEFT_ERR_ARGUMENT for other records and for radial kernels.
 WEFT_API enum weft_result weft_kernel_make_prefiltered(const struct weft_log *log,
                                                        struct weft_kernel *kernel);
 

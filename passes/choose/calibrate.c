@@ -34,7 +34,7 @@ struct calibration {
 };
 
 struct job {
-    struct weft_way way;
+    struct weft_method method;
     const char *kernel;
     bool oblique, slab;
     int pixels;
@@ -87,17 +87,17 @@ static struct weft_slice_geometry plane(const struct job *job)
 
 // ---- jobs ---------------------------------------------------------------------------------------
 
-static enum weft_result run(struct calibration *c, const weft_way_plan *plan, weft_volume *volume,
-                            struct timed *out)
+static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
+                            weft_volume *volume, struct timed *out)
 {
     double whole = INFINITY, read = INFINITY, layout = INFINITY, passes = INFINITY;
-    enum weft_result res = weft_way_run(c->context, plan, volume, c->pixels, NULL, NULL);
+    enum weft_result res = weft_method_run(c->context, plan, volume, c->pixels, NULL, NULL);
     const double start = weft_now_seconds();
     for (int i = 0; res == WEFT_OK && i < RUNS; i++) {
-        struct weft_way_report report;
+        struct weft_method_report report;
         if (i >= 2 && weft_now_seconds() - start > LONG_SECONDS)
             break;
-        res = weft_way_run(c->context, plan, volume, c->pixels, NULL, &report);
+        res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &report);
         if (res != WEFT_OK)
             break;
         whole = fmin(whole, report.seconds);
@@ -107,7 +107,7 @@ static enum weft_result run(struct calibration *c, const weft_way_plan *plan, we
     }
     if (res != WEFT_OK)
         return res;
-    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     *out = (struct timed){
         .whole = 1e9 * whole - c->fixed.whole,
         .read = 1e9 * read,
@@ -137,20 +137,20 @@ static bool go_on(struct calibration *c)
 static struct timed timed(struct calibration *c, struct job job)
 {
     struct timed out = {0};
-    struct weft_way_params params = {
-        .way = job.way,
-        .measure = {.low = job.low, .high = 1.0, .voxels = (uint64_t)SIDE * SIDE * SIDE},
+    struct weft_method_params params = {
+        .method = job.method,
+        .statistics = {.low = job.low, .high = 1.0, .voxels = (uint64_t)SIDE * SIDE * SIDE},
         .slice = {.space = WEFT_SPACE_INDEX, .geometry = plane(&job), .log = c->log},
     };
     weft_volume *volume = job.slab ? c->slab : c->cube;
-    weft_way_plan *plan = NULL;
+    weft_method_plan *plan = NULL;
     if (go_on(c))
         c->result = weft_kernel_parse(c->log, job.kernel, &params.slice.kernel);
     if (c->result == WEFT_OK)
-        c->result = weft_way_plan_create(volume, &params, &plan);
+        c->result = weft_method_plan_create(volume, &params, &plan);
     if (c->result == WEFT_OK)
         c->result = run(c, plan, volume, &out);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return c->result == WEFT_OK ? out : (struct timed){0};
 }
 
@@ -161,7 +161,7 @@ static void find_start(struct calibration *c, struct job job)
     job.pixels = TINY;
     job.kernel = "linear";
     c->fixed = timed(c, job);
-    c->model.start[job.way.method] = fmax(c->fixed.whole - c->fixed.read, 1e3);
+    c->model.start[job.method.engine] = fmax(c->fixed.whole - c->fixed.read, 1e3);
 }
 
 static double positive(double x)
@@ -185,8 +185,8 @@ static void calibrate_sources(struct calibration *c, struct job job)
     double rest = 0.0;
     for (int layout = 0; layout < WEFT_COST_LAYOUTS; layout++) {
         for (int source = 0; source < WEFT_SOURCE_FORMATS; source++) {
-            job.way.layout = (enum weft_layout)(layout + 1);
-            job.way.source = (enum weft_source_format)source;
+            job.method.layout = (enum weft_layout)(layout + 1);
+            job.method.source = (enum weft_source_format)source;
             job.kernel = "linear";
             const struct timed few = timed(c, job);
             job.kernel = "bspline5";
@@ -206,19 +206,19 @@ static void calibrate_fused(struct calibration *c)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = 4.0 * PIXELS * PIXELS;
-    struct job job = {.way.layout = WEFT_LAYOUT_INTERLEAVED, .oblique = true};
+    struct job job = {.method.layout = WEFT_LAYOUT_INTERLEAVED, .oblique = true};
     find_start(c, job);
     job.kernel = "bspline5";
     job.pixels = PIXELS;
     const struct timed smaller = timed(c, job);
     job.pixels = 2 * PIXELS;
     const struct timed larger = timed(c, job);
-    job.way.lookup = WEFT_LOOKUP_NEAREST;
-    job.way.samples = 1;
+    job.method.lookup = WEFT_LOOKUP_NEAREST;
+    job.method.samples = 1;
     const struct timed flat = timed(c, job);
-    job.way.samples = 64;
+    job.method.samples = 64;
     const struct timed sampled = timed(c, job);
-    job.way.lookup = WEFT_LOOKUP_POLYNOMIAL;
+    job.method.lookup = WEFT_LOOKUP_POLYNOMIAL;
     m->voxel = positive(larger.read / larger.voxels);
     m->entry = positive((larger.layout - smaller.layout) / (0.75 * pixels));
     m->weights =
@@ -232,7 +232,7 @@ static void calibrate_separable(struct calibration *c)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = 4.0 * PIXELS * PIXELS;
-    struct job job = {.way.method = WEFT_METHOD_SEPARABLE, .slab = true};
+    struct job job = {.method.engine = WEFT_ENGINE_SEPARABLE, .slab = true};
     find_start(c, job);
     job.pixels = 2 * PIXELS;
     job.kernel = "catmull-rom";
@@ -252,15 +252,15 @@ static void calibrate_plain(struct calibration *c, struct job job)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = (double)PIXELS * PIXELS;
-    const enum weft_target_format t = job.way.profile.target;
+    const enum weft_target_format t = job.method.profile.target;
     job.oblique = true;
     const struct timed many = timed(c, job);
-    job.way.samples = 64;
+    job.method.samples = 64;
     const struct timed fine = timed(c, job);
-    job.way.samples = 16;
+    job.method.samples = 16;
     job.oblique = false;
     const struct timed flat = timed(c, job);
-    job.way.profile.taps_per_pass = 1;
+    job.method.profile.taps_per_pass = 1;
     const struct timed one = timed(c, job);
     // passes a + fetches b, of one and flat.
     const double determinant = one.pass_count * flat.fetches - flat.pass_count * one.fetches;
@@ -283,12 +283,12 @@ static void calibrate_dot4(struct calibration *c, struct job job)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = (double)PIXELS * PIXELS;
-    const enum weft_target_format t = job.way.profile.target;
+    const enum weft_target_format t = job.method.profile.target;
     job.oblique = true;
     const struct timed many = timed(c, job);
     job.oblique = false;
     const struct timed flat = timed(c, job);
-    job.way.samples = 64; // past 32 MiB malloc asks the kernel for new pages
+    job.method.samples = 64; // past 32 MiB malloc asks the kernel for new pages
     const struct timed fine = timed(c, job);
     m->pass_fetch[t][1] =
         positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
@@ -302,18 +302,19 @@ static void calibrate_passes(struct calibration *c)
 {
     static const char *const profiles[] = {"fp32", "fp16", "unorm16", "unorm8"};
     const double pixels = (double)PIXELS * PIXELS;
-    struct job job = {
-        .way = {.method = WEFT_METHOD_PASSES, .samples = 16, .profile = *weft_profile_find("fp32")},
-        .kernel = "linear"};
+    struct job job = {.method = {.engine = WEFT_ENGINE_MULTIPASS,
+                                 .samples = 16,
+                                 .profile = *weft_profile_find("fp32")},
+                      .kernel = "linear"};
     find_start(c, job);
     job.pixels = PIXELS;
     for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
         job.kernel = "catmull-rom";
-        job.way.profile = *weft_profile_find(profiles[p]);
+        job.method.profile = *weft_profile_find(profiles[p]);
         calibrate_plain(c, job);
-        job.way.technique = WEFT_TECHNIQUE_DOT4;
+        job.method.technique = WEFT_TECHNIQUE_DOT4;
         calibrate_dot4(c, job);
-        job.way.technique = WEFT_TECHNIQUE_PLAIN;
+        job.method.technique = WEFT_TECHNIQUE_PLAIN;
     }
     // Where the range begins at 0 nothing is added to the result, and no sum is needed for it.
     job.kernel = "lanczos:2";

@@ -22,10 +22,11 @@ struct chooser {
     double slope;          // largest sum of |h'|
 };
 
-static struct weft_way_params way_params(const struct chooser *c, const struct weft_way *way)
+static struct weft_method_params way_params(const struct chooser *c,
+                                            const struct weft_method *method)
 {
-    return (struct weft_way_params){
-        .way = *way, .slice = c->params->slice, .measure = c->choice->measure};
+    return (struct weft_method_params){
+        .method = *method, .slice = c->params->slice, .statistics = c->choice->statistics};
 }
 
 // What keeps a candidate out is no error of the choice.
@@ -54,19 +55,19 @@ static double pixel_count(const struct chooser *c)
 
 static double range_width(const struct chooser *c)
 {
-    return c->choice->measure.high - c->choice->measure.low;
+    return c->choice->statistics.high - c->choice->statistics.low;
 }
 
 // Of the voxels, whatever is read in their place.
 static double voxel_width(const struct chooser *c)
 {
-    return c->choice->measure.voxel_high - c->choice->measure.voxel_low;
+    return c->choice->statistics.voxel_high - c->choice->statistics.voxel_low;
 }
 
 // ---- fused and separable ------------------------------------------------------------------------
 
 // Texels of all tiles if they were laid out another way.
-static double texels_of(const struct weft_slice_plan *base, const struct weft_way *way)
+static double texels_of(const struct weft_slice_plan *base, const struct weft_method *method)
 {
     double texels = 0.0;
     for (int i = 0; i < base->info.tile_count; i++) {
@@ -75,7 +76,7 @@ static double texels_of(const struct weft_slice_plan *base, const struct weft_wa
         int starts[3];
         for (int a = 0; a < 3; a++)
             starts[a] = b->span[a] - b->taps[a] + 1;
-        weft_block_layout_init(&layout, way->layout, way->source, b->taps, starts);
+        weft_block_layout_init(&layout, method->layout, method->source, b->taps, starts);
         texels += (double)base->tiles[i].cells_laid_out * (double)layout.block_texels;
     }
     return texels;
@@ -84,23 +85,24 @@ static double texels_of(const struct weft_slice_plan *base, const struct weft_wa
 static void predict_fused(const struct chooser *c, const struct weft_slice_plan_info *request,
                           struct weft_candidate *candidate)
 {
-    const struct weft_way *way = &candidate->way;
+    const struct weft_method *method = &candidate->method;
     const struct weft_slice_plan *base = c->base;
     const int width = base->info.kernel.width;
     const struct weft_cost_work work = {
-        .method = WEFT_METHOD_FUSED,
+        .engine = WEFT_ENGINE_FUSED,
         .pixels = pixel_count(c),
         .voxels = 512.0 * (double)base->info.bricks_read,
-        .layout = way->layout,
-        .source = way->source,
-        .texels = texels_of(base, way),
-        .fetches = (double)base->axes.taps[2] * width * weft_layout_row_fetches(way->layout, width),
+        .layout = method->layout,
+        .source = method->source,
+        .texels = texels_of(base, method),
+        .fetches =
+            (double)base->axes.taps[2] * width * weft_layout_row_fetches(method->layout, width),
         .weights = (base->axes.summed ? 2.0 : 3.0) * request->weight_vectors,
         .weights_fetched = request->samples > 1,
     };
-    const int samples = way->layout == WEFT_LAYOUT_PLAIN ? 1 : 4;
+    const int samples = method->layout == WEFT_LAYOUT_PLAIN ? 1 : 4;
     candidate->seconds = weft_cost_of(c->model, &work);
-    candidate->bytes = (uint64_t)(work.texels * samples * weft_source_format_bytes(way->source) +
+    candidate->bytes = (uint64_t)(work.texels * samples * weft_source_format_bytes(method->source) +
                                   4.0 * work.voxels + 8.0 * work.pixels);
 }
 
@@ -116,7 +118,7 @@ static void predict_separable(const struct chooser *c, struct weft_slice_plan *r
     const double rows = max[order[1]] - min[order[1]] + 1;
     const double between = fmin(whole.width * rows, whole.height * columns);
     const struct weft_cost_work work = {
-        .method = WEFT_METHOD_SEPARABLE,
+        .engine = WEFT_ENGINE_SEPARABLE,
         .pixels = pixel_count(c),
         .voxels = 512.0 * (double)c->base->info.bricks_read,
         .summed = columns * rows * request->axes.kept,
@@ -130,20 +132,20 @@ static void predict_separable(const struct chooser *c, struct weft_slice_plan *r
 // Bounds need no cells, only the kernel and the axes.
 static enum weft_result consider_slice(const struct chooser *c, struct weft_candidate *candidate)
 {
-    struct weft_way_params params = way_params(c, &candidate->way);
+    struct weft_method_params params = way_params(c, &candidate->method);
     params.slice.log = &c->quiet;
-    const struct weft_slice_params slice = weft_way_slice_params(&params);
-    const bool separable = candidate->way.method == WEFT_METHOD_SEPARABLE;
+    const struct weft_slice_params slice = weft_method_slice_params(&params);
+    const bool separable = candidate->method.engine == WEFT_ENGINE_SEPARABLE;
     weft_slice_plan *request = NULL;
     candidate->state = WEFT_CANDIDATE_REFUSED;
-    if (weft_way_check(&params) != WEFT_OK)
+    if (weft_method_check(&params) != WEFT_OK)
         return WEFT_OK;
     enum weft_result res = weft_slice_request_create(c->volume, &slice, &request);
     if (res != WEFT_OK)
         return is_refusal(c, res) ? WEFT_OK : res;
     if (!separable || request->axes.separable) {
         candidate->state = WEFT_CANDIDATE_DEARER;
-        candidate->bound = weft_way_slice_bound(&request->info, &c->choice->measure);
+        candidate->bound = weft_method_slice_bound(&request->info, &c->choice->statistics);
         if (separable)
             predict_separable(c, request, candidate);
         else
@@ -159,27 +161,27 @@ static enum weft_result consider_slice(const struct chooser *c, struct weft_cand
 // tiles looked up at the nearest of M samples, and the target's codes.
 static void estimate_passes(const struct chooser *c, struct weft_candidate *candidate)
 {
-    const struct weft_way *way = &candidate->way;
+    const struct weft_method *method = &candidate->method;
     const struct weft_kernel *kernel = &c->base->info.kernel;
-    const bool dot4 = way->technique == WEFT_TECHNIQUE_DOT4;
-    const int bits = weft_target_bits(way->profile.target);
+    const bool dot4 = method->technique == WEFT_TECHNIQUE_DOT4;
+    const int bits = weft_target_bits(method->profile.target);
     const double row = dot4 ? (kernel->width + 3) / 4 : kernel->width;
     const double groups = kernel->width * kernel->width * row;
     struct weft_cost_work work = {
-        .method = WEFT_METHOD_PASSES,
+        .engine = WEFT_ENGINE_MULTIPASS,
         .pixels = pixel_count(c),
         .voxels = 512.0 * (double)c->base->info.bricks_read,
-        .target = way->profile.target,
+        .target = method->profile.target,
         .dot4 = dot4,
-        .passes = ceil(groups / way->profile.taps_per_pass),
+        .passes = ceil(groups / method->profile.taps_per_pass),
         .fetches = 2.0 * groups,
-        .tile_bytes = groups * pow(way->samples, 3) * (dot4 ? 4 : 1) *
-                      (bits == 8 && way->bits <= 8 ? 1
-                       : bits                      ? 2
-                                                   : 4),
+        .tile_bytes = groups * pow(method->samples, 3) * (dot4 ? 4 : 1) *
+                      (bits == 8 && method->bits <= 8 ? 1
+                       : bits                         ? 2
+                                                      : 4),
     };
     work.samples = weft_cost_box_samples(&c->base->info);
-    if (way->technique == WEFT_TECHNIQUE_SPLIT_PRECISION)
+    if (method->technique == WEFT_TECHNIQUE_SPLIT_PRECISION)
         work.passes = 2.0 * work.passes;
     candidate->estimated = true;
     candidate->state = WEFT_CANDIDATE_DEARER;
@@ -188,16 +190,17 @@ static void estimate_passes(const struct chooser *c, struct weft_candidate *cand
     // Half of what a slope over half a sample makes, along one axis (of prefiltered kernels, whose
     // cardinal splines are no flatter, for half the voxels' range); half a code.
     const double reach = kernel->prefiltered ? 0.5 * voxel_width(c) : range_width(c);
-    candidate->bound = 0.25 * c->slope / way->samples * reach +
-                       (bits ? 0.5 / weft_target_one(way->profile.target) * range_width(c) : 0.0);
+    candidate->bound =
+        0.25 * c->slope / method->samples * reach +
+        (bits ? 0.5 / weft_target_one(method->profile.target) * range_width(c) : 0.0);
 }
 
 static enum weft_result plan_passes(const struct chooser *c, struct weft_candidate *candidate)
 {
-    struct weft_way_params params = way_params(c, &candidate->way);
-    weft_way_plan *plan = NULL;
+    struct weft_method_params params = way_params(c, &candidate->method);
+    weft_method_plan *plan = NULL;
     params.slice.log = &c->quiet;
-    enum weft_result res = weft_way_plan_create(c->volume, &params, &plan);
+    enum weft_result res = weft_method_plan_create(c->volume, &params, &plan);
     candidate->estimated = false;
     if (is_refusal(c, res)) {
         candidate->state = WEFT_CANDIDATE_REFUSED;
@@ -206,61 +209,61 @@ static enum weft_result plan_passes(const struct chooser *c, struct weft_candida
     }
     if (res != WEFT_OK)
         return res;
-    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     candidate->bound = info->bound;
     candidate->bytes = info->bytes;
     candidate->seconds = weft_cost_predict(c->model, plan);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return WEFT_OK;
 }
 
 // ---- candidates ---------------------------------------------------------------------------------
 
-static bool is_wanted(const struct weft_choose_params *p, const struct weft_way *way)
+static bool is_wanted(const struct weft_choose_params *p, const struct weft_method *method)
 {
     if (p->profile)
-        return way->method == WEFT_METHOD_PASSES;
-    return way->method != WEFT_METHOD_FUSED || p->slice.layout == WEFT_LAYOUT_AUTO ||
-           p->slice.layout == way->layout;
+        return method->engine == WEFT_ENGINE_MULTIPASS;
+    return method->engine != WEFT_ENGINE_FUSED || p->slice.layout == WEFT_LAYOUT_AUTO ||
+           p->slice.layout == method->layout;
 }
 
 // With a profile, the passes of the list stand for those on it.
-static bool adapt(const struct weft_choose_params *p, struct weft_way *way)
+static bool adapt(const struct weft_choose_params *p, struct weft_method *method)
 {
     if (!p->profile)
         return true;
-    if (way->profile.target != p->profile->target)
+    if (method->profile.target != p->profile->target)
         return false;
-    way->profile = *p->profile;
-    return way->technique != WEFT_TECHNIQUE_DOT4 || p->profile->dot_width >= 3;
+    method->profile = *p->profile;
+    return method->technique != WEFT_TECHNIQUE_DOT4 || p->profile->dot_width >= 3;
 }
 
 static enum weft_result list_candidates(struct chooser *c)
 {
     struct weft_choice *choice = c->choice;
-    struct weft_way *ways = NULL;
+    struct weft_method *methods = NULL;
     size_t count = 0;
-    enum weft_result res = weft_way_list(c->params->slice.log, &ways, &count);
+    enum weft_result res = weft_method_list(c->params->slice.log, &methods, &count);
     choice->candidates = res == WEFT_OK ? calloc(count, sizeof *choice->candidates) : NULL;
     if (res == WEFT_OK && !choice->candidates) {
         weft_error(c->params->slice.log, "not enough memory for %zu candidates", count);
         res = WEFT_ERR_MEMORY;
     }
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
-        struct weft_candidate candidate = {.way = ways[i], .bound = NAN};
-        if (!is_wanted(c->params, &ways[i]) || !adapt(c->params, &candidate.way))
+        struct weft_candidate candidate = {.method = methods[i], .bound = NAN};
+        if (!is_wanted(c->params, &methods[i]) || !adapt(c->params, &candidate.method))
             continue;
-        const struct weft_way_params params = way_params(c, &candidate.way);
-        if (candidate.way.method != WEFT_METHOD_PASSES)
+        const struct weft_method_params params = way_params(c, &candidate.method);
+        if (candidate.method.engine != WEFT_ENGINE_MULTIPASS)
             res = consider_slice(c, &candidate);
-        else if (weft_way_check(&params) == WEFT_OK && !c->params->slice.clamp_to_samples)
+        else if (weft_method_check(&params) == WEFT_OK && !c->params->slice.clamp_to_samples)
             estimate_passes(c, &candidate);
         else
             candidate.state = WEFT_CANDIDATE_REFUSED;
-        weft_way_format(&candidate.way, candidate.name, sizeof candidate.name);
+        weft_method_format(&candidate.method, candidate.name, sizeof candidate.name);
         choice->candidates[choice->count++] = candidate;
     }
-    free(ways);
+    free(methods);
     return res;
 }
 
@@ -296,10 +299,10 @@ static bool smooth_may_pay(const struct chooser *c)
 // within the memory say, is refused.
 static enum weft_result choose(const struct chooser *c, struct weft_candidate *candidate)
 {
-    struct weft_way_params params = way_params(c, &candidate->way);
-    if (candidate->way.method == WEFT_METHOD_FUSED && smooth_may_pay(c))
+    struct weft_method_params params = way_params(c, &candidate->method);
+    if (candidate->method.engine == WEFT_ENGINE_FUSED && smooth_may_pay(c))
         params.slice.smooth_error = fmax(0.0, 0.999 * (c->params->max_error - candidate->bound));
-    enum weft_result res = weft_way_plan_create(c->volume, &params, &c->choice->plan);
+    enum weft_result res = weft_method_plan_create(c->volume, &params, &c->choice->plan);
     if (res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT) {
         candidate->state = WEFT_CANDIDATE_REFUSED;
         candidate->bound = NAN;
@@ -366,18 +369,18 @@ static enum weft_result plan_best(struct chooser *c)
 
 static enum weft_result prepare(struct chooser *c)
 {
-    const struct weft_way usual = {.layout = WEFT_LAYOUT_INTERLEAVED};
-    const struct weft_way_params params = way_params(c, &usual);
-    struct weft_slice_params slice = weft_way_slice_params(&params);
+    const struct weft_method usual = {.layout = WEFT_LAYOUT_INTERLEAVED};
+    const struct weft_method_params params = way_params(c, &usual);
+    struct weft_slice_params slice = weft_method_slice_params(&params);
     slice.layout = WEFT_LAYOUT_AUTO; // whatever fits
     enum weft_result res = weft_slice_plan_create(c->volume, &slice, &c->base);
     if (res != WEFT_OK)
         return res;
     c->slope = weft_slice_largest_slope(&c->base->info.kernel);
-    if (!c->params->measure)
-        return weft_slice_measure(c->base, c->volume, c->params->slice.progress,
-                                  &c->choice->measure);
-    c->choice->measure = *c->params->measure;
+    if (!c->params->statistics)
+        return weft_slice_statistics_compute(c->base, c->volume, c->params->slice.progress,
+                                             &c->choice->statistics);
+    c->choice->statistics = *c->params->statistics;
     return WEFT_OK;
 }
 
@@ -417,6 +420,6 @@ void weft_choice_clear(struct weft_choice *choice)
     if (!choice)
         return;
     free(choice->candidates);
-    weft_way_plan_destroy(&choice->plan);
+    weft_method_plan_destroy(&choice->plan);
     *choice = (struct weft_choice){.chosen = -1, .best = -1};
 }

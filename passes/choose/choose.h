@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/choose/choose.h - the cheapest way of a slice that meets an error budget.
+// passes/choose/choose.h - the cheapest method of a slice that meets an error budget.
 // The budget is for what weft adds to the kernel: representation (E2), arithmetic (E3) and the
 // source's codes, all by proven bounds. E1, the kernel's own error, is told beside. Costs are
 // predicted by a model of the machine (passes/choose/cost.h).
@@ -20,8 +20,8 @@ enum weft_candidate_state {
 WEFT_API extern const char *const weft_candidate_state_names[];
 
 struct weft_candidate {
-    struct weft_way way;
-    char name[96]; // weft_way_format
+    struct weft_method method;
+    char name[96]; // weft_method_format
     enum weft_candidate_state state;
     // Passes that were not planned, as they need not be: seconds, bytes and bound are the least
     // that a plan could have.
@@ -33,12 +33,12 @@ struct weft_candidate {
 
 struct weft_choose_params {
     // kernel, geometry, space, memory, savings to do without, clamp_to_samples, progress, log;
-    // layout: only fused ways of this one, unless AUTO
+    // layout: only fused methods of this one, unless AUTO
     struct weft_slice_params slice;
-    double max_error;                         // in the volume's values, >= 0
-    const struct weft_profile *profile;       // only passes on this one; NULL: any way
-    const struct weft_cost_model *model;      // NULL: weft_cost_default
-    const struct weft_slice_measure *measure; // of the voxels in reach; NULL: measured first
+    double max_error;                               // in the volume's values, >= 0
+    const struct weft_profile *profile;             // only passes on this one; NULL: any method
+    const struct weft_cost_model *model;            // NULL: weft_cost_default
+    const struct weft_slice_statistics *statistics; // of the voxels in reach; NULL: measured first
 };
 
 struct weft_choice {
@@ -46,10 +46,10 @@ struct weft_choice {
     size_t count;
     int chosen; // -1: none meets the budget
     int best;   // the one of the least bound among those that can be run; -1: none can
-    struct weft_slice_measure measure;
-    // Of the chosen way: what of the budget its own bound leaves is given to smooth pieces, where
-    // there are pixels enough for that to pay.
-    weft_way_plan *plan;
+    struct weft_slice_statistics statistics;
+    // Of the chosen method: what of the budget its own bound leaves is given to smooth pieces,
+    // where there are pixels enough for that to pay.
+    weft_method_plan *plan;
 };
 
 // Returns WEFT_OK with chosen = -1 where nothing meets the budget; WEFT_ERR_ARGUMENT (max_error,

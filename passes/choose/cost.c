@@ -23,21 +23,21 @@ static double passes_ns(const struct weft_cost_model *m, const struct weft_cost_
 
 double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work *w)
 {
-    if ((unsigned)w->method > WEFT_METHOD_PASSES || (unsigned)w->layout > WEFT_LAYOUT_PLAIN ||
+    if ((unsigned)w->engine > WEFT_ENGINE_MULTIPASS || (unsigned)w->layout > WEFT_LAYOUT_PLAIN ||
         (unsigned)w->source > WEFT_SOURCE_UNORM8 || (unsigned)w->target > WEFT_TARGET_FLOAT)
         return NAN;
     const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
-    double ns = m->start[w->method] + m->voxel * w->voxels;
-    switch (w->method) {
-    case WEFT_METHOD_FUSED:
+    double ns = m->start[w->engine] + m->voxel * w->voxels;
+    switch (w->engine) {
+    case WEFT_ENGINE_FUSED:
         ns += w->texels * m->texel[layout][w->source];
         ns += w->pixels * (m->entry + m->pixel + w->fetches * m->fetch[layout][w->source] +
                            w->weights * (w->weights_fetched ? m->weights_fetched : m->weights));
         break;
-    case WEFT_METHOD_SEPARABLE:
+    case WEFT_ENGINE_SEPARABLE:
         ns += w->summed * m->summed + w->taps * m->tap + w->pixels * m->separable_pixel;
         break;
-    case WEFT_METHOD_PASSES:
+    case WEFT_ENGINE_MULTIPASS:
         ns += passes_ns(m, w);
         break;
     }
@@ -60,9 +60,9 @@ double weft_cost_box_samples(const struct weft_slice_plan_info *slice)
     return samples / (u * v);
 }
 
-static void set_passes(const struct weft_way_plan_info *info, struct weft_cost_work *work)
+static void set_passes(const struct weft_method_plan_info *info, struct weft_cost_work *work)
 {
-    const struct weft_plan_info *plan = info->passes;
+    const struct weft_pass_plan_info *plan = info->passes;
     const struct weft_kernel *kernel = &plan->kernel;
     work->target = plan->profile.target;
     work->dot4 = plan->technique == WEFT_TECHNIQUE_DOT4;
@@ -72,15 +72,15 @@ static void set_passes(const struct weft_way_plan_info *info, struct weft_cost_w
     work->exact_weights = kernel->unit_sum || kernel->normalised ? 0.0 : plan->dims * kernel->width;
 }
 
-double weft_cost_predict(const struct weft_cost_model *model, const weft_way_plan *plan)
+double weft_cost_predict(const struct weft_cost_model *model, const weft_method_plan *plan)
 {
-    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     const struct weft_slice_plan_info *slice = info->slice;
     const bool summed = slice->summed_axis >= 0;
     struct weft_cost_work work = {
         .pixels = (double)slice->geometry.width * slice->geometry.height,
         .voxels = 512.0 * (double)slice->bricks_read,
-        .method = info->way.method,
+        .engine = info->method.engine,
         .layout = slice->layout,
         .source = slice->source,
         .texels = (double)slice->source_texels,
@@ -109,7 +109,7 @@ struct field {
     }
 
 static const struct field fields[] = {
-    FIELD(start, WEFT_COST_METHODS),
+    FIELD(start, WEFT_COST_ENGINES),
     FIELD(voxel, 1),
     FIELD(entry, 1),
     FIELD(pixel, 1),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/choose/cost.h - what ways cost on this machine: a model of a few times that a calibration
-// measures, and predictions by it. Times are nanoseconds of wall clock with whatever threads the
-// context uses.
+// passes/choose/cost.h - what methods cost on this machine: a model of a few times that a
+// calibration measures, and predictions by it. Times are nanoseconds of wall clock with whatever
+// threads the context uses.
 #ifndef WEFT_PASSES_CHOOSE_COST_H
 #define WEFT_PASSES_CHOOSE_COST_H
 
@@ -10,11 +10,11 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_COST_METHODS = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4 };
+enum { WEFT_COST_ENGINES = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4 };
 
 struct weft_cost_model {
     char renderer[128];              // that it was measured on; "" in the defaults
-    double start[WEFT_COST_METHODS]; // [enum weft_method]: of a run, whatever its size
+    double start[WEFT_COST_ENGINES]; // [enum weft_engine]: of a run, whatever its size
     double voxel;                    // read, of bricks
     // Fused, per pixel of the slice: finding its cell; position, store and reading back; a vector
     // of four weights' coefficients, that are uniform or fetched; a fetch of the source.
@@ -48,14 +48,15 @@ WEFT_API enum weft_result weft_cost_parse(const struct weft_log *log, const char
 // To be freed; NULL where memory ran out.
 WEFT_API char *weft_cost_format(const struct weft_cost_model *model);
 
-// Seconds of weft_way_run; cells that turn out constant or smooth are not known before and count
+// Seconds of weft_method_run; cells that turn out constant or smooth are not known before and count
 // in full.
-WEFT_API double weft_cost_predict(const struct weft_cost_model *model, const weft_way_plan *plan);
+WEFT_API double weft_cost_predict(const struct weft_cost_model *model,
+                                  const weft_method_plan *plan);
 
-// What a way does, as far as it is known.
+// What a method does, as far as it is known.
 struct weft_cost_work {
     double pixels, voxels;
-    enum weft_method method;
+    enum weft_engine engine;
     enum weft_layout layout; // fused
     enum weft_source_format source;
     double texels, fetches, weights; // laid out; per pixel (passes too); vectors per pixel

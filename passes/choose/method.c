@@ -11,70 +11,70 @@
 #include "filter/analysis/error.h"
 #include "filter/kernels/prefilter.h"
 
-const char *const weft_method_names[] = {"fused", "separable", "passes", NULL};
+const char *const weft_engine_names[] = {"fused", "separable", "passes", NULL};
 
-struct weft_way_plan {
-    struct weft_way_plan_info info;
-    struct weft_slice_measure measure;
+struct weft_method_plan {
+    struct weft_method_plan_info info;
+    struct weft_slice_statistics statistics;
     weft_slice_plan *slice;
-    weft_plan *passes;
+    weft_pass_plan *passes;
     uint64_t memory_bytes;
     const struct weft_log *log;
 };
 
 // ---- names --------------------------------------------------------------------------------------
 
-int weft_way_format(const struct weft_way *way, char *text, size_t size)
+int weft_method_format(const struct weft_method *method, char *text, size_t size)
 {
     char samples[16] = "", bits[16] = "";
-    if (way->method == WEFT_METHOD_SEPARABLE)
+    if (method->engine == WEFT_ENGINE_SEPARABLE)
         return snprintf(text, size, "separable");
-    if (way->method == WEFT_METHOD_FUSED) {
-        if (way->lookup != WEFT_LOOKUP_POLYNOMIAL)
-            snprintf(samples, sizeof samples, " M=%d", way->samples);
-        return snprintf(text, size, "fused %s %s %s%s", weft_layout_name(way->layout),
-                        weft_source_format_name(way->source),
-                        weft_name(weft_lookup_names, way->lookup), samples);
+    if (method->engine == WEFT_ENGINE_FUSED) {
+        if (method->lookup != WEFT_LOOKUP_POLYNOMIAL)
+            snprintf(samples, sizeof samples, " M=%d", method->samples);
+        return snprintf(text, size, "fused %s %s %s%s", weft_layout_name(method->layout),
+                        weft_source_format_name(method->source),
+                        weft_name(weft_lookup_names, method->lookup), samples);
     }
-    if (way->bits)
-        snprintf(bits, sizeof bits, " %d bits", way->bits);
-    return snprintf(text, size, "passes %s %s M=%d%s", way->profile.name,
-                    weft_name(weft_technique_names, way->technique), way->samples, bits);
+    if (method->bits)
+        snprintf(bits, sizeof bits, " %d bits", method->bits);
+    return snprintf(text, size, "passes %s %s M=%d%s", method->profile.name,
+                    weft_name(weft_technique_names, method->technique), method->samples, bits);
 }
 
 // ---- the list -----------------------------------------------------------------------------------
 
 struct list {
-    struct weft_way *ways;
+    struct weft_method *methods;
     size_t count, capacity;
     bool failed;
 };
 
-static void add(struct list *list, struct weft_way way)
+static void add(struct list *list, struct weft_method method)
 {
     if (list->count == list->capacity) {
         const size_t capacity = list->capacity ? 2 * list->capacity : 64;
-        void *ways = realloc(list->ways, capacity * sizeof *list->ways);
-        list->failed |= !ways;
-        if (!ways)
+        void *methods = realloc(list->methods, capacity * sizeof *list->methods);
+        list->failed |= !methods;
+        if (!methods)
             return;
-        list->ways = ways;
+        list->methods = methods;
         list->capacity = capacity;
     }
-    list->ways[list->count++] = way;
+    list->methods[list->count++] = method;
 }
 
 static void add_fused(struct list *list)
 {
     for (int layout = WEFT_LAYOUT_INTERLEAVED; layout <= WEFT_LAYOUT_PLAIN; layout++)
         for (int source = 0; source < WEFT_SOURCE_FORMATS; source++)
-            add(list, (struct weft_way){.layout = (enum weft_layout)layout,
-                                        .source = (enum weft_source_format)source});
+            add(list, (struct weft_method){.layout = (enum weft_layout)layout,
+                                           .source = (enum weft_source_format)source});
     for (int lookup = WEFT_LOOKUP_LINEAR; lookup <= WEFT_LOOKUP_NEAREST; lookup++)
         for (int samples = 16; samples <= 512; samples *= 2)
-            add(list, (struct weft_way){.layout = WEFT_LAYOUT_INTERLEAVED,
-                                        .lookup = (enum weft_lookup)lookup,
-                                        .samples = samples});
+            add(list, (struct weft_method){.layout = WEFT_LAYOUT_INTERLEAVED,
+                                           .lookup = (enum weft_lookup)lookup,
+                                           .samples = samples});
 }
 
 static bool can_run(const struct weft_profile *profile, enum weft_technique technique)
@@ -90,35 +90,37 @@ static void add_passes(struct list *list)
     for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
         for (int technique = 0; weft_technique_names[technique]; technique++) {
             for (int samples = 16; samples <= MOST_SAMPLES; samples *= 2) {
-                struct weft_way way = {.method = WEFT_METHOD_PASSES,
-                                       .samples = samples,
-                                       .profile = *weft_profile_find(profiles[p]),
-                                       .technique = (enum weft_technique)technique};
+                struct weft_method method = {.engine = WEFT_ENGINE_MULTIPASS,
+                                             .samples = samples,
+                                             .profile = *weft_profile_find(profiles[p]),
+                                             .technique = (enum weft_technique)technique};
                 const bool usual = technique <= WEFT_TECHNIQUE_DOT4;
-                if (!can_run(&way.profile, way.technique) || !(usual || samples == MIDDLE_SAMPLES))
+                if (!can_run(&method.profile, method.technique) ||
+                    !(usual || samples == MIDDLE_SAMPLES))
                     continue;
-                add(list, way);
+                add(list, method);
                 // Finer weights than the target's codes, as far as products have room.
-                way.bits = MANY_BITS;
-                if (usual && way.profile.target == WEFT_TARGET_UNORM8)
-                    add(list, way);
+                method.bits = MANY_BITS;
+                if (usual && method.profile.target == WEFT_TARGET_UNORM8)
+                    add(list, method);
             }
         }
     }
 }
 
-enum weft_result weft_way_list(const struct weft_log *log, struct weft_way **out, size_t *count)
+enum weft_result weft_method_list(const struct weft_log *log, struct weft_method **out,
+                                  size_t *count)
 {
     struct list list = {0};
     add_fused(&list);
-    add(&list, (struct weft_way){.method = WEFT_METHOD_SEPARABLE});
+    add(&list, (struct weft_method){.engine = WEFT_ENGINE_SEPARABLE});
     add_passes(&list);
     if (list.failed) {
         weft_error(log, "not enough memory for a list of %zu ways", list.count);
-        free(list.ways);
+        free(list.methods);
         list = (struct list){0};
     }
-    *out = list.ways;
+    *out = list.methods;
     *count = list.count;
     return list.failed ? WEFT_ERR_MEMORY : WEFT_OK;
 }
@@ -126,56 +128,59 @@ enum weft_result weft_way_list(const struct weft_log *log, struct weft_way **out
 // ---- plans --------------------------------------------------------------------------------------
 
 // What the way decides of the slice.
-struct weft_slice_params weft_way_slice_params(const struct weft_way_params *p)
+struct weft_slice_params weft_method_slice_params(const struct weft_method_params *p)
 {
     struct weft_slice_params slice = p->slice;
-    const struct weft_way *way = &p->way;
-    if (way->method != WEFT_METHOD_SEPARABLE)
+    const struct weft_method *method = &p->method;
+    if (method->engine != WEFT_ENGINE_SEPARABLE)
         slice.without |= WEFT_SAVING_SEPARABLE;
-    if (way->method == WEFT_METHOD_PASSES)
+    if (method->engine == WEFT_ENGINE_MULTIPASS)
         slice.without |= WEFT_SAVING_AXIS; // its boxes hold every tap
-    if (way->method != WEFT_METHOD_FUSED)
+    if (method->engine != WEFT_ENGINE_FUSED)
         return slice;
-    slice.layout = way->layout;
-    slice.source = way->source;
-    slice.lookup = way->lookup;
-    slice.samples = way->samples;
-    slice.low = p->measure.low;
+    slice.layout = method->layout;
+    slice.source = method->source;
+    slice.lookup = method->lookup;
+    slice.samples = method->samples;
+    slice.low = p->statistics.low;
     // One value maps to 0, whatever the range's width.
-    slice.high = p->measure.high > p->measure.low ? p->measure.high : p->measure.low + 1.0;
+    slice.high =
+        p->statistics.high > p->statistics.low ? p->statistics.high : p->statistics.low + 1.0;
     return slice;
 }
 
-static double largest_magnitude(const struct weft_slice_measure *measure)
+static double largest_magnitude(const struct weft_slice_statistics *statistics)
 {
-    return fmax(fabs(measure->low), fabs(measure->high));
+    return fmax(fabs(statistics->low), fabs(statistics->high));
 }
 
-static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_params *p)
+static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_method_params *p)
 {
-    const struct weft_way *way = &p->way;
-    struct weft_plan_params *params =
-        weft_plan_params(.kernel = plan->info.slice->kernel, .dims = 3, .profile = way->profile,
-                         .samples = way->samples, .bits = way->bits, .technique = way->technique,
-                         .worst_case = WEFT_WORST_ANY, .memory_bytes = p->slice.memory_bytes,
-                         .progress = p->slice.progress, .log = p->slice.log);
-    enum weft_result res = weft_plan_create(params, &plan->passes);
+    const struct weft_method *method = &p->method;
+    struct weft_pass_plan_params *params =
+        weft_pass_plan_params(.kernel = plan->info.slice->kernel, .dims = 3,
+                              .profile = method->profile, .samples = method->samples,
+                              .bits = method->bits, .technique = method->technique,
+                              .worst_case = WEFT_WORST_ANY, .memory_bytes = p->slice.memory_bytes,
+                              .progress = p->slice.progress, .log = p->slice.log);
+    enum weft_result res = weft_pass_plan_create(params, &plan->passes);
     if (res != WEFT_OK)
         return res;
-    const struct weft_plan_info *info = plan->info.passes = weft_plan_get_info(plan->passes);
-    const double width = p->measure.high - p->measure.low;
-    const double largest = largest_magnitude(&p->measure);
-    const double voxel = fmax(fabs(p->measure.voxel_low), fabs(p->measure.voxel_high));
+    const struct weft_pass_plan_info *info = plan->info.passes =
+        weft_pass_plan_get_info(plan->passes);
+    const double width = p->statistics.high - p->statistics.low;
+    const double largest = largest_magnitude(&p->statistics);
+    const double voxel = fmax(fabs(p->statistics.voxel_low), fabs(p->statistics.voxel_high));
     const struct weft_prefilter_error prefilter =
         weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
-    plan->info.way.bits = weft_target_bits(way->profile.target) > 0 ? info->bits : 0;
+    plan->info.method.bits = weft_target_bits(method->profile.target) > 0 ? info->bits : 0;
     // Mapping to [0, 1] and back rounds in single precision.
     plan->info.bound =
         (info->error.bound_any - info->error.e2) * width +
-        weft_plan_e2(&info->error, width, p->measure.voxel_high - p->measure.voxel_low) +
+        weft_pass_plan_e2(&info->error, width, p->statistics.voxel_high - p->statistics.voxel_low) +
         4.0 * 0x1p-24 * largest +
         (1.0 + info->error.e2) * (prefilter.coefficient * largest + prefilter.sample * voxel) +
-        (3.0 + info->error.e2) * prefilter.beyond * p->measure.beyond +
+        (3.0 + info->error.e2) * prefilter.beyond * p->statistics.beyond +
         plan->slice->rounding * voxel + plan->info.slice->error_rounding;
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *
@@ -184,71 +189,75 @@ static enum weft_result plan_passes(weft_way_plan *plan, const struct weft_way_p
     return WEFT_OK;
 }
 
-double weft_way_slice_bound(const struct weft_slice_plan_info *info,
-                            const struct weft_slice_measure *measure)
+double weft_method_slice_bound(const struct weft_slice_plan_info *info,
+                               const struct weft_slice_statistics *statistics)
 {
-    return info->error_measured * largest_magnitude(measure) +
-           info->prefilter_error * fmax(fabs(measure->voxel_low), fabs(measure->voxel_high)) +
-           info->error_beyond * measure->beyond + info->error_absolute;
+    return info->error_measured * largest_magnitude(statistics) +
+           info->prefilter_error * fmax(fabs(statistics->voxel_low), fabs(statistics->voxel_high)) +
+           info->error_beyond * statistics->beyond + info->error_absolute;
 }
 
 // The leading term, for a signal whose derivatives are as large as its samples' differences.
-static double leading_e1(const struct weft_kernel *kernel, const struct weft_slice_measure *measure)
+static double leading_e1(const struct weft_kernel *kernel,
+                         const struct weft_slice_statistics *statistics)
 {
     const int order = kernel->order;
-    if (order < 1 || order > WEFT_MEASURE_DIFFERENCES)
+    if (order < 1 || order > WEFT_STATISTICS_DIFFERENCES)
         return NAN;
-    return weft_error_e1(kernel, 3, measure->difference[order - 1]);
+    return weft_error_e1(kernel, 3, statistics->difference[order - 1]);
 }
 
-enum weft_result weft_way_check(const struct weft_way_params *p)
+enum weft_result weft_method_check(const struct weft_method_params *p)
 {
-    const struct weft_way *way = &p->way;
+    const struct weft_method *method = &p->method;
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(p->slice.log, way->method, WEFT_METHOD_PASSES);
-    weft_require_enum(p->slice.log, way->layout, WEFT_LAYOUT_PLAIN);
-    weft_require_enum(p->slice.log, way->source, WEFT_SOURCE_UNORM8);
-    weft_require_enum(p->slice.log, way->lookup, WEFT_LOOKUP_NEAREST);
-    weft_require_enum(p->slice.log, way->technique, WEFT_TECHNIQUE_LOG);
-    const bool unorm = way->method == WEFT_METHOD_FUSED && way->source >= WEFT_SOURCE_UNORM16;
-    const struct weft_slice_params slice = weft_way_slice_params(p);
-    if (way->method == WEFT_METHOD_FUSED &&
+    weft_require_enum(p->slice.log, method->engine, WEFT_ENGINE_MULTIPASS);
+    weft_require_enum(p->slice.log, method->layout, WEFT_LAYOUT_PLAIN);
+    weft_require_enum(p->slice.log, method->source, WEFT_SOURCE_UNORM8);
+    weft_require_enum(p->slice.log, method->lookup, WEFT_LOOKUP_NEAREST);
+    weft_require_enum(p->slice.log, method->technique, WEFT_TECHNIQUE_LOG);
+    const bool unorm = method->engine == WEFT_ENGINE_FUSED && method->source >= WEFT_SOURCE_UNORM16;
+    const struct weft_slice_params slice = weft_method_slice_params(p);
+    if (method->engine == WEFT_ENGINE_FUSED &&
         !weft_slice_source_holds(slice.source, slice.low, slice.high)) {
         weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
-                   weft_source_format_name(way->source), slice.low, slice.high);
+                   weft_source_format_name(method->source), slice.low, slice.high);
         return WEFT_ERR_UNSUPPORTED;
     }
-    if (way->method == WEFT_METHOD_PASSES && way->technique == WEFT_TECHNIQUE_LOG &&
-        p->measure.low < 0.0) {
-        weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g", p->measure.low);
+    if (method->engine == WEFT_ENGINE_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
+        p->statistics.low < 0.0) {
+        weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g",
+                   p->statistics.low);
         return WEFT_ERR_UNSUPPORTED;
     }
-    if (!unorm || !p->measure.not_finite)
+    if (!unorm || !p->statistics.not_finite)
         return WEFT_OK;
     weft_debug(p->slice.log, "a source of format %s does not hold the %llu voxels not finite",
-               weft_source_format_name(way->source), (unsigned long long)p->measure.not_finite);
+               weft_source_format_name(method->source),
+               (unsigned long long)p->statistics.not_finite);
     res = WEFT_ERR_UNSUPPORTED;
 fail:
     return res;
 }
 
-enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way_params *params,
-                                      weft_way_plan **out)
+enum weft_result weft_method_plan_create(weft_volume *volume,
+                                         const struct weft_method_params *params,
+                                         weft_method_plan **out)
 {
     *out = NULL;
-    enum weft_result res = weft_way_check(params);
-    weft_way_plan *plan = NULL;
+    enum weft_result res = weft_method_check(params);
+    weft_method_plan *plan = NULL;
     if (res != WEFT_OK)
         return res;
-    const struct weft_slice_params slice = weft_way_slice_params(params);
+    const struct weft_slice_params slice = weft_method_slice_params(params);
     res = WEFT_ERR_MEMORY;
     plan = calloc(1, sizeof *plan);
     if (!plan) {
         weft_error(params->slice.log, "not enough memory to plan a way");
         return res;
     }
-    plan->info.way = params->way;
-    plan->measure = params->measure;
+    plan->info.method = params->method;
+    plan->statistics = params->statistics;
     plan->memory_bytes = params->slice.memory_bytes;
     plan->log = params->slice.log;
     res = weft_slice_plan_create(volume, &slice, &plan->slice);
@@ -256,82 +265,84 @@ enum weft_result weft_way_plan_create(weft_volume *volume, const struct weft_way
         goto fail;
     const struct weft_slice_plan_info *info = plan->info.slice =
         weft_slice_plan_get_info(plan->slice);
-    if (params->way.method == WEFT_METHOD_SEPARABLE && !(info->savings & WEFT_SAVING_SEPARABLE)) {
+    if (params->method.engine == WEFT_ENGINE_SEPARABLE &&
+        !(info->savings & WEFT_SAVING_SEPARABLE)) {
         weft_debug(plan->log, "the slice does not run along the volume's axes");
         res = WEFT_ERR_UNSUPPORTED;
         goto fail;
     }
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
-    plan->info.bound = weft_way_slice_bound(info, &params->measure);
-    plan->info.e1 = leading_e1(&info->kernel, &params->measure);
-    if (params->way.method == WEFT_METHOD_PASSES)
+    plan->info.bound = weft_method_slice_bound(info, &params->statistics);
+    plan->info.e1 = leading_e1(&info->kernel, &params->statistics);
+    if (params->method.engine == WEFT_ENGINE_MULTIPASS)
         res = plan_passes(plan, params);
     if (res != WEFT_OK)
         goto fail;
-    weft_way_format(&plan->info.way, plan->info.name, sizeof plan->info.name);
+    weft_method_format(&plan->info.method, plan->info.name, sizeof plan->info.name);
     *out = plan;
     return WEFT_OK;
 fail:
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return res;
 }
 
-void weft_way_plan_destroy(weft_way_plan **plan)
+void weft_method_plan_destroy(weft_method_plan **plan)
 {
     if (!plan || !*plan)
         return;
     weft_slice_plan_destroy(&(*plan)->slice);
-    weft_plan_destroy(&(*plan)->passes);
+    weft_pass_plan_destroy(&(*plan)->passes);
     free(*plan);
     *plan = NULL;
 }
 
-const struct weft_way_plan_info *weft_way_plan_get_info(const weft_way_plan *plan)
+const struct weft_method_plan_info *weft_method_plan_get_info(const weft_method_plan *plan)
 {
     return &plan->info;
 }
 
-const weft_slice_plan *weft_way_plan_get_slice(const weft_way_plan *plan)
+const weft_slice_plan *weft_method_plan_get_slice(const weft_method_plan *plan)
 {
     return plan->slice;
 }
 
-const weft_plan *weft_way_plan_get_passes(const weft_way_plan *plan)
+const weft_pass_plan *weft_method_plan_get_passes(const weft_method_plan *plan)
 {
     return plan->passes;
 }
 
 // ---- runs ---------------------------------------------------------------------------------------
 
-static enum weft_result run_passes(weft_context *context, const weft_way_plan *plan,
+static enum weft_result run_passes(weft_context *context, const weft_method_plan *plan,
                                    weft_volume *volume, float *pixels,
                                    const struct weft_progress *progress,
-                                   struct weft_way_report *out)
+                                   struct weft_method_report *out)
 {
-    const struct weft_slice_passes_params params = {
+    const struct weft_slice_multipass_params params = {
         .slice = plan->slice,
         .plan = plan->passes,
         .volume = volume,
-        .low = plan->measure.low,
-        .high =
-            plan->measure.high > plan->measure.low ? plan->measure.high : plan->measure.low + 1.0,
+        .low = plan->statistics.low,
+        .high = plan->statistics.high > plan->statistics.low ? plan->statistics.high
+                                                             : plan->statistics.low + 1.0,
         .memory_bytes = plan->memory_bytes,
         .pixels = pixels,
         .progress = progress,
         .log = plan->log,
     };
-    enum weft_result res = weft_slice_passes_run(context, &params, &out->passes);
+    enum weft_result res = weft_slice_multipass_run(context, &params, &out->passes);
     if (res == WEFT_OK)
-        out->slice = weft_slice_passes_summary(&out->passes);
+        out->slice = weft_slice_multipass_summary(&out->passes);
     return res;
 }
 
-enum weft_result weft_way_run(weft_context *context, const weft_way_plan *plan, weft_volume *volume,
-                              float *pixels, const struct weft_progress *progress,
-                              struct weft_way_report *report)
+enum weft_result weft_method_run(weft_context *context, const weft_method_plan *plan,
+                                 weft_volume *volume, float *pixels,
+                                 const struct weft_progress *progress,
+                                 struct weft_method_report *report)
 {
-    struct weft_way_report own = {0};
+    struct weft_method_report own = {0};
     const double start = weft_now_seconds();
     enum weft_result res =
         plan->passes ? run_passes(context, plan, volume, pixels, progress, &own)

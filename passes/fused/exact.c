@@ -210,7 +210,7 @@ static void set_block(struct painter *p, int x, int y)
     p->block_y = by;
 }
 
-static bool paint_run(void *priv, const struct weft_slice_run_of_pixels *run)
+static bool paint_run(void *priv, const struct weft_span *run)
 {
     struct painter *p = priv;
     if (!go_on(p, run->y))

@@ -112,7 +112,7 @@ static bool go_on(struct planner *planner)
     return !progress || !progress->report || progress->report(progress->priv, planner->fraction);
 }
 
-static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)
+static bool collect_span(void *priv, const struct weft_span *run)
 {
     struct collector *c = priv;
     int64_t number = c->last_number;
@@ -338,7 +338,7 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
         goto fail;
     if (!separable &&
         (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
-                               rectangle.height, collect_run, &collector) ||
+                               rectangle.height, collect_span, &collector) ||
          !classify_cells(planner, layout, &tile, &rectangle)))
         goto fail;
     if (rectangle.memory_bytes <= planner->memory_bytes &&

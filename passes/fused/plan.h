@@ -9,7 +9,7 @@
 
 // What one cell of a tile needs.
 struct weft_slice_cell {
-    uint8_t low[3], high[3]; // as in struct weft_slice_run_of_pixels, over the tile
+    uint8_t low[3], high[3]; // as in struct weft_span, over the tile
     bool constant;           // every voxel in reach is `value`
     float value;
 };
@@ -111,11 +111,13 @@ struct weft_slice_shells {
     double largest[WEFT_SLICE_SHELLS]; // |voxel|
     double at_taps;                    // likewise, of what the taps themselves lie on
 };
-// weft_slice_measure, and the shells that its `beyond` is the sum of; all 0 for other kernels.
-enum weft_result weft_slice_measure_shells(const struct weft_slice_plan *plan, weft_volume *volume,
-                                           const struct weft_progress *progress,
-                                           struct weft_slice_measure *out,
-                                           struct weft_slice_shells *shells);
+// weft_slice_statistics_compute, and the shells that its `beyond` is the sum of; all 0 for other
+// kernels.
+enum weft_result weft_slice_statistics_shells(const struct weft_slice_plan *plan,
+                                              weft_volume *volume,
+                                              const struct weft_progress *progress,
+                                              struct weft_slice_statistics *out,
+                                              struct weft_slice_shells *shells);
 
 // Origins of a map's bricks, and their voxels. values: bricks->count * 512 floats.
 enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft_volume *volume,

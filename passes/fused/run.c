@@ -238,7 +238,7 @@ struct entry_writer {
     const struct weft_slice_tile *tile;
 };
 
-static bool write_entries(void *priv, const struct weft_slice_run_of_pixels *run)
+static bool write_entries(void *priv, const struct weft_span *run)
 {
     const struct entry_writer *w = priv;
     int64_t number = weft_cell_map_find(&w->tile_plan->map, run->cell);

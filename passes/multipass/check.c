@@ -7,17 +7,17 @@
 
 // ---- the request and the list -------------------------------------------------------------------
 
-static bool tile_format_fits(const struct weft_convolve_job *job)
+static bool tile_format_fits(const struct weft_multipass_job *job)
 {
     const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
     const bool real = format == WEFT_TILE_HALF || format == WEFT_TILE_FLOAT;
     return job->floats || job->passes->log_table ? real : format == WEFT_TILE_UNORM;
 }
 
-static enum weft_result check_list(const struct weft_convolve_job *job)
+static enum weft_result check_list(const struct weft_multipass_job *job)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    const struct weft_convolve_work *w = job->work;
+    const struct weft_multipass_work *w = job->work;
     const struct weft_pass_list *l = job->passes;
     weft_require(job->log, l && l->tiles);
     const struct weft_kernel_tiles_info *t = weft_kernel_tiles_get_info(l->tiles);
@@ -44,7 +44,7 @@ fail:
     return res;
 }
 
-static bool group_fits(const struct weft_convolve_job *job, const struct weft_tap_group *group)
+static bool group_fits(const struct weft_multipass_job *job, const struct weft_tap_group *group)
 {
     const int tiles = weft_kernel_tiles_get_info(job->passes->tiles)->tile_count;
     for (int c = 0; c < (job->passes->dot4 ? 4 : 1); c++) {
@@ -72,7 +72,7 @@ static bool pass_fits(const struct weft_pass_list *l, const struct weft_pass *p)
     return fits;
 }
 
-static enum weft_result check_passes(const struct weft_convolve_job *job)
+static enum weft_result check_passes(const struct weft_multipass_job *job)
 {
     const struct weft_pass_list *l = job->passes;
     for (int g = 0; g < l->group_count; g++) {
@@ -99,21 +99,21 @@ static bool all_finite(const double *values, int count)
     return true;
 }
 
-static bool positions_finite(const struct weft_convolve_job *job)
+static bool positions_finite(const struct weft_multipass_job *job)
 {
     const struct weft_pixel_grid *grid = job->grid;
     for (int corner = 0; corner < 4; corner++) {
         double at[3];
-        weft_convolve_position(grid, (corner & 1) * (grid->width - 1),
-                               (corner >> 1) * (grid->height - 1), at);
+        weft_multipass_position(grid, (corner & 1) * (grid->width - 1),
+                                (corner >> 1) * (grid->height - 1), at);
         if (!isfinite(at[0]) || !isfinite(at[1]) || !isfinite(at[2]))
             return false;
     }
     return all_finite(grid->columns, grid->width) && all_finite(grid->rows, grid->height);
 }
 
-static enum weft_result check_request(const struct weft_convolve_job *job,
-                                      const struct weft_convolve_params *params)
+static enum weft_result check_request(const struct weft_multipass_job *job,
+                                      const struct weft_multipass_params *params)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     const struct weft_samples *s = job->samples;
@@ -136,18 +136,18 @@ fail:
     return res;
 }
 
-static int sum_limit(const struct weft_convolve_job *job)
+static int sum_limit(const struct weft_multipass_job *job)
 {
     const double limit = job->passes->range * job->one * exp2(job->extra_bits);
     return job->passes->exact_inside || !(limit < INT_MAX) ? INT_MAX : (int)limit;
 }
 
-enum weft_result weft_convolve_job_start(const struct weft_convolve_work *work,
-                                         const struct weft_convolve_params *params,
-                                         struct weft_convolve_job *job)
+enum weft_result weft_multipass_job_start(const struct weft_multipass_work *work,
+                                          const struct weft_multipass_params *params,
+                                          struct weft_multipass_job *job)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    *job = (struct weft_convolve_job){
+    *job = (struct weft_multipass_job){
         .work = work,
         .passes = work->passes,
         .samples = params->samples,
@@ -168,11 +168,11 @@ fail:
     return res;
 }
 
-enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
-                                          const struct weft_convolve_params *params)
+enum weft_result weft_multipass_work_check(const struct weft_multipass_work *work,
+                                           const struct weft_multipass_params *params)
 {
-    struct weft_convolve_job job;
-    return weft_convolve_job_start(work, params, &job);
+    struct weft_multipass_job job;
+    return weft_multipass_job_start(work, params, &job);
 }
 
 // ---- sums that 32 bits must hold ----------------------------------------------------------------
@@ -181,7 +181,7 @@ struct sums {
     double positive, negative;
 };
 
-static double tile_value_at(const struct weft_convolve_job *job, int group, int component,
+static double tile_value_at(const struct weft_multipass_job *job, int group, int component,
                             uint32_t position)
 {
     const size_t i =
@@ -191,13 +191,13 @@ static double tile_value_at(const struct weft_convolve_job *job, int group, int 
                                                : ((const uint16_t *)job->tiles.data)[i];
 }
 
-static struct sums sums_at(const struct weft_convolve_job *job, const struct weft_pass *p,
+static struct sums sums_at(const struct weft_multipass_job *job, const struct weft_pass *p,
                            uint32_t position)
 {
     struct sums s = {0.0, 0.0};
     for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
         for (int c = 0; c < job->tiles.components; c++) {
-            const double factor = weft_convolve_job_factor(job, p, &job->passes->groups[g], c);
+            const double factor = weft_multipass_job_factor(job, p, &job->passes->groups[g], c);
             const double product = factor * job->one * tile_value_at(job, g, c, position);
             s.positive += fmax(product, 0.0);
             s.negative += fmax(-product, 0.0);
@@ -207,7 +207,7 @@ static struct sums sums_at(const struct weft_convolve_job *job, const struct wef
 }
 
 // The largest sum of a pass over all sample positions; inputs may be anything.
-static double largest_sum(const struct weft_convolve_job *job, const struct weft_pass *p)
+static double largest_sum(const struct weft_multipass_job *job, const struct weft_pass *p)
 {
     const size_t positions = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
     const uint32_t m = (uint32_t)job->samples_per_unit;
@@ -221,7 +221,7 @@ static double largest_sum(const struct weft_convolve_job *job, const struct weft
 }
 
 // The same with every tile's largest value, at a glance.
-static double sum_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+static double sum_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(job->passes->tiles);
     double bound = 0.0;
@@ -231,14 +231,14 @@ static double sum_bound(const struct weft_convolve_job *job, const struct weft_p
             const struct weft_kernel_tile *t =
                 weft_kernel_tiles_get(job->passes->tiles, group->tile[c]);
             if (t)
-                bound += fabs((double)weft_convolve_job_factor(job, p, group, c)) * job->one *
+                bound += fabs((double)weft_multipass_job_factor(job, p, group, c)) * job->one *
                          fmax(fabs(t->minimum), fabs(t->maximum)) * info->one * t->scale;
         }
     }
     return bound;
 }
 
-static double log_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+static double log_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
 {
     uint32_t largest = 0;
     for (int i = 0; i <= 2 * job->one; i++)
@@ -246,7 +246,7 @@ static double log_bound(const struct weft_convolve_job *job, const struct weft_p
     return (double)largest * p->group_count * job->tiles.components;
 }
 
-static double combine_bound(const struct weft_convolve_job *job, const struct weft_pass *p)
+static double combine_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
 {
     const bool exact = job->passes->exact_inside;
     const double scale = exact ? 1.0 : exp2(job->extra_bits);
@@ -257,7 +257,7 @@ static double combine_bound(const struct weft_convolve_job *job, const struct we
     return bound + bias + p->denominator;
 }
 
-enum weft_result weft_convolve_job_check_sums(const struct weft_convolve_job *job)
+enum weft_result weft_multipass_job_check_sums(const struct weft_multipass_job *job)
 {
     for (int i = 0; !job->floats && i < job->passes->pass_count; i++) {
         const struct weft_pass *p = &job->passes->passes[i];

@@ -14,7 +14,7 @@ static double add_up(const double *weights, int count)
 }
 
 // Of the exact weights at a pixel, what constants are multiplied by.
-static double weight_sum(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+static double weight_sum(const struct weft_multipass_job *job, const struct weft_axis_kernels *axes,
                          const double at[3])
 {
     double weights[WEFT_KERNEL_MAX_WEIGHTS], product = 1.0;
@@ -32,7 +32,7 @@ static double weight_sum(const struct weft_convolve_job *job, const struct weft_
     return fabs(product) < 1e-12 ? 0.0 : product;
 }
 
-static bool any_mark(const struct weft_convolve_job *job, const double at[3])
+static bool any_mark(const struct weft_multipass_job *job, const double at[3])
 {
     const struct weft_samples *s = job->samples;
     size_t from[3] = {0}, to[3] = {0};
@@ -52,7 +52,7 @@ static bool any_mark(const struct weft_convolve_job *job, const double at[3])
 }
 
 // Channels in which a tap that counts, whose exact weight is not 0, is not finite.
-static uint8_t marks_at(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+static uint8_t marks_at(const struct weft_multipass_job *job, const struct weft_axis_kernels *axes,
                         const double at[3])
 {
     double weights[WEFT_KERNEL_MAX_WEIGHTS];
@@ -60,28 +60,28 @@ static uint8_t marks_at(const struct weft_convolve_job *job, const struct weft_a
     if (!job->not_finite || !any_mark(job, at))
         return 0;
     const int width = job->work->kernel.width, rows = job->passes->dims > 1 ? width : 1;
-    const int count = weft_convolve_weights(job->work, axes, at, weights, first);
+    const int count = weft_multipass_weights(job->work, axes, at, weights, first);
     uint8_t marks = 0;
     for (int i = 0; i < count; i++) {
         const int64_t index[3] = {first[0] + i % width, first[1] + i / width % rows,
                                   first[2] + i / width / rows};
         if (weights[i] != 0.0)
-            marks |= job->not_finite[weft_convolve_sample(job->samples, index)];
+            marks |= job->not_finite[weft_multipass_sample(job->samples, index)];
     }
     return marks;
 }
 
 // Errors may bring a value past the range of floats, where it stays only if the exact one is there.
-static float held(const struct weft_convolve_job *job, const struct weft_axis_kernels *axes,
+static float held(const struct weft_multipass_job *job, const struct weft_axis_kernels *axes,
                   const double at[3], int channel, double value)
 {
     if (!(fabs(value) > FLT_MAX))
         return (float)value;
-    const double exact = weft_convolve_refer(job->work, axes, job->samples, channel, at);
+    const double exact = weft_multipass_refer(job->work, axes, job->samples, channel, at);
     return fabs(exact) <= FLT_MAX ? (float)copysign(FLT_MAX, value) : (float)value;
 }
 
-static double result_at(const struct weft_convolve_job *job, const void *result, size_t i)
+static double result_at(const struct weft_multipass_job *job, const void *result, size_t i)
 {
     const double bias = job->passes->result_bias, scale = job->passes->result_scale;
     if (job->floats)
@@ -91,15 +91,15 @@ static double result_at(const struct weft_convolve_job *job, const void *result,
     return (code / job->one - bias) / scale;
 }
 
-void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
-                              float *const pixels[4], struct weft_convolve_report *report)
+void weft_multipass_job_finish(const struct weft_multipass_job *job, const void *result,
+                               float *const pixels[4], struct weft_multipass_report *report)
 {
     const int width = job->grid->width, channels = job->work->channels;
     struct weft_axis_kernels axes;
-    weft_convolve_axis_kernels(job->work, &axes);
+    weft_multipass_axis_kernels(job->work, &axes);
     for (size_t i = 0; i < job->pixels; i++) {
         double at[3];
-        weft_convolve_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
+        weft_multipass_position(job->grid, (int)(i % (size_t)width), (int)(i / (size_t)width), at);
         const double base = job->low == 0.0 ? 0.0 : job->low * weight_sum(job, &axes, at);
         const uint8_t marks = marks_at(job, &axes, at);
         for (int c = 0; c < channels; c++) {

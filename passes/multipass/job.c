@@ -28,7 +28,7 @@ static void put(const struct weft_job_values *values, size_t i, double value)
 }
 
 // The code of a logarithm, passes/plan/pass.h.
-static double log_code(const struct weft_convolve_job *job, double x)
+static double log_code(const struct weft_multipass_job *job, double x)
 {
     const int one = job->one;
     const double octaves = job->passes->log_octaves;
@@ -71,7 +71,7 @@ static size_t sample_count(const struct weft_samples *s)
     return (size_t)s->size[0] * (size_t)s->size[1] * (size_t)s->size[2];
 }
 
-static void measure(const struct weft_convolve_job *job, double *low, double *high, bool *finite)
+static void measure(const struct weft_multipass_job *job, double *low, double *high, bool *finite)
 {
     float least = INFINITY, most = -INFINITY;
     *finite = true;
@@ -90,7 +90,7 @@ static void measure(const struct weft_convolve_job *job, double *low, double *hi
     *high = least <= most ? (double)most : 0.0;
 }
 
-static enum weft_result mark_not_finite(struct weft_convolve_job *job)
+static enum weft_result mark_not_finite(struct weft_multipass_job *job)
 {
     const size_t count = sample_count(job->samples);
     job->not_finite = calloc(count, 1);
@@ -105,7 +105,7 @@ static enum weft_result mark_not_finite(struct weft_convolve_job *job)
     return WEFT_OK;
 }
 
-static enum weft_result set_range(struct weft_convolve_job *job)
+static enum weft_result set_range(struct weft_multipass_job *job)
 {
     const struct weft_samples *s = job->samples;
     double low, high;
@@ -140,7 +140,7 @@ static int larger(int a, int b)
     return a > b ? a : b;
 }
 
-static void find_reach(struct weft_convolve_job *job)
+static void find_reach(struct weft_multipass_job *job)
 {
     for (int g = 0; g < job->passes->group_count; g++) {
         for (int a = 0; a < job->passes->dims; a++) {
@@ -151,7 +151,7 @@ static void find_reach(struct weft_convolve_job *job)
     }
 }
 
-static enum weft_result check_texels(const struct weft_convolve_job *job, const char *what,
+static enum weft_result check_texels(const struct weft_multipass_job *job, const char *what,
                                      double texels, int64_t limit)
 {
     if (texels <= (double)limit)
@@ -161,7 +161,7 @@ static enum weft_result check_texels(const struct weft_convolve_job *job, const 
     return WEFT_ERR_LIMIT;
 }
 
-static enum weft_result allocate(const struct weft_convolve_job *job, const char *what,
+static enum weft_result allocate(const struct weft_multipass_job *job, const char *what,
                                  struct weft_job_values *values)
 {
     const size_t texel = (size_t)values->components * value_bytes(values->type);
@@ -176,7 +176,7 @@ static enum weft_result allocate(const struct weft_convolve_job *job, const char
 
 // First taps go from 1 - width, where all taps read the first sample or what is before it, to the
 // last sample.
-static enum weft_result size_source(struct weft_convolve_job *job, int64_t limit)
+static enum weft_result size_source(struct weft_multipass_job *job, int64_t limit)
 {
     double texels = 1.0;
     find_reach(job);
@@ -195,14 +195,14 @@ static enum weft_result size_source(struct weft_convolve_job *job, int64_t limit
 }
 
 // The sample that lies at a padded texel's place (moved by `shift`) along an axis.
-static size_t sample_at(const struct weft_convolve_job *job, int a, size_t texel, int shift)
+static size_t sample_at(const struct weft_multipass_job *job, int a, size_t texel, int shift)
 {
     const int64_t taps = a < job->passes->dims ? job->work->kernel.width : 1;
     const int64_t i = (int64_t)texel + 1 - taps + job->reach[0][a] + shift;
     return i < 0 ? 0 : i >= job->samples->size[a] ? (size_t)job->samples->size[a] - 1 : (size_t)i;
 }
 
-static double mapped(const struct weft_convolve_job *job, float sample)
+static double mapped(const struct weft_multipass_job *job, float sample)
 {
     const double x = job->width > 0.0 ? ((double)sample - job->low) / job->width : 0.0;
     const double inside = x > 0.0 ? fmin(x, 1.0) : 0.0; // a NAN is 0
@@ -214,8 +214,8 @@ static double mapped(const struct weft_convolve_job *job, float sample)
 }
 
 // Component c of the padded source, from a plane that is mapped already: [z][y][x] as the samples.
-static void lay_out(const struct weft_convolve_job *job, const struct weft_job_values *plane, int c,
-                    const int shift[3])
+static void lay_out(const struct weft_multipass_job *job, const struct weft_job_values *plane,
+                    int c, const int shift[3])
 {
     const size_t size_x = (size_t)job->samples->size[0], size_y = (size_t)job->samples->size[1];
     const size_t texel = (size_t)job->source.components, bytes = value_bytes(plane->type);
@@ -231,7 +231,7 @@ static void lay_out(const struct weft_convolve_job *job, const struct weft_job_v
     }
 }
 
-static void map_plane(struct weft_convolve_job *job, const float *samples,
+static void map_plane(struct weft_multipass_job *job, const float *samples,
                       const struct weft_job_values *out)
 {
     for (size_t i = 0; i < out->texels; i++) {
@@ -241,7 +241,7 @@ static void map_plane(struct weft_convolve_job *job, const float *samples,
     }
 }
 
-static enum weft_result create_source(struct weft_convolve_job *job, int64_t limit)
+static enum weft_result create_source(struct weft_multipass_job *job, int64_t limit)
 {
     const struct weft_pass_list *l = job->passes;
     enum weft_result res = size_source(job, limit);
@@ -267,8 +267,8 @@ static enum weft_result create_source(struct weft_convolve_job *job, int64_t lim
 
 // ---- the tiles ----------------------------------------------------------------------------------
 
-static double stored_value(const struct weft_convolve_job *job, const struct weft_kernel_tile *tile,
-                           size_t i)
+static double stored_value(const struct weft_multipass_job *job,
+                           const struct weft_kernel_tile *tile, size_t i)
 {
     const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
     if (format == WEFT_TILE_UNORM)
@@ -282,7 +282,7 @@ struct tile_axes {
 };
 
 // Index of sample k in a tile's memory: base + sum over axes of step k.
-static struct tile_axes tile_axes(const struct weft_convolve_job *job,
+static struct tile_axes tile_axes(const struct weft_multipass_job *job,
                                   const struct weft_kernel_tile *tile)
 {
     struct tile_axes axes = {0};
@@ -296,7 +296,7 @@ static struct tile_axes tile_axes(const struct weft_convolve_job *job,
 }
 
 // One of the four components of a group's block.
-static void write_component(const struct weft_convolve_job *job, int32_t base, int component,
+static void write_component(const struct weft_multipass_job *job, int32_t base, int component,
                             const struct weft_tap_group *group)
 {
     const struct weft_kernel_tile *tile =
@@ -315,7 +315,7 @@ static void write_component(const struct weft_convolve_job *job, int32_t base, i
 }
 
 // What one block of values holds: four tiles, or what the tile shares with its mirror images.
-static bool same_block(const struct weft_convolve_job *job, const struct weft_tap_group *a,
+static bool same_block(const struct weft_multipass_job *job, const struct weft_tap_group *a,
                        const struct weft_tap_group *b)
 {
     if (job->passes->dot4)
@@ -327,7 +327,7 @@ static bool same_block(const struct weft_convolve_job *job, const struct weft_ta
 }
 
 // Numbers the blocks; returns how many there are.
-static size_t number_blocks(const struct weft_convolve_job *job, int *block)
+static size_t number_blocks(const struct weft_multipass_job *job, int *block)
 {
     int count = 0;
     for (int g = 0; g < job->passes->group_count; g++) {
@@ -339,7 +339,7 @@ static size_t number_blocks(const struct weft_convolve_job *job, int *block)
     return (size_t)count;
 }
 
-static void write_block(const struct weft_convolve_job *job, const struct weft_tap_group *group,
+static void write_block(const struct weft_multipass_job *job, const struct weft_tap_group *group,
                         int32_t base)
 {
     const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
@@ -354,7 +354,7 @@ static void write_block(const struct weft_convolve_job *job, const struct weft_t
         put(&job->tiles, (size_t)base + i, stored_value(job, tile, i));
 }
 
-static void set_groups(struct weft_convolve_job *job, const int *block)
+static void set_groups(struct weft_multipass_job *job, const int *block)
 {
     const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
     for (int g = 0, written = 0; g < job->passes->group_count; g++) {
@@ -377,7 +377,7 @@ static void set_groups(struct weft_convolve_job *job, const int *block)
     }
 }
 
-static enum weft_job_positions choose_positions(const struct weft_convolve_job *job)
+static enum weft_job_positions choose_positions(const struct weft_multipass_job *job)
 {
     const int m = job->samples_per_unit;
     bool mirrored = false;
@@ -389,7 +389,7 @@ static enum weft_job_positions choose_positions(const struct weft_convolve_job *
     return !mirrored ? WEFT_JOB_LINEAR : (m & (m - 1)) == 0 ? WEFT_JOB_FLIPS : WEFT_JOB_PACKED;
 }
 
-static enum weft_result create_tiles(struct weft_convolve_job *job, int64_t limit)
+static enum weft_result create_tiles(struct weft_multipass_job *job, int64_t limit)
 {
     const struct weft_pass_list *l = job->passes;
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(l->tiles);
@@ -423,13 +423,13 @@ fail:
 
 // ---- pixels -------------------------------------------------------------------------------------
 
-static void make_entry(const struct weft_convolve_job *job, int x, int y,
+static void make_entry(const struct weft_multipass_job *job, int x, int y,
                        struct weft_job_entry *out)
 {
     const int m = job->samples_per_unit;
     uint32_t k[3] = {0};
     double at[3];
-    weft_convolve_position(job->grid, x, y, at);
+    weft_multipass_position(job->grid, x, y, at);
     size_t texel = 0;
     for (int a = job->passes->dims - 1; a >= 0; a--) {
         double fraction;
@@ -442,7 +442,7 @@ static void make_entry(const struct weft_convolve_job *job, int x, int y,
     *out = (struct weft_job_entry){(uint32_t)texel, weft_job_pack_position(job, k)};
 }
 
-static enum weft_result create_entries(struct weft_convolve_job *job,
+static enum weft_result create_entries(struct weft_multipass_job *job,
                                        const struct weft_job_limits *limits)
 {
     const struct weft_pixel_grid *g = job->grid;
@@ -470,14 +470,14 @@ static enum weft_result create_entries(struct weft_convolve_job *job,
 
 // ---- creation -----------------------------------------------------------------------------------
 
-enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
-                                          const struct weft_convolve_params *params,
-                                          const struct weft_job_limits *limits,
-                                          struct weft_convolve_job *out)
+enum weft_result weft_multipass_job_create(const struct weft_multipass_work *work,
+                                           const struct weft_multipass_params *params,
+                                           const struct weft_job_limits *limits,
+                                           struct weft_multipass_job *out)
 {
-    struct weft_convolve_job job;
-    *out = (struct weft_convolve_job){0};
-    enum weft_result res = weft_convolve_job_start(work, params, &job);
+    struct weft_multipass_job job;
+    *out = (struct weft_multipass_job){0};
+    enum weft_result res = weft_multipass_job_start(work, params, &job);
     if (res != WEFT_OK)
         goto fail;
     job.samples_per_unit = weft_kernel_tiles_get_info(job.passes->tiles)->samples;
@@ -488,7 +488,7 @@ enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
     if (res == WEFT_OK)
         res = create_tiles(&job, limits->texels);
     if (res == WEFT_OK)
-        res = weft_convolve_job_check_sums(&job);
+        res = weft_multipass_job_check_sums(&job);
     if (res == WEFT_OK)
         res = create_entries(&job, limits);
     if (res != WEFT_OK)
@@ -496,21 +496,21 @@ enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
     *out = job;
     return WEFT_OK;
 fail:
-    weft_convolve_job_destroy(&job);
+    weft_multipass_job_destroy(&job);
     return res;
 }
 
-void weft_convolve_job_destroy(struct weft_convolve_job *job)
+void weft_multipass_job_destroy(struct weft_multipass_job *job)
 {
     free(job->source.data);
     free(job->tiles.data);
     free(job->groups);
     free(job->entries);
     free(job->not_finite);
-    *job = (struct weft_convolve_job){0};
+    *job = (struct weft_multipass_job){0};
 }
 
-int weft_convolve_job_bias(const struct weft_convolve_job *job, const struct weft_pass *pass)
+int weft_multipass_job_bias(const struct weft_multipass_job *job, const struct weft_pass *pass)
 {
     if (job->passes->exact_inside)
         return pass->bias + pass->denominator / 2;
@@ -520,17 +520,17 @@ int weft_convolve_job_bias(const struct weft_convolve_job *job, const struct wef
     return (pass->bias < 0 ? -magnitude : magnitude) + (int)(unit / 2);
 }
 
-enum weft_result weft_convolve_plan_work(const struct weft_convolve_params *params,
-                                         struct weft_convolve_work *out)
+enum weft_result weft_multipass_plan_work(const struct weft_multipass_params *params,
+                                          struct weft_multipass_work *out)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    *out = (struct weft_convolve_work){0};
+    *out = (struct weft_multipass_work){0};
     weft_require(params->log, params->plan);
-    const struct weft_plan_info *info = weft_plan_get_info(params->plan);
-    *out = (struct weft_convolve_work){.passes = info->passes,
-                                       .kernel = info->kernel,
-                                       .derivative = info->derivative,
-                                       .channels = info->channels};
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(params->plan);
+    *out = (struct weft_multipass_work){.passes = info->passes,
+                                        .kernel = info->kernel,
+                                        .derivative = info->derivative,
+                                        .channels = info->channels};
     return WEFT_OK;
 fail:
     return res;

@@ -9,10 +9,10 @@
 #include "passes/multipass/multipass.h"
 
 // What of a plan is run; a list of passes made by hand does as well.
-struct weft_convolve_work {
+struct weft_multipass_work {
     const struct weft_pass_list *passes;
     struct weft_kernel kernel;
-    int derivative; // as in struct weft_plan_info
+    int derivative; // as in struct weft_pass_plan_info
     int channels;   // 1 or 4
     bool portable;  // GL: no extensions (tests)
 };
@@ -51,8 +51,8 @@ struct weft_job_limits {
     int64_t target; // pixels along a side of the grid
 };
 
-struct weft_convolve_job {
-    const struct weft_convolve_work *work;
+struct weft_multipass_job {
+    const struct weft_multipass_work *work;
     const struct weft_pass_list *passes;
     const struct weft_samples *samples;
     const struct weft_pixel_grid *grid;
@@ -78,8 +78,8 @@ struct weft_convolve_job {
     uint8_t *not_finite; // of samples, a bit per channel; NULL: all are finite
 };
 
-static inline void weft_convolve_position(const struct weft_pixel_grid *grid, int x, int y,
-                                          double out[3])
+static inline void weft_multipass_position(const struct weft_pixel_grid *grid, int x, int y,
+                                           double out[3])
 {
     for (int a = 0; a < 3; a++)
         out[a] = grid->origin[a] + x * grid->du[a] + y * grid->dv[a];
@@ -97,17 +97,17 @@ struct weft_axis_kernels {
     struct weft_kernel kernel[3];
     bool sums_are_one;
 };
-void weft_convolve_axis_kernels(const struct weft_convolve_work *work,
-                                struct weft_axis_kernels *out);
+void weft_multipass_axis_kernels(const struct weft_multipass_work *work,
+                                 struct weft_axis_kernels *out);
 
 // The exact weights at a position, as weft_kernel_weights_nd gives them, derivatives' too.
-int weft_convolve_weights(const struct weft_convolve_work *work,
-                          const struct weft_axis_kernels *axes, const double position[3],
-                          double *weights, int64_t first[3]);
+int weft_multipass_weights(const struct weft_multipass_work *work,
+                           const struct weft_axis_kernels *axes, const double position[3],
+                           double *weights, int64_t first[3]);
 
 // The sample that a tap reads: the nearest, beyond all.
-static inline size_t weft_convolve_sample(const struct weft_samples *samples,
-                                          const int64_t index[3])
+static inline size_t weft_multipass_sample(const struct weft_samples *samples,
+                                           const int64_t index[3])
 {
     size_t at = 0;
     for (int a = 2; a >= 0; a--) {
@@ -119,37 +119,38 @@ static inline size_t weft_convolve_sample(const struct weft_samples *samples,
 }
 
 // The value at a position, in double: the reference's, or a derivative's.
-double weft_convolve_refer(const struct weft_convolve_work *work,
-                           const struct weft_axis_kernels *axes, const struct weft_samples *samples,
-                           int channel, const double position[3]);
+double weft_multipass_refer(const struct weft_multipass_work *work,
+                            const struct weft_axis_kernels *axes,
+                            const struct weft_samples *samples, int channel,
+                            const double position[3]);
 
 // The request and the list by themselves, without limits. Returns WEFT_ERR_ARGUMENT or
 // WEFT_ERR_LIMIT.
-enum weft_result weft_convolve_work_check(const struct weft_convolve_work *work,
-                                          const struct weft_convolve_params *params);
+enum weft_result weft_multipass_work_check(const struct weft_multipass_work *work,
+                                           const struct weft_multipass_params *params);
 
 // What creating is made of: checks and numbers that need the request only, and once tiles are laid
 // out, that no sum of a pass passes 32 bits (WEFT_ERR_LIMIT).
-enum weft_result weft_convolve_job_start(const struct weft_convolve_work *work,
-                                         const struct weft_convolve_params *params,
-                                         struct weft_convolve_job *job);
-enum weft_result weft_convolve_job_check_sums(const struct weft_convolve_job *job);
+enum weft_result weft_multipass_job_start(const struct weft_multipass_work *work,
+                                          const struct weft_multipass_params *params,
+                                          struct weft_multipass_job *job);
+enum weft_result weft_multipass_job_check_sums(const struct weft_multipass_job *job);
 
 // Checks everything, so that running can trust the job. `params` must outlive it; its plan is not
-// looked at. On failure there is nothing to destroy. Errors as of weft_convolve_run.
-enum weft_result weft_convolve_job_create(const struct weft_convolve_work *work,
-                                          const struct weft_convolve_params *params,
-                                          const struct weft_job_limits *limits,
-                                          struct weft_convolve_job *out);
-void weft_convolve_job_destroy(struct weft_convolve_job *job); // {0} is fine
+// looked at. On failure there is nothing to destroy. Errors as of weft_multipass_run.
+enum weft_result weft_multipass_job_create(const struct weft_multipass_work *work,
+                                           const struct weft_multipass_params *params,
+                                           const struct weft_job_limits *limits,
+                                           struct weft_multipass_job *out);
+void weft_multipass_job_destroy(struct weft_multipass_job *job); // {0} is fine
 
 // The result's codes (uint8_t or uint16_t by the target) or floats, `channels` for every pixel, in
 // the samples' own range. Fills the report's counts and sizes of what the job holds.
-void weft_convolve_job_finish(const struct weft_convolve_job *job, const void *result,
-                              float *const pixels[4], struct weft_convolve_report *report);
+void weft_multipass_job_finish(const struct weft_multipass_job *job, const void *result,
+                               float *const pixels[4], struct weft_multipass_report *report);
 
 // Where positions lie far from the samples, all taps read the edge's value.
-static inline int64_t weft_job_first_tap(const struct weft_convolve_job *job, int a, double x,
+static inline int64_t weft_job_first_tap(const struct weft_multipass_job *job, int a, double x,
                                          double *fraction)
 {
     const int64_t first = weft_kernel_first_tap(&job->work->kernel, x, fraction);
@@ -157,7 +158,7 @@ static inline int64_t weft_job_first_tap(const struct weft_convolve_job *job, in
     return first < low ? low : first > high ? high : first;
 }
 
-static inline uint32_t weft_job_pack_position(const struct weft_convolve_job *job,
+static inline uint32_t weft_job_pack_position(const struct weft_multipass_job *job,
                                               const uint32_t k[3])
 {
     const uint32_t m = (uint32_t)job->samples_per_unit;
@@ -169,7 +170,7 @@ static inline uint32_t weft_job_pack_position(const struct weft_convolve_job *jo
     return position;
 }
 
-static inline size_t weft_job_tile_texel(const struct weft_convolve_job *job,
+static inline size_t weft_job_tile_texel(const struct weft_multipass_job *job,
                                          const struct weft_job_group *group, uint32_t position)
 {
     uint32_t at = (uint32_t)group->tile_base;
@@ -183,9 +184,9 @@ static inline size_t weft_job_tile_texel(const struct weft_convolve_job *job,
 
 // What a pass multiplies s q of a group's component by: its sign, turned where the pass subtracts,
 // times 2^(shift + e).
-static inline int weft_convolve_job_factor(const struct weft_convolve_job *job,
-                                           const struct weft_pass *pass,
-                                           const struct weft_tap_group *group, int component)
+static inline int weft_multipass_job_factor(const struct weft_multipass_job *job,
+                                            const struct weft_pass *pass,
+                                            const struct weft_tap_group *group, int component)
 {
     const int sign = group->tile[component] < 0 ? 0
                      : job->signed_tiles        ? 1
@@ -194,19 +195,19 @@ static inline int weft_convolve_job_factor(const struct weft_convolve_job *job,
     return (pass->subtract ? -sign : sign) * scale;
 }
 // The same of floats, exact for divisors that are powers of two.
-static inline float weft_convolve_job_weight(const struct weft_pass *pass, int factor)
+static inline float weft_multipass_job_weight(const struct weft_pass *pass, int factor)
 {
     return (float)((double)factor / pass->divisor);
 }
 
 // Of a combining pass: what an input's code is multiplied by, and what the sum starts from, half a
 // denominator included. Where products are rounded inside, both are on the way to 2^-e codes.
-static inline int weft_convolve_job_numerator(const struct weft_convolve_job *job,
-                                              const struct weft_pass *pass, int input)
+static inline int weft_multipass_job_numerator(const struct weft_multipass_job *job,
+                                               const struct weft_pass *pass, int input)
 {
     return pass->numerator[input] * (job->passes->exact_inside ? 1 : 1 << job->extra_bits);
 }
-int weft_convolve_job_bias(const struct weft_convolve_job *job, const struct weft_pass *pass);
+int weft_multipass_job_bias(const struct weft_multipass_job *job, const struct weft_pass *pass);
 
 // To the nearest, halves away from zero.
 static inline int32_t weft_divide_nearest(int32_t x, int32_t divisor)
@@ -225,17 +226,17 @@ static inline bool weft_job_go_on(const struct weft_progress *progress, double f
 float weft_half_truncate(float x);
 
 // What the calls of passes/multipass/multipass.h do once they have unwrapped the plan.
-enum weft_result weft_convolve_plan_work(const struct weft_convolve_params *params,
-                                         struct weft_convolve_work *out);
-enum weft_result weft_convolve_run_work(weft_context *context,
-                                        const struct weft_convolve_work *work,
-                                        const struct weft_convolve_params *params,
-                                        struct weft_convolve_report *report);
-enum weft_result weft_emulate_run_work(const struct weft_convolve_work *work,
-                                       const struct weft_convolve_params *params,
-                                       struct weft_convolve_report *report);
-enum weft_result weft_convolve_verify_work(const struct weft_convolve_work *work,
-                                           const struct weft_convolve_params *params,
-                                           struct weft_convolve_error *out);
+enum weft_result weft_multipass_plan_work(const struct weft_multipass_params *params,
+                                          struct weft_multipass_work *out);
+enum weft_result weft_multipass_run_work(weft_context *context,
+                                         const struct weft_multipass_work *work,
+                                         const struct weft_multipass_params *params,
+                                         struct weft_multipass_report *report);
+enum weft_result weft_multipass_emulate_work(const struct weft_multipass_work *work,
+                                             const struct weft_multipass_params *params,
+                                             struct weft_multipass_report *report);
+enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,
+                                            const struct weft_multipass_params *params,
+                                            struct weft_multipass_error *out);
 
 #endif

@@ -23,8 +23,9 @@ WEFT_BEGIN_DECLS
 struct weft_samples {
     int size[3];
     const float *plane[4]; // as many as the plan has channels; borrowed
-    // The range mapped to [0, 1], one for all channels. NAN, or both 0: the finite minimum and maximum. What
-    // lies outside is clamped to it. Where both are the same, all samples count as that.
+    // The range mapped to [0, 1], one for all channels. NAN, or both 0: the finite minimum and
+    // maximum. What lies outside is clamped to it. Where both are the same, all samples count as
+    // that.
     double low, high;
 };
 
@@ -39,7 +40,7 @@ struct weft_pixel_grid {
     int fraction_bits; // positions are rounded to so many, half-way up; 0: they stay as they are
 };
 
-struct weft_convolve_report {
+struct weft_multipass_report {
     double low, high; // the range that was mapped
     uint64_t clamped; // samples outside it, or not finite, of all channels
     // Pixels with a tap whose sample is not finite, and whose exact weight is not 0: they are NAN,
@@ -52,8 +53,8 @@ struct weft_convolve_report {
     double largest_clamp;
 };
 
-struct weft_convolve_params {
-    const weft_plan *plan; // required
+struct weft_multipass_params {
+    const weft_pass_plan *plan; // required
     const struct weft_samples *samples;
     const struct weft_pixel_grid *grid;
     float *pixels[4]; // width * height each, as many as the plan has channels; NAN and all
@@ -65,25 +66,25 @@ struct weft_convolve_params {
 // (log with a range below 0), WEFT_ERR_LIMIT (texels and the GL's limit), WEFT_ERR_MEMORY,
 // WEFT_ERR_GL or WEFT_ERR_CANCELLED. report may be NULL. Targets that a pass both reads and writes
 // need no second texture where GL has GL_EXT_shader_framebuffer_fetch.
-WEFT_API enum weft_result weft_convolve_run(weft_context *context,
-                                            const struct weft_convolve_params *params,
-                                            struct weft_convolve_report *report);
+WEFT_API enum weft_result weft_multipass_run(weft_context *context,
+                                             const struct weft_multipass_params *params,
+                                             struct weft_multipass_report *report);
 
 // The same without GL. Half targets are rounded towards zero, as llvmpipe does it.
-WEFT_API enum weft_result weft_emulate_run(const struct weft_convolve_params *params,
-                                           struct weft_convolve_report *report);
+WEFT_API enum weft_result weft_multipass_emulate(const struct weft_multipass_params *params,
+                                                 struct weft_multipass_report *report);
 
-// |pixel - reference| over all pixels where both are finite. The reference is filter/analysis/reference.h's
-// at the exact positions, along one axis with the derived kernel where the plan has a derivative.
-// Where that is beyond the range of floats, the range's end and infinity are right.
-// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or WEFT_ERR_CANCELLED.
-struct weft_convolve_error {
+// |pixel - reference| over all pixels where both are finite. The reference is
+// filter/analysis/reference.h's at the exact positions, along one axis with the derived kernel
+// where the plan has a derivative. Where that is beyond the range of floats, the range's end and
+// infinity are right. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or WEFT_ERR_CANCELLED.
+struct weft_multipass_error {
     double maximum, rms; // in the samples' units
     int at_x, at_y, channel;
     uint64_t not_finite_mismatches;
 };
-WEFT_API enum weft_result weft_convolve_verify(const struct weft_convolve_params *params,
-                                               struct weft_convolve_error *out);
+WEFT_API enum weft_result weft_multipass_verify(const struct weft_multipass_params *params,
+                                                struct weft_multipass_error *out);
 
 WEFT_END_DECLS
 #endif

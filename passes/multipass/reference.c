@@ -6,7 +6,7 @@
 #include "passes/multipass/job.h"
 #include "passes/verify/pixel_error.h"
 
-void weft_convolve_axis_kernels(const struct weft_convolve_work *w, struct weft_axis_kernels *out)
+void weft_multipass_axis_kernels(const struct weft_multipass_work *w, struct weft_axis_kernels *out)
 {
     for (int a = 0; a < 3; a++)
         out->kernel[a] = w->kernel;
@@ -15,9 +15,9 @@ void weft_convolve_axis_kernels(const struct weft_convolve_work *w, struct weft_
         weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
 }
 
-int weft_convolve_weights(const struct weft_convolve_work *work,
-                          const struct weft_axis_kernels *axes, const double position[3],
-                          double *weights, int64_t first[3])
+int weft_multipass_weights(const struct weft_multipass_work *work,
+                           const struct weft_axis_kernels *axes, const double position[3],
+                           double *weights, int64_t first[3])
 {
     const int dims = work->passes->dims;
     double values[3][WEFT_KERNEL_MAX_WIDTH];
@@ -39,11 +39,11 @@ static double fetch(void *priv, const int64_t index[3])
 {
     const struct plane *plane = priv;
     return (double)
-        plane->samples->plane[plane->channel][weft_convolve_sample(plane->samples, index)];
+        plane->samples->plane[plane->channel][weft_multipass_sample(plane->samples, index)];
 }
 
 // Sums as Neumaier (1974); taps of weight 0 do not count, as in the reference.
-static double derivative_at(const struct weft_convolve_work *work,
+static double derivative_at(const struct weft_multipass_work *work,
                             const struct weft_axis_kernels *axes, const double position[3],
                             struct plane *plane)
 {
@@ -51,7 +51,7 @@ static double derivative_at(const struct weft_convolve_work *work,
     const int rows = dims > 1 ? width : 1;
     double weights[WEFT_KERNEL_MAX_WEIGHTS];
     int64_t first[3];
-    const int count = weft_convolve_weights(work, axes, position, weights, first);
+    const int count = weft_multipass_weights(work, axes, position, weights, first);
     double total = 0.0, lost = 0.0;
     for (int i = 0; i < count; i++) {
         if (weights[i] == 0.0)
@@ -66,9 +66,10 @@ static double derivative_at(const struct weft_convolve_work *work,
     return isfinite(total) ? total + lost : total;
 }
 
-double weft_convolve_refer(const struct weft_convolve_work *work,
-                           const struct weft_axis_kernels *axes, const struct weft_samples *samples,
-                           int channel, const double position[3])
+double weft_multipass_refer(const struct weft_multipass_work *work,
+                            const struct weft_axis_kernels *axes,
+                            const struct weft_samples *samples, int channel,
+                            const double position[3])
 {
     struct plane plane = {samples, channel};
     if (work->derivative)
@@ -77,23 +78,23 @@ double weft_convolve_refer(const struct weft_convolve_work *work,
 }
 
 struct verifier {
-    const struct weft_convolve_params *params;
-    const struct weft_convolve_work *work;
+    const struct weft_multipass_params *params;
+    const struct weft_multipass_work *work;
     struct weft_axis_kernels axes;
     double square_sum;
     uint64_t compared;
-    struct weft_convolve_error error;
+    struct weft_multipass_error error;
 };
 
 static void check_pixel(struct verifier *v, int x, int y, int channel)
 {
-    struct weft_convolve_error *e = &v->error;
+    struct weft_multipass_error *e = &v->error;
     const size_t at = (size_t)y * (size_t)v->params->grid->width + (size_t)x;
     double position[3];
     bool mismatch;
-    weft_convolve_position(v->params->grid, x, y, position);
+    weft_multipass_position(v->params->grid, x, y, position);
     const double exact =
-        weft_convolve_refer(v->work, &v->axes, v->params->samples, channel, position);
+        weft_multipass_refer(v->work, &v->axes, v->params->samples, channel, position);
     const double error = weft_pixel_error(v->params->pixels[channel][at], exact, &mismatch);
     e->not_finite_mismatches += mismatch;
     if (isnan(error))
@@ -108,18 +109,18 @@ static void check_pixel(struct verifier *v, int x, int y, int channel)
     }
 }
 
-enum weft_result weft_convolve_verify_work(const struct weft_convolve_work *work,
-                                           const struct weft_convolve_params *params,
-                                           struct weft_convolve_error *out)
+enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,
+                                            const struct weft_multipass_params *params,
+                                            struct weft_multipass_error *out)
 {
     struct verifier v = {.params = params, .work = work};
-    *out = (struct weft_convolve_error){0};
-    enum weft_result res = weft_convolve_work_check(work, params);
+    *out = (struct weft_multipass_error){0};
+    enum weft_result res = weft_multipass_work_check(work, params);
     if (res == WEFT_OK && work->derivative)
         res = weft_kernel_derive(params->log, &work->kernel, &v.axes.kernel[0]);
     if (res != WEFT_OK)
         return res;
-    weft_convolve_axis_kernels(work, &v.axes);
+    weft_multipass_axis_kernels(work, &v.axes);
     const struct weft_pixel_grid *grid = params->grid;
     for (int y = 0; y < grid->height; y++) {
         if (!weft_job_go_on(params->progress, (double)y / grid->height))
@@ -134,10 +135,10 @@ enum weft_result weft_convolve_verify_work(const struct weft_convolve_work *work
     return WEFT_OK;
 }
 
-enum weft_result weft_convolve_verify(const struct weft_convolve_params *params,
-                                      struct weft_convolve_error *out)
+enum weft_result weft_multipass_verify(const struct weft_multipass_params *params,
+                                       struct weft_multipass_error *out)
 {
-    struct weft_convolve_work work;
-    const enum weft_result res = weft_convolve_plan_work(params, &work);
-    return res == WEFT_OK ? weft_convolve_verify_work(&work, params, out) : res;
+    struct weft_multipass_work work;
+    const enum weft_result res = weft_multipass_plan_work(params, &work);
+    return res == WEFT_OK ? weft_multipass_verify_work(&work, params, out) : res;
 }

@@ -10,7 +10,7 @@
 enum { CHUNK = 2048 };
 
 struct emulator {
-    const struct weft_convolve_job *job;
+    const struct weft_multipass_job *job;
     const struct weft_pass_list *passes;
     const struct weft_progress *progress;
     int channels;
@@ -76,7 +76,8 @@ static void fetch_floats(const struct weft_job_values *values, int component, co
         out[i] = in[at[i] * n + c];
 }
 
-// ---- sums of integers, passes/plan/pass.h ------------------------------------------------------------
+// ---- sums of integers, passes/plan/pass.h
+// ------------------------------------------------------------
 
 static void add_logarithms(struct emulator *e, int32_t factor)
 {
@@ -113,7 +114,7 @@ static void add_group(struct emulator *e, const struct weft_pass *pass, int grou
 {
     const int tap_count = e->passes->dot4 ? 4 : 1;
     for (int c = 0; c < tap_count; c++) {
-        const int factor = weft_convolve_job_factor(e->job, pass, &e->passes->groups[group], c);
+        const int factor = weft_multipass_job_factor(e->job, pass, &e->passes->groups[group], c);
         if (factor) {
             fetch(&e->job->source, e->passes->dot4 ? c : channel, e->sample_at, e->count,
                   e->samples);
@@ -185,12 +186,12 @@ static void combine(struct emulator *e, const struct weft_pass *pass, int channe
 {
     const bool rounds = !e->passes->exact_inside;
     const int32_t denominator = rounds ? 1 << e->passes->extra_bits : pass->denominator;
-    const int32_t bias = weft_convolve_job_bias(e->job, pass);
+    const int32_t bias = weft_multipass_job_bias(e->job, pass);
     for (size_t i = 0; i < e->count; i++)
         e->sums[i] = bias;
     for (int k = 0; k < pass->input_count; k++) {
         const int32_t *in = slot_codes(e, pass->input[k], channel);
-        const int32_t numerator = weft_convolve_job_numerator(e->job, pass, k);
+        const int32_t numerator = weft_multipass_job_numerator(e->job, pass, k);
         for (size_t i = 0; i < e->count; i++)
             e->sums[i] += rounds ? weft_divide_nearest(numerator * in[i], pass->denominator)
                                  : numerator * in[i];
@@ -227,8 +228,8 @@ static void sum_up_floats(struct emulator *e, const struct weft_pass *pass, int 
             fetch_floats(&e->job->source, e->passes->dot4 ? c : channel, e->sample_at, e->count,
                          e->float_samples);
             fetch_floats(&e->job->tiles, c, e->weight_at, e->count, e->float_weights);
-            const int factor = weft_convolve_job_factor(e->job, pass, &e->passes->groups[g], c);
-            add_float_products(e, weft_convolve_job_weight(pass, factor));
+            const int factor = weft_multipass_job_factor(e->job, pass, &e->passes->groups[g], c);
+            add_float_products(e, weft_multipass_job_weight(pass, factor));
         }
     }
 }
@@ -299,7 +300,7 @@ static enum weft_result run_passes(struct emulator *e)
     return WEFT_OK;
 }
 
-static enum weft_result create_slots(struct emulator *e, struct weft_convolve_report *report)
+static enum weft_result create_slots(struct emulator *e, struct weft_multipass_report *report)
 {
     size_t values, bytes = 0;
     const size_t planes = (size_t)e->passes->slot_count * (size_t)e->channels;
@@ -320,7 +321,7 @@ static enum weft_result create_slots(struct emulator *e, struct weft_convolve_re
 
 // The result slot as GL hands it back: channels interleaved, in the target's own type.
 static enum weft_result finish(const struct emulator *e, float *const pixels[4],
-                               struct weft_convolve_report *report)
+                               struct weft_multipass_report *report)
 {
     const size_t channels = (size_t)e->channels;
     const size_t count = e->job->pixels;
@@ -340,23 +341,23 @@ static enum weft_result finish(const struct emulator *e, float *const pixels[4],
                 ((uint16_t *)result)[to] = (uint16_t)slot_codes(e, e->passes->result, c)[i];
         }
     }
-    weft_convolve_job_finish(e->job, result, pixels, report);
+    weft_multipass_job_finish(e->job, result, pixels, report);
     free(result);
     report->clamps = e->clamps;
     report->largest_clamp = (double)e->largest_clamp;
     return WEFT_OK;
 }
 
-enum weft_result weft_emulate_run_work(const struct weft_convolve_work *work,
-                                       const struct weft_convolve_params *params,
-                                       struct weft_convolve_report *report)
+enum weft_result weft_multipass_emulate_work(const struct weft_multipass_work *work,
+                                             const struct weft_multipass_params *params,
+                                             struct weft_multipass_report *report)
 {
     static const struct weft_job_limits limits = {INT32_MAX, INT_MAX};
-    struct weft_convolve_report figures = {0};
-    struct weft_convolve_job job;
+    struct weft_multipass_report figures = {0};
+    struct weft_multipass_job job;
     struct emulator *e = NULL;
     const double start = weft_now_seconds();
-    enum weft_result res = weft_convolve_job_create(work, params, &limits, &job);
+    enum weft_result res = weft_multipass_job_create(work, params, &limits, &job);
     if (res != WEFT_OK)
         return res;
     const double prepared = weft_now_seconds();
@@ -385,14 +386,14 @@ fail:
         free(e->floats);
         free(e);
     }
-    weft_convolve_job_destroy(&job);
+    weft_multipass_job_destroy(&job);
     return res;
 }
 
-enum weft_result weft_emulate_run(const struct weft_convolve_params *params,
-                                  struct weft_convolve_report *report)
+enum weft_result weft_multipass_emulate(const struct weft_multipass_params *params,
+                                        struct weft_multipass_report *report)
 {
-    struct weft_convolve_work work;
-    const enum weft_result res = weft_convolve_plan_work(params, &work);
-    return res == WEFT_OK ? weft_emulate_run_work(&work, params, report) : res;
+    struct weft_multipass_work work;
+    const enum weft_result res = weft_multipass_plan_work(params, &work);
+    return res == WEFT_OK ? weft_multipass_emulate_work(&work, params, report) : res;
 }

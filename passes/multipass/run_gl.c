@@ -22,7 +22,7 @@ struct target {
 };
 
 struct runner {
-    const struct weft_convolve_job *job;
+    const struct weft_multipass_job *job;
     const struct weft_pass_list *passes;
     weft_context *context;
     const GladGLContext *gl;
@@ -76,7 +76,7 @@ static enum weft_result create_values(const struct runner *r, const struct weft_
 
 static enum weft_result upload(struct runner *r)
 {
-    const struct weft_convolve_job *job = r->job;
+    const struct weft_multipass_job *job = r->job;
     enum weft_result res = create_values(r, &job->source, &r->source);
     if (res == WEFT_OK)
         res = create_values(r, &job->tiles, &r->tiles);
@@ -219,7 +219,7 @@ static bool common_factor(const struct runner *r, const struct weft_pass *pass,
     bool any = false;
     *out = 0;
     for (int c = 0; c < (r->passes->dot4 ? 4 : 1); c++) {
-        const int factor = weft_convolve_job_factor(r->job, pass, group, c);
+        const int factor = weft_multipass_job_factor(r->job, pass, group, c);
         if (group->tile[c] < 0 && !r->passes->log_table)
             continue;
         if (any && factor != *out)
@@ -248,7 +248,7 @@ static bool shader_subtracts(const struct weft_pass *pass)
 static enum weft_result find_program(const struct runner *r, const struct weft_pass *pass,
                                      GLuint *out)
 {
-    const struct weft_convolve_job *job = r->job;
+    const struct weft_multipass_job *job = r->job;
     const struct weft_pass_list *l = r->passes;
     const int reads = !pass->reads_target ? 0 : r->fetches_targets ? 2 : 1;
     char divisor[16] = "divisor", limit[32] = "", defines[768];
@@ -315,10 +315,10 @@ static void set_factors(const struct runner *r, GLuint program, const struct wef
         const struct weft_tap_group *group = &r->passes->groups[pass->group_first + g];
         if (!common_factor(r, pass, group, &factor[components * g]) || components == 4)
             for (int c = 0; c < 4; c++)
-                factor[4 * g + c] = weft_convolve_job_factor(r->job, pass, group, c);
+                factor[4 * g + c] = weft_multipass_job_factor(r->job, pass, group, c);
     }
     for (int i = 0; i < components * count; i++)
-        weight[i] = weft_convolve_job_weight(pass, factor[i]);
+        weight[i] = weft_multipass_job_weight(pass, factor[i]);
     const GladGLContext *gl = r->gl;
     const GLint at = location(r, program, "factor");
     if (r->job->floats && components == 1)
@@ -431,7 +431,7 @@ static void set_inputs(const struct runner *r, GLuint program, const struct weft
     GLfloat weight[WEFT_PASS_MAX_INPUTS];
     for (int i = 0; i < pass->input_count; i++) {
         unit[i] = i;
-        factor[i] = weft_convolve_job_numerator(r->job, pass, i);
+        factor[i] = weft_multipass_job_numerator(r->job, pass, i);
         weight[i] = (GLfloat)((double)pass->numerator[i] / pass->denominator);
         gl->ActiveTexture(GL_TEXTURE0 + (GLenum)i);
         gl->BindTexture(GL_TEXTURE_2D, r->targets[pass->input[i]].texture);
@@ -444,7 +444,7 @@ static void set_inputs(const struct runner *r, GLuint program, const struct weft
                       (GLfloat)((double)pass->bias / pass->denominator));
     } else {
         gl->Uniform1iv(location(r, program, "factor"), pass->input_count, factor);
-        gl->Uniform1i(location(r, program, "bias"), weft_convolve_job_bias(r->job, pass));
+        gl->Uniform1i(location(r, program, "bias"), weft_multipass_job_bias(r->job, pass));
     }
 }
 
@@ -480,7 +480,7 @@ static enum weft_result draw_passes(struct runner *r, const struct weft_progress
 }
 
 static enum weft_result read_back(const struct runner *r, float *const pixels[4],
-                                  struct weft_convolve_report *report)
+                                  struct weft_multipass_report *report)
 {
     const GladGLContext *gl = r->gl;
     void *result = calloc(r->job->pixels, (size_t)r->channels * sizeof(float));
@@ -497,13 +497,13 @@ static enum weft_result read_back(const struct runner *r, float *const pixels[4]
     gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
     const enum weft_result res = weft_gl_check(r->log, gl, "reading pixels back");
     if (res == WEFT_OK)
-        weft_convolve_job_finish(r->job, result, pixels, report);
+        weft_multipass_job_finish(r->job, result, pixels, report);
     free(result);
     return res;
 }
 
-static enum weft_result run(struct runner *r, const struct weft_convolve_params *params,
-                            struct weft_convolve_report *report)
+static enum weft_result run(struct runner *r, const struct weft_multipass_params *params,
+                            struct weft_multipass_report *report)
 {
     const double start = weft_now_seconds();
     set_state(r);
@@ -525,17 +525,17 @@ static enum weft_result run(struct runner *r, const struct weft_convolve_params 
     return res;
 }
 
-enum weft_result weft_convolve_run_work(weft_context *context,
-                                        const struct weft_convolve_work *work,
-                                        const struct weft_convolve_params *params,
-                                        struct weft_convolve_report *report)
+enum weft_result weft_multipass_run_work(weft_context *context,
+                                         const struct weft_multipass_work *work,
+                                         const struct weft_multipass_params *params,
+                                         struct weft_multipass_report *report)
 {
     const struct weft_job_limits limits = {context->info.max_buffer_texels,
                                            context->info.max_target_size};
-    struct weft_convolve_report figures = {0};
-    struct weft_convolve_job job;
+    struct weft_multipass_report figures = {0};
+    struct weft_multipass_job job;
     const double start = weft_now_seconds();
-    enum weft_result res = weft_convolve_job_create(work, params, &limits, &job);
+    enum weft_result res = weft_multipass_job_create(work, params, &limits, &job);
     if (res != WEFT_OK)
         return res;
     figures.prepare_seconds = weft_now_seconds() - start;
@@ -559,14 +559,15 @@ enum weft_result weft_convolve_run_work(weft_context *context,
     if (res == WEFT_OK && report)
         *report = figures;
 fail:
-    weft_convolve_job_destroy(&job);
+    weft_multipass_job_destroy(&job);
     return res;
 }
 
-enum weft_result weft_convolve_run(weft_context *context, const struct weft_convolve_params *params,
-                                   struct weft_convolve_report *report)
+enum weft_result weft_multipass_run(weft_context *context,
+                                    const struct weft_multipass_params *params,
+                                    struct weft_multipass_report *report)
 {
-    struct weft_convolve_work work;
-    const enum weft_result res = weft_convolve_plan_work(params, &work);
-    return res == WEFT_OK ? weft_convolve_run_work(context, &work, params, report) : res;
+    struct weft_multipass_work work;
+    const enum weft_result res = weft_multipass_plan_work(params, &work);
+    return res == WEFT_OK ? weft_multipass_run_work(context, &work, params, report) : res;
 }

@@ -27,14 +27,14 @@ static bool is_real(const struct weft_profile *profile)
     return weft_target_bits(profile->target) == 0;
 }
 
-static enum weft_result fill_kernel(struct weft_plan_params *p)
+static enum weft_result fill_kernel(struct weft_pass_plan_params *p)
 {
     if (p->kernel.info)
         return WEFT_OK;
     return weft_kernel_create(p->log, weft_kernel_find("catmull-rom"), NULL, &p->kernel);
 }
 
-static int default_bits(const struct weft_plan_params *p)
+static int default_bits(const struct weft_pass_plan_params *p)
 {
     if (p->profile.target != WEFT_TARGET_UNORM16)
         return 8;
@@ -43,7 +43,7 @@ static int default_bits(const struct weft_plan_params *p)
                                                             : 12;
 }
 
-static enum weft_result fill_defaults(struct weft_plan_params *p)
+static enum weft_result fill_defaults(struct weft_pass_plan_params *p)
 {
     enum weft_result res = fill_kernel(p);
     if (res == WEFT_OK && !p->profile.name[0])
@@ -57,7 +57,7 @@ static enum weft_result fill_defaults(struct weft_plan_params *p)
     return res;
 }
 
-static enum weft_result check_ranges(const struct weft_plan_params *p)
+static enum weft_result check_ranges(const struct weft_pass_plan_params *p)
 {
     enum weft_result res = weft_kernel_check(p->log, &p->kernel);
     if (res == WEFT_OK)
@@ -90,7 +90,7 @@ fail:
 }
 
 // What the profile has no means for, or the technique no sense.
-static const char *unsupported(const struct weft_plan_params *p)
+static const char *unsupported(const struct weft_pass_plan_params *p)
 {
     const bool coded = p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ||
                        p->technique == WEFT_TECHNIQUE_HIERARCHICAL ||
@@ -112,7 +112,7 @@ static const char *unsupported(const struct weft_plan_params *p)
     return NULL;
 }
 
-static enum weft_result check_params(const struct weft_plan_params *p)
+static enum weft_result check_params(const struct weft_pass_plan_params *p)
 {
     enum weft_result res = check_ranges(p);
     const char *why = res == WEFT_OK ? unsupported(p) : NULL;
@@ -144,7 +144,7 @@ static void start_list(struct weft_planner *planner)
     }
 }
 
-static enum weft_result emit(struct weft_planner *planner, const struct weft_plan_order *order)
+static enum weft_result emit(struct weft_planner *planner, const struct weft_pass_plan_order *order)
 {
     planner->plan->list.pass_count = planner->plan->list.group_count = 0;
     if (planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL)
@@ -193,7 +193,7 @@ struct weft_progress weft_planner_watch(struct weft_planner *planner)
 static enum weft_result simulate(struct weft_planner *planner, size_t every)
 {
     const struct weft_progress watch = weft_planner_watch(planner);
-    struct weft_plan *plan = planner->plan;
+    struct weft_pass_plan *plan = planner->plan;
     free(plan->ranges);
     plan->ranges = calloc((size_t)plan->list.pass_count + 1, sizeof *plan->ranges);
     if (!plan->ranges) {
@@ -216,7 +216,7 @@ static int codes_beyond(const struct weft_planner *planner, double x)
 // below to `high` above is made to fit as it is.
 static void shrink(struct weft_planner *planner, int low, int high)
 {
-    struct weft_plan_margin *m = &planner->margin;
+    struct weft_pass_plan_margin *m = &planner->margin;
     const double room = planner->full - planner->bias;
     const double ratio = (double)planner->full / (planner->full + low + high);
     const double k = 1.0 - (m->low + m->high) / room;
@@ -229,7 +229,7 @@ static void shrink(struct weft_planner *planner, int low, int high)
 // Gives the margin what roundings were seen to take; what a pass has inside counts as its top.
 static void widen_margin(struct weft_planner *planner)
 {
-    const struct weft_plan *plan = planner->plan;
+    const struct weft_pass_plan *plan = planner->plan;
     const bool leaves = planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL;
     int low = 0, high = 0, leaf = 0;
     bool carries = false;
@@ -260,9 +260,9 @@ static void widen_margin(struct weft_planner *planner)
 // Passes that hold for the integers that they compute: with a margin, where roundings take sums
 // beyond their exact range and scaling is allowed. What some positions need is mostly enough.
 static enum weft_result emit_valid(struct weft_planner *planner,
-                                   const struct weft_plan_order *order)
+                                   const struct weft_pass_plan_order *order)
 {
-    const struct weft_plan_params *p = &planner->p;
+    const struct weft_pass_plan_params *p = &planner->p;
     const bool scales = p->order == WEFT_ORDER_PLANNED && !p->no_scale && !planner->real;
     bool all = !scales || weft_planner_positions(planner) < SOME_POSITIONS;
     for (int round = 0;; round++) {
@@ -308,11 +308,11 @@ static int count_fetches(const struct weft_pass_list *list)
 
 static void fill_info(struct weft_planner *planner)
 {
-    const struct weft_plan_params *p = &planner->p;
-    struct weft_plan *plan = planner->plan;
+    const struct weft_pass_plan_params *p = &planner->p;
+    struct weft_pass_plan *plan = planner->plan;
     const struct weft_pass_list *list = &plan->list;
     const struct weft_kernel_tiles_info *tiles = weft_kernel_tiles_get_info(plan->tiles);
-    struct weft_plan_info *info = &plan->info;
+    struct weft_pass_plan_info *info = &plan->info;
     const int target_bytes = p->profile.target == WEFT_TARGET_FLOAT    ? 4
                              : p->profile.target == WEFT_TARGET_UNORM8 ? 1
                                                                        : 2;
@@ -338,18 +338,18 @@ static void fill_info(struct weft_planner *planner)
 
 static void start_info(struct weft_planner *planner)
 {
-    struct weft_plan_info *info = &planner->plan->info;
-    *info = (struct weft_plan_info){.kernel = planner->p.kernel,
-                                    .profile = planner->p.profile,
-                                    .dims = planner->p.dims,
-                                    .derivative = planner->p.derivative,
-                                    .samples = planner->p.samples,
-                                    .bits = planner->p.bits,
-                                    .channels = planner->p.channels,
-                                    .technique = planner->p.technique,
-                                    .worst_case = planner->p.worst_case,
-                                    .order = planner->p.order,
-                                    .tap_count = 1};
+    struct weft_pass_plan_info *info = &planner->plan->info;
+    *info = (struct weft_pass_plan_info){.kernel = planner->p.kernel,
+                                         .profile = planner->p.profile,
+                                         .dims = planner->p.dims,
+                                         .derivative = planner->p.derivative,
+                                         .samples = planner->p.samples,
+                                         .bits = planner->p.bits,
+                                         .channels = planner->p.channels,
+                                         .technique = planner->p.technique,
+                                         .worst_case = planner->p.worst_case,
+                                         .order = planner->p.order,
+                                         .tap_count = 1};
     for (int a = 0; a < planner->p.dims; a++)
         info->tap_count *= planner->p.kernel.width;
 }
@@ -363,9 +363,9 @@ static enum weft_result tell(struct weft_planner *planner)
 
 static enum weft_result make(struct weft_planner *planner)
 {
-    struct weft_plan_order order = {0};
+    struct weft_pass_plan_order order = {0};
     const double start = weft_now_seconds();
-    struct weft_plan_info *info = &planner->plan->info;
+    struct weft_pass_plan_info *info = &planner->plan->info;
     start_info(planner);
     start_list(planner);
     enum weft_result res = weft_planner_prepare(planner, 0.0);
@@ -373,7 +373,7 @@ static enum weft_result make(struct weft_planner *planner)
         res = weft_planner_fit(planner, &order);
     if (res == WEFT_OK)
         res = emit_valid(planner, &order);
-    weft_plan_order_destroy(&order);
+    weft_pass_plan_order_destroy(&order);
     info->search_seconds = weft_now_seconds() - start;
     if (res == WEFT_OK)
         res = check_bits(planner);
@@ -472,9 +472,9 @@ static enum weft_result judge(struct weft_planner *planner, const struct weft_pa
 
 // ---- creation -----------------------------------------------------------------------------------
 
-static enum weft_result create(const struct weft_plan_params *params,
+static enum weft_result create(const struct weft_pass_plan_params *params,
                                const struct weft_pass_list *given, enum weft_order order,
-                               weft_plan **out)
+                               weft_pass_plan **out)
 {
     *out = NULL;
     struct weft_planner planner = {.p = *params};
@@ -493,24 +493,25 @@ static enum weft_result create(const struct weft_plan_params *params,
     planner.logarithms = planner.p.technique == WEFT_TECHNIQUE_LOG;
     planner.derives = planner.p.derivative || planner.p.kernel.info->derivation > 0;
     res = given ? judge(&planner, given, order) : make(&planner);
-    free(planner.atoms);
+    free(planner.items);
     if (res == WEFT_OK)
         *out = planner.plan;
     else
-        weft_plan_destroy(&planner.plan);
+        weft_pass_plan_destroy(&planner.plan);
     return res;
 }
 
-enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out)
+enum weft_result weft_pass_plan_create(const struct weft_pass_plan_params *params,
+                                       weft_pass_plan **out)
 {
     return create(params, NULL, params->order, out);
 }
 
-enum weft_result weft_plan_judge(const struct weft_plan_params *params,
-                                 const struct weft_pass_list *passes, weft_plan **out)
+enum weft_result weft_pass_plan_judge(const struct weft_pass_plan_params *params,
+                                      const struct weft_pass_list *passes, weft_pass_plan **out)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    struct weft_plan_params p = *params;
+    struct weft_pass_plan_params p = *params;
     *out = NULL;
     weft_require(p.log, passes && passes->passes && passes->pass_count > 0);
     weft_require(p.log, passes->result_scale > 0.0);
@@ -520,7 +521,7 @@ fail:
     return res;
 }
 
-void weft_plan_destroy(weft_plan **plan)
+void weft_pass_plan_destroy(weft_pass_plan **plan)
 {
     if (!plan || !*plan)
         return;
@@ -535,17 +536,17 @@ void weft_plan_destroy(weft_plan **plan)
     *plan = NULL;
 }
 
-const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan)
+const struct weft_pass_plan_info *weft_pass_plan_get_info(const weft_pass_plan *plan)
 {
     return &plan->info;
 }
 
-struct weft_plan_step weft_plan_tile_step(const weft_plan *plan, int tile)
+struct weft_tile_name weft_pass_plan_tile_name(const weft_pass_plan *plan, int tile)
 {
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
     if (!t)
-        return (struct weft_plan_step){{-1, -1, -1}, WEFT_TILE_WHOLE, -1};
-    struct weft_plan_step step = {.part = t->part};
+        return (struct weft_tile_name){{-1, -1, -1}, WEFT_TILE_WHOLE, -1};
+    struct weft_tile_name step = {.part = t->part};
     memcpy(step.tap, t->tap, sizeof step.tap);
     for (int i = 0; i < tile; i++) {
         const struct weft_kernel_tile *other = weft_kernel_tiles_get(plan->tiles, i);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/plan/plan.h - plans: which passes reconstruct with a kernel on a target of limited precision,
-// in which order, at what cost and with what error. Pure C, no GL.
-// Source: Hadwiger, Hauser and Moeller, "Quality Issues of Hardware-Accelerated High-Quality
-// Filtering on PC Graphics Hardware", WSCG 2003, sections 2 to 6.
+// passes/plan/plan.h - plans: which passes reconstruct with a kernel on a target of limited
+// precision, in which order, at what cost and with what error. Pure C, no GL. Source: Hadwiger,
+// Hauser and Moeller, "Quality Issues of Hardware-Accelerated High-Quality Filtering on PC Graphics
+// Hardware", WSCG 2003, sections 2 to 6.
 #ifndef WEFT_PASSES_PLAN_PLAN_H
 #define WEFT_PASSES_PLAN_PLAN_H
 
@@ -35,17 +35,17 @@ enum weft_order {
 
 // One tile of a tap. A tile that was split has several pieces, numbered from 0 in the order in
 // which the splits are made.
-struct weft_plan_step {
+struct weft_tile_name {
     int tap[3];
     enum weft_tile_part part; // WHOLE: the only part that the tap has
     int piece;
 };
-struct weft_plan_split {
-    struct weft_plan_step tile; // keeps weights >= threshold; the rest is its tap's next piece
+struct weft_pass_plan_split {
+    struct weft_tile_name tile; // keeps weights >= threshold; the rest is its tap's next piece
     double threshold;           // NAN: the middle of the weights' range
 };
 
-struct weft_plan_params {
+struct weft_pass_plan_params {
     struct weft_kernel kernel;   // default (info NULL): catmull-rom
     int dims;                    // 2 or 3 (default 2)
     int derivative;              // 0: none; 1, 2, 3: the gradient's component along x, y, z
@@ -71,20 +71,20 @@ struct weft_plan_params {
     uint64_t memory_bytes; // of tiles (default 1 GiB)
     // Of WEFT_ORDER_GIVEN: every tile once, but those that are 0 everywhere; neighbours of one sign
     // share passes, up to taps_per_pass. Not with dot4 or hierarchical.
-    const struct weft_plan_step *steps;
+    const struct weft_tile_name *steps;
     size_t step_count;
-    const struct weft_plan_split *splits; // made first, in order
+    const struct weft_pass_plan_split *splits; // made first, in order
     size_t split_count;
     const struct weft_progress *progress; // asked now and then, its fraction stays 0; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
-#define weft_plan_params(...) (&(struct weft_plan_params){__VA_ARGS__})
+#define weft_pass_plan_params(...) (&(struct weft_pass_plan_params){__VA_ARGS__})
 
 // Bounds of |result - exact|, for a source mapped to [0, 1]: multiply by the width of the source's
 // range, and add the rounding of results to single precision. Between sample positions radial
 // kernels are looked at in the corners of cells only. E1, the kernel's own error, is
 // filter/analysis/error.h's.
-struct weft_plan_error {
+struct weft_pass_plan_error {
     double source; // the source's own codes
     double e2;     // the kernel's representation: quantised weights, nearest sample position
     double e3;     // arithmetic: products, sums and stores
@@ -99,7 +99,7 @@ struct weft_plan_error {
     double e2_quantised, e2_sampled;
 };
 
-struct weft_plan_info {
+struct weft_pass_plan_info {
     struct weft_kernel kernel;
     struct weft_profile profile;
     int dims, derivative, samples, bits, channels;
@@ -117,47 +117,50 @@ struct weft_plan_info {
     int split_count; // splits that the planner (or the caller) made
     // How the tile set was made: with these, then split tile by tile.
     struct weft_kernel_tiles_params tile_params;
-    const struct weft_plan_split *tile_splits;
+    const struct weft_pass_plan_split *tile_splits;
     int tile_split_count;
     int fetches;         // per pixel and channel set, of source and tiles and targets, all passes
     int kept_bits;       // of sums: the target's, more with split precision
     double scale_bits;   // precision that scaling costs: log2(1 / result_scale)
     uint64_t tile_bytes; // of tile textures
     uint64_t target_bytes_per_pixel;
-    struct weft_plan_error error;
+    struct weft_pass_plan_error error;
     double search_seconds;
     const char *text; // the plan as --explain prints it, one line per pass
 };
 
-typedef struct weft_plan weft_plan; // Thread-safety: read-only once made.
+typedef struct weft_pass_plan weft_pass_plan; // Thread-safety: read-only once made.
 
-// E2 where `width` is that of the source's range: the smaller of both bounds, where what prefiltered
-// kernels read are the coefficients of samples with a range of `samples` (not asked for otherwise).
-// Samples past a volume's overlap are not among them: add twice weft_prefilter_error's `beyond`
-// times the largest.
-WEFT_API double weft_plan_e2(const struct weft_plan_error *error, double width, double samples);
+// E2 where `width` is that of the source's range: the smaller of both bounds, where what
+// prefiltered kernels read are the coefficients of samples with a range of `samples` (not asked for
+// otherwise). Samples past a volume's overlap are not among them: add twice weft_prefilter_error's
+// `beyond` times the largest.
+WEFT_API double weft_pass_plan_e2(const struct weft_pass_plan_error *error, double width,
+                                  double samples);
 
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (no order keeps the range: the log says where and
 // by how much; a technique that the profile has no means for; log with signed data), WEFT_ERR_LIMIT
 // (memory, or sums that 32 bits do not hold), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED. Natural and
 // given orders that clamp are plans too, and so are planned ones that may not scale and clamp by no
 // more than roundings add up to: see `valid`.
-WEFT_API enum weft_result weft_plan_create(const struct weft_plan_params *params, weft_plan **out);
+WEFT_API enum weft_result weft_pass_plan_create(const struct weft_pass_plan_params *params,
+                                                weft_pass_plan **out);
 // What a plan of these passes is, from a file or by hand: its tiles are made anew from the
 // parameters
 // (`splits` included; `order` is a word only), its ranges, figures and bounds from tiles and
 // passes. Of the list slots, result, scale and bias of the result, pattern and, with split
 // precision, the extra bits count; the rest follows from profile and technique. The bounds are
-// right if the passes count each tile once, at the list's scale. Returns what weft_plan_create
+// right if the passes count each tile once, at the list's scale. Returns what weft_pass_plan_create
 // does, and WEFT_ERR_ARGUMENT for passes that the technique does not have.
-WEFT_API enum weft_result weft_plan_judge(const struct weft_plan_params *params,
-                                          const struct weft_pass_list *passes, weft_plan **out);
-WEFT_API void weft_plan_destroy(weft_plan **plan); // accepts &NULL, leaves NULL behind
-WEFT_API const struct weft_plan_info *weft_plan_get_info(const weft_plan *plan);
+WEFT_API enum weft_result weft_pass_plan_judge(const struct weft_pass_plan_params *params,
+                                               const struct weft_pass_list *passes,
+                                               weft_pass_plan **out);
+WEFT_API void weft_pass_plan_destroy(weft_pass_plan **plan); // accepts &NULL, leaves NULL behind
+WEFT_API const struct weft_pass_plan_info *weft_pass_plan_get_info(const weft_pass_plan *plan);
 
 // The step that names a tile of the plan's set, for printing and for WEFT_ORDER_GIVEN; all -1 where
 // there is no such tile.
-WEFT_API struct weft_plan_step weft_plan_tile_step(const weft_plan *plan, int tile);
+WEFT_API struct weft_tile_name weft_pass_plan_tile_name(const weft_pass_plan *plan, int tile);
 
 WEFT_END_DECLS
 #endif

@@ -53,7 +53,7 @@ static void fill_axis(const struct e2 *e, const struct weft_kernel *kernel, axis
 
 static enum weft_result fill_axes(struct e2 *e)
 {
-    const struct weft_plan_params *p = &e->planner->p;
+    const struct weft_pass_plan_params *p = &e->planner->p;
     for (int a = 0; a < p->dims; a++) {
         struct weft_kernel kernel = p->kernel;
         enum weft_result res = WEFT_OK;
@@ -270,7 +270,7 @@ static double sampled_e2(const struct e2 *e, const struct cardinal *c)
     return 0.5 * largest;
 }
 
-static void find_cardinal(const struct e2 *e, struct weft_plan_error *out)
+static void find_cardinal(const struct e2 *e, struct weft_pass_plan_error *out)
 {
     const struct weft_kernel *kernel = &e->planner->p.kernel;
     struct cardinal c = {.bits = e->info->dims < 3 ? BITS : BITS_3D};
@@ -285,15 +285,15 @@ static void find_cardinal(const struct e2 *e, struct weft_plan_error *out)
     out->e2_sampled = sampled_e2(e, &c);
 }
 
-double weft_plan_e2(const struct weft_plan_error *error, double width, double samples)
+double weft_pass_plan_e2(const struct weft_pass_plan_error *error, double width, double samples)
 {
     return fmin(error->e2 * width, error->e2_quantised * width + error->e2_sampled * samples);
 }
 
 // ---- both ---------------------------------------------------------------------------------------
 
-static enum weft_result find_e2(const struct weft_planner *planner, struct weft_plan_error *out,
-                                double *magnitude)
+static enum weft_result find_e2(const struct weft_planner *planner,
+                                struct weft_pass_plan_error *out, double *magnitude)
 {
     const size_t taps = (size_t)planner->plan->info.tap_count;
     struct e2 e = {.planner = planner, .info = weft_kernel_tiles_get_info(planner->plan->tiles)};
@@ -416,9 +416,9 @@ static double source_error(const struct weft_planner *planner)
 
 enum weft_result weft_planner_find_error(struct weft_planner *planner)
 {
-    struct weft_plan *plan = planner->plan;
+    struct weft_pass_plan *plan = planner->plan;
     const double unit = 1.0 / (planner->full * plan->list.result_scale);
-    struct weft_plan_error *error = &plan->info.error;
+    struct weft_pass_plan_error *error = &plan->info.error;
     const struct weft_progress watch = weft_planner_watch(planner);
     struct slot_error declared = {0}, any = {0};
     struct weft_range_report report;

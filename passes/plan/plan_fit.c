@@ -43,13 +43,13 @@ static void set_units(struct weft_planner *planner)
         planner->unit = 1.0;
 }
 
-static void shift_atoms(struct weft_planner *planner)
+static void shift_items(struct weft_planner *planner)
 {
     const weft_kernel_tiles *tiles = planner->plan->tiles;
     const double one = weft_kernel_tiles_get_info(tiles)->one;
-    for (int i = 0; i < planner->atom_count; i++)
+    for (int i = 0; i < planner->item_count; i++)
         for (int c = 0; c < 4; c++) {
-            struct weft_tap_group *group = &planner->atoms[i].group;
+            struct weft_tap_group *group = &planner->items[i].group;
             const struct weft_kernel_tile *tile = weft_kernel_tiles_get(tiles, group->tile[c]);
             if (tile)
                 group->shift[c] = (int)lround(-log2(planner->unit * one * tile->scale));
@@ -85,12 +85,13 @@ static void set_bias(struct weft_planner *planner, int64_t divisor, int64_t down
 // Scale and bias for sums as they are, with so much of the range to spare, INFINITY: as much as any
 // order needs. Derivatives are stored as 0.5 + 0.5 g (section 5), with less than 0.5 where their
 // weights need it.
-static void set_scale(struct weft_planner *planner, const struct weft_plan_sums *sums, double spare)
+static void set_scale(struct weft_planner *planner, const struct weft_pass_plan_sums *sums,
+                      double spare)
 {
     const bool any = planner->p.worst_case == WEFT_WORST_ANY || isinf(spare);
     const int64_t one = llround(1.0 / planner->unit);
     // Scaled logarithms are rounded anew.
-    const int64_t rounding = planner->logarithms ? planner->atom_count : 0;
+    const int64_t rounding = planner->logarithms ? planner->item_count : 0;
     int64_t up = any ? sums->positive : most_of(sums->most, 0);
     int64_t down = any ? sums->negative : most_of(-(int64_t)sums->least, 0);
     up += up > one - rounding ? rounding : 0;
@@ -138,14 +139,14 @@ static bool negative_weights(const struct weft_planner *planner)
 // Whether a pass may hold both signs: only by reading what it adds to.
 static bool mixes_signs(const struct weft_planner *planner)
 {
-    const struct weft_plan_params *p = &planner->p;
+    const struct weft_pass_plan_params *p = &planner->p;
     return !planner->real && p->profile.ping_pong && !p->blend_only && negative_weights(planner) &&
            (p->taps_per_pass > 1 || p->technique == WEFT_TECHNIQUE_DOT4);
 }
 
 enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare)
 {
-    struct weft_plan_sums sums = {0};
+    struct weft_pass_plan_sums sums = {0};
     enum weft_result res = weft_planner_make_tiles(planner);
     if (res != WEFT_OK)
         return res;
@@ -153,11 +154,11 @@ enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare
     if (planner->logarithms)
         res = weft_planner_make_log_table(planner, 1.0);
     if (res == WEFT_OK)
-        res = weft_planner_make_atoms(planner, mixes_signs(planner) || planner->real);
+        res = weft_planner_make_items(planner, mixes_signs(planner) || planner->real);
     if (res != WEFT_OK)
         return res;
     if (planner->p.technique == WEFT_TECHNIQUE_HIERARCHICAL)
-        shift_atoms(planner);
+        shift_items(planner);
     if (!planner->real)
         res = weft_planner_sums(planner, &sums);
     if (res != WEFT_OK)
@@ -167,28 +168,29 @@ enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare
 }
 
 // Splits what could not be placed; returns how many splits there were.
-static int split_stuck(struct weft_planner *planner, const struct weft_plan_order *order,
+static int split_stuck(struct weft_planner *planner, const struct weft_pass_plan_order *order,
                        int placed, int most, enum weft_result *res)
 {
     int splits = 0;
-    for (int i = placed; *res == WEFT_OK && i < order->atom_count && splits < most; i++)
-        splits += weft_planner_split_atom(planner, order->atom[i], res);
+    for (int i = placed; *res == WEFT_OK && i < order->item_count && splits < most; i++)
+        splits += weft_planner_split_item(planner, order->item[i], res);
     planner->plan->info.split_count += splits;
     return splits;
 }
 
 // Tries with splits, up to so many; at first with a wide search, perhaps. *found: an order was.
-static enum weft_result order_atoms(struct weft_planner *planner, int splits, bool wide,
-                                    struct weft_plan_order *order, bool *found)
+static enum weft_result order_items(struct weft_planner *planner, int splits, bool wide,
+                                    struct weft_pass_plan_order *order, bool *found)
 {
     for (;;) {
         int placed = 0;
-        weft_plan_order_destroy(order);
-        enum weft_result res = weft_plan_order_create(planner->p.log, planner->atom_count, order);
+        weft_pass_plan_order_destroy(order);
+        enum weft_result res =
+            weft_pass_plan_order_create(planner->p.log, planner->item_count, order);
         if (res == WEFT_OK)
             res = weft_planner_order(planner, mixes_signs(planner) || planner->real, wide, order,
                                      &placed);
-        *found = placed == order->atom_count;
+        *found = placed == order->item_count;
         if (res != WEFT_OK || *found)
             return res;
         const int made = split_stuck(planner, order, placed, splits, &res);
@@ -200,7 +202,7 @@ static enum weft_result order_atoms(struct weft_planner *planner, int splits, bo
 
 static enum weft_result no_order(const struct weft_planner *planner)
 {
-    struct weft_plan_sums sums = {0};
+    struct weft_pass_plan_sums sums = {0};
     const double one = 1.0 / planner->unit;
     enum weft_result res = weft_planner_sums(planner, &sums);
     if (res != WEFT_OK)
@@ -213,12 +215,12 @@ static enum weft_result no_order(const struct weft_planner *planner)
     else
         weft_error(planner->p.log,
                    "plan: no order of %d groups of taps was found that stays within [0, 1]",
-                   planner->atom_count);
+                   planner->item_count);
     return WEFT_ERR_UNSUPPORTED;
 }
 
 // Orders first, then splits, then less and less of the range.
-static enum weft_result find_order(struct weft_planner *planner, struct weft_plan_order *order)
+static enum weft_result find_order(struct weft_planner *planner, struct weft_pass_plan_order *order)
 {
     static const double spares[] = {0.0,  0.008, 0.016, 0.03, 0.0625, 0.125,
                                     0.25, 0.5,   1.0,   2.0,  4.0,    INFINITY};
@@ -232,7 +234,7 @@ static enum weft_result find_order(struct weft_planner *planner, struct weft_pla
         if (i)
             res = weft_planner_prepare(planner, spares[i]);
         if (res == WEFT_OK)
-            res = order_atoms(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &found);
+            res = order_items(planner, splits && i == 0 ? MAX_SPLITS : 0, i == 0, order, &found);
         if (res != WEFT_OK || found)
             return res;
         if (planner->p.no_scale)
@@ -241,7 +243,7 @@ static enum weft_result find_order(struct weft_planner *planner, struct weft_pla
     return no_order(planner);
 }
 
-enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_plan_order *order)
+enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_pass_plan_order *order)
 {
     if (planner->p.order == WEFT_ORDER_PLANNED && !planner->real)
         return find_order(planner, order);
@@ -249,5 +251,5 @@ enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_plan
     enum weft_result res = WEFT_OK;
     if (planner->p.order == WEFT_ORDER_GIVEN)
         res = weft_planner_apply_steps(planner);
-    return res == WEFT_OK ? order_atoms(planner, 0, false, order, &found) : res;
+    return res == WEFT_OK ? order_items(planner, 0, false, order, &found) : res;
 }

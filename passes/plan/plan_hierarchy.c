@@ -11,7 +11,7 @@
 
 enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8, MAX_UNITS = 4096 };
 
-// Atoms in a row of planner->atoms that share a target.
+// Items in a row of planner->items that share a target.
 struct leaf {
     int first, count;
     bool subtracts;
@@ -25,21 +25,21 @@ struct hierarchy {
     int64_t full;   // values that fill a group's target
     int most_level; // the largest scale of a tile: divisors stay whole numbers
     size_t sampled;
-    int32_t *value; // [atom][sampled]
+    int32_t *value; // [item][sampled]
 };
 
-static void sort_atoms(struct weft_planner *planner)
+static void sort_items(struct weft_planner *planner)
 {
-    struct weft_plan_atom *atoms = planner->atoms;
-    for (int i = 1; i < planner->atom_count; i++) {
-        const struct weft_plan_atom moved = atoms[i];
+    struct weft_pass_plan_item *items = planner->items;
+    for (int i = 1; i < planner->item_count; i++) {
+        const struct weft_pass_plan_item moved = items[i];
         int j = i;
         for (;
-             j > 0 && (atoms[j - 1].signs > moved.signs ||
-                       (atoms[j - 1].signs == moved.signs && atoms[j - 1].largest < moved.largest));
+             j > 0 && (items[j - 1].signs > moved.signs ||
+                       (items[j - 1].signs == moved.signs && items[j - 1].largest < moved.largest));
              j--)
-            atoms[j] = atoms[j - 1];
-        atoms[j] = moved;
+            items[j] = items[j - 1];
+        items[j] = moved;
     }
 }
 
@@ -57,7 +57,7 @@ static int level_of(const struct hierarchy *h, int64_t largest)
     return level;
 }
 
-// Of the sums of some atoms, at the sampled positions.
+// Of the sums of some items, at the sampled positions.
 static int32_t largest_sum(const struct hierarchy *h, int first, int count)
 {
     int32_t largest = 0;
@@ -135,12 +135,12 @@ static void cut_leaves(struct hierarchy *h, int most)
 static void start_leaves(struct hierarchy *h)
 {
     const struct weft_planner *planner = h->planner;
-    for (int first = 0, end; first < planner->atom_count; first = end) {
+    for (int first = 0, end; first < planner->item_count; first = end) {
         for (end = first;
-             end < planner->atom_count && planner->atoms[end].signs == planner->atoms[first].signs;)
+             end < planner->item_count && planner->items[end].signs == planner->items[first].signs;)
             end++;
-        h->leaf[h->leaf_count++] =
-            (struct leaf){first, end - first, planner->atoms[first].signs & WEFT_PLAN_SUBTRACTS, 0};
+        h->leaf[h->leaf_count++] = (struct leaf){
+            first, end - first, planner->items[first].signs & WEFT_PASS_PLAN_SUBTRACTS, 0};
     }
 }
 
@@ -157,7 +157,7 @@ static void find_levels(struct hierarchy *h)
         for (int l = 0; l < h->leaf_count; l++) {
             int32_t sum[CHUNK] = {0};
             for (int i = 0; i < h->leaf[l].count; i++)
-                weft_planner_add_values(h->planner, &h->planner->atoms[h->leaf[l].first + i], count,
+                weft_planner_add_values(h->planner, &h->planner->items[h->leaf[l].first + i], count,
                                         position, sum);
             for (size_t i = 0; i < count; i++)
                 most[l] = abs(sum[i]) > most[l] ? abs(sum[i]) : most[l];
@@ -173,14 +173,14 @@ static enum weft_result sample(struct hierarchy *h)
     uint32_t position[SAMPLED + 1];
     for (size_t at = 0; at < all; at += step)
         position[h->sampled++] = (uint32_t)at;
-    h->value = calloc((size_t)h->planner->atom_count * h->sampled + 1, sizeof *h->value);
+    h->value = calloc((size_t)h->planner->item_count * h->sampled + 1, sizeof *h->value);
     if (!h->value) {
         weft_error(h->planner->p.log, "plan: not enough memory for the groups of %d taps",
-                   h->planner->atom_count);
+                   h->planner->item_count);
         return WEFT_ERR_MEMORY;
     }
-    for (int i = 0; i < h->planner->atom_count; i++)
-        weft_planner_add_values(h->planner, &h->planner->atoms[i], h->sampled, position,
+    for (int i = 0; i < h->planner->item_count; i++)
+        weft_planner_add_values(h->planner, &h->planner->items[i], h->sampled, position,
                                 h->value + (size_t)i * h->sampled);
     return WEFT_OK;
 }
@@ -191,7 +191,7 @@ static int least_shift(const struct hierarchy *h, const struct leaf *leaf)
 {
     int least = INT32_MAX;
     for (int i = 0; i < leaf->count; i++) {
-        const int shift = h->planner->atoms[leaf->first + i].group.shift[0];
+        const int shift = h->planner->items[leaf->first + i].group.shift[0];
         least = shift < least ? shift : least;
     }
     return least;
@@ -210,7 +210,7 @@ static enum weft_result emit_leaf(struct hierarchy *h, const struct leaf *leaf, 
             .group_count = leaf->count - at < taps ? leaf->count - at : taps,
         };
         for (int i = at; i < at + pass.group_count; i++) {
-            struct weft_tap_group group = h->planner->atoms[leaf->first + i].group;
+            struct weft_tap_group group = h->planner->items[leaf->first + i].group;
             group.shift[0] -= shift;
             group.sign[0] = 1; // a leaf that is subtracted is so by its numerator
             if (weft_planner_add_group(h->planner, &group) != WEFT_OK)
@@ -376,7 +376,7 @@ enum weft_result weft_planner_emit_hierarchy(struct weft_planner *planner)
     // Divisors of all levels are whole numbers.
     h.full = h.most_level > 0 ? (int64_t)ceil(one / room) << h.most_level
                               : (int64_t)ceil(ldexp(one / room, h.most_level));
-    sort_atoms(planner);
+    sort_items(planner);
     enum weft_result res = sample(&h);
     if (res == WEFT_OK) {
         choose_leaves(&h);

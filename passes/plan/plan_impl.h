@@ -1,48 +1,48 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/plan/plan_impl.h - inside the planner (not installed).
-// Values of tiles are integers here: q of passes/plan/pass.h, and a target is full at `divisor`, so that
-// what a search finds holds exactly.
+// Values of tiles are integers here: q of passes/plan/pass.h, and a target is full at `divisor`, so
+// that what a search finds holds exactly.
 #ifndef WEFT_PASSES_PLAN_PLAN_IMPL_H
 #define WEFT_PASSES_PLAN_PLAN_IMPL_H
 
 #include "filter/check.h"
 #include "passes/plan/plan.h"
 
-enum { WEFT_PLAN_ADDS = 1, WEFT_PLAN_SUBTRACTS = 2 };
+enum { WEFT_PASS_PLAN_ADDS = 1, WEFT_PASS_PLAN_SUBTRACTS = 2 };
 
 // What is placed as a whole: the taps of one fetch, and which signs its weights have.
-struct weft_plan_atom {
+struct weft_pass_plan_item {
     struct weft_tap_group group;
-    int signs;       // WEFT_PLAN_ADDS, WEFT_PLAN_SUBTRACTS or both
+    int signs;       // WEFT_PASS_PLAN_ADDS, WEFT_PASS_PLAN_SUBTRACTS or both
     int32_t largest; // of |value|
 };
 
-struct weft_plan {
-    struct weft_plan_info info;
+struct weft_pass_plan {
+    struct weft_pass_plan_info info;
     struct weft_pass_list list;
     weft_kernel_tiles *tiles;
     struct weft_tap_group *groups;
     struct weft_pass *passes;
     struct weft_range *ranges;
-    struct weft_plan_split *splits; // of tiles
+    struct weft_pass_plan_split *splits; // of tiles
     int split_room;
     uint32_t *log_table;
     char *text;
 };
 
 struct weft_planner {
-    struct weft_plan_params p; // with defaults filled in
-    struct weft_plan *plan;
+    struct weft_pass_plan_params p; // with defaults filled in
+    struct weft_pass_plan *plan;
     int full;        // T; 1 for half and float
     bool real;       // a half or float target: no codes, nothing clamps
     bool logarithms; // values of tiles are entries of the log table
     bool derives;    // weights add up to about 0: the result is signed
     double unit;     // the weight that a value of 1 stands for
-    int atom_count, atom_room;
-    struct weft_plan_atom *atoms;
+    int item_count, item_room;
+    struct weft_pass_plan_item *items;
     int32_t divisor;         // where a target is full
     int32_t bias, bias_step; // of the result, in codes, and what each pass's is a multiple of
-    struct weft_plan_margin {
+    struct weft_pass_plan_margin {
         int low, high;  // codes of every target that exact sums leave to roundings
         int leaf;       // of a hierarchy's groups, above
         int fewer_bits; // split precision: than low parts could have, exact sums
@@ -65,7 +65,7 @@ struct weft_progress weft_planner_watch(struct weft_planner *planner);
 
 // As the parameters say, with the splits that are given.
 enum weft_result weft_planner_make_tiles(struct weft_planner *planner);
-// Brings the atoms into the given order. Returns WEFT_ERR_ARGUMENT where that is none of all tiles.
+// Brings the items into the given order. Returns WEFT_ERR_ARGUMENT where that is none of all tiles.
 enum weft_result weft_planner_apply_steps(struct weft_planner *planner);
 // Splits a tile and notes it. NAN: the middle of its range.
 enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold);
@@ -73,57 +73,59 @@ enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile,
 // ---- plan_values.c: values at sample positions, numbered x fastest ------------------------------
 
 size_t weft_planner_positions(const struct weft_planner *planner);
-// With signs and shifts; out[i] += the atom's value at positions[i].
-void weft_planner_add_values(const struct weft_planner *planner, const struct weft_plan_atom *atom,
-                             size_t count, const uint32_t *positions, int32_t *out);
+// With signs and shifts; out[i] += the item's value at positions[i].
+void weft_planner_add_values(const struct weft_planner *planner,
+                             const struct weft_pass_plan_item *item, size_t count,
+                             const uint32_t *positions, int32_t *out);
 
-// Over all positions, of sums over all atoms.
-struct weft_plan_sums {
+// Over all positions, of sums over all items.
+struct weft_pass_plan_sums {
     int32_t least, most;        // of the sums themselves
     int32_t positive, negative; // largest sum of either sign, both >= 0
 };
-enum weft_result weft_planner_sums(const struct weft_planner *planner, struct weft_plan_sums *out);
+enum weft_result weft_planner_sums(const struct weft_planner *planner,
+                                   struct weft_pass_plan_sums *out);
 
-// ---- plan_atoms.c -------------------------------------------------------------------------------
+// ---- plan_items.c -------------------------------------------------------------------------------
 
-// Fills planner->atoms, one per tile or, with dot4, per four taps, whose pattern goes to the list.
-// With `mixed`, one atom may have weights of both signs.
-enum weft_result weft_planner_make_atoms(struct weft_planner *planner, bool mixed);
-enum weft_result weft_planner_add_atom(struct weft_planner *planner,
+// Fills planner->items, one per tile or, with dot4, per four taps, whose pattern goes to the list.
+// With `mixed`, one item may have weights of both signs.
+enum weft_result weft_planner_make_items(struct weft_planner *planner, bool mixed);
+enum weft_result weft_planner_add_item(struct weft_planner *planner,
                                        const struct weft_tap_group *group);
-// An atom in two: a tile by its values, four taps by twos. false if it cannot be (a result is set
+// An item in two: a tile by its values, four taps by twos. false if it cannot be (a result is set
 // when something failed).
-bool weft_planner_split_atom(struct weft_planner *planner, int atom, enum weft_result *res);
+bool weft_planner_split_item(struct weft_planner *planner, int item, enum weft_result *res);
 
 // ---- plan_order.c -------------------------------------------------------------------------------
 
-// The atoms in a row, and where a pass ends. Biases are in codes.
-struct weft_plan_order {
-    int atom_count, pass_count;
-    int *atom;     // by place
+// The items in a row, and where a pass ends. Biases are in codes.
+struct weft_pass_plan_order {
+    int item_count, pass_count;
+    int *item;     // by place
     int *pass_end; // by pass: one past its last place
     int *bias;     // by pass
     int initial;   // before the first
 };
-enum weft_result weft_plan_order_create(const struct weft_log *log, int atoms,
-                                        struct weft_plan_order *out);
-void weft_plan_order_destroy(struct weft_plan_order *order); // {0} is fine
+enum weft_result weft_pass_plan_order_create(const struct weft_log *log, int items,
+                                             struct weft_pass_plan_order *out);
+void weft_pass_plan_order_destroy(struct weft_pass_plan_order *order); // {0} is fine
 
-// Orders the atoms as the parameters say, so that sums at all positions stay within [0, divisor].
-// `mixed`: a pass may hold atoms of both signs. `wide`: search harder. *placed is how many atoms
+// Orders the items as the parameters say, so that sums at all positions stay within [0, divisor].
+// `mixed`: a pass may hold items of both signs. `wide`: search harder. *placed is how many items
 // there are; when no order was found fewer, and the order is the best there was: those in front
 // could be placed, those behind could not.
 enum weft_result weft_planner_order(const struct weft_planner *planner, bool mixed, bool wide,
-                                    struct weft_plan_order *order, int *placed);
+                                    struct weft_pass_plan_order *order, int *placed);
 
 // ---- plan_fit.c ---------------------------------------------------------------------------------
 
-// Tiles, units, atoms, scale and bias, with so much of the range to spare; INFINITY:
+// Tiles, units, items, scale and bias, with so much of the range to spare; INFINITY:
 // as much as any order needs.
 enum weft_result weft_planner_prepare(struct weft_planner *planner, double spare);
-// Orders the atoms; where none is found, tiles are split or the range is scaled, as allowed.
+// Orders the items; where none is found, tiles are split or the range is scaled, as allowed.
 // Returns WEFT_ERR_UNSUPPORTED where nothing helps.
-enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_plan_order *order);
+enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_pass_plan_order *order);
 
 // With entries for weights and samples of 1 that are `scale` of full range.
 enum weft_result weft_planner_make_log_table(struct weft_planner *planner, double scale);
@@ -134,9 +136,9 @@ enum weft_result weft_planner_make_log_table(struct weft_planner *planner, doubl
 // of their own, and set the result's scale and bias. Return WEFT_ERR_LIMIT, WEFT_ERR_UNSUPPORTED
 // and WEFT_ERR_MEMORY.
 enum weft_result weft_planner_emit(struct weft_planner *planner,
-                                   const struct weft_plan_order *order);
+                                   const struct weft_pass_plan_order *order);
 enum weft_result weft_planner_emit_split(struct weft_planner *planner,
-                                         const struct weft_plan_order *order);
+                                         const struct weft_pass_plan_order *order);
 // The divisor with which exact sums leave the margin, and as much more at the upper end, for passes
 // whose biases, the margin below included, are so many codes in all; 0: there is no room.
 int32_t weft_planner_margin_divisor(const struct weft_planner *planner, int bias, int more);

@@ -24,7 +24,7 @@ static void *grown(const struct weft_log *log, void *array, int count, int *room
 
 struct weft_pass *weft_planner_add_pass(struct weft_planner *planner, struct weft_pass pass)
 {
-    struct weft_plan *plan = planner->plan;
+    struct weft_pass_plan *plan = planner->plan;
     struct weft_pass *passes = grown(planner->p.log, plan->passes, plan->list.pass_count,
                                      &planner->pass_room, sizeof *passes);
     if (!passes)
@@ -37,7 +37,7 @@ struct weft_pass *weft_planner_add_pass(struct weft_planner *planner, struct wef
 enum weft_result weft_planner_add_group(struct weft_planner *planner,
                                         const struct weft_tap_group *group)
 {
-    struct weft_plan *plan = planner->plan;
+    struct weft_pass_plan *plan = planner->plan;
     struct weft_tap_group *groups = grown(planner->p.log, plan->groups, plan->list.group_count,
                                           &planner->group_room, sizeof *groups);
     if (!groups)
@@ -59,10 +59,10 @@ int32_t weft_planner_pass_magnitude(const struct weft_planner *planner,
         for (size_t i = 0; i < count; i++)
             position[i] = (uint32_t)(first + i);
         for (int g = 0; g < pass->group_count; g++) {
-            struct weft_plan_atom atom = {planner->plan->groups[pass->group_first + g], 0, 0};
+            struct weft_pass_plan_item item = {planner->plan->groups[pass->group_first + g], 0, 0};
             for (int c = 0; c < 4; c++)
-                atom.group.sign[c] = 1;
-            weft_planner_add_values(planner, &atom, count, position, sum);
+                item.group.sign[c] = 1;
+            weft_planner_add_values(planner, &item, count, position, sum);
         }
         for (size_t i = 0; i < count; i++)
             largest = sum[i] > largest ? sum[i] : largest;
@@ -79,26 +79,26 @@ struct sequence {
     int bias_factor; // from codes to units inside a pass
 };
 
-static bool only_subtracts(const struct weft_planner *planner, const struct weft_plan_order *order,
-                           int first, int end)
+static bool only_subtracts(const struct weft_planner *planner,
+                           const struct weft_pass_plan_order *order, int first, int end)
 {
     for (int i = first; i < end; i++)
-        if (planner->atoms[order->atom[i]].signs & WEFT_PLAN_ADDS)
+        if (planner->items[order->item[i]].signs & WEFT_PASS_PLAN_ADDS)
             return false;
     return !planner->real;
 }
 
-static bool has_both_signs(const struct weft_planner *planner, const struct weft_plan_order *order,
-                           int first, int end)
+static bool has_both_signs(const struct weft_planner *planner,
+                           const struct weft_pass_plan_order *order, int first, int end)
 {
     int signs = 0;
     for (int i = first; i < end; i++)
-        signs |= planner->atoms[order->atom[i]].signs;
-    return !planner->real && signs == (WEFT_PLAN_ADDS | WEFT_PLAN_SUBTRACTS);
+        signs |= planner->items[order->item[i]].signs;
+    return !planner->real && signs == (WEFT_PASS_PLAN_ADDS | WEFT_PASS_PLAN_SUBTRACTS);
 }
 
 static enum weft_result emit_sequence(struct weft_planner *planner,
-                                      const struct weft_plan_order *order,
+                                      const struct weft_pass_plan_order *order,
                                       const struct sequence *sequence)
 {
     for (int n = 0, first = 0; n < order->pass_count; first = order->pass_end[n++]) {
@@ -121,7 +121,7 @@ static enum weft_result emit_sequence(struct weft_planner *planner,
             .group_count = end - first,
         };
         for (int i = first; i < end; i++)
-            if (weft_planner_add_group(planner, &planner->atoms[order->atom[i]].group) != WEFT_OK)
+            if (weft_planner_add_group(planner, &planner->items[order->item[i]].group) != WEFT_OK)
                 return WEFT_ERR_MEMORY;
         if (!weft_planner_add_pass(planner, pass))
             return WEFT_ERR_MEMORY;
@@ -137,7 +137,7 @@ static bool any_reads(const struct weft_pass_list *list)
     return false;
 }
 
-static int bias_codes(const struct weft_plan_order *order)
+static int bias_codes(const struct weft_pass_plan_order *order)
 {
     int sum = order->initial;
     for (int i = 0; i < order->pass_count; i++)
@@ -178,7 +178,7 @@ static enum weft_result scale_log_table(struct weft_planner *planner, int bias)
 }
 
 enum weft_result weft_planner_emit(struct weft_planner *planner,
-                                   const struct weft_plan_order *order)
+                                   const struct weft_pass_plan_order *order)
 {
     struct weft_pass_list *list = &planner->plan->list;
     const int bias = bias_codes(order) + planner->margin.low;
@@ -206,16 +206,16 @@ enum weft_result weft_planner_emit(struct weft_planner *planner,
 // ---- high and low parts -------------------------------------------------------------------------
 
 // Largest magnitude of a pass's weights at each of some positions.
-static void pass_magnitudes(const struct weft_planner *planner, const struct weft_plan_order *order,
-                            int first, int end, size_t count, const uint32_t *position,
-                            int32_t *out)
+static void pass_magnitudes(const struct weft_planner *planner,
+                            const struct weft_pass_plan_order *order, int first, int end,
+                            size_t count, const uint32_t *position, int32_t *out)
 {
     memset(out, 0, count * sizeof *out);
     for (int i = first; i < end; i++) {
-        struct weft_plan_atom atom = planner->atoms[order->atom[i]];
+        struct weft_pass_plan_item item = planner->items[order->item[i]];
         for (int c = 0; c < 4; c++)
-            atom.group.sign[c] = 1;
-        weft_planner_add_values(planner, &atom, count, position, out);
+            item.group.sign[c] = 1;
+        weft_planner_add_values(planner, &item, count, position, out);
     }
 }
 
@@ -227,7 +227,7 @@ struct split_need {
     int32_t magnitude; // of a pass's weights
 };
 
-static void add_need(const struct weft_planner *planner, const struct weft_plan_order *order,
+static void add_need(const struct weft_planner *planner, const struct weft_pass_plan_order *order,
                      int bits, size_t count, const uint32_t *position, struct split_need *need)
 {
     const int64_t mask = (1 << bits) - 1;
@@ -254,7 +254,7 @@ static void add_need(const struct weft_planner *planner, const struct weft_plan_
     }
 }
 
-static void find_need(const struct weft_planner *planner, const struct weft_plan_order *order,
+static void find_need(const struct weft_planner *planner, const struct weft_pass_plan_order *order,
                       int bits, struct split_need *need)
 {
     const size_t all = weft_planner_positions(planner);
@@ -270,13 +270,13 @@ static void find_need(const struct weft_planner *planner, const struct weft_plan
 
 static bool subtracts(const struct weft_planner *planner)
 {
-    for (int i = 0; i < planner->atom_count; i++)
-        if (planner->atoms[i].signs & WEFT_PLAN_SUBTRACTS)
+    for (int i = 0; i < planner->item_count; i++)
+        if (planner->items[i].signs & WEFT_PASS_PLAN_SUBTRACTS)
             return true;
     return false;
 }
 
-static double largest_bias(const struct weft_plan_order *order)
+static double largest_bias(const struct weft_pass_plan_order *order)
 {
     int largest = 0;
     for (int i = 0; i < order->pass_count; i++)
@@ -286,7 +286,7 @@ static double largest_bias(const struct weft_plan_order *order)
 
 // The most bits that the low target holds, carries included; 0: none. *head: codes that the high
 // target starts with, so that floors cannot take it below 0.
-static int choose_bits(const struct weft_planner *planner, const struct weft_plan_order *order,
+static int choose_bits(const struct weft_planner *planner, const struct weft_pass_plan_order *order,
                        int *head)
 {
     const int internal = planner->p.profile.internal_bits;
@@ -309,7 +309,7 @@ static int choose_bits(const struct weft_planner *planner, const struct weft_pla
 }
 
 static enum weft_result emit_parts(struct weft_planner *planner,
-                                   const struct weft_plan_order *order, int head, int divisor)
+                                   const struct weft_pass_plan_order *order, int head, int divisor)
 {
     struct sequence sequence = {.slot = 0,
                                 .initial = order->initial + head,
@@ -326,7 +326,7 @@ static enum weft_result emit_parts(struct weft_planner *planner,
 }
 
 enum weft_result weft_planner_emit_split(struct weft_planner *planner,
-                                         const struct weft_plan_order *order)
+                                         const struct weft_pass_plan_order *order)
 {
     struct weft_pass_list *list = &planner->plan->list;
     int head = 0;

@@ -21,12 +21,12 @@ static char slot_letter(int slot)
 static void print_tap(FILE *out, const struct weft_planner *planner, int tile)
 {
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(planner->plan->tiles, tile);
-    const struct weft_plan_step step = weft_plan_tile_step(planner->plan, tile);
+    const struct weft_tile_name step = weft_pass_plan_tile_name(planner->plan, tile);
     fprintf(out, "(%d,%d", t->tap[0], t->tap[1]);
     if (planner->p.dims > 2)
         fprintf(out, ",%d", t->tap[2]);
     fputc(')', out);
-    const struct weft_plan_step other = {{t->tap[0], t->tap[1], t->tap[2]},
+    const struct weft_tile_name other = {{t->tap[0], t->tap[1], t->tap[2]},
                                          t->part == WEFT_TILE_POSITIVE ? WEFT_TILE_NEGATIVE
                                                                        : WEFT_TILE_POSITIVE,
                                          0};
@@ -99,7 +99,7 @@ static void print_pass(FILE *out, const struct weft_planner *planner, int n)
 
 static void print_head(FILE *out, const struct weft_planner *planner)
 {
-    const struct weft_plan_info *info = &planner->plan->info;
+    const struct weft_pass_plan_info *info = &planner->plan->info;
     const struct weft_pass_list *list = &planner->plan->list;
     char kernel[512];
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
@@ -134,7 +134,7 @@ static void print_head(FILE *out, const struct weft_planner *planner)
 
 static void print_verdict(FILE *out, const struct weft_planner *planner)
 {
-    const struct weft_plan_info *info = &planner->plan->info;
+    const struct weft_pass_plan_info *info = &planner->plan->info;
     const char *input = info->worst_case == WEFT_WORST_ANY ? "any input" : "constants of any level";
     if (planner->real) {
         fprintf(out, "range: %s does not clamp\n", weft_target_name(info->profile.target));
@@ -158,7 +158,7 @@ static void print_verdict(FILE *out, const struct weft_planner *planner)
 
 static void print_error(FILE *out, const struct weft_planner *planner)
 {
-    const struct weft_plan_error *e = &planner->plan->info.error;
+    const struct weft_pass_plan_error *e = &planner->plan->info.error;
     fprintf(out,
             "error, of the source's range: source %.3g + E2 %.3g + E3 %.3g = %.3g; "
             "with clamping of any input %.3g\n",

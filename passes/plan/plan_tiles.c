@@ -10,7 +10,7 @@ enum { HIERARCHY_SCALE_8 = 128, HIERARCHY_SCALE_16 = 8 };
 
 static enum weft_result make_set(struct weft_planner *planner)
 {
-    const struct weft_plan_params *p = &planner->p;
+    const struct weft_pass_plan_params *p = &planner->p;
     struct weft_kernel_tiles_params *tiles =
         weft_kernel_tiles_params(.kernel = p->kernel, .dims = p->dims, .derivative = p->derivative,
                                  .samples = p->samples, .bits = p->bits,
@@ -37,7 +37,7 @@ static enum weft_result make_set(struct weft_planner *planner)
 }
 
 // The tile of a step, -1 if there is none.
-static int find_step(const weft_kernel_tiles *tiles, const struct weft_plan_step *step)
+static int find_step(const weft_kernel_tiles *tiles, const struct weft_tile_name *step)
 {
     const int count = weft_kernel_tiles_get_info(tiles)->tile_count;
     int piece = 0;
@@ -59,7 +59,7 @@ static const char *part_text(enum weft_tile_part part)
 }
 
 static enum weft_result no_such_step(const struct weft_planner *planner,
-                                     const struct weft_plan_step *step)
+                                     const struct weft_tile_name *step)
 {
     weft_error(planner->p.log, "plan: there is no tile (%d,%d,%d)%s piece %d of kernel %s",
                step->tap[0], step->tap[1], step->tap[2], part_text(step->part), step->piece,
@@ -69,10 +69,10 @@ static enum weft_result no_such_step(const struct weft_planner *planner,
 
 enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold)
 {
-    struct weft_plan *plan = planner->plan;
+    struct weft_pass_plan *plan = planner->plan;
     if (plan->info.tile_split_count == plan->split_room) {
         const int room = plan->split_room ? 2 * plan->split_room : 16;
-        struct weft_plan_split *splits = realloc(plan->splits, (size_t)room * sizeof *splits);
+        struct weft_pass_plan_split *splits = realloc(plan->splits, (size_t)room * sizeof *splits);
         if (!splits) {
             weft_error(planner->p.log, "plan: not enough memory for %d splits", room);
             return WEFT_ERR_MEMORY;
@@ -81,8 +81,8 @@ enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile,
         plan->split_room = room;
     }
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
-    const struct weft_plan_split split = {
-        .tile = weft_plan_tile_step(plan, tile),
+    const struct weft_pass_plan_split split = {
+        .tile = weft_pass_plan_tile_name(plan, tile),
         .threshold = isnan(threshold) ? 0.5 * (t->minimum + t->maximum) : threshold};
     enum weft_result res = weft_kernel_tiles_split(plan->tiles, tile, threshold);
     if (res == WEFT_OK)
@@ -94,7 +94,7 @@ static enum weft_result make_given_splits(struct weft_planner *planner)
 {
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; res == WEFT_OK && i < planner->p.split_count; i++) {
-        const struct weft_plan_split *split = &planner->p.splits[i];
+        const struct weft_pass_plan_split *split = &planner->p.splits[i];
         const int tile = find_step(planner->plan->tiles, &split->tile);
         if (tile < 0)
             return no_such_step(planner, &split->tile);
@@ -115,31 +115,31 @@ enum weft_result weft_planner_make_tiles(struct weft_planner *planner)
 
 enum weft_result weft_planner_apply_steps(struct weft_planner *planner)
 {
-    const struct weft_plan_params *p = &planner->p;
-    struct weft_plan_atom *atoms = planner->atoms;
+    const struct weft_pass_plan_params *p = &planner->p;
+    struct weft_pass_plan_item *items = planner->items;
     for (size_t n = 0; n < p->step_count; n++) {
         const int tile = find_step(planner->plan->tiles, &p->steps[n]);
         int at = 0;
         if (tile < 0)
             return no_such_step(planner, &p->steps[n]);
-        while (at < planner->atom_count && atoms[at].group.tile[0] != tile)
+        while (at < planner->item_count && items[at].group.tile[0] != tile)
             at++;
-        if (at < (int)n || at == planner->atom_count) {
+        if (at < (int)n || at == planner->item_count) {
             weft_error(p->log, "plan: tile (%d,%d,%d)%s piece %d comes twice", p->steps[n].tap[0],
                        p->steps[n].tap[1], p->steps[n].tap[2], part_text(p->steps[n].part),
                        p->steps[n].piece);
             return WEFT_ERR_ARGUMENT;
         }
-        const struct weft_plan_atom moved = atoms[at];
-        atoms[at] = atoms[n];
-        atoms[n] = moved;
+        const struct weft_pass_plan_item moved = items[at];
+        items[at] = items[n];
+        items[n] = moved;
     }
-    if (p->step_count == (size_t)planner->atom_count)
+    if (p->step_count == (size_t)planner->item_count)
         return WEFT_OK;
     const struct weft_kernel_tile *missing =
-        weft_kernel_tiles_get(planner->plan->tiles, atoms[p->step_count].group.tile[0]);
+        weft_kernel_tiles_get(planner->plan->tiles, items[p->step_count].group.tile[0]);
     weft_error(p->log, "plan: %zu tiles in the order of %d; tap (%d,%d,%d)%s is missing",
-               p->step_count, planner->atom_count, missing->tap[0], missing->tap[1],
+               p->step_count, planner->item_count, missing->tap[0], missing->tap[1],
                missing->tap[2], part_text(missing->part));
     return WEFT_ERR_ARGUMENT;
 }

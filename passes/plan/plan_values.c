@@ -74,10 +74,11 @@ static void add_tile(const struct weft_planner *planner, int tile, int32_t facto
     }
 }
 
-void weft_planner_add_values(const struct weft_planner *planner, const struct weft_plan_atom *atom,
-                             size_t count, const uint32_t *positions, int32_t *out)
+void weft_planner_add_values(const struct weft_planner *planner,
+                             const struct weft_pass_plan_item *item, size_t count,
+                             const uint32_t *positions, int32_t *out)
 {
-    const struct weft_tap_group *group = &atom->group;
+    const struct weft_tap_group *group = &item->group;
     for (int c = 0; c < 4; c++)
         if (group->tile[c] >= 0)
             add_tile(planner, group->tile[c], group->sign[c] * (1 << group->shift[c]), count,
@@ -87,12 +88,12 @@ void weft_planner_add_values(const struct weft_planner *planner, const struct we
 enum { CHUNK = 2048 };
 
 static void sum_chunk(const struct weft_planner *planner, size_t count, const uint32_t *positions,
-                      struct weft_plan_sums *out)
+                      struct weft_pass_plan_sums *out)
 {
     int32_t whole[CHUNK] = {0}, positive[CHUNK] = {0};
-    for (int i = 0; i < planner->atom_count; i++) {
-        struct weft_plan_atom atom = planner->atoms[i], adds = atom;
-        weft_planner_add_values(planner, &atom, count, positions, whole);
+    for (int i = 0; i < planner->item_count; i++) {
+        struct weft_pass_plan_item item = planner->items[i], adds = item;
+        weft_planner_add_values(planner, &item, count, positions, whole);
         for (int c = 0; c < 4; c++)
             if (adds.group.sign[c] < 0)
                 adds.group.tile[c] = -1;
@@ -107,11 +108,12 @@ static void sum_chunk(const struct weft_planner *planner, size_t count, const ui
     }
 }
 
-enum weft_result weft_planner_sums(const struct weft_planner *planner, struct weft_plan_sums *out)
+enum weft_result weft_planner_sums(const struct weft_planner *planner,
+                                   struct weft_pass_plan_sums *out)
 {
     const size_t all = weft_planner_positions(planner);
     uint32_t positions[CHUNK];
-    *out = (struct weft_plan_sums){.least = INT32_MAX, .most = INT32_MIN};
+    *out = (struct weft_pass_plan_sums){.least = INT32_MAX, .most = INT32_MIN};
     for (size_t first = 0; first < all; first += CHUNK) {
         const size_t count = all - first < CHUNK ? all - first : CHUNK;
         for (size_t i = 0; i < count; i++)

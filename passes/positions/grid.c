@@ -280,8 +280,7 @@ void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct
 // ---- cells --------------------------------------------------------------------------------------
 
 static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
-                     const int64_t first[3], const int64_t last[3],
-                     struct weft_slice_run_of_pixels *run)
+                     const int64_t first[3], const int64_t last[3], struct weft_span *run)
 {
     for (int a = 0; a < 3; a++) {
         int from = (int)(first[a] >> grid->fraction_bits) & 7;
@@ -305,13 +304,13 @@ static int64_t steps_in_cell(int64_t at, int64_t step, int shift, int64_t limit)
 
 // One row of one block: pixels x0 to x1, exclusive; block->position is that of x0.
 static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y,
-                     struct weft_slice_block *block, weft_slice_run_visitor visit, void *priv)
+                     struct weft_slice_block *block, weft_span_visitor visit, void *priv)
 {
     const int64_t *du = grid->du;
     int64_t *at = block->position;
     while (x0 < x1) {
         int64_t last[3], count = x1 - x0;
-        struct weft_slice_run_of_pixels run = {.x = x0, .y = y};
+        struct weft_span run = {.x = x0, .y = y};
         for (int a = 0; a < 3; a++)
             count = steps_in_cell(at[a], du[a], grid->fraction_bits + 3, count);
         for (int a = 0; a < 3; a++)
@@ -333,7 +332,7 @@ static int smaller(int a, int b)
 }
 
 bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
-                          weft_slice_run_visitor visit, void *priv)
+                          weft_span_visitor visit, void *priv)
 {
     for (int row = y; row < y + height; row++) {
         int by = row / WEFT_GRID_BLOCK;

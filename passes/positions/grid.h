@@ -61,15 +61,15 @@ double weft_slice_grid_margin(const struct weft_slice_grid *grid, const double p
 void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct weft_region *out);
 
 // Neighbouring pixels of a row whose first taps (by floor(position + tap_shift)) share a cell.
-struct weft_slice_run_of_pixels {
+struct weft_span {
     int x, y, count;
     struct weft_cell_key cell; // in units of 8 voxels
     uint8_t low[3], high[3];   // of floor(position + tap_shift) within the cell, 0 to 7
 };
-typedef bool (*weft_slice_run_visitor)(void *priv, const struct weft_slice_run_of_pixels *run);
+typedef bool (*weft_span_visitor)(void *priv, const struct weft_span *run);
 
 // Visits a rectangle of pixels row by row, with the GPU's own positions. false if a visit was.
 bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
-                          weft_slice_run_visitor visit, void *priv);
+                          weft_span_visitor visit, void *priv);
 
 #endif

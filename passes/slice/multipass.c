@@ -35,9 +35,9 @@ struct reach {
 };
 
 struct runner {
-    const struct weft_slice_passes_params *p;
+    const struct weft_slice_multipass_params *p;
     const struct weft_slice_plan *slice;
-    const struct weft_plan_info *plan;
+    const struct weft_pass_plan_info *plan;
     weft_context *context; // NULL: on the CPU
     weft_brick_store *topology;
     uint64_t memory_bytes;
@@ -48,7 +48,7 @@ struct runner {
     float *pixels; // of one rectangle
     uint64_t pixels_done;
     int current_pixels; // of the rectangle that runs
-    struct weft_slice_passes_report report;
+    struct weft_slice_multipass_report report;
 };
 
 static bool go_on(const struct runner *r, double fraction)
@@ -81,7 +81,7 @@ static void reach_destroy(struct reach *reach)
     *reach = (struct reach){0};
 }
 
-static bool collect_run(void *priv, const struct weft_slice_run_of_pixels *run)
+static bool collect_span(void *priv, const struct weft_span *run)
 {
     struct reach *reach = priv;
     size_t known = reach->map.count;
@@ -164,7 +164,7 @@ static enum weft_result find_cells(const struct runner *r, const struct rectangl
                                    struct reach *out)
 {
     *out = (struct reach){0};
-    if (weft_slice_grid_walk(&r->slice->grid, at->x, at->y, at->width, at->height, collect_run,
+    if (weft_slice_grid_walk(&r->slice->grid, at->x, at->y, at->width, at->height, collect_span,
                              out))
         return WEFT_OK;
     const size_t bytes = 2 * (out->capacity + 1) * (sizeof *out->cells + sizeof *out->map.keys);
@@ -330,10 +330,10 @@ static void set_grid(const struct runner *r, const struct rectangle *at, const s
     }
 }
 
-static void add_report(struct runner *r, const struct weft_convolve_report *one,
+static void add_report(struct runner *r, const struct weft_multipass_report *one,
                        uint64_t other_bytes)
 {
-    struct weft_slice_passes_report *sum = &r->report;
+    struct weft_slice_multipass_report *sum = &r->report;
     const uint64_t bytes =
         other_bytes + one->source_bytes + one->tile_bytes + one->target_bytes + one->position_bytes;
     sum->clamped += one->clamped;
@@ -361,7 +361,7 @@ static enum weft_result convolve(struct runner *r, const struct rectangle *at,
     const struct weft_progress progress = {report_rectangle, r};
     struct weft_pixel_grid grid;
     set_grid(r, at, reach, &grid);
-    const struct weft_convolve_params params = {
+    const struct weft_multipass_params params = {
         .plan = r->p->plan,
         .samples = &samples,
         .grid = &grid,
@@ -369,10 +369,10 @@ static enum weft_result convolve(struct runner *r, const struct rectangle *at,
         .progress = &progress,
         .log = r->p->log,
     };
-    struct weft_convolve_report report = {0};
+    struct weft_multipass_report report = {0};
     r->current_pixels = at->width * at->height;
-    enum weft_result res = r->context ? weft_convolve_run(r->context, &params, &report)
-                                      : weft_emulate_run(&params, &report);
+    enum weft_result res = r->context ? weft_multipass_run(r->context, &params, &report)
+                                      : weft_multipass_emulate(&params, &report);
     if (res == WEFT_OK)
         add_report(r, &report,
                    reach->bricks.count * BRICK_BYTES + count_voxels(reach) * sizeof *r->box);
@@ -504,11 +504,11 @@ static bool same_kernel(const struct weft_kernel *a, const struct weft_kernel *b
     return same;
 }
 
-static enum weft_result check_params(const struct weft_slice_passes_params *p)
+static enum weft_result check_params(const struct weft_slice_multipass_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->slice && p->plan && p->volume && p->pixels);
-    const struct weft_plan_info *plan = weft_plan_get_info(p->plan);
+    const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(p->plan);
     weft_require(p->log, plan->dims == 3 && plan->channels == 1);
     weft_require(p->log, same_kernel(&plan->kernel, &p->slice->info.kernel));
     if (!(isnan(p->low) && isnan(p->high)) && !(p->low == 0.0 && p->high == 0.0) &&
@@ -539,19 +539,19 @@ static void measure_pixels(struct runner *r)
     r->report.maximum = r->report.not_finite < count ? maximum : NAN;
 }
 
-enum weft_result weft_slice_passes_run(weft_context *context,
-                                       const struct weft_slice_passes_params *params,
-                                       struct weft_slice_passes_report *report)
+enum weft_result weft_slice_multipass_run(weft_context *context,
+                                          const struct weft_slice_multipass_params *params,
+                                          struct weft_slice_multipass_report *report)
 {
     enum weft_result res = check_params(params);
     if (res != WEFT_OK)
         return res;
-    struct weft_slice_passes_params p = *params;
+    struct weft_slice_multipass_params p = *params;
     p.volume = weft_slice_voxels(p.slice, p.volume);
     struct runner r = {
         .p = &p,
         .slice = params->slice,
-        .plan = weft_plan_get_info(params->plan),
+        .plan = weft_pass_plan_get_info(params->plan),
         .context = context,
         .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
     };
@@ -583,7 +583,8 @@ enum weft_result weft_slice_passes_run(weft_context *context,
     return WEFT_OK;
 }
 
-struct weft_slice_report weft_slice_passes_summary(const struct weft_slice_passes_report *report)
+struct weft_slice_report
+weft_slice_multipass_summary(const struct weft_slice_multipass_report *report)
 {
     return (struct weft_slice_report){
         .read_seconds = report->read_seconds + report->measure_seconds,

@@ -63,7 +63,7 @@ struct weft_slice_params {
     enum weft_layout layout;
     enum weft_source_format source;
     double low, high; // of a source that is not float: the range it holds, finite and low < high;
-                      // voxels outside are clamped to it (see weft_slice_measure)
+                      // voxels outside are clamped to it (see weft_slice_statistics_compute)
     enum weft_lookup lookup;
     int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
     unsigned without;      // bits of enum weft_saving
@@ -164,10 +164,10 @@ WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
 
-enum { WEFT_MEASURE_DIFFERENCES = 4 };
+enum { WEFT_STATISTICS_DIFFERENCES = 4 };
 
 // What the voxels in reach of a slice are, as far as plans depend on it.
-struct weft_slice_measure {
+struct weft_slice_statistics {
     double low, high;    // of the finite voxels, or coefficients; 0 where there are none
     uint64_t voxels;     // of the bricks read
     uint64_t not_finite; // of those, of constant tiles and of the background
@@ -179,14 +179,15 @@ struct weft_slice_measure {
     double beyond;
     // Largest |n-th difference| along an axis, n = 1 to 4, of neighbouring voxels in a brick:
     // derivatives of the signal, as far as it is sampled well.
-    double difference[WEFT_MEASURE_DIFFERENCES];
+    double difference[WEFT_STATISTICS_DIFFERENCES];
 };
 // Reads all bricks of the plan's tiles, and for prefiltered kernels the voxels around (43 on either
 // side for cubics, up to 96). Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
 // weft_volume_read returns.
-WEFT_API enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
-                                             const struct weft_progress *progress,
-                                             struct weft_slice_measure *out);
+WEFT_API enum weft_result weft_slice_statistics_compute(const weft_slice_plan *plan,
+                                                        weft_volume *volume,
+                                                        const struct weft_progress *progress,
+                                                        struct weft_slice_statistics *out);
 
 struct weft_slice_report {
     double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
@@ -230,12 +231,12 @@ struct weft_slice_error {
                   // magnitude, or by the coefficients and what is measured of voxels
 };
 
-// Recomputes pixels by filter/analysis/reference.h from the volume's voxels (read again, without the layouts
-// or the GPU's positions) and compares. Where a position is within 2^-32 voxels of being rounded
-// the other way, a pixel may be on either side of a jump, or of where a tap counts that is not
-// finite. For prefiltered kernels the reference trusts no coefficient: it is the sum over the
-// volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off at
-// 2^-32, or farther out where voxels there are so much larger that they count), which takes
+// Recomputes pixels by filter/analysis/reference.h from the volume's voxels (read again, without
+// the layouts or the GPU's positions) and compares. Where a position is within 2^-32 voxels of
+// being rounded the other way, a pixel may be on either side of a jump, or of where a tap counts
+// that is not finite. For prefiltered kernels the reference trusts no coefficient: it is the sum
+// over the volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off
+// at 2^-32, or farther out where voxels there are so much larger that they count), which takes
 // hundreds of times as long, so that fewer pixels are checked.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,

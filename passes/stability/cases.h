@@ -53,7 +53,8 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
                                           const struct weft_stability_slice *slice, float *pixels,
                                           struct weft_stability_bound *bound);
 
-// From filter/analysis/reference.h's pixels. What is beyond the range of floats there counts nowhere.
+// From filter/analysis/reference.h's pixels. What is beyond the range of floats there counts
+// nowhere.
 struct weft_stability_error {
     double relative;     // to the largest voxel in reach
     double share;        // of the bound, the largest of any pixel
@@ -72,11 +73,11 @@ double weft_stability_relative(const struct weft_stability_error *error);
 
 // On GL, or emulated without a context.
 enum weft_result weft_stability_passes_run(const struct weft_stability_params *params,
-                                           const struct weft_plan_params *plan_params,
+                                           const struct weft_pass_plan_params *plan_params,
                                            const struct weft_samples *samples,
                                            const struct weft_pixel_grid *grid, float *pixels,
-                                           struct weft_convolve_error *error,
-                                           struct weft_plan_error *bounds);
+                                           struct weft_multipass_error *error,
+                                           struct weft_pass_plan_error *bounds);
 
 // ---- naive ways ---------------------------------------------------------------------------------
 

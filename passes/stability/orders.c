@@ -17,8 +17,8 @@ static const double constant_limit_lsb = 255.0 * 0x1p-24;
 
 // Reconstructs a constant 1.0, M pixels a sample, so that every sample of the tiles is met.
 static enum weft_result run_constant(const struct weft_stability_params *params,
-                                     const struct weft_plan_params *plan, double *error_lsb,
-                                     struct weft_plan_error *bounds)
+                                     const struct weft_pass_plan_params *plan, double *error_lsb,
+                                     struct weft_pass_plan_error *bounds)
 {
     const double step = 1.0 / M;
     const struct weft_pixel_grid grid = {
@@ -27,7 +27,7 @@ static enum weft_result run_constant(const struct weft_stability_params *params,
         .origin = {0.5 * step, 0.5 * step, plan->dims > 2 ? 0.5 * step : 0.0},
         .du = {step},
         .dv = {0, step}};
-    struct weft_convolve_error error = {0};
+    struct weft_multipass_error error = {0};
     float *plane = malloc((SIDE * SIDE * SIDE + PIXELS) * sizeof *plane);
     if (!plane)
         return WEFT_ERR_MEMORY;
@@ -43,10 +43,10 @@ static enum weft_result run_constant(const struct weft_stability_params *params,
 }
 
 static enum weft_result compare(const struct weft_stability_params *params,
-                                const struct weft_plan_params *naive,
-                                const struct weft_plan_params *ours,
+                                const struct weft_pass_plan_params *naive,
+                                const struct weft_pass_plan_params *ours,
                                 struct weft_stability_result *result,
-                                struct weft_plan_error *bounds)
+                                struct weft_pass_plan_error *bounds)
 {
     enum weft_result res = run_constant(params, naive, &result->naive, bounds);
     return res == WEFT_OK ? run_constant(params, ours, &result->ours, bounds) : res;
@@ -57,12 +57,12 @@ static enum weft_result compare(const struct weft_stability_params *params,
 static enum weft_result measure_order(const struct weft_stability_params *params, int dims,
                                       struct weft_stability_result *result)
 {
-    struct weft_plan_error bounds = {0};
-    const struct weft_plan_params *naive =
-        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
-                         .order = WEFT_ORDER_NATURAL);
-    const struct weft_plan_params *ours =
-        weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1, .no_scale = true);
+    struct weft_pass_plan_error bounds = {0};
+    const struct weft_pass_plan_params *naive =
+        weft_pass_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
+                              .order = WEFT_ORDER_NATURAL);
+    const struct weft_pass_plan_params *ours =
+        weft_pass_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1, .no_scale = true);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 comes out as %.0f", dims,
@@ -103,12 +103,12 @@ const struct weft_stability_case weft_stability_order_3d = {
 static enum weft_result measure_gradient_bias(const struct weft_stability_params *params,
                                               struct weft_stability_result *result)
 {
-    struct weft_plan_error bounds = {0};
-    const struct weft_plan_params *naive =
-        weft_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1,
-                         .order = WEFT_ORDER_NATURAL, .single_bias = true);
-    const struct weft_plan_params *ours =
-        weft_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1);
+    struct weft_pass_plan_error bounds = {0};
+    const struct weft_pass_plan_params *naive =
+        weft_pass_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1,
+                              .order = WEFT_ORDER_NATURAL, .single_bias = true);
+    const struct weft_pass_plan_params *ours =
+        weft_pass_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     // 1.0 is a code, positions are those of the tiles' samples, and the weights there add up to 0
     // exactly: what is left of the plan's bound is that of its arithmetic.
@@ -132,11 +132,11 @@ const struct weft_stability_case weft_stability_gradient_bias = {
 static enum weft_result measure_ripple(const struct weft_stability_params *params, int dims,
                                        struct weft_stability_result *result)
 {
-    struct weft_plan_error bounds = {0};
-    const struct weft_plan_params *naive =
-        weft_plan_params(.dims = dims, .samples = M, .round_singly = true);
-    const struct weft_plan_params *ours =
-        weft_plan_params(.dims = dims, .samples = M, .no_scale = true);
+    struct weft_pass_plan_error bounds = {0};
+    const struct weft_pass_plan_params *naive =
+        weft_pass_plan_params(.dims = dims, .samples = M, .round_singly = true);
+    const struct weft_pass_plan_params *ours =
+        weft_pass_plan_params(.dims = dims, .samples = M, .no_scale = true);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     result->limit = constant_limit_lsb;
     weft_stability_say(result, "LSB", "Catmull-Rom in %dD: a constant 255 ripples by %.1f LSB",

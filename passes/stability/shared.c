@@ -166,26 +166,26 @@ enum weft_result weft_stability_compare_ways(const struct weft_stability_params 
 // ---- passes of plans ----------------------------------------------------------------------------
 
 enum weft_result weft_stability_passes_run(const struct weft_stability_params *params,
-                                           const struct weft_plan_params *plan_params,
+                                           const struct weft_pass_plan_params *plan_params,
                                            const struct weft_samples *samples,
                                            const struct weft_pixel_grid *grid, float *pixels,
-                                           struct weft_convolve_error *error,
-                                           struct weft_plan_error *bounds)
+                                           struct weft_multipass_error *error,
+                                           struct weft_pass_plan_error *bounds)
 {
-    struct weft_plan_params p = *plan_params;
-    weft_plan *plan = NULL;
+    struct weft_pass_plan_params p = *plan_params;
+    weft_pass_plan *plan = NULL;
     p.log = params->log;
-    enum weft_result res = weft_plan_create(&p, &plan);
+    enum weft_result res = weft_pass_plan_create(&p, &plan);
     if (res != WEFT_OK)
         return res;
-    *bounds = weft_plan_get_info(plan)->error;
-    const struct weft_convolve_params convolve = {
+    *bounds = weft_pass_plan_get_info(plan)->error;
+    const struct weft_multipass_params convolve = {
         .plan = plan, .samples = samples, .grid = grid, .pixels = {pixels}, .log = params->log};
-    res = params->context ? weft_convolve_run(params->context, &convolve, NULL)
-                          : weft_emulate_run(&convolve, NULL);
+    res = params->context ? weft_multipass_run(params->context, &convolve, NULL)
+                          : weft_multipass_emulate(&convolve, NULL);
     if (res == WEFT_OK)
-        res = weft_convolve_verify(&convolve, error);
-    weft_plan_destroy(&plan);
+        res = weft_multipass_verify(&convolve, error);
+    weft_pass_plan_destroy(&plan);
     return res;
 }
 

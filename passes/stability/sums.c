@@ -206,9 +206,9 @@ enum { SIDE = 16, SHIFTED = 48, PIXELS = SHIFTED * SHIFTED };
 // On the fp16 profile, so many taps a pass.
 static enum weft_result run_half(const struct weft_stability_params *params, int taps_per_pass,
                                  const float *plane, float *pixels,
-                                 struct weft_convolve_error *error)
+                                 struct weft_multipass_error *error)
 {
-    struct weft_plan_error bounds;
+    struct weft_pass_plan_error bounds;
     const struct weft_samples samples = {
         .size = {SIDE, SIDE, SIDE}, .plane = {plane}, .low = 0.0, .high = 1.0};
     const struct weft_pixel_grid grid = {.width = SHIFTED,
@@ -216,9 +216,9 @@ static enum weft_result run_half(const struct weft_stability_params *params, int
                                          .origin = {4.0625, 4.0625, 7.5625},
                                          .du = {0.125},
                                          .dv = {0, 0.125}};
-    struct weft_plan_params *plan =
-        weft_plan_params(.dims = 3, .samples = 8, .taps_per_pass = taps_per_pass,
-                         .profile = *weft_profile_find("fp16"));
+    struct weft_pass_plan_params *plan =
+        weft_pass_plan_params(.dims = 3, .samples = 8, .taps_per_pass = taps_per_pass,
+                              .profile = *weft_profile_find("fp16"));
     const enum weft_result res = weft_kernel_parse(params->log, "bspline", &plan->kernel);
     return res == WEFT_OK
                ? weft_stability_passes_run(params, plan, &samples, &grid, pixels, error, &bounds)
@@ -230,7 +230,7 @@ static enum weft_result measure_half_passes(const struct weft_stability_params *
                                             struct weft_stability_result *result)
 {
     const int size[3] = {SIDE, SIDE, SIDE};
-    struct weft_convolve_error many = {0}, few = {0};
+    struct weft_multipass_error many = {0}, few = {0};
     float *plane = malloc((SIDE * SIDE * SIDE + PIXELS) * sizeof *plane);
     if (!plane)
         return WEFT_ERR_MEMORY;
@@ -302,11 +302,11 @@ static enum weft_result half_ours(const struct weft_stability_params *params, co
                                          .origin = {2.0 + 0.5 * step, 2.0 + 0.5 * step},
                                          .du = {step},
                                          .dv = {0, step}};
-    struct weft_convolve_error error = {0};
-    struct weft_plan_error bounds = {0};
-    const enum weft_result res =
-        weft_stability_passes_run(params, weft_plan_params(.profile = *weft_profile_find("fp16")),
-                                  &samples, &grid, pixels, &error, &bounds);
+    struct weft_multipass_error error = {0};
+    struct weft_pass_plan_error bounds = {0};
+    const enum weft_result res = weft_stability_passes_run(
+        params, weft_pass_plan_params(.profile = *weft_profile_find("fp16")), &samples, &grid,
+        pixels, &error, &bounds);
     result->ours = error.maximum / high;
     // The plan's, for any input, in units of the range that was mapped; and the result's rounding.
     result->limit = bounds.bound_any + 0x1p-24;

@@ -42,10 +42,10 @@ void weft_slice_samples_destroy(weft_slice_samples **samples)
 
 // What is left out past an overlap is to be no more than some 2^-30 of the largest voxel at the
 // taps: of all voxels what lies farther from some of the taps, and all of the shells from there on.
-static void set_overlap(weft_slice_samples *s, const struct weft_slice_measure *measure,
+static void set_overlap(weft_slice_samples *s, const struct weft_slice_statistics *statistics,
                         const struct weft_slice_shells *shells)
 {
-    double largest = fmax(fabs(measure->voxel_low), fabs(measure->voxel_high)), rest = 0.0;
+    double largest = fmax(fabs(statistics->voxel_low), fabs(statistics->voxel_high)), rest = 0.0;
     int count = 1;
     for (int i = WEFT_SLICE_SHELLS - 1; i >= 1; i--)
         rest = WEFT_SLICE_SHELL_FALL * (shells->largest[i] + rest);
@@ -65,7 +65,7 @@ static void set_overlap(weft_slice_samples *s, const struct weft_slice_measure *
 }
 
 enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
-                                           const struct weft_slice_measure *measure,
+                                           const struct weft_slice_statistics *statistics,
                                            const struct weft_slice_shells *shells,
                                            weft_slice_samples **out)
 {
@@ -84,7 +84,7 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     res = weft_prefilter_compute(plan->log, &s->kernel, &s->prefilter);
     if (res != WEFT_OK)
         goto fail;
-    set_overlap(s, measure, shells);
+    set_overlap(s, statistics, shells);
     struct weft_kernel plain = s->kernel;
     plain.prefiltered = false;
     s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);

@@ -10,12 +10,12 @@
 typedef struct weft_slice_samples weft_slice_samples;
 
 // Finds which of the volume's bricks the plan's slice depends on; they are read when needed, and
-// kept up to 64 MiB. measure and shells are what weft_slice_measure_shells gives: voxels count out
-// to where what is left out is below some 2^-30 of the largest one at the taps. plan and volume are
-// borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are
-// not prefiltered, WEFT_ERR_MEMORY, and what weft_volume_find returns.
+// kept up to 64 MiB. measure and shells are what weft_slice_statistics_shells gives: voxels count
+// out to where what is left out is below some 2^-30 of the largest one at the taps. plan and volume
+// are borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are not prefiltered, WEFT_ERR_MEMORY,
+// and what weft_volume_find returns.
 enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
-                                           const struct weft_slice_measure *measure,
+                                           const struct weft_slice_statistics *statistics,
                                            const struct weft_slice_shells *shells,
                                            weft_slice_samples **out);
 void weft_slice_samples_destroy(weft_slice_samples **samples); // accepts &NULL

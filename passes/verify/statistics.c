@@ -8,7 +8,7 @@
 
 // ---- one brick ----------------------------------------------------------------------------------
 
-static void measure_voxels(const float *values, size_t count, struct weft_slice_measure *out)
+static void measure_voxels(const float *values, size_t count, struct weft_slice_statistics *out)
 {
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(values[i])) {
@@ -22,12 +22,12 @@ static void measure_voxels(const float *values, size_t count, struct weft_slice_
 }
 
 // Differences of rising order along one line of a brick.
-static void measure_line(const float *values, int step, struct weft_slice_measure *out)
+static void measure_line(const float *values, int step, struct weft_slice_statistics *out)
 {
     double line[WEFT_BRICK_SIZE];
     for (int i = 0; i < WEFT_BRICK_SIZE; i++)
         line[i] = values[i * step];
-    for (int n = 0; n < WEFT_MEASURE_DIFFERENCES; n++) {
+    for (int n = 0; n < WEFT_STATISTICS_DIFFERENCES; n++) {
         for (int i = 0; i + n + 1 < WEFT_BRICK_SIZE; i++) {
             line[i] = line[i + 1] - line[i];
             if (fabs(line[i]) > out->difference[n] && isfinite(line[i]))
@@ -36,7 +36,7 @@ static void measure_line(const float *values, int step, struct weft_slice_measur
     }
 }
 
-static void measure_differences(const float *brick, struct weft_slice_measure *out)
+static void measure_differences(const float *brick, struct weft_slice_statistics *out)
 {
     enum { ROW = WEFT_BRICK_SIZE, PLANE = ROW * ROW };
     for (int i = 0; i < PLANE; i++) {
@@ -48,7 +48,8 @@ static void measure_differences(const float *brick, struct weft_slice_measure *o
 
 // Constant tiles and the background count too, though not among the voxels read.
 static void measure_constants(const struct weft_slice_plan *plan,
-                              const struct weft_volume_info *info, struct weft_slice_measure *out)
+                              const struct weft_volume_info *info,
+                              struct weft_slice_statistics *out)
 {
     const uint64_t read = out->voxels;
     if (!info->clamp_to_edge)
@@ -64,7 +65,7 @@ static void measure_constants(const struct weft_slice_plan *plan,
 struct reach {
     struct weft_region taps;
     struct weft_region region[1 + WEFT_SLICE_SHELLS];
-    struct weft_slice_measure *out;
+    struct weft_slice_statistics *out;
     struct weft_slice_shells *shells;
 };
 
@@ -100,7 +101,7 @@ static bool is_known(const struct reach *reach, int at, double value)
 static void add_value(const struct reach *reach, const int32_t origin[3], int32_t size, int from,
                       double value)
 {
-    struct weft_slice_measure *out = reach->out;
+    struct weft_slice_statistics *out = reach->out;
     const int at = find_reach(reach, origin, size, from);
     if (at) {
         reach->shells->largest[at - 1] = fmax(reach->shells->largest[at - 1], fabs(value));
@@ -199,16 +200,17 @@ static void set_shells(const struct weft_kernel *kernel, struct weft_slice_shell
 
 // ---- all ----------------------------------------------------------------------------------------
 
-enum weft_result weft_slice_measure_shells(const struct weft_slice_plan *plan, weft_volume *volume,
-                                           const struct weft_progress *progress,
-                                           struct weft_slice_measure *out,
-                                           struct weft_slice_shells *shells)
+enum weft_result weft_slice_statistics_shells(const struct weft_slice_plan *plan,
+                                              weft_volume *volume,
+                                              const struct weft_progress *progress,
+                                              struct weft_slice_statistics *out,
+                                              struct weft_slice_shells *shells)
 {
     enum weft_result res = WEFT_OK;
     struct reach reach = {.out = out, .shells = shells};
     size_t most = 0;
     const bool coefficients = plan->info.kernel.prefiltered;
-    *out = (struct weft_slice_measure){
+    *out = (struct weft_slice_statistics){
         .low = INFINITY, .high = -INFINITY, .voxel_low = INFINITY, .voxel_high = -INFINITY};
     set_shells(&plan->info.kernel, shells);
     if (coefficients)
@@ -246,10 +248,10 @@ enum weft_result weft_slice_measure_shells(const struct weft_slice_plan *plan, w
     return res;
 }
 
-enum weft_result weft_slice_measure(const weft_slice_plan *plan, weft_volume *volume,
-                                    const struct weft_progress *progress,
-                                    struct weft_slice_measure *out)
+enum weft_result weft_slice_statistics_compute(const weft_slice_plan *plan, weft_volume *volume,
+                                               const struct weft_progress *progress,
+                                               struct weft_slice_statistics *out)
 {
     struct weft_slice_shells shells;
-    return weft_slice_measure_shells(plan, volume, progress, out, &shells);
+    return weft_slice_statistics_shells(plan, volume, progress, out, &shells);
 }

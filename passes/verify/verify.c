@@ -236,15 +236,15 @@ fail:
 // What prefiltered kernels are verified against: how far voxels count, and the bound of all.
 static enum weft_result set_samples(struct verifier *v)
 {
-    struct weft_slice_measure measure;
+    struct weft_slice_statistics statistics;
     struct weft_slice_shells shells;
     enum weft_result res =
-        weft_slice_measure_shells(v->plan, v->volume, v->params->progress, &measure, &shells);
+        weft_slice_statistics_shells(v->plan, v->volume, v->params->progress, &statistics, &shells);
     if (res == WEFT_OK)
-        res = weft_slice_samples_create(v->plan, v->volume, &measure, &shells, &v->samples);
+        res = weft_slice_samples_create(v->plan, v->volume, &statistics, &shells, &v->samples);
     if (res != WEFT_OK)
         return res;
-    v->error.bound = weft_way_slice_bound(&v->plan->info, &measure);
+    v->error.bound = weft_method_slice_bound(&v->plan->info, &statistics);
     v->share =
         time_limit(v) / (weft_slice_samples_seconds(v->samples) * (double)v->error.pixels_total);
     return res;

@@ -81,7 +81,7 @@ static void answers_list(int line, int code, const char *text, const char *const
 
 // ---- plans --------------------------------------------------------------------------------------
 
-static void assert_same_error(const json_t *error, const struct weft_plan_error *expected)
+static void assert_same_error(const json_t *error, const struct weft_pass_plan_error *expected)
 {
     assert_true(number(error, "source") == expected->source);
     assert_true(number(error, "e2") == expected->e2);
@@ -91,7 +91,7 @@ static void assert_same_error(const json_t *error, const struct weft_plan_error 
     assert_true(number(error, "bound_any") == expected->bound_any);
 }
 
-static void assert_same_ranges(const json_t *list, const struct weft_plan_info *info)
+static void assert_same_ranges(const json_t *list, const struct weft_pass_plan_info *info)
 {
     assert_int_equal(json_array_size(list), info->passes->pass_count);
     for (int i = 0; i < info->passes->pass_count; i++) {
@@ -107,7 +107,7 @@ static void assert_same_ranges(const json_t *list, const struct weft_plan_info *
     }
 }
 
-static void assert_same_plan(const json_t *root, const struct weft_plan_info *info)
+static void assert_same_plan(const json_t *root, const struct weft_pass_plan_info *info)
 {
     const json_t *profile = json_object_get(root, "profile");
     assert_same_error(json_object_get(root, "error"), &info->error);
@@ -124,7 +124,7 @@ static void assert_same_plan(const json_t *root, const struct weft_plan_info *in
 }
 
 // The validator rebuilds tiles and passes from the file: its ranges are the plan's, to the bit.
-static void assert_round_trip(const struct weft_plan_info *info)
+static void assert_round_trip(const struct weft_pass_plan_info *info)
 {
     command_run(&result, "weft", "validate", "plan.json", "--json");
     if (result.code != !info->valid)
@@ -143,7 +143,7 @@ static void assert_round_trip(const struct weft_plan_info *info)
     answers(!info->valid, info->valid ? "valid: range [" : "invalid: pass ", "plan.json");
 }
 
-static void assert_text(const char *out, const struct weft_plan_info *info)
+static void assert_text(const char *out, const struct weft_pass_plan_info *info)
 {
     const size_t size = strlen(info->text);
     char first[32];
@@ -159,17 +159,17 @@ static void assert_text(const char *out, const struct weft_plan_info *info)
 static void compare(const struct weft_profile *profile, int technique, int *planned)
 {
     const char *name = weft_technique_names[technique];
-    weft_plan *plan = NULL;
-    enum weft_result res = weft_plan_create(
-        weft_plan_params(.profile = *profile, .technique = (enum weft_technique)technique,
-                         .samples = 16),
+    weft_pass_plan *plan = NULL;
+    enum weft_result res = weft_pass_plan_create(
+        weft_pass_plan_params(.profile = *profile, .technique = (enum weft_technique)technique,
+                              .samples = 16),
         &plan);
     if (res != WEFT_OK) {
         command_fails(3, "plan: ", "plan", "--profile", profile->name, "--technique", name,
                       "--resolution", "16");
         return;
     }
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     (*planned)++;
     assert_text(command_succeeds("plan", "--profile", profile->name, "--technique", name,
                                  "--resolution", "16"),
@@ -181,7 +181,7 @@ static void compare(const struct weft_profile *profile, int technique, int *plan
         assert_round_trip(info);
         json_decref(root);
     }
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 static void every_profile_and_technique(void **state)

@@ -464,10 +464,10 @@ static void make_values(const char *path, float *values)
                      WEFT_OK);
 }
 
-static const char *const value_ways[][2] = {{NULL, NULL},
-                                            {"--emulate", NULL},
-                                            {"--profile=fp32", "--technique=dot4"},
-                                            {"--profile=unorm16", NULL}};
+static const char *const value_methods[][2] = {{NULL, NULL},
+                                               {"--emulate", NULL},
+                                               {"--profile=fp32", "--technique=dot4"},
+                                               {"--profile=unorm16", NULL}};
 
 // At the same size every pixel is its own sample: what is missing stays that one pixel.
 static void the_same_size_is_the_same(void **state)
@@ -479,8 +479,8 @@ static void the_same_size_is_the_same(void **state)
     for (int i = 0; i < 16 * 12; i++)
         values[i] = i == 5 * 16 + 7 ? NAN : i % 3 ? 1e30f : i % 2 ? -0.0f : 1e-40f;
     make_values("same.exr", values);
-    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_ways); i++) {
-        const char *const *way = value_ways[i / COUNT(kernels)];
+    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_methods); i++) {
+        const char *const *way = value_methods[i / COUNT(kernels)];
         struct weft_image out;
         json_t *root = parse(command_succeeds(
             "resample", "same.exr", "-o", "out.exr", "--verify", "--json", "--size", "16x12",
@@ -509,8 +509,8 @@ static void no_data_may_be_the_largest_float(void **state)
     for (int i = 0; i < 16 * 12; i++)
         values[i] = (i % 16 > 9) != (i / 16 > 5) ? -FLT_MAX : (float)i;
     make_values("nodata.exr", values);
-    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_ways); i++) {
-        const char *const *way = value_ways[i / COUNT(kernels)];
+    for (size_t i = 0; i < COUNT(kernels) * COUNT(value_methods); i++) {
+        const char *const *way = value_methods[i / COUNT(kernels)];
         const char *json = command_succeeds(
             "resample", "nodata.exr", "--verify", "--json", "--size", "41x31", "--kernel",
             kernels[i % COUNT(kernels)], way[0] ? way[0] : "-q", way[1]);

@@ -49,7 +49,7 @@ static void the_list_names_every_case(void **state)
         const json_t *c = json_array_get(cases, i);
         assert_string_equal(json_string_value(json_object_get(c, "name")),
                             weft_stability_list[i]->name);
-        assert_true(json_is_string(json_object_get(c, "our_way")));
+        assert_true(json_is_string(json_object_get(c, "our_method")));
         assert_null(json_object_get(c, "verdict"));
     }
     json_decref(root);
@@ -78,8 +78,8 @@ static void json_has_it_all(void **state)
     if (!command_has_gl())
         skip();
     json_error_t error;
-    json_t *root = json_loads(
-        command_succeeds("stability", "--json", "--case", "order-2d,no-data"), 0, &error);
+    json_t *root = json_loads(command_succeeds("stability", "--json", "--case", "order-2d,no-data"),
+                              0, &error);
     assert_non_null(root);
     assert_int_equal(json_integer_value(json_object_get(root, "failed")), 0);
     assert_true(json_is_string(json_object_get(root, "renderer")));

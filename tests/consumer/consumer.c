@@ -26,10 +26,11 @@ static void must(enum weft_result res, const char *what)
 
 static void plan_passes(void)
 {
-    weft_plan *plan = NULL;
-    must(weft_plan_create(weft_plan_params(.log = &logger), &plan), "weft_plan_create");
-    puts(weft_plan_get_info(plan)->valid ? "a valid plan" : "an invalid plan");
-    weft_plan_destroy(&plan);
+    weft_pass_plan *plan = NULL;
+    must(weft_pass_plan_create(weft_pass_plan_params(.log = &logger), &plan),
+         "weft_pass_plan_create");
+    puts(weft_pass_plan_get_info(plan)->valid ? "a valid plan" : "an invalid plan");
+    weft_pass_plan_destroy(&plan);
 }
 
 // PNG by libpng, EXR by OpenEXRCore.

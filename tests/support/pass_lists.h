@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tests/support/pass_lists.h - lists of passes and requests made at random, for what runs them.
-// Include after common.h. A list need not make sense as a reconstruction; it keeps passes/plan/pass.h's
-// rules, which is all that runners are told.
+// Include after common.h. A list need not make sense as a reconstruction; it keeps
+// passes/plan/pass.h's rules, which is all that runners are told.
 #ifndef WEFT_TESTS_SUPPORT_PASS_LISTS_H
 #define WEFT_TESTS_SUPPORT_PASS_LISTS_H
 
@@ -52,7 +52,7 @@ struct hand_list {
     struct weft_pass passes[HAND_MAX_PASSES];
     uint32_t log_table[2 * 65535 + 1];
     struct weft_pass_list list;
-    struct weft_convolve_work work;
+    struct weft_multipass_work work;
 };
 
 // Targets, tiles and nothing else: no group and no pass yet.
@@ -125,7 +125,7 @@ static inline struct hand_list *hand_list_create(const struct hand_params *p)
     if (p->logarithms)
         hand_fill_log_table(h);
     h->work =
-        (struct weft_convolve_work){.passes = &h->list, .kernel = kernel, .channels = p->channels};
+        (struct weft_multipass_work){.passes = &h->list, .kernel = kernel, .channels = p->channels};
     return h;
 }
 
@@ -181,7 +181,7 @@ struct hand_request {
     float pixels[4][HAND_MAX_PIXELS];
     struct weft_samples source;
     struct weft_pixel_grid grid;
-    struct weft_convolve_params params;
+    struct weft_multipass_params params;
 };
 
 static inline struct hand_request *hand_request_create(const struct hand_list *h, int width,
@@ -192,7 +192,7 @@ static inline struct hand_request *hand_request_create(const struct hand_list *h
     assert_non_null(r);
     r->source = (struct weft_samples){.size = {size_x, size_y, size_z}, .low = 0.0, .high = 1.0};
     r->grid = (struct weft_pixel_grid){.width = width, .height = height};
-    r->params = (struct weft_convolve_params){
+    r->params = (struct weft_multipass_params){
         .samples = &r->source, .grid = &r->grid, .log = &log_to_stderr};
     for (int c = 0; c < h->work.channels; c++) {
         r->source.plane[c] = r->samples[c];

@@ -13,12 +13,12 @@ static inline struct weft_profile profile_named(const char *text)
     return profile;
 }
 
-static inline weft_plan *make_plan(const struct weft_plan_params *params)
+static inline weft_pass_plan *make_plan(const struct weft_pass_plan_params *params)
 {
-    weft_plan *plan = NULL;
-    struct weft_plan_params p = *params;
+    weft_pass_plan *plan = NULL;
+    struct weft_pass_plan_params p = *params;
     p.log = &log_to_stderr;
-    if (weft_plan_create(&p, &plan) != WEFT_OK)
+    if (weft_pass_plan_create(&p, &plan) != WEFT_OK)
         fail_msg("%s in %dD, profile %s, technique %s: no plan",
                  p.kernel.info ? p.kernel.info->name : "catmull-rom", p.dims, p.profile.name,
                  weft_technique_names[p.technique]);

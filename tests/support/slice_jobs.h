@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/support/slice_jobs.h - random slices of random volumes, seeded, for tests and benches of ways.
-// A job that cannot be made ends the program.
+// tests/support/slice_jobs.h - random slices of random volumes, seeded, for tests and benches of
+// ways. A job that cannot be made ends the program.
 #ifndef WEFT_TESTS_SUPPORT_SLICE_JOBS_H
 #define WEFT_TESTS_SUPPORT_SLICE_JOBS_H
 
@@ -92,7 +92,7 @@ static const char *const job_kernels[] = {
 
 struct job {
     weft_volume *volume;
-    struct weft_way_params params;
+    struct weft_method_params params;
 };
 
 // Pixels: 8 to 98 x 78, times `magnification` along each side.
@@ -107,15 +107,16 @@ static inline void set_job(struct random *r, int magnification, struct job *job)
     weft_slice_plan *plan = NULL;
     job_must(weft_kernel_parse(NULL, kernel, &job->params.slice.kernel) == WEFT_OK, "kernel");
     job_must(weft_slice_plan_create(job->volume, &job->params.slice, &plan) == WEFT_OK, "plan");
-    job_must(weft_slice_measure(plan, job->volume, NULL, &job->params.measure) == WEFT_OK,
+    job_must(weft_slice_statistics_compute(plan, job->volume, NULL, &job->params.statistics) ==
+                 WEFT_OK,
              "measure");
     weft_slice_plan_destroy(&plan);
 }
 
 // From 3 to 17 bits of the voxels' range.
-static inline double random_budget(struct random *r, const struct weft_slice_measure *measure)
+static inline double random_budget(struct random *r, const struct weft_slice_statistics *statistics)
 {
-    return 0.5 * (measure->high - measure->low) * exp2(-3.0 - 14.0 * uniform(r));
+    return 0.5 * (statistics->high - statistics->low) * exp2(-3.0 - 14.0 * uniform(r));
 }
 
 #endif

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tools/chart/chart.h - one `weft chart`: speed charted against accuracy.
-// A chart is a list of points, each a way of computing one slice, measured. The first chart has the
-// error that a way makes of its kernel; the second one the error that way, kernel and sampling make
-// of a signal that is known.
+// A chart is a list of points, each a method of computing one slice, measured. The first chart has
+// the error that a method makes of its kernel; the second one the error that method, kernel and
+// sampling make of a signal that is known.
 #ifndef WEFT_TOOLS_CHART_CHART_H
 #define WEFT_TOOLS_CHART_CHART_H
 
@@ -50,10 +50,10 @@ struct chart_kernel {
 struct chart_point {
     enum chart_family family;
     char technique[CHART_TEXT]; // "fused 32f", "passes dot4"; of a peer as its file says
-    char label[CHART_TEXT];     // weft_way_format; of a peer as its file says
+    char label[CHART_TEXT];     // weft_method_format; of a peer as its file says
     int kernel;                 // of the chart's; -1: a peer, taken to have the first one
     int voxels;                 // along each axis of a sampled signal; 0: a volume's
-    struct weft_way way;        // not of a peer
+    struct weft_method method;  // not of a peer
     double seconds;             // median, from voxels in memory to pixels in memory
     double read_seconds;        // median, of reading the voxels, which is not in `seconds`
     double pass_seconds;        // median, of the rendering passes, which is
@@ -63,11 +63,11 @@ struct chart_point {
     } run[CHART_RUNS];
     uint64_t bytes; // peak of voxels, layouts, tiles and GL
     double max_error, rms_error;
-    double bound;              // of max_error where that is against the kernel; NAN: none
-    uint64_t pixels_checked;   // 0: unknown
+    double bound;                   // of max_error where that is against the kernel; NAN: none
+    uint64_t pixels_checked;        // 0: unknown
     uint64_t not_finite_mismatches; // pixels that are finite on one side only
-    bool front;                // no other point is both as fast and as accurate
-    char reason[CHART_REASON]; // why it was not measured; empty: it was
+    bool front;                     // no other point is both as fast and as accurate
+    char reason[CHART_REASON];      // why it was not measured; empty: it was
 };
 
 struct chart {
@@ -83,11 +83,11 @@ struct chart_job {
     const struct option_value *option;     // [CHART_OPTION_COUNT]
     const struct weft_signal_info *signal; // NULL: a volume
     const char *path;                      // of the volume
-    bool has_ways, has_truth;              // which charts are made
-    struct chart ways, truth;
-    struct weft_slice_geometry geometry; // of the first chart, in index space
-    char plane[32];                      // "oblique slice", "slice across z"
-    struct weft_slice_measure measure;   // of the voxels in reach of the first chart's slice
+    bool has_methods, has_truth;           // which charts are made
+    struct chart methods, truth;
+    struct weft_slice_geometry geometry;     // of the first chart, in index space
+    char plane[32];                          // "oblique slice", "slice across z"
+    struct weft_slice_statistics statistics; // of the voxels in reach of the first chart's slice
     weft_context *context;
     char machine[CHART_TEXT]; // processor and cores
     bool interrupted;
@@ -124,7 +124,7 @@ enum weft_result chart_plane_check(const struct option_value *plane);
 // ---- chart_measure.c ----------------------------------------------------------------------------
 
 // Both fill in points and what was skipped; what there is stays on failure and interruption.
-enum weft_result chart_measure_ways(struct chart_job *job);
+enum weft_result chart_measure_methods(struct chart_job *job);
 enum weft_result chart_measure_truth(struct chart_job *job);
 
 // Sets `front` of all points by seconds and error: the largest where `by_max`, else the RMS. Points
@@ -167,7 +167,8 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path);
 // The points on the front, on stdout.
 enum weft_result chart_print(const struct chart_job *job);
 
-const char *chart_name(const struct chart_job *job, const struct chart *chart); // "ways", "truth"
+const char *chart_name(const struct chart_job *job,
+                       const struct chart *chart); // "methods", "truth"
 const char *chart_kernel_text(const struct chart *chart, const struct chart_point *point);
 const char *chart_source_name(const struct chart_job *job); // of the volume or signal
 

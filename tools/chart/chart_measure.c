@@ -22,7 +22,7 @@ struct bench {
     struct chart_job *job;
     struct chart *chart;
     const struct chart_scene *scene;
-    const struct weft_slice_measure *measure; // of the kernel in hand
+    const struct weft_slice_statistics *statistics; // of the kernel in hand
     float *pixels;
     double start, budget;      // of the chart
     size_t done, total;        // ways
@@ -72,21 +72,22 @@ static double median(const struct chart_point *point, size_t offset)
 }
 
 // The first run is not counted: it compiles shaders and touches memory for the first time.
-static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
-                                const struct weft_progress *progress, struct chart_point *point)
+static enum weft_result run_method(struct bench *b, const weft_method_plan *plan,
+                                   const struct weft_progress *progress, struct chart_point *point)
 {
     const bool quick = b->job->option[CHART_QUICK].given;
     const int before = point->runs;
     double spent = 0.0;
-    struct weft_way_report report;
+    struct weft_method_report report;
     b->deadline = report_now_seconds() + RUN_SECONDS;
     enum weft_result res =
-        weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+        weft_method_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
     b->deadline = INFINITY;
     while (res == WEFT_OK && point->runs - before < MOST_RUNS && point->runs < CHART_RUNS &&
            (point->runs - before < LEAST_RUNS ||
             spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
-        res = weft_way_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+        res =
+            weft_method_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
         if (res != WEFT_OK)
             break;
         point->run[point->runs++] = (struct chart_run){
@@ -105,14 +106,14 @@ static enum weft_result run_way(struct bench *b, const weft_way_plan *plan,
     return WEFT_OK;
 }
 
-static enum weft_result verify_kernel(struct bench *b, const weft_way_plan *plan,
+static enum weft_result verify_kernel(struct bench *b, const weft_method_plan *plan,
                                       const struct weft_progress *progress,
                                       struct chart_point *point)
 {
     const struct weft_slice_verify_params params = {.max_seconds = VERIFY_SECONDS,
                                                     .progress = progress};
     struct weft_slice_error error;
-    enum weft_result res = weft_slice_verify(weft_way_plan_get_slice(plan), b->scene->volume,
+    enum weft_result res = weft_slice_verify(weft_method_plan_get_slice(plan), b->scene->volume,
                                              b->pixels, &params, &error);
     if (res != WEFT_OK)
         return res;
@@ -120,7 +121,7 @@ static enum weft_result verify_kernel(struct bench *b, const weft_way_plan *plan
     point->rms_error = error.rms;
     point->pixels_checked = error.pixels_checked;
     point->not_finite_mismatches = error.not_finite_mismatches;
-    point->bound = weft_way_plan_get_info(plan)->bound;
+    point->bound = weft_method_plan_get_info(plan)->bound;
     return WEFT_OK;
 }
 
@@ -154,27 +155,27 @@ static struct weft_slice_params slice_params(const struct bench *b, int kernel,
     };
 }
 
-static enum weft_result measure_way(struct bench *b, struct chart_point *point)
+static enum weft_result measure_method(struct bench *b, struct chart_point *point)
 {
     const struct weft_log log = {.write = keep_reason, .priv = b};
     const struct weft_progress progress = {.report = go_on, .priv = b};
-    const struct weft_way_params params = {
-        .way = point->way,
+    const struct weft_method_params params = {
+        .method = point->method,
         .slice = slice_params(b, point->kernel, &progress, &log),
-        .measure = *b->measure,
+        .statistics = *b->statistics,
     };
-    weft_way_plan *plan = NULL;
+    weft_method_plan *plan = NULL;
     b->reason[0] = 0;
     b->reason_is_error = false;
     b->deadline = report_now_seconds() + PLAN_SECONDS;
-    enum weft_result res = weft_way_plan_create(b->scene->volume, &params, &plan);
+    enum weft_result res = weft_method_plan_create(b->scene->volume, &params, &plan);
     b->deadline = INFINITY;
     if (res == WEFT_ERR_CANCELLED)
         snprintf(b->reason, sizeof b->reason, "planning takes over %g s", PLAN_SECONDS);
     if (res != WEFT_OK)
         return res;
-    snprintf(point->label, sizeof point->label, "%s", weft_way_plan_get_info(plan)->name);
-    res = run_way(b, plan, &progress, point);
+    snprintf(point->label, sizeof point->label, "%s", weft_method_plan_get_info(plan)->name);
+    res = run_method(b, plan, &progress, point);
     if (res == WEFT_ERR_CANCELLED)
         snprintf(b->reason, sizeof b->reason, "a run takes over %g s", RUN_SECONDS);
     const bool again = point->pixels_checked > 0; // it was verified then
@@ -182,31 +183,33 @@ static enum weft_result measure_way(struct bench *b, struct chart_point *point)
         verify_truth(b, point);
     else if (res == WEFT_OK && !again)
         res = verify_kernel(b, plan, &progress, point);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return res;
 }
 
 // ---- many ways ----------------------------------------------------------------------------------
 
-static enum chart_family family_of(const struct weft_way *way)
+static enum chart_family family_of(const struct weft_method *method)
 {
-    switch (way->method) {
-    case WEFT_METHOD_FUSED:
-        return CHART_FUSED + way->source;
-    case WEFT_METHOD_SEPARABLE:
+    switch (method->engine) {
+    case WEFT_ENGINE_FUSED:
+        return CHART_FUSED + method->source;
+    case WEFT_ENGINE_SEPARABLE:
         return CHART_SEPARABLE;
-    case WEFT_METHOD_PASSES:
+    case WEFT_ENGINE_MULTIPASS:
         break;
     }
-    return CHART_PASSES + way->technique;
+    return CHART_PASSES + method->technique;
 }
 
-static void name_technique(const struct weft_way *way, char out[CHART_TEXT])
+static void name_technique(const struct weft_method *method, char out[CHART_TEXT])
 {
-    const char *detail = way->method == WEFT_METHOD_FUSED    ? weft_source_format_name(way->source)
-                         : way->method == WEFT_METHOD_PASSES ? weft_technique_names[way->technique]
-                                                             : "";
-    snprintf(out, CHART_TEXT, "%s%s%s", weft_method_names[way->method], *detail ? " " : "", detail);
+    const char *detail =
+        method->engine == WEFT_ENGINE_FUSED       ? weft_source_format_name(method->source)
+        : method->engine == WEFT_ENGINE_MULTIPASS ? weft_technique_names[method->technique]
+                                                  : "";
+    snprintf(out, CHART_TEXT, "%s%s%s", weft_engine_names[method->engine], *detail ? " " : "",
+             detail);
 }
 
 // What keeps one way from being measured and the rest not.
@@ -216,19 +219,19 @@ static bool is_of_the_way(enum weft_result res)
            (res == WEFT_ERR_CANCELLED && !ending_is_due());
 }
 
-static enum weft_result add_way(struct bench *b, const struct weft_way *way, int kernel)
+static enum weft_result add_method(struct bench *b, const struct weft_method *method, int kernel)
 {
     struct chart *chart = b->chart;
-    struct chart_point point = {.family = family_of(way),
+    struct chart_point point = {.family = family_of(method),
                                 .kernel = kernel,
                                 .voxels = b->scene->voxels,
-                                .way = *way,
+                                .method = *method,
                                 .bound = NAN};
-    name_technique(way, point.technique);
-    weft_way_format(way, point.label, sizeof point.label);
+    name_technique(method, point.technique);
+    weft_method_format(method, point.label, sizeof point.label);
     enum weft_result res = WEFT_ERR_UNSUPPORTED;
     if (report_now_seconds() - b->start < b->budget)
-        res = measure_way(b, &point);
+        res = measure_method(b, &point);
     else
         snprintf(b->reason, sizeof b->reason, "the chart's %g s are over", b->budget);
     b->done++;
@@ -250,10 +253,10 @@ static enum weft_result measure_again(struct bench *b, int kernel)
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; i < b->chart->count && res == WEFT_OK; i++) {
         struct chart_point *point = &b->chart->point[i];
-        if (point->kernel != kernel || point->way.method == WEFT_METHOD_PASSES ||
+        if (point->kernel != kernel || point->method.engine == WEFT_ENGINE_MULTIPASS ||
             report_now_seconds() - b->start > b->budget)
             continue;
-        res = measure_way(b, point);
+        res = measure_method(b, point);
         if (is_of_the_way(res))
             res = WEFT_OK;
     }
@@ -262,7 +265,8 @@ static enum weft_result measure_again(struct bench *b, int kernel)
 
 // Reads what is in reach of a kernel at the scene's slice. A slice beside the volume is an error
 // here, not the library's warning.
-static enum weft_result measure_voxels(struct bench *b, int kernel, struct weft_slice_measure *out)
+static enum weft_result measure_voxels(struct bench *b, int kernel,
+                                       struct weft_slice_statistics *out)
 {
     const struct weft_log log = {.write = keep_reason, .priv = b};
     const struct weft_progress progress = {.report = go_on, .priv = b};
@@ -275,11 +279,11 @@ static enum weft_result measure_voxels(struct bench *b, int kernel, struct weft_
         res = WEFT_ERR_ARGUMENT;
     }
     if (res == WEFT_OK)
-        res = weft_slice_measure(plan, b->scene->volume, &progress, out);
+        res = weft_slice_statistics_compute(plan, b->scene->volume, &progress, out);
     if (res != WEFT_OK && b->reason_is_error)
         report_error("%s", b->reason);
     weft_slice_plan_destroy(&plan);
-    b->measure = out;
+    b->statistics = out;
     return res;
 }
 
@@ -309,100 +313,100 @@ static enum weft_result allocate_pixels(struct bench *b)
 // ---- the first chart ----------------------------------------------------------------------------
 
 // The least comes first: what tells most in least time, should the time be over before the list.
-static int rank(const struct weft_way *way)
+static int rank(const struct weft_method *method)
 {
-    if (way->method == WEFT_METHOD_SEPARABLE)
+    if (method->engine == WEFT_ENGINE_SEPARABLE)
         return 0;
-    if (way->method == WEFT_METHOD_FUSED)
-        return way->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : way->samples % 64 == 0 ? 3 : 4;
-    if (way->samples > 32)
+    if (method->engine == WEFT_ENGINE_FUSED)
+        return method->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : method->samples % 64 == 0 ? 3 : 4;
+    if (method->samples > 32)
         return 7;
-    return way->technique == WEFT_TECHNIQUE_DOT4 ? 2 : way->samples == 32 ? 5 : 6;
+    return method->technique == WEFT_TECHNIQUE_DOT4 ? 2 : method->samples == 32 ? 5 : 6;
 }
 
-static bool is_quick(const struct weft_way *way)
+static bool is_quick(const struct weft_method *method)
 {
-    if (way->method == WEFT_METHOD_PASSES)
-        return way->samples == 16 && way->technique <= WEFT_TECHNIQUE_DOT4;
-    return way->lookup == WEFT_LOOKUP_POLYNOMIAL
-               ? way->layout == WEFT_LAYOUT_INTERLEAVED || way->source == WEFT_SOURCE_FLOAT
-               : way->samples == 64;
+    if (method->engine == WEFT_ENGINE_MULTIPASS)
+        return method->samples == 16 && method->technique <= WEFT_TECHNIQUE_DOT4;
+    return method->lookup == WEFT_LOOKUP_POLYNOMIAL
+               ? method->layout == WEFT_LAYOUT_INTERLEAVED || method->source == WEFT_SOURCE_FLOAT
+               : method->samples == 64;
 }
 
 // Kernels beside the first one: what they cost and keep by a good way in floats and one in bytes.
-static bool is_for_other_kernels(const struct weft_way *way)
+static bool is_for_other_kernels(const struct weft_method *method)
 {
-    return way->method == WEFT_METHOD_FUSED && way->lookup == WEFT_LOOKUP_POLYNOMIAL &&
-           way->layout == WEFT_LAYOUT_INTERLEAVED &&
-           (way->source == WEFT_SOURCE_FLOAT || way->source == WEFT_SOURCE_UNORM8);
+    return method->engine == WEFT_ENGINE_FUSED && method->lookup == WEFT_LOOKUP_POLYNOMIAL &&
+           method->layout == WEFT_LAYOUT_INTERLEAVED &&
+           (method->source == WEFT_SOURCE_FLOAT || method->source == WEFT_SOURCE_UNORM8);
 }
 
 // Sorted, without what a quick chart leaves out; keeps the list's order among equals.
-static size_t order_ways(struct weft_way *ways, size_t count, bool quick)
+static size_t order_methods(struct weft_method *methods, size_t count, bool quick)
 {
     size_t kept = 0;
     for (size_t i = 0; i < count; i++)
-        if (!quick || is_quick(&ways[i]))
-            ways[kept++] = ways[i];
+        if (!quick || is_quick(&methods[i]))
+            methods[kept++] = methods[i];
     for (size_t i = 1; i < kept; i++) { // insertion: qsort is not stable
-        const struct weft_way way = ways[i];
+        const struct weft_method method = methods[i];
         size_t at = i;
-        for (; at > 0 && rank(&ways[at - 1]) > rank(&way); at--)
-            ways[at] = ways[at - 1];
-        ways[at] = way;
+        for (; at > 0 && rank(&methods[at - 1]) > rank(&method); at--)
+            methods[at] = methods[at - 1];
+        methods[at] = method;
     }
     return kept;
 }
 
-static enum weft_result measure_other_kernels(struct bench *b, const struct weft_way *ways,
+static enum weft_result measure_other_kernels(struct bench *b, const struct weft_method *methods,
                                               size_t count)
 {
-    struct weft_slice_measure measure;
+    struct weft_slice_statistics statistics;
     enum weft_result res = WEFT_OK;
     for (int k = 1; k < b->chart->kernel_count && res == WEFT_OK; k++) {
-        res = measure_voxels(b, k, &measure);
+        res = measure_voxels(b, k, &statistics);
         for (size_t i = 0; i < count && res == WEFT_OK; i++)
-            if (is_for_other_kernels(&ways[i]))
-                res = add_way(b, &ways[i], k);
+            if (is_for_other_kernels(&methods[i]))
+                res = add_method(b, &methods[i], k);
     }
     return res;
 }
 
-enum weft_result chart_measure_ways(struct chart_job *job)
+enum weft_result chart_measure_methods(struct chart_job *job)
 {
     struct bench b;
     struct chart_scene scene = {0};
-    struct weft_way *ways = NULL;
+    struct weft_method *methods = NULL;
     size_t count = 0, quick_ones;
-    begin(&b, job, &job->ways);
+    begin(&b, job, &job->methods);
     b.scene = &scene;
     enum weft_result res = chart_scene_create(job, &scene);
     if (res == WEFT_OK)
-        res = weft_way_list(report_log(), &ways, &count);
+        res = weft_method_list(report_log(), &methods, &count);
     if (res != WEFT_OK)
         goto fail;
-    count = order_ways(ways, count, job->option[CHART_QUICK].given);
+    count = order_methods(methods, count, job->option[CHART_QUICK].given);
     b.total = count + 2 * (size_t)(b.chart->kernel_count - 1);
     res = allocate_pixels(&b);
     // The other kernels come after the fast ways, in case the time is over early.
-    for (quick_ones = 0; quick_ones < count && rank(&ways[quick_ones]) <= 2;)
+    for (quick_ones = 0; quick_ones < count && rank(&methods[quick_ones]) <= 2;)
         quick_ones++;
     if (res == WEFT_OK)
-        res = measure_voxels(&b, 0, &job->measure);
+        res = measure_voxels(&b, 0, &job->statistics);
     for (size_t i = 0; i < quick_ones && res == WEFT_OK; i++)
-        res = add_way(&b, &ways[i], 0);
+        res = add_method(&b, &methods[i], 0);
     if (res == WEFT_OK)
-        res = measure_other_kernels(&b, ways, count);
-    b.measure = &job->measure;
+        res = measure_other_kernels(&b, methods, count);
+    b.statistics = &job->statistics;
     size_t next = quick_ones;
-    for (; next < count && rank(&ways[next]) <= 4 && res == WEFT_OK; next++)
-        res = add_way(&b, &ways[next], 0);
+    for (; next < count && rank(&methods[next]) <= 4 && res == WEFT_OK; next++)
+        res = add_method(&b, &methods[next], 0);
     if (res == WEFT_OK)
         res = measure_again(&b, 0);
     for (; next < count && res == WEFT_OK; next++)
-        res = add_way(&b, &ways[next], 0);
+        res = add_method(&b, &methods[next], 0);
 fail:
-    free(ways);
+    free(methods);
     free(b.pixels);
     chart_scene_destroy(&scene);
     return res;
@@ -414,18 +418,18 @@ static const int truth_voxels[] = {40, 64, 96, 128};
 enum { TRUTH_VOXELS = sizeof truth_voxels / sizeof *truth_voxels, QUICK_TRUTH_VOXELS = 2 };
 
 // In single precision, in two formats of fixed point, and in passes of 8 bits.
-static void list_truth_ways(struct weft_way out[], size_t *count)
+static void list_truth_methods(struct weft_method out[], size_t *count)
 {
     static const enum weft_source_format formats[] = {WEFT_SOURCE_FLOAT, WEFT_SOURCE_UNORM16,
                                                       WEFT_SOURCE_UNORM8};
     *count = 0;
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         out[(*count)++] =
-            (struct weft_way){.layout = WEFT_LAYOUT_INTERLEAVED, .source = formats[i]};
-    out[(*count)++] = (struct weft_way){.method = WEFT_METHOD_PASSES,
-                                        .samples = 32,
-                                        .profile = *weft_profile_find("unorm8"),
-                                        .technique = WEFT_TECHNIQUE_DOT4};
+            (struct weft_method){.layout = WEFT_LAYOUT_INTERLEAVED, .source = formats[i]};
+    out[(*count)++] = (struct weft_method){.engine = WEFT_ENGINE_MULTIPASS,
+                                           .samples = 32,
+                                           .profile = *weft_profile_find("unorm8"),
+                                           .technique = WEFT_TECHNIQUE_DOT4};
 }
 
 // Of half the cube's edge: so that no kernel reaches over the border where the samples are fewest.
@@ -437,15 +441,15 @@ static double truth_margin(const struct chart *chart)
     return fmax(0.375, (width + 1.0) / truth_voxels[0]);
 }
 
-static enum weft_result measure_truth_scene(struct bench *b, const struct weft_way *ways,
+static enum weft_result measure_truth_scene(struct bench *b, const struct weft_method *methods,
                                             size_t count)
 {
     enum weft_result res = b->pixels ? WEFT_OK : allocate_pixels(b);
-    struct weft_slice_measure measure;
+    struct weft_slice_statistics statistics;
     for (int k = 0; k < b->chart->kernel_count && res == WEFT_OK; k++) {
-        res = measure_voxels(b, k, &measure);
+        res = measure_voxels(b, k, &statistics);
         for (size_t i = 0; i < count && res == WEFT_OK; i++)
-            res = add_way(b, &ways[i], k);
+            res = add_method(b, &methods[i], k);
     }
     return res;
 }
@@ -454,12 +458,12 @@ enum weft_result chart_measure_truth(struct chart_job *job)
 {
     const bool quick = job->option[CHART_QUICK].given;
     const int sizes = quick ? QUICK_TRUTH_VOXELS : TRUTH_VOXELS;
-    struct weft_way ways[4];
+    struct weft_method methods[4];
     size_t count;
     struct bench b;
     enum weft_result res = WEFT_OK;
     begin(&b, job, &job->truth);
-    list_truth_ways(ways, &count);
+    list_truth_methods(methods, &count);
     if (quick)
         count--; // passes take longest to plan
     b.total = (size_t)(sizes * b.chart->kernel_count) * count;
@@ -468,7 +472,7 @@ enum weft_result chart_measure_truth(struct chart_job *job)
         res = chart_truth_scene_create(job, truth_voxels[i], truth_margin(b.chart), &scene);
         b.scene = &scene;
         if (res == WEFT_OK)
-            res = measure_truth_scene(&b, ways, count);
+            res = measure_truth_scene(&b, methods, count);
         chart_scene_destroy(&scene);
     }
     free(b.pixels);

@@ -127,7 +127,7 @@ static double to_pixels(double value, struct range range, double pixels)
 // The error as parts of the range of the voxels, in bits, on the right.
 static void set_bits_axis(const struct ways_plot *plot)
 {
-    const double width = plot->job->measure.voxel_high - plot->job->measure.voxel_low;
+    const double width = plot->job->statistics.voxel_high - plot->job->statistics.voxel_low;
     if (!(width > 0.0))
         return;
     fprintf(plot->s,
@@ -177,7 +177,7 @@ static bool is_other_kernel(const struct chart_point *p)
 
 static bool is_sampled(const struct chart_point *p)
 {
-    return p->family < CHART_SEPARABLE && p->way.lookup != WEFT_LOOKUP_POLYNOMIAL;
+    return p->family < CHART_SEPARABLE && p->method.lookup != WEFT_LOOKUP_POLYNOMIAL;
 }
 
 // A group of points that look alike: a family, or what of it looks its weights up in sampled tiles,
@@ -286,7 +286,7 @@ static void write_front(const struct ways_plot *plot, const struct chart_point *
 // Colours tell method and technique; the label tells the rest.
 static void shorten(const struct chart_point *p, const struct chart *chart, char out[CHART_TEXT])
 {
-    const struct weft_way *w = &p->way;
+    const struct weft_method *w = &p->method;
     if (is_other_kernel(p))
         snprintf(out, CHART_TEXT, "%s %s", chart->kernel[p->kernel].text,
                  weft_source_format_name(w->source));
@@ -306,7 +306,7 @@ static void shorten(const struct chart_point *p, const struct chart *chart, char
 static bool has_label(const struct chart_point *p)
 {
     return p->front || p->family == CHART_PEER ||
-           (is_other_kernel(p) && p->way.source == WEFT_SOURCE_FLOAT);
+           (is_other_kernel(p) && p->method.source == WEFT_SOURCE_FLOAT);
 }
 
 static void write_label(const struct ways_plot *plot, const struct chart_label *label,
@@ -355,9 +355,9 @@ static enum weft_result write_labels(const struct ways_plot *plot)
     return res;
 }
 
-static enum weft_result write_ways(FILE *s, const struct chart_job *job)
+static enum weft_result write_methods(FILE *s, const struct chart_job *job)
 {
-    struct ways_plot plot = {.s = s, .job = job, .chart = &job->ways};
+    struct ways_plot plot = {.s = s, .job = job, .chart = &job->methods};
     char *plots = NULL, *bounds = NULL;
     size_t plots_size, bounds_size;
     FILE *plots_out = open_memstream(&plots, &plots_size);
@@ -395,10 +395,10 @@ enum { TRUTH_LOOKS = 4, OVER_TIME = 1 | 8, OVER_SAMPLES = 15 };
 // By how the signal's samples are held and summed, in the order of the ways measured.
 static int look_of(const struct chart_point *p)
 {
-    return p->family >= CHART_PASSES              ? 3
-           : p->way.source == WEFT_SOURCE_FLOAT   ? 0
-           : p->way.source == WEFT_SOURCE_UNORM16 ? 1
-                                                  : 2;
+    return p->family >= CHART_PASSES                 ? 3
+           : p->method.source == WEFT_SOURCE_FLOAT   ? 0
+           : p->method.source == WEFT_SOURCE_UNORM16 ? 1
+                                                     : 2;
 }
 
 static const struct {
@@ -579,11 +579,12 @@ enum exit_code chart_draw(const struct chart_job *job, const struct chart *chart
                           bool keep_script)
 {
     struct plot plot;
-    const bool ways = chart == &job->ways;
-    enum exit_code code = plot_begin(path, ways ? WIDTH : WIDTH + 220, HEIGHT, &plot);
+    const bool methods = chart == &job->methods;
+    enum exit_code code = plot_begin(path, methods ? WIDTH : WIDTH + 220, HEIGHT, &plot);
     if (code != EXIT_CODE_DONE)
         return code;
-    enum weft_result res = ways ? write_ways(plot.script, job) : write_truth(plot.script, job);
+    enum weft_result res =
+        methods ? write_methods(plot.script, job) : write_truth(plot.script, job);
     if (res != WEFT_OK)
         code = (enum exit_code)report_finish(res);
     if (code == EXIT_CODE_DONE && (keep_script || !plot_can_draw()))

@@ -11,7 +11,7 @@
 
 const char *chart_name(const struct chart_job *job, const struct chart *chart)
 {
-    return chart == &job->ways ? "ways" : "truth";
+    return chart == &job->methods ? "ways" : "truth";
 }
 
 const char *chart_kernel_text(const struct chart *chart, const struct chart_point *point)
@@ -57,9 +57,9 @@ static bool fill_row(struct cells *cells, int row, const char *name, const struc
 
 static bool fill_csv(const struct chart_job *job, struct cells *cells)
 {
-    const struct chart *const charts[] = {&job->ways, &job->truth};
+    const struct chart *const charts[] = {&job->methods, &job->truth};
     int row = 1;
-    bool good = cells_create(cells, (int)(job->ways.count + job->truth.count) + 1, COLUMNS);
+    bool good = cells_create(cells, (int)(job->methods.count + job->truth.count) + 1, COLUMNS);
     for (int i = 0; i < COLUMNS && good; i++)
         good = cells_set(cells, 0, i, "%s", columns[i]);
     for (int c = 0; c < 2; c++)
@@ -127,8 +127,8 @@ static json_t *slice_json(const struct chart_job *job)
     return json_pack("{s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o}", "plane", json_text(job->plane), "origin",
                      json_numbers(g->origin, 3), "u", json_numbers(g->u, 3), "v",
                      json_numbers(g->v, 3), "width", g->width, "height", g->height, "low",
-                     json_number(job->measure.voxel_low), "high",
-                     json_number(job->measure.voxel_high));
+                     json_number(job->statistics.voxel_low), "high",
+                     json_number(job->statistics.voxel_high));
 }
 
 enum weft_result chart_save_json(const struct chart_job *job, const char *path)
@@ -137,9 +137,9 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
                              json_text(chart_source_name(job)), "machine", json_text(job->machine),
                              "interrupted", job->interrupted);
     json_object_set_new(root, "renderer", json_text(weft_context_get_info(job->context)->renderer));
-    if (job->has_ways) {
+    if (job->has_methods) {
         json_object_set_new(root, "slice", slice_json(job));
-        json_object_set_new(root, "ways", chart_json(&job->ways));
+        json_object_set_new(root, "ways", chart_json(&job->methods));
     }
     if (job->has_truth)
         json_object_set_new(root, "truth", chart_json(&job->truth));
@@ -205,14 +205,14 @@ static enum weft_result print_front(const struct chart *chart, bool truth)
 enum weft_result chart_print(const struct chart_job *job)
 {
     enum weft_result res = WEFT_OK;
-    if (job->has_ways && job->ways.count) {
+    if (job->has_methods && job->methods.count) {
         printf("%zu ways measured, %zu skipped; none is faster and more accurate than:\n",
-               job->ways.count, job->ways.skipped_count);
-        res = print_front(&job->ways, false);
+               job->methods.count, job->methods.skipped_count);
+        res = print_front(&job->methods, false);
     }
     if (job->has_truth && job->truth.count && res == WEFT_OK) {
         printf("%s%zu measured against the signal itself, %zu skipped; on the front are:\n",
-               job->has_ways ? "\n" : "", job->truth.count, job->truth.skipped_count);
+               job->has_methods ? "\n" : "", job->truth.count, job->truth.skipped_count);
         res = print_front(&job->truth, true);
     }
     return res;

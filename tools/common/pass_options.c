@@ -40,7 +40,7 @@ enum weft_result resample_plan_check(const struct option_value *first)
 {
     const struct option_value *range = &first[RESAMPLE_PLAN_SOURCE_RANGE];
     struct option_value options[PLAN_COMMON_COUNT];
-    struct weft_plan_params *params = weft_plan_params();
+    struct weft_pass_plan_params *params = weft_pass_plan_params();
     weft_kernel_file *file = NULL; // without --kernel there is none
     copy_options(first, options);
     if (range->given && !(range->number[0] < range->number[1])) {
@@ -52,7 +52,7 @@ enum weft_result resample_plan_check(const struct option_value *first)
 
 enum weft_result resample_plan_params(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,
-                                      struct weft_plan_params *params)
+                                      struct weft_pass_plan_params *params)
 {
     struct option_value options[PLAN_COMMON_COUNT];
     weft_kernel_file *file = NULL;
@@ -70,26 +70,27 @@ enum weft_result resample_plan_params(const struct option_value *first, const ch
 
 enum weft_result resample_plan_create(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,
-                                      weft_plan **out)
+                                      weft_pass_plan **out)
 {
-    struct weft_plan_params *params = weft_plan_params();
+    struct weft_pass_plan_params *params = weft_pass_plan_params();
     enum weft_result res =
         resample_plan_params(first, default_profile, kernel, dims, channels, params);
-    return res == WEFT_OK ? weft_plan_create(params, out) : res;
+    return res == WEFT_OK ? weft_pass_plan_create(params, out) : res;
 }
 
 // ---- bounds -------------------------------------------------------------------------------------
 
-struct resample_bound resample_bound_of(const weft_plan *plan, const struct resample_values *of)
+struct resample_bound resample_bound_of(const weft_pass_plan *plan,
+                                        const struct resample_values *of)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
-    const struct weft_plan_error *e = &info->error;
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
+    const struct weft_pass_plan_error *e = &info->error;
     const struct weft_prefilter_error prefilter =
         weft_prefilter_error(&info->kernel, info->dims, WEFT_VOLUME_PREFILTER_ERROR);
     const double width = of->high - of->low;
     struct resample_bound bound = {
         .source = e->source * width,
-        .e2 = weft_plan_e2(e, width, of->samples),
+        .e2 = weft_pass_plan_e2(e, width, of->samples),
         .e3 = e->e3 * width,
         .clamp = e->clamp * width,
         .rounding = 0x1p-24 * of->result,
@@ -125,10 +126,10 @@ const char *resample_bound_format(const struct resample_bound *b, char text[RESA
 
 // ---- plans --------------------------------------------------------------------------------------
 
-json_t *resample_plan_json(const weft_plan *plan)
+json_t *resample_plan_json(const weft_pass_plan *plan)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
-    const struct weft_plan_error *e = &info->error;
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
+    const struct weft_pass_plan_error *e = &info->error;
     json_t *error =
         json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(e->source), "e2",
                   json_number(e->e2), "e3", json_number(e->e3), "clamp", json_number(e->clamp),
@@ -144,9 +145,9 @@ json_t *resample_plan_json(const weft_plan *plan)
         json_number(info->search_seconds), "text", json_text(info->text));
 }
 
-const char *resample_plan_summary(const weft_plan *plan, char text[RESAMPLE_PLAN_TEXT])
+const char *resample_plan_summary(const weft_pass_plan *plan, char text[RESAMPLE_PLAN_TEXT])
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     snprintf(text, RESAMPLE_PLAN_TEXT,
              "%s order, %d passes, %d tiles of %d samples an axis, %d fetches",
              resample_plan_orders[info->order], info->passes->pass_count, info->tile_count,
@@ -154,9 +155,9 @@ const char *resample_plan_summary(const weft_plan *plan, char text[RESAMPLE_PLAN
     return text;
 }
 
-void resample_plan_print(const weft_plan *plan)
+void resample_plan_print(const weft_pass_plan *plan)
 {
-    const char *text = weft_plan_get_info(plan)->text;
+    const char *text = weft_pass_plan_get_info(plan)->text;
     const size_t size = strlen(text);
     printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/pass_options.h - what `weft resample` and `weft slice --profile` share: the options that
-// say how passes are planned, and what is told of plans and their bounds.
+// tools/common/pass_options.h - what `weft resample` and `weft slice --profile` share: the options
+// that say how passes are planned, and what is told of plans and their bounds.
 #ifndef WEFT_TOOLS_COMMON_PASS_OPTIONS_H
 #define WEFT_TOOLS_COMMON_PASS_OPTIONS_H
 
@@ -95,15 +95,15 @@ enum weft_result resample_plan_check(const struct option_value *first);
 // What the options from `first` on ask of a plan; *params has the library's defaults.
 enum weft_result resample_plan_params(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,
-                                      struct weft_plan_params *params);
+                                      struct weft_pass_plan_params *params);
 // A plan by the options from `first` on. default_profile: where none is given.
 enum weft_result resample_plan_create(const struct option_value *first, const char *default_profile,
                                       const struct weft_kernel *kernel, int dims, int channels,
-                                      weft_plan **out);
+                                      weft_pass_plan **out);
 
 // A plan's bounds for a source of some range, in the source's units.
 struct resample_bound {
-    double source, e2, e3, clamp; // as in struct weft_plan_error
+    double source, e2, e3, clamp; // as in struct weft_pass_plan_error
     double rounding;              // of results to single precision
     double prefilter;             // weft_prefilter_error, with what weighs coefficients wrong
     double total;                 // for any source in that range
@@ -115,17 +115,18 @@ struct resample_values {
     double result, sample; // largest |result| and |sample|
     double samples;        // width of their range
 };
-struct resample_bound resample_bound_of(const weft_plan *plan, const struct resample_values *of);
+struct resample_bound resample_bound_of(const weft_pass_plan *plan,
+                                        const struct resample_values *of);
 json_t *resample_bound_json(const struct resample_bound *bound);
 // "0.0123 (source 0.002, E2 0.01, E3 0.0003)".
 const char *resample_bound_format(const struct resample_bound *bound,
                                   char text[RESAMPLE_PLAN_TEXT]);
 
 // What a plan is, without its passes one by one: those are in its text.
-json_t *resample_plan_json(const weft_plan *plan);
+json_t *resample_plan_json(const weft_pass_plan *plan);
 // "12 passes, 16 tiles of 64 samples, 32 fetches": for attributes.
-const char *resample_plan_summary(const weft_plan *plan, char text[RESAMPLE_PLAN_TEXT]);
+const char *resample_plan_summary(const weft_pass_plan *plan, char text[RESAMPLE_PLAN_TEXT]);
 
-void resample_plan_print(const weft_plan *plan);
+void resample_plan_print(const weft_pass_plan *plan);
 
 #endif

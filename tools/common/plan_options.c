@@ -103,7 +103,7 @@ static enum weft_result read_whole(const struct option_value *value, const char 
     return WEFT_ERR_ARGUMENT;
 }
 
-static enum weft_result read_numbers(const struct option_value *o, struct weft_plan_params *p)
+static enum weft_result read_numbers(const struct option_value *o, struct weft_pass_plan_params *p)
 {
     enum weft_result res = read_whole(&o[PLAN_TAPS_PER_PASS], "taps-per-pass", 1,
                                       WEFT_PASS_MAX_GROUPS, &p->taps_per_pass);
@@ -114,7 +114,7 @@ static enum weft_result read_numbers(const struct option_value *o, struct weft_p
     return res;
 }
 
-enum weft_result plan_options_read(const struct option_value *o, struct weft_plan_params *p,
+enum weft_result plan_options_read(const struct option_value *o, struct weft_pass_plan_params *p,
                                    weft_kernel_file **file)
 {
     p->dims = o[PLAN_DIMS].given ? (int)o[PLAN_DIMS].integer[0] + 2 : 2;

@@ -136,6 +136,6 @@ bool plan_options_help(const struct option_value *options);
 // Fills params from the common options. *file is for weft_kernel_file_destroy once the plan is
 // gone. Returns WEFT_ERR_ARGUMENT, or what kernels_load returns, after an error line.
 enum weft_result plan_options_read(const struct option_value *options,
-                                   struct weft_plan_params *params, weft_kernel_file **file);
+                                   struct weft_pass_plan_params *params, weft_kernel_file **file);
 
 #endif

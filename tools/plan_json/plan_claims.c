@@ -113,7 +113,8 @@ static bool same(struct place *at, const json_t *claim, const json_t *own)
     return json_equal(claim, own) || refuse(at, claim, own);
 }
 
-enum weft_result plan_claims_check(const char *file, const json_t *claims, const weft_plan *plan)
+enum weft_result plan_claims_check(const char *file, const json_t *claims,
+                                   const weft_pass_plan *plan)
 {
     struct place at = {file, ""};
     json_t *own = plan_json(plan);
@@ -134,18 +135,18 @@ enum weft_result plan_claims_check(const char *file, const json_t *claims, const
 
 enum weft_result plan_claims_judge(const char *path, const struct plan_file *file,
                                    const struct weft_progress *progress, struct plan_fault *fault,
-                                   weft_plan **plan)
+                                   weft_pass_plan **plan)
 {
-    struct weft_plan_params params = file->params;
+    struct weft_pass_plan_params params = file->params;
     const char *name = strcmp(path, "-") == 0 ? "standard input" : path;
     *plan = NULL;
     enum weft_result res = plan_check(&file->list, fault);
     if (res != WEFT_OK || fault->kind != PLAN_FAULT_NONE)
         return res;
     params.progress = progress;
-    res = weft_plan_judge(&params, &file->list, plan);
-    if (res == WEFT_OK &&
-        (weft_plan_get_info(*plan)->valid || !json_is_true(json_object_get(file->root, "valid"))))
+    res = weft_pass_plan_judge(&params, &file->list, plan);
+    if (res == WEFT_OK && (weft_pass_plan_get_info(*plan)->valid ||
+                           !json_is_true(json_object_get(file->root, "valid"))))
         res = plan_claims_check(name, file->root, *plan);
     return res == WEFT_ERR_ARGUMENT || res == WEFT_ERR_UNSUPPORTED ? WEFT_ERR_FORMAT : res;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/plan_json/plan_json.h - plans as JSON: what `weft plan --json` prints and `weft validate` reads.
+// tools/plan_json/plan_json.h - plans as JSON: what `weft plan --json` prints and `weft validate`
+// reads.
 #ifndef WEFT_TOOLS_PLAN_JSON_PLAN_JSON_H
 #define WEFT_TOOLS_PLAN_JSON_PLAN_JSON_H
 
@@ -16,7 +17,7 @@ struct plan_words {
 extern const struct plan_words plan_words;
 
 // Everything of a plan; NULL: no memory.
-json_t *plan_json(const weft_plan *plan);
+json_t *plan_json(const weft_pass_plan *plan);
 
 // Reads a file, or standard input for "-"; *out is a new reference. Returns WEFT_ERR_OPEN,
 // WEFT_ERR_FORMAT, WEFT_ERR_LIMIT (64 MiB of text, or memory_bytes of values), WEFT_ERR_MEMORY or
@@ -29,11 +30,11 @@ json_t *plan_integers_json(const int *value, int count);
 
 // A plan that was read: what is needed to check it.
 struct plan_file {
-    json_t *root;                   // all that it says
-    struct weft_plan_params params; // for weft_plan_judge; splits are owned
-    struct weft_plan_split *splits;
+    json_t *root;                        // all that it says
+    struct weft_pass_plan_params params; // for weft_pass_plan_judge; splits are owned
+    struct weft_pass_plan_split *splits;
     weft_kernel_tiles *tiles;
-    struct weft_plan_step *steps; // of the tiles
+    struct weft_tile_name *steps; // of the tiles
     struct weft_profile profile;
     enum weft_worst_case worst_case;
     struct weft_pass_list list; // points into what follows

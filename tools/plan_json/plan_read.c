@@ -179,10 +179,10 @@ static void read_profile(struct reader *r, const json_t *root)
     locate(r, "", 0, 0);
 }
 
-static void read_step(struct reader *r, const json_t *from, struct weft_plan_step *step)
+static void read_step(struct reader *r, const json_t *from, struct weft_tile_name *step)
 {
     const int dims = r->out->list.dims;
-    *step = (struct weft_plan_step){0};
+    *step = (struct weft_tile_name){0};
     check_integers(r, member(r, from, "tap"), "tap", dims, 0, WEFT_KERNEL_MAX_WIDTH - 1, step->tap);
     step->part = (enum weft_tile_part)read_word(r, from, "part", plan_words.tile_parts);
     step->piece = read_integer(r, from, "piece", 0, MAX_SPLITS);
@@ -200,7 +200,7 @@ static int tap_number(const struct reader *r, const int tap[3])
     return number;
 }
 
-static int find_tile(struct reader *r, const struct weft_plan_step *step)
+static int find_tile(struct reader *r, const struct weft_tile_name *step)
 {
     char text[PLAN_STEP_TEXT];
     const int number = tap_number(r, step->tap);
@@ -256,7 +256,7 @@ static void split_tiles(struct reader *r, const json_t *from)
         fail(r, WEFT_ERR_MEMORY);
     for (int i = 0; i < count && good(r); i++) {
         const json_t *split = json_array_get(splits, (size_t)i);
-        struct weft_plan_step step;
+        struct weft_tile_name step;
         locate(r, "tile_set.splits[%d].", i, 0);
         read_step(r, split, &step);
         const double threshold = read_number(r, split, "threshold", -1e6, 1e6, &middle);
@@ -264,7 +264,7 @@ static void split_tiles(struct reader *r, const json_t *from)
         if (tile < 0)
             return;
         fail(r, weft_kernel_tiles_split(r->out->tiles, tile, threshold));
-        r->out->splits[i] = (struct weft_plan_split){step, threshold};
+        r->out->splits[i] = (struct weft_pass_plan_split){step, threshold};
         r->out->params.split_count = (size_t)i + 1;
         if (good(r))
             enter_tile(r, weft_kernel_tiles_get_info(r->out->tiles)->tile_count - 1);
@@ -420,7 +420,7 @@ static void read_targets(struct reader *r, const json_t *root)
 static void check_sample(struct reader *r, const struct weft_tap_group *group, int component)
 {
     const struct weft_pass_list *list = &r->out->list;
-    const struct weft_plan_step *step = &r->out->steps[group->tile[component]];
+    const struct weft_tile_name *step = &r->out->steps[group->tile[component]];
     char text[PLAN_STEP_TEXT];
     for (int a = 0; a < list->dims; a++)
         if (group->offset[a] + list->pattern[component][a] != step->tap[a])
@@ -431,7 +431,7 @@ static void check_sample(struct reader *r, const struct weft_tap_group *group, i
 static void read_tap(struct reader *r, const json_t *from, struct weft_tap_group *group,
                      int component)
 {
-    struct weft_plan_step step;
+    struct weft_tile_name step;
     group->tile[component] = -1;
     if (json_is_null(from))
         return;

@@ -20,9 +20,9 @@ static bool read_whole(const char **at, int *out)
     return *at > start && !isdigit((unsigned char)**at);
 }
 
-static bool read_step(const char **at, int dims, struct weft_plan_step *step)
+static bool read_step(const char **at, int dims, struct weft_tile_name *step)
 {
-    *step = (struct weft_plan_step){.part = WEFT_TILE_WHOLE};
+    *step = (struct weft_tile_name){.part = WEFT_TILE_WHOLE};
     for (int a = 0; a < dims; a++) {
         if (a && *(*at)++ != ',')
             return false;
@@ -37,7 +37,7 @@ static bool read_step(const char **at, int dims, struct weft_plan_step *step)
     return read_whole(at, &step->piece);
 }
 
-static bool read_split(const char **at, int dims, struct weft_plan_split *split)
+static bool read_split(const char **at, int dims, struct weft_pass_plan_split *split)
 {
     if (!read_step(at, dims, &split->tile) || **at != '@')
         return false;
@@ -81,7 +81,7 @@ static enum weft_result allocate(const char *option, const char *text, size_t si
     return WEFT_ERR_ARGUMENT;
 }
 
-enum weft_result plan_steps_parse(const char *text, int dims, struct weft_plan_step **out,
+enum weft_result plan_steps_parse(const char *text, int dims, struct weft_tile_name **out,
                                   size_t *count)
 {
     void *memory;
@@ -95,7 +95,7 @@ enum weft_result plan_steps_parse(const char *text, int dims, struct weft_plan_s
     return res;
 }
 
-enum weft_result plan_splits_parse(const char *text, int dims, struct weft_plan_split **out,
+enum weft_result plan_splits_parse(const char *text, int dims, struct weft_pass_plan_split **out,
                                    size_t *count)
 {
     void *memory;
@@ -109,7 +109,7 @@ enum weft_result plan_splits_parse(const char *text, int dims, struct weft_plan_
     return res;
 }
 
-const char *plan_step_format(const struct weft_plan_step *step, int dims, char text[PLAN_STEP_TEXT])
+const char *plan_step_format(const struct weft_tile_name *step, int dims, char text[PLAN_STEP_TEXT])
 {
     static const char *const parts[] = {"", "+", "-"};
     int used = snprintf(text, PLAN_STEP_TEXT, "(%d,%d", step->tap[0], step->tap[1]);
@@ -122,10 +122,10 @@ const char *plan_step_format(const struct weft_plan_step *step, int dims, char t
 }
 
 // Pieces lie behind the unsplit tiles, so the first of a tap and part is the one that was split.
-struct weft_plan_step *plan_steps_of(const weft_kernel_tiles *tiles)
+struct weft_tile_name *plan_steps_of(const weft_kernel_tiles *tiles)
 {
     const int count = weft_kernel_tiles_get_info(tiles)->tile_count;
-    struct weft_plan_step *steps = calloc((size_t)count + 1, sizeof *steps);
+    struct weft_tile_name *steps = calloc((size_t)count + 1, sizeof *steps);
     for (int i = 0; steps && i < count; i++) {
         const struct weft_kernel_tile *tile = weft_kernel_tiles_get(tiles, i);
         const int first = weft_kernel_tiles_find(tiles, tile->tap, tile->part);
@@ -140,11 +140,11 @@ struct weft_plan_step *plan_steps_of(const weft_kernel_tiles *tiles)
     return steps;
 }
 
-struct weft_plan_step *plan_steps_shortened(const weft_kernel_tiles *tiles)
+struct weft_tile_name *plan_steps_shortened(const weft_kernel_tiles *tiles)
 {
     static const enum weft_tile_part other[] = {WEFT_TILE_WHOLE, WEFT_TILE_NEGATIVE,
                                                 WEFT_TILE_POSITIVE};
-    struct weft_plan_step *steps = plan_steps_of(tiles);
+    struct weft_tile_name *steps = plan_steps_of(tiles);
     for (int i = 0; steps && i < weft_kernel_tiles_get_info(tiles)->tile_count; i++)
         if (weft_kernel_tiles_find(tiles, steps[i].tap, other[steps[i].part]) < 0)
             steps[i].part = WEFT_TILE_WHOLE;

@@ -47,14 +47,14 @@ static json_t *profile_json(const struct weft_profile *p)
                      "max_scale", p->max_scale, "ping_pong", p->ping_pong);
 }
 
-static json_t *error_json(const struct weft_plan_error *e)
+static json_t *error_json(const struct weft_pass_plan_error *e)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(e->source), "e2",
                      json_number(e->e2), "e3", json_number(e->e3), "clamp", json_number(e->clamp),
                      "bound", json_number(e->bound), "bound_any", json_number(e->bound_any));
 }
 
-static json_t *report_json(const struct weft_plan_info *info)
+static json_t *report_json(const struct weft_pass_plan_info *info)
 {
     const struct weft_range_report *r = &info->range;
     double low = (double)INFINITY, high = -(double)INFINITY;
@@ -72,13 +72,13 @@ static json_t *report_json(const struct weft_plan_info *info)
 
 // ---- tiles --------------------------------------------------------------------------------------
 
-static json_t *step_json(const struct weft_plan_step *step, int dims)
+static json_t *step_json(const struct weft_tile_name *step, int dims)
 {
     return json_pack("{s:o,s:s,s:i}", "tap", plan_integers_json(step->tap, dims), "part",
                      plan_words.tile_parts[step->part], "piece", step->piece);
 }
 
-static json_t *splits_json(const struct weft_plan_info *info)
+static json_t *splits_json(const struct weft_pass_plan_info *info)
 {
     json_t *splits = json_array();
     for (int i = 0; i < info->tile_split_count; i++) {
@@ -89,7 +89,8 @@ static json_t *splits_json(const struct weft_plan_info *info)
     return splits;
 }
 
-static json_t *tiles_json(const struct weft_plan_info *info, const struct weft_plan_step *steps)
+static json_t *tiles_json(const struct weft_pass_plan_info *info,
+                          const struct weft_tile_name *steps)
 {
     const struct weft_kernel_tiles_params *p = &info->tile_params;
     json_t *tiles = json_array();
@@ -113,7 +114,7 @@ static json_t *tiles_json(const struct weft_plan_info *info, const struct weft_p
 // ---- passes -------------------------------------------------------------------------------------
 
 static json_t *group_json(const struct weft_pass_list *list, const struct weft_tap_group *group,
-                          const struct weft_plan_step *steps)
+                          const struct weft_tile_name *steps)
 {
     json_t *taps = json_array();
     for (int c = 0; c < (list->dot4 ? 4 : 1); c++) {
@@ -130,7 +131,7 @@ static json_t *group_json(const struct weft_pass_list *list, const struct weft_t
 }
 
 static void set_taps(json_t *out, const struct weft_pass_list *list, const struct weft_pass *pass,
-                     const struct weft_plan_step *steps)
+                     const struct weft_tile_name *steps)
 {
     json_t *groups = json_array();
     for (int i = 0; i < pass->group_count; i++)
@@ -156,7 +157,8 @@ static void set_inputs(json_t *out, const struct weft_pass *pass)
     json_object_set_new(out, "denominator", json_integer(pass->denominator));
 }
 
-static json_t *passes_json(const struct weft_plan_info *info, const struct weft_plan_step *steps)
+static json_t *passes_json(const struct weft_pass_plan_info *info,
+                           const struct weft_tile_name *steps)
 {
     const struct weft_pass_list *list = info->passes;
     json_t *passes = json_array();
@@ -193,7 +195,7 @@ static json_t *list_json(const struct weft_pass_list *list)
 
 // ---- the plan -----------------------------------------------------------------------------------
 
-static json_t *head_json(const struct weft_plan_info *info)
+static json_t *head_json(const struct weft_pass_plan_info *info)
 {
     char kernel[KERNELS_TEXT];
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
@@ -206,7 +208,7 @@ static json_t *head_json(const struct weft_plan_info *info)
                      plan_words.orders[info->order], "valid", info->valid);
 }
 
-static void set_figures(json_t *root, const struct weft_plan_info *info)
+static void set_figures(json_t *root, const struct weft_pass_plan_info *info)
 {
     json_object_set_new(root, "error", error_json(&info->error));
     json_object_set_new(root, "range", report_json(info));
@@ -222,10 +224,10 @@ static void set_figures(json_t *root, const struct weft_plan_info *info)
     json_object_set_new(root, "search_seconds", json_number(info->search_seconds));
 }
 
-json_t *plan_json(const weft_plan *plan)
+json_t *plan_json(const weft_pass_plan *plan)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
-    struct weft_plan_step *steps = plan_steps_of(info->passes->tiles);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
+    struct weft_tile_name *steps = plan_steps_of(info->passes->tiles);
     json_t *root = steps ? head_json(info) : NULL;
     if (root) {
         set_figures(root, info);

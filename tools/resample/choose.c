@@ -20,8 +20,8 @@ struct search {
     int channels;
     double relative; // the error allowed, to the range's width
     struct weft_cost_model model;
-    struct weft_plan_params params;
-    weft_plan *best;
+    struct weft_pass_plan_params params;
+    weft_pass_plan *best;
     struct resample_choice *best_choice, *closest; // in the job's list
 };
 
@@ -50,12 +50,12 @@ static void set_allowed_error(struct search *s)
     }
 }
 
-static double predict(const struct search *s, const struct weft_plan_info *plan)
+static double predict(const struct search *s, const struct weft_pass_plan_info *plan)
 {
     const struct resample_job *job = s->job;
     const struct weft_kernel *kernel = &plan->kernel;
     const struct weft_cost_work work = {
-        .method = WEFT_METHOD_PASSES,
+        .engine = WEFT_ENGINE_MULTIPASS,
         .pixels = (double)job->result.width * job->result.height,
         .samples = (double)(job->image.width + 2 * job->pad) * (job->image.height + 2 * job->pad),
         .fetches = plan->fetches,
@@ -72,15 +72,15 @@ static double predict(const struct search *s, const struct weft_plan_info *plan)
 }
 
 // Of the groups that share the plan, to the width of the range that it reads.
-static double relative_bound(const struct search *s, const struct weft_plan_error *error)
+static double relative_bound(const struct search *s, const struct weft_pass_plan_error *error)
 {
     double largest = 0.0;
     for (size_t i = 0; i < s->job->group_count; i++) {
         const struct resample_group *g = &s->job->group[i];
         const double width = g->high - g->low;
         if (g->count == s->channels && width > 0.0)
-            largest =
-                fmax(largest, weft_plan_e2(error, width, g->sample_high - g->sample_low) / width);
+            largest = fmax(largest,
+                           weft_pass_plan_e2(error, width, g->sample_high - g->sample_low) / width);
     }
     return error->bound_any - error->e2 + (largest > 0.0 ? largest : error->e2);
 }
@@ -88,14 +88,14 @@ static double relative_bound(const struct search *s, const struct weft_plan_erro
 // *next: whether there may be a use for more samples.
 static enum weft_result try_plan(struct search *s, bool *next)
 {
-    weft_plan *plan = NULL;
+    weft_pass_plan *plan = NULL;
     *next = true;
-    enum weft_result res = weft_plan_create(&s->params, &plan);
+    enum weft_result res = weft_pass_plan_create(&s->params, &plan);
     if (res == WEFT_ERR_CANCELLED || res == WEFT_ERR_MEMORY)
         return res;
     if (res != WEFT_OK) // what a profile cannot do is not among the choices
         return WEFT_OK;
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     struct resample_choice *choice = &s->job->choices[s->job->choice_count++];
     *choice = (struct resample_choice){
         .technique = info->technique,
@@ -111,12 +111,12 @@ static enum weft_result try_plan(struct search *s, bool *next)
     if (!s->closest || choice->relative < s->closest->relative)
         s->closest = choice;
     if (choice->good && (!s->best || choice->seconds < s->best_choice->seconds)) {
-        weft_plan_destroy(&s->best);
+        weft_pass_plan_destroy(&s->best);
         s->best = plan;
         s->best_choice = choice;
         return WEFT_OK;
     }
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     return WEFT_OK;
 }
 
@@ -195,7 +195,7 @@ static enum weft_result refuse(const struct search *s)
     return WEFT_ERR_ARGUMENT;
 }
 
-static enum weft_result choose(struct search *s, weft_plan **out)
+static enum weft_result choose(struct search *s, weft_pass_plan **out)
 {
     set_allowed_error(s);
     enum weft_result res =
@@ -209,7 +209,7 @@ static enum weft_result choose(struct search *s, weft_plan **out)
     if (res == WEFT_OK && !s->best)
         res = refuse(s);
     if (res != WEFT_OK) {
-        weft_plan_destroy(&s->best);
+        weft_pass_plan_destroy(&s->best);
         return res;
     }
     s->best_choice->chosen = true;
@@ -236,8 +236,9 @@ enum weft_result resample_choose_plans(struct resample_job *job)
         return WEFT_ERR_MEMORY;
     }
     for (int i = 0; res == WEFT_OK && i < 2; i++) {
-        struct search search = {
-            .job = job, .channels = i ? RESAMPLE_MAX_TOGETHER : 1, .params = *weft_plan_params()};
+        struct search search = {.job = job,
+                                .channels = i ? RESAMPLE_MAX_TOGETHER : 1,
+                                .params = *weft_pass_plan_params()};
         load_costs(job, &search.model);
         if (wanted[i])
             res = choose(&search, i ? &job->together : &job->single);

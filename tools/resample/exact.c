@@ -44,11 +44,11 @@ static void warn_of_rounding(const struct resample_job *job, const struct resamp
         const uint64_t rounded = from->type == WEFT_PIXEL_UINT ? count_rounded(job, from) : 0;
         if (rounded && !group->exact)
             report_warning("%s: %llu of its integers are no floats and are rounded before they "
-                               "are filtered; --kernel nearest, without passes, keeps them",
-                               from->name, (unsigned long long)rounded);
+                           "are filtered; --kernel nearest, without passes, keeps them",
+                           from->name, (unsigned long long)rounded);
         else if (rounded && result_channel(job, group)->type != WEFT_PIXEL_UINT)
             report_warning("%s: %llu of its integers are no floats and are rounded", from->name,
-                               (unsigned long long)rounded);
+                           (unsigned long long)rounded);
     }
 }
 
@@ -183,7 +183,7 @@ static void verify(const struct resample_job *job, struct resample_group *group)
     const struct weft_image *in = &job->image, *out = &job->result;
     const uint32_t *from = source_channel(job, group)->integers;
     const uint32_t *to = result_channel(job, group)->integers;
-    struct weft_convolve_error *error = &group->error;
+    struct weft_multipass_error *error = &group->error;
     double squares = 0.0;
     for (int y = 0; y < out->height; y++) {
         const size_t row = (size_t)square_at(&job->place[1], y, in->height) * (size_t)in->width;
@@ -247,8 +247,8 @@ void resample_round_integers(struct resample_job *job)
             const uint64_t lost = round_plane(channel, count);
             if (lost)
                 report_warning("%s: %llu values are negative, too large or not finite: as uint "
-                                   "they become 0 or %u",
-                                   channel->name, (unsigned long long)lost, UINT32_MAX);
+                               "they become 0 or %u",
+                               channel->name, (unsigned long long)lost, UINT32_MAX);
         }
     }
 }

@@ -38,17 +38,17 @@ enum { RESAMPLE_MAX_TOGETHER = 4 };
 struct resample_group {
     int count;
     size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
-    const weft_plan *plan;                 // the job's; NULL: separable, or exact
-    bool exact; // unsigned integers that are moved: one channel, no error
+    const weft_pass_plan *plan;            // the job's; NULL: separable, or exact
+    bool exact;                     // unsigned integers that are moved: one channel, no error
     double low, high;               // of the samples, or coefficients; passes map it
     double sample_low, sample_high; // of the samples themselves
-    uint64_t clamped;                      // samples outside it, or not finite
+    uint64_t clamped;               // samples outside it, or not finite
     double e1;        // weft_error_e1, with the samples' differences as derivatives; NAN: unknown
     double max_error; // with --max-error
     double minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;     // values of pixels
     struct resample_bound bound;
-    struct weft_convolve_error error; // with --verify
+    struct weft_multipass_error error; // with --verify
 };
 
 // One plan that --max-error was compared with.
@@ -80,8 +80,8 @@ struct resample_job {
 
     struct budget budget; // with --max-error
 
-    struct weft_image image;  // the input; without planes when only explained
-    struct weft_image result; // the channels asked for, in the input's order
+    struct weft_image image;             // the input; without planes when only explained
+    struct weft_image result;            // the channels asked for, in the input's order
     struct weft_metadata *texts;         // the result's own attributes
     unsigned char corrected[2][4];       // attributes_scaled's numbers
     struct weft_image_save_report saved; // the first part's job has it of all
@@ -93,14 +93,14 @@ struct resample_job {
     int pad;
     struct resample_group *group;
     size_t group_count;
-    bool separable;                  // one axis after the other, and no plans
-    weft_plan *single, *together;    // of one channel and of four; NULL where none needs it
-    struct resample_choice *choices; // what a plan was chosen from; NULL where it was not
+    bool separable;                    // one axis after the other, and no plans
+    weft_pass_plan *single, *together; // of one channel and of four; NULL where none needs it
+    struct resample_choice *choices;   // what a plan was chosen from; NULL where it was not
     size_t choice_count;
     bool over_budget;      // nothing is within --max-error, which an error line has told
     weft_context *context; // NULL when only explained or emulated
 
-    struct weft_convolve_report report;            // times summed up, sizes of the largest tile
+    struct weft_multipass_report report;           // times summed up, sizes of the largest tile
     struct weft_separable_report separable_report; // its sizes, likewise
     int tiles;                                     // over all groups; of separable ones: rectangles
     float preview_range[2];                        // with --preview
@@ -128,8 +128,8 @@ enum weft_result resample_choose_channels(struct resample_job *job);
 enum weft_result resample_make_groups(struct resample_job *job);
 
 // Fills the coefficients where the kernel asks for them; those that depend on samples that are not
-// finite are missing, as filter/kernels/prefilter.h says. Returns WEFT_ERR_MEMORY, or WEFT_ERR_LIMIT where
-// they leave the range of floats, after an error line.
+// finite are missing, as filter/kernels/prefilter.h says. Returns WEFT_ERR_MEMORY, or
+// WEFT_ERR_LIMIT where they leave the range of floats, after an error line.
 enum weft_result resample_prefilter(struct resample_job *job);
 void resample_prefilter_clear(struct resample_job *job); // before the result's channels are
 

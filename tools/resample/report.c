@@ -25,14 +25,14 @@ void resample_group_name(const struct resample_job *job, const struct resample_g
     weft_text_clean(text, false);
 }
 
-static const weft_plan *first_plan(const struct resample_job *job)
+static const weft_pass_plan *first_plan(const struct resample_job *job)
 {
     return job->single ? job->single : job->together;
 }
 
 static const char *method_name(const struct resample_job *job)
 {
-    return weft_method_names[job->separable ? WEFT_METHOD_SEPARABLE : WEFT_METHOD_PASSES];
+    return weft_engine_names[job->separable ? WEFT_ENGINE_SEPARABLE : WEFT_ENGINE_MULTIPASS];
 }
 
 // ---- EXR attributes -----------------------------------------------------------------------------
@@ -91,7 +91,7 @@ size_t resample_attributes(const struct resample_job *job,
              job->image.width, job->image.height);
     add_text(out, &count, "method", "%s", method_name(job));
     if (!job->separable) {
-        const struct weft_plan_info *plan = weft_plan_get_info(first_plan(job));
+        const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(first_plan(job));
         add_text(out, &count, "profile", "%s", plan->profile.name);
         add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
         add_text(out, &count, "plan", "%s", resample_plan_summary(first_plan(job), summary));
@@ -120,7 +120,7 @@ static json_t *names_json(const struct resample_job *job, const struct resample_
 
 static json_t *error_json(const struct resample_job *job, const struct resample_group *group)
 {
-    const struct weft_convolve_error *e = &group->error;
+    const struct weft_multipass_error *e = &group->error;
     return json_pack("{s:o,s:o,s:i,s:i,s:o,s:o}", "maximum", json_number(e->maximum), "rms",
                      json_number(e->rms), "at_x", e->at_x, "at_y", e->at_y, "at_channel",
                      json_text(job->result.channels[group->channel[e->channel]].name),
@@ -199,7 +199,7 @@ static double mpixels_per_second(const struct resample_job *job)
 
 static json_t *seconds_json(const struct resample_job *job)
 {
-    const struct weft_convolve_report *r = &job->report;
+    const struct weft_multipass_report *r = &job->report;
     const struct {
         const char *name;
         double seconds;
@@ -231,7 +231,7 @@ static void set_context(json_t *root, const struct resample_job *job)
 
 static void set_run(json_t *root, const struct resample_job *job)
 {
-    const struct weft_convolve_report *r = &job->report;
+    const struct weft_multipass_report *r = &job->report;
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     json_object_update_new(
@@ -390,7 +390,7 @@ static void explain(const struct resample_job *job)
 
 static void print_error(const struct resample_job *job, const struct resample_group *group)
 {
-    const struct weft_convolve_error *e = &group->error;
+    const struct weft_multipass_error *e = &group->error;
     char name[300], bound[RESAMPLE_PLAN_TEXT];
     resample_group_name(job, group, name, sizeof name);
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
@@ -404,7 +404,7 @@ static void print_error(const struct resample_job *job, const struct resample_gr
 
 static void note_times(const struct resample_job *job)
 {
-    const struct weft_convolve_report *r = &job->report;
+    const struct weft_multipass_report *r = &job->report;
     report_note("load %.3f s, plan %.3f, context %.3f, prepare %.3f, upload %.3f, passes %.3f "
                 "(%.1f Mpixel/s), read-back %.3f, verify %.3f, write %.3f, total %.3f s",
                 job->load_seconds, job->plan_seconds, job->context_seconds, r->prepare_seconds,

@@ -82,7 +82,7 @@ static int tile_count(const struct runner *r, int axis)
 static void set_reach(const struct runner *r, int axis, int first, int count, struct tile *tile)
 {
     const int64_t last = source_size(r, axis) - 1;
-    const struct weft_kernel *kernel = &weft_plan_get_info(r->group->plan)->kernel;
+    const struct weft_kernel *kernel = &weft_pass_plan_get_info(r->group->plan)->kernel;
     double fraction;
     int64_t from = weft_kernel_first_tap(kernel, position(r, axis, first), &fraction);
     int64_t to = weft_kernel_first_tap(kernel, position(r, axis, first + count - 1), &fraction) +
@@ -166,7 +166,7 @@ static void copy_pixels(const struct runner *r, const struct tile *tile, bool to
     }
 }
 
-static void add_report(struct weft_convolve_report *sum, const struct weft_convolve_report *one)
+static void add_report(struct weft_multipass_report *sum, const struct weft_multipass_report *one)
 {
     const struct {
         uint64_t *largest, value;
@@ -189,9 +189,9 @@ static void add_report(struct weft_convolve_report *sum, const struct weft_convo
 
 // RMS is over all tiles; the maximum is told with its place in the result.
 static void add_error(struct runner *r, const struct tile *tile,
-                      const struct weft_convolve_error *one)
+                      const struct weft_multipass_error *one)
 {
-    struct weft_convolve_error *sum = &r->group->error;
+    struct weft_multipass_error *sum = &r->group->error;
     double finite = 0.0;
     for (int c = 0; c < r->group->count; c++)
         for (size_t i = 0; i < (size_t)tile->width * (size_t)tile->height; i++)
@@ -219,28 +219,28 @@ static enum weft_result convolve_tile(struct runner *r, struct tile *tile)
         .columns = tile->at[0],
         .rows = tile->at[1],
     };
-    struct weft_convolve_params params = {.plan = r->group->plan,
-                                          .samples = &samples,
-                                          .grid = &grid,
-                                          .progress = &progress,
-                                          .log = report_log()};
+    struct weft_multipass_params params = {.plan = r->group->plan,
+                                           .samples = &samples,
+                                           .grid = &grid,
+                                           .progress = &progress,
+                                           .log = report_log()};
     for (int c = 0; c < r->group->count; c++) {
         samples.plane[c] = tile->plane[c];
         params.pixels[c] = tile->pixels[c];
     }
-    struct weft_convolve_report report = {0};
-    struct weft_convolve_error error = {0};
+    struct weft_multipass_report report = {0};
+    struct weft_multipass_error error = {0};
     enum weft_result res;
     if (r->verify) {
         copy_pixels(r, tile, false);
-        res = weft_convolve_verify(&params, &error);
+        res = weft_multipass_verify(&params, &error);
         if (res == WEFT_OK)
             add_error(r, tile, &error);
         return res;
     }
     res = r->job->option[RESAMPLE_EMULATE].given
-              ? weft_emulate_run(&params, &report)
-              : weft_convolve_run(r->job->context, &params, &report);
+              ? weft_multipass_emulate(&params, &report)
+              : weft_multipass_run(r->job->context, &params, &report);
     if (res != WEFT_OK)
         return res;
     copy_pixels(r, tile, true);

@@ -90,7 +90,7 @@ static double refer(const struct verifier *v, int x, bool finite)
 
 static void compare(struct verifier *v, int channel, int x, int y, double value)
 {
-    struct weft_convolve_error *e = &v->group->error;
+    struct weft_multipass_error *e = &v->group->error;
     const double reference = refer(v, x, isfinite(value));
     if (!isfinite(value) || !isfinite(reference)) {
         e->not_finite_mismatches += isfinite(value) != isfinite(reference);
@@ -113,7 +113,7 @@ static enum weft_result verify_group(struct verifier *v)
     const int width = job->result.width, height = job->result.height, count = v->group->count;
     const struct weft_progress *progress = report_progress("verifying");
     v->square_sum = v->compared = 0.0;
-    v->group->error = (struct weft_convolve_error){.maximum = 0.0};
+    v->group->error = (struct weft_multipass_error){.maximum = 0.0};
     for (int c = 0; c < count; c++) {
         const size_t channel = v->group->channel[c];
         const float *samples = job->image.channels[job->source[channel]].plane;

@@ -93,7 +93,7 @@ static enum weft_result run_group(struct runner *r, struct resample_group *group
         struct weft_separable_error error;
         res = weft_separable_verify(&params, 0.0, &error);
         if (res == WEFT_OK)
-            group->error = (struct weft_convolve_error){
+            group->error = (struct weft_multipass_error){
                 .maximum = error.maximum,
                 .rms = error.rms,
                 .at_x = error.at_x,

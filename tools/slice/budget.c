@@ -36,20 +36,20 @@ static enum weft_result report_none(struct slice_job *job)
         report_error("no way is within %.3g: the best is %s, within %.3g%s (voxels from %.6g to "
                      "%.6g)",
                      job->max_error, choice->candidates[choice->best].name,
-                     choice->candidates[choice->best].bound, rounded, choice->measure.voxel_low,
-                     choice->measure.voxel_high);
+                     choice->candidates[choice->best].bound, rounded, choice->statistics.voxel_low,
+                     choice->statistics.voxel_high);
     return WEFT_ERR_LIMIT;
 }
 
 static enum weft_result choose(struct slice_job *job, const struct weft_profile *profile)
 {
-    const struct weft_slice_measure measure = job->choice.measure;
+    const struct weft_slice_statistics statistics = job->choice.statistics;
     const struct weft_choose_params params = {
         .slice = job->slice_params,
         .max_error = job->max_error,
         .profile = profile,
         .model = &job->model,
-        .measure = &measure,
+        .statistics = &statistics,
     };
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
     if (res != WEFT_OK)
@@ -59,8 +59,8 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
         slice_budget_print(job);
     if (job->choice.chosen < 0)
         return report_none(job);
-    job->plan = weft_way_plan_get_slice(job->choice.plan);
-    job->passes = weft_way_plan_get_passes(job->choice.plan);
+    job->plan = weft_method_plan_get_slice(job->choice.plan);
+    job->passes = weft_method_plan_get_passes(job->choice.plan);
     return WEFT_OK;
 }
 
@@ -77,13 +77,13 @@ enum weft_result slice_choose(struct slice_job *job)
     if (res == WEFT_OK && profile_text->given)
         res = weft_profile_parse(report_log(), profile_text->text, &profile);
     if (res == WEFT_OK)
-        res = weft_slice_measure(job->plan, job->volume, report_progress("measuring"),
-                                 &job->choice.measure);
+        res = weft_slice_statistics_compute(job->plan, job->volume, report_progress("measuring"),
+                                            &job->choice.statistics);
     if (res != WEFT_OK)
         return res;
     load_model(job);
     job->max_error =
-        budget_error(&budget, job->choice.measure.voxel_low, job->choice.measure.voxel_high);
+        budget_error(&budget, job->choice.statistics.voxel_low, job->choice.statistics.voxel_high);
     res = choose(job, profile_text->given ? &profile : NULL);
     job->plan_seconds += report_now_seconds() - start;
     return res;
@@ -106,14 +106,14 @@ static const char *model_name(const struct slice_job *job)
 
 json_t *slice_budget_json(const struct slice_job *job)
 {
-    const struct weft_way_plan_info *way = weft_way_plan_get_info(job->choice.plan);
+    const struct weft_method_plan_info *method = weft_method_plan_get_info(job->choice.plan);
     json_t *candidates = json_array();
     for (size_t i = 0; i < job->choice.count; i++)
         json_array_append_new(candidates, candidate_json(&job->choice.candidates[i]));
     return json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "max_error", json_number(job->max_error),
-                     "way", way->name, "bound", json_number(way->bound), "e1", json_number(way->e1),
-                     "low", json_number(job->choice.measure.voxel_low), "high",
-                     json_number(job->choice.measure.voxel_high), "cost_model",
+                     "way", method->name, "bound", json_number(method->bound), "e1",
+                     json_number(method->e1), "low", json_number(job->choice.statistics.voxel_low),
+                     "high", json_number(job->choice.statistics.voxel_high), "cost_model",
                      json_text(model_name(job)), "candidates", candidates);
 }
 
@@ -152,20 +152,21 @@ static void print_reason(const struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
     const struct weft_candidate *chosen = &choice->candidates[choice->chosen];
-    const struct weft_way_plan_info *way = weft_way_plan_get_info(choice->plan);
+    const struct weft_method_plan_info *method = weft_method_plan_get_info(choice->plan);
     printf("%s: of the %zu ways the fastest whose bound is within the budget; %d are predicted "
            "to be faster and exceed it\n",
            chosen->name, choice->count, choice->chosen);
-    if (way->slice->savings & WEFT_SAVING_SMOOTH)
+    if (method->slice->savings & WEFT_SAVING_SMOOTH)
         printf("its own bound is %.3g; smooth pieces may take the rest\n", chosen->bound);
-    printf("E1 of the kernel, beside the budget: about %.3g\n", way->e1);
+    printf("E1 of the kernel, beside the budget: about %.3g\n", method->e1);
 }
 
 void slice_budget_print(const struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
     printf("budget %.3g for voxels from %.6g to %.6g; times predicted by the cost model of %s\n",
-           job->max_error, choice->measure.voxel_low, choice->measure.voxel_high, model_name(job));
+           job->max_error, choice->statistics.voxel_low, choice->statistics.voxel_high,
+           model_name(job));
     print_candidates(choice);
     if (choice->chosen >= 0)
         print_reason(job);

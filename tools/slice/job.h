@@ -53,24 +53,24 @@ struct slice_job {
     weft_volume *volume;
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
-    weft_plan *own_passes;
-    const weft_slice_plan *plan; // the job's own, or the chosen way's
-    const weft_plan *passes;     // likewise; NULL: none
+    weft_pass_plan *own_passes;
+    const weft_slice_plan *plan;  // the job's own, or the chosen way's
+    const weft_pass_plan *passes; // likewise; NULL: none
     // With --max-error.
     double max_error; // in the volume's values
     struct weft_cost_model model;
     struct weft_choice choice;
-    bool over_budget; // no way is within it
+    bool over_budget;      // no way is within it
     weft_context *context; // NULL when only explained
     float *pixels;
 
     struct weft_slice_report report;
-    struct weft_slice_passes_report passes_report; // with --profile: what is not in `report`
-    struct resample_bound bound;                   // likewise
-    struct weft_slice_error error;                 // with --verify
-    float preview_range[2];                        // with --preview
-    struct weft_image_save_report saved;           // with -o
-    double start;                                  // monotonic seconds
+    struct weft_slice_multipass_report passes_report; // with --profile: what is not in `report`
+    struct resample_bound bound;                      // likewise
+    struct weft_slice_error error;                    // with --verify
+    float preview_range[2];                           // with --preview
+    struct weft_image_save_report saved;              // with -o
+    double start;                                     // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
 

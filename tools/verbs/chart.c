@@ -124,8 +124,8 @@ static enum weft_result read_all_kernels(struct chart_job *job)
 {
     const struct option_value *given = &job->option[CHART_KERNEL];
     enum weft_result res = WEFT_OK;
-    if (job->has_ways)
-        res = read_kernels(&job->ways, given->given ? given->text : default_kernels);
+    if (job->has_methods)
+        res = read_kernels(&job->methods, given->given ? given->text : default_kernels);
     if (job->has_truth && res == WEFT_OK)
         res = read_kernels(&job->truth, given->given ? given->text : default_truth_kernels);
     return res;
@@ -150,7 +150,7 @@ static enum weft_result choose_source(struct chart_job *job, const char *operand
         return WEFT_ERR_ARGUMENT;
     }
     job->path = job->signal ? NULL : operand;
-    job->has_ways = !truth;
+    job->has_methods = !truth;
     job->has_truth = job->signal;
     return WEFT_OK;
 }
@@ -185,7 +185,7 @@ static enum weft_result check_options(struct chart_job *job, enum weft_context_k
     if (res == WEFT_OK)
         res = read_all_kernels(job);
     if (res == WEFT_OK && o[CHART_POINTS].given)
-        res = chart_points_load(o[CHART_POINTS].text, &job->ways);
+        res = chart_points_load(o[CHART_POINTS].text, &job->methods);
     return res;
 }
 
@@ -196,7 +196,7 @@ static char *chart_path(const struct chart_job *job, const struct chart *chart, 
 {
     char *out = NULL;
     const char *ending = strrchr(path, '.');
-    const bool second = job->has_ways && chart == &job->truth;
+    const bool second = job->has_methods && chart == &job->truth;
     if (asprintf(&out, "%.*s%s%s", (int)(ending - path), path, second ? "-truth" : "", ending) < 0)
         return NULL;
     return out;
@@ -277,7 +277,7 @@ static enum exit_code write_outputs(const struct chart_job *job)
     const char *const paths[] = {output_of(job), o[CHART_PNG].text};
     enum exit_code code = EXIT_CODE_DONE;
     for (int i = 0; i < 2; i++) {
-        const enum exit_code first = draw(job, &job->ways, paths[i]);
+        const enum exit_code first = draw(job, &job->methods, paths[i]);
         const enum exit_code second = draw(job, &job->truth, paths[i]);
         code = code ? code : first ? first : second;
     }
@@ -317,11 +317,11 @@ static void describe_machine(char out[CHART_TEXT])
 static enum weft_result measure(struct chart_job *job)
 {
     enum weft_result res = WEFT_OK;
-    if (job->has_ways)
-        res = chart_measure_ways(job);
+    if (job->has_methods)
+        res = chart_measure_methods(job);
     if (job->has_truth && res == WEFT_OK)
         res = chart_measure_truth(job);
-    chart_find_front(&job->ways, true, true);
+    chart_find_front(&job->methods, true, true);
     chart_find_front(&job->truth, false, false);
     return res;
 }
@@ -346,7 +346,7 @@ static int run_stages(struct chart_job *job, const char *operand)
     if (res != WEFT_OK && !job->interrupted)
         return report_finish(res);
     enum exit_code code = write_outputs(job);
-    if (code == EXIT_CODE_DONE && !all_within_bounds(&job->ways))
+    if (code == EXIT_CODE_DONE && !all_within_bounds(&job->methods))
         code = EXIT_CODE_FAILED;
     return code != EXIT_CODE_DONE ? (int)code : report_finish(res);
 }
@@ -370,7 +370,7 @@ static int run(const char *operand, const struct option_value *values)
     job->option = values;
     int code = run_stages(job, operand);
     weft_context_destroy(&job->context);
-    clear_chart(&job->ways);
+    clear_chart(&job->methods);
     clear_chart(&job->truth);
     free(job);
     return code;

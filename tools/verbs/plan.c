@@ -30,11 +30,11 @@ static const struct option_spec options[PLAN_OPTION_COUNT] = {
                         "do not split tiles where no order is found without"},
 };
 
-static enum weft_result print_plan(const weft_plan *plan, bool json)
+static enum weft_result print_plan(const weft_pass_plan *plan, bool json)
 {
     if (json)
         return json_print(plan_json(plan));
-    const char *text = weft_plan_get_info(plan)->text;
+    const char *text = weft_pass_plan_get_info(plan)->text;
     fputs(text, stdout);
     if (*text && text[strlen(text) - 1] != '\n')
         puts("");
@@ -52,17 +52,17 @@ static int run(const char *operand, const struct option_value *values)
         return EXIT_CODE_USAGE;
     }
     weft_kernel_file *file = NULL;
-    weft_plan *plan = NULL;
-    struct weft_plan_params *params =
-        weft_plan_params(.order = (enum weft_order)values[PLAN_ORDER].integer[0],
-                         .progress = report_progress("planning"),
-                         .no_splits = values[PLAN_NO_SPLITS].given);
+    weft_pass_plan *plan = NULL;
+    struct weft_pass_plan_params *params =
+        weft_pass_plan_params(.order = (enum weft_order)values[PLAN_ORDER].integer[0],
+                              .progress = report_progress("planning"),
+                              .no_splits = values[PLAN_NO_SPLITS].given);
     enum weft_result res = plan_options_read(values, params, &file);
     if (res == WEFT_OK)
-        res = weft_plan_create(params, &plan);
+        res = weft_pass_plan_create(params, &plan);
     if (res == WEFT_OK)
         res = print_plan(plan, values[PLAN_JSON].given);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     weft_kernel_file_destroy(&file);
     return report_finish(res);
 }

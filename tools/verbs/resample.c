@@ -274,7 +274,7 @@ static enum weft_result plan_groups(struct resample_job *job)
 {
     enum weft_result res = WEFT_OK;
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
-        weft_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
+        weft_pass_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
         if (!*plan)
             res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
                                        &job->kernel, 2, job->group[g].count, plan);
@@ -364,7 +364,7 @@ static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
     return res;
 }
 
-static enum weft_result run_way(struct resample_job *job)
+static enum weft_result run_method(struct resample_job *job)
 {
     return job->separable ? resample_separable_run(job) : resample_run(job);
 }
@@ -382,7 +382,7 @@ static enum weft_result run_stages(struct resample_job *job)
                                      make_plans,
                                      allocate_pixels,
                                      NULL};
-    static const stage computing[] = {create_context, run_way, resample_exact_run, NULL};
+    static const stage computing[] = {create_context, run_method, resample_exact_run, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
@@ -395,8 +395,8 @@ static enum weft_result run_stages(struct resample_job *job)
 
 static void destroy(struct resample_job *job)
 {
-    weft_plan_destroy(&job->single);
-    weft_plan_destroy(&job->together);
+    weft_pass_plan_destroy(&job->single);
+    weft_pass_plan_destroy(&job->together);
     resample_prefilter_clear(job);
     weft_image_clear(&job->image);
     weft_image_clear(&job->result);
@@ -466,8 +466,7 @@ static void warn_of_deep_parts(const char *input, const struct weft_image_list *
                      list->images[p].name);
     }
     if (*names)
-        report_warning("%s: not kept: deep parts, which weft does not filter: %s", input,
-                           names);
+        report_warning("%s: not kept: deep parts, which weft does not filter: %s", input, names);
 }
 
 static bool is_wanted(const struct option_value *values, const struct weft_image *part)

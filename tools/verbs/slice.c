@@ -329,12 +329,13 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     }
     plain.source = WEFT_SOURCE_FLOAT;
     enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
-    struct weft_slice_measure measure = {0};
+    struct weft_slice_statistics statistics = {0};
     if (res == WEFT_OK)
-        res = weft_slice_measure(plan, job->volume, report_progress("measuring"), &measure);
+        res = weft_slice_statistics_compute(plan, job->volume, report_progress("measuring"),
+                                            &statistics);
     weft_slice_plan_destroy(&plan);
-    params->low = measure.low;
-    params->high = measure.high > measure.low ? measure.high : measure.low + 1.0;
+    params->low = statistics.low;
+    params->high = statistics.high > statistics.low ? statistics.high : statistics.low + 1.0;
     return res;
 }
 
@@ -489,19 +490,20 @@ static enum weft_result write_outputs(struct slice_job *job)
 // kernels are the voxels themselves, too.
 static enum weft_result set_passes_report(struct slice_job *job)
 {
-    const struct weft_slice_passes_report *r = &job->passes_report;
-    struct weft_slice_measure measure = job->choice.measure;
+    const struct weft_slice_multipass_report *r = &job->passes_report;
+    struct weft_slice_statistics statistics = job->choice.statistics;
     enum weft_result res = WEFT_OK;
     if (!job->choice.plan && job->kernel.prefiltered)
-        res = weft_slice_measure(job->plan, job->volume, report_progress("measuring"), &measure);
+        res = weft_slice_statistics_compute(job->plan, job->volume, report_progress("measuring"),
+                                            &statistics);
     const struct resample_values of = {
         .low = r->low,
         .high = r->high,
         .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
-        .sample = fmax(fabs(measure.voxel_low), fabs(measure.voxel_high)) + measure.beyond,
-        .samples = measure.voxel_high - measure.voxel_low,
+        .sample = fmax(fabs(statistics.voxel_low), fabs(statistics.voxel_high)) + statistics.beyond,
+        .samples = statistics.voxel_high - statistics.voxel_low,
     };
-    job->report = weft_slice_passes_summary(r);
+    job->report = weft_slice_multipass_summary(r);
     job->bound = resample_bound_of(job->passes, &of);
     return res;
 }
@@ -509,7 +511,7 @@ static enum weft_result set_passes_report(struct slice_job *job)
 static enum weft_result run_passes(struct slice_job *job)
 {
     const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
-    const struct weft_slice_passes_params params = {
+    const struct weft_slice_multipass_params params = {
         .slice = job->plan,
         .plan = job->passes,
         .volume = job->volume,
@@ -520,15 +522,16 @@ static enum weft_result run_passes(struct slice_job *job)
         .progress = report_progress("slicing"),
         .log = report_log(),
     };
-    const enum weft_result res = weft_slice_passes_run(job->context, &params, &job->passes_report);
+    const enum weft_result res =
+        weft_slice_multipass_run(job->context, &params, &job->passes_report);
     return res == WEFT_OK ? set_passes_report(job) : res;
 }
 
 static enum weft_result run_chosen(struct slice_job *job)
 {
-    struct weft_way_report report;
-    enum weft_result res = weft_way_run(job->context, job->choice.plan, job->volume, job->pixels,
-                                        report_progress("slicing"), &report);
+    struct weft_method_report report;
+    enum weft_result res = weft_method_run(job->context, job->choice.plan, job->volume, job->pixels,
+                                           report_progress("slicing"), &report);
     if (res != WEFT_OK)
         return res;
     job->report = report.slice;
@@ -604,7 +607,7 @@ static int run(const char *operand, const struct option_value *values)
     free(job.pixels);
     weft_context_destroy(&job.context);
     weft_choice_clear(&job.choice);
-    weft_plan_destroy(&job.own_passes);
+    weft_pass_plan_destroy(&job.own_passes);
     weft_slice_plan_destroy(&job.own_plan);
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);

@@ -40,7 +40,7 @@ static const struct option_spec options[VALIDATE_OPTION_COUNT] = {
 // What is checked, and what came out.
 struct verdict {
     const struct weft_pass_list *list;
-    const struct weft_plan_step *steps; // of the tiles, for messages
+    const struct weft_tile_name *steps; // of the tiles, for messages
     enum weft_worst_case worst_case;
     struct plan_fault fault;
     const struct weft_range *ranges; // of each pass; NULL after a fault
@@ -223,7 +223,7 @@ static enum weft_result print_json(const struct verdict *v)
 
 static enum weft_result answer(struct verdict *v, const struct option_value *o, bool *valid)
 {
-    struct weft_plan_step *steps = plan_steps_shortened(v->list->tiles);
+    struct weft_tile_name *steps = plan_steps_shortened(v->list->tiles);
     enum weft_result res = steps ? WEFT_OK : WEFT_ERR_MEMORY;
     v->steps = steps;
     *valid = is_valid(v);
@@ -247,7 +247,7 @@ static enum weft_result simulate(struct verdict *v, struct weft_range *ranges)
 static enum weft_result validate_file(const char *path, const struct option_value *o, bool *valid)
 {
     struct plan_file file;
-    weft_plan *plan = NULL;
+    weft_pass_plan *plan = NULL;
     struct weft_range *ranges = NULL;
     enum weft_result res = plan_file_load(path, (uint64_t)o[PLAN_MEMORY].integer[0], &file);
     if (res != WEFT_OK)
@@ -263,15 +263,15 @@ static enum weft_result validate_file(const char *path, const struct option_valu
     if (res == WEFT_OK)
         res = answer(&v, o, valid);
     free(ranges);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     plan_file_clear(&file);
     return res;
 }
 
-static enum weft_result answer_plan(const weft_plan *plan, const struct option_value *o,
+static enum weft_result answer_plan(const weft_pass_plan *plan, const struct option_value *o,
                                     bool *valid)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     struct verdict v = {.list = info->passes,
                         .worst_case = info->worst_case,
                         .ranges = info->ranges,
@@ -281,12 +281,12 @@ static enum weft_result answer_plan(const weft_plan *plan, const struct option_v
 
 static enum weft_result validate_order(const struct option_value *o, bool *valid)
 {
-    struct weft_plan_params *params =
-        weft_plan_params(.order = WEFT_ORDER_GIVEN, .progress = report_progress("simulating"));
+    struct weft_pass_plan_params *params =
+        weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .progress = report_progress("simulating"));
     weft_kernel_file *file = NULL;
-    weft_plan *plan = NULL;
-    struct weft_plan_step *steps = NULL;
-    struct weft_plan_split *splits = NULL;
+    weft_pass_plan *plan = NULL;
+    struct weft_tile_name *steps = NULL;
+    struct weft_pass_plan_split *splits = NULL;
     enum weft_result res = plan_options_read(o, params, &file);
     params->taps_per_pass = params->taps_per_pass ? params->taps_per_pass : 1;
     if (res == WEFT_OK)
@@ -297,10 +297,10 @@ static enum weft_result validate_order(const struct option_value *o, bool *valid
     params->steps = steps;
     params->splits = splits;
     if (res == WEFT_OK)
-        res = weft_plan_create(params, &plan);
+        res = weft_pass_plan_create(params, &plan);
     if (res == WEFT_OK)
         res = answer_plan(plan, o, valid);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     weft_kernel_file_destroy(&file);
     free(steps);
     free(splits);

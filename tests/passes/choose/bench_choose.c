@@ -30,7 +30,7 @@ struct bench {
 // A way that is run: planned as it would be, were it chosen.
 struct contender {
     const struct weft_candidate *candidate;
-    weft_way_plan *plan;
+    weft_method_plan *plan;
     bool chosen, within;
     double seconds[MAX_RUNS];
 };
@@ -55,7 +55,7 @@ static bool is_worth_a_run(const struct weft_choice *choice, const struct weft_c
     const double chosen = choice->candidates[choice->chosen].seconds;
     return c->state == WEFT_CANDIDATE_CHOSEN ||
            (c->state != WEFT_CANDIDATE_REFUSED &&
-            (c->way.method != WEFT_METHOD_PASSES || c->seconds < 1.5 * chosen));
+            (c->method.engine != WEFT_ENGINE_MULTIPASS || c->seconds < 1.5 * chosen));
 }
 
 static int plan_contenders(const struct job *job, double budget, const struct weft_choice *choice,
@@ -64,16 +64,16 @@ static int plan_contenders(const struct job *job, double budget, const struct we
     int count = 0;
     for (size_t i = 0; i < choice->count && count < MAX_WAYS; i++) {
         const struct weft_candidate *c = &choice->candidates[i];
-        struct weft_way_params params = job->params;
+        struct weft_method_params params = job->params;
         struct contender *contender = &out[count];
         if (!is_worth_a_run(choice, c))
             continue;
         *contender =
             (struct contender){.candidate = c, .chosen = c->state == WEFT_CANDIDATE_CHOSEN};
-        params.way = c->way;
-        if (c->way.method == WEFT_METHOD_FUSED && c->bound < budget)
+        params.method = c->method;
+        if (c->method.engine == WEFT_ENGINE_FUSED && c->bound < budget)
             params.slice.smooth_error = 0.999 * (budget - c->bound);
-        if (weft_way_plan_create(job->volume, &params, &contender->plan) == WEFT_OK)
+        if (weft_method_plan_create(job->volume, &params, &contender->plan) == WEFT_OK)
             count++;
     }
     return count;
@@ -86,16 +86,16 @@ static enum weft_result time_contenders(const struct bench *b, const struct job 
     for (int run = -1; res == WEFT_OK && run < b->runs; run++) {
         for (int i = 0; res == WEFT_OK && i < count; i++) {
             struct contender *c = &contenders[i];
-            struct weft_way_report report;
+            struct weft_method_report report;
             if (run >= 0 && !c->within)
                 continue;
-            res = weft_way_run(b->context, c->plan, job->volume, pixels, NULL, &report);
+            res = weft_method_run(b->context, c->plan, job->volume, pixels, NULL, &report);
             if (run >= 0)
                 c->seconds[run] = report.seconds;
             if (run >= 0 || res != WEFT_OK)
                 continue;
             struct weft_slice_error error;
-            res = weft_slice_verify(weft_way_plan_get_slice(c->plan), job->volume, pixels,
+            res = weft_slice_verify(weft_method_plan_get_slice(c->plan), job->volume, pixels,
                                     &(struct weft_slice_verify_params){.max_seconds = 0.1}, &error);
             // The first run warms up, and tells which ways are to be timed.
             c->within = error.maximum <= budget;
@@ -148,11 +148,11 @@ static enum weft_result run_job(const struct bench *b, struct random *r, struct 
     struct job job;
     struct weft_choice choice;
     set_job(r, b->magnification, &job);
-    const double budget = random_budget(r, &job.params.measure);
+    const double budget = random_budget(r, &job.params.statistics);
     const struct weft_choose_params params = {.slice = job.params.slice,
                                               .max_error = budget,
                                               .model = &b->model,
-                                              .measure = &job.params.measure};
+                                              .statistics = &job.params.statistics};
     const struct weft_slice_geometry *g = &job.params.slice.geometry;
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     job_must(pixels, "memory");
@@ -167,7 +167,7 @@ static enum weft_result run_job(const struct bench *b, struct random *r, struct 
             judge(b, contenders, count, budget, t);
     }
     for (int i = 0; i < count; i++)
-        weft_way_plan_destroy(&contenders[i].plan);
+        weft_method_plan_destroy(&contenders[i].plan);
     weft_choice_clear(&choice);
     weft_volume_destroy(&job.volume);
     free(pixels);

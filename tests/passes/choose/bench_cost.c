@@ -88,13 +88,13 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static enum weft_result measure(struct bench *b, const weft_way_plan *plan, double *out)
+static enum weft_result statistics(struct bench *b, const weft_method_plan *plan, double *out)
 {
     double seconds[MAX_RUNS];
     enum weft_result res = WEFT_OK;
     for (int i = -1; res == WEFT_OK && i < b->runs; i++) { // the first one warms up
-        struct weft_way_report report;
-        res = weft_way_run(b->context, plan, b->volume, b->pixels, NULL, &report);
+        struct weft_method_report report;
+        res = weft_method_run(b->context, plan, b->volume, b->pixels, NULL, &report);
         if (res == WEFT_OK && i >= 0)
             seconds[i] = report.seconds;
     }
@@ -105,16 +105,16 @@ static enum weft_result measure(struct bench *b, const weft_way_plan *plan, doub
     return res;
 }
 
-static void compare(struct bench *b, const struct weft_way_params *params)
+static void compare(struct bench *b, const struct weft_method_params *params)
 {
-    weft_way_plan *plan = NULL;
+    weft_method_plan *plan = NULL;
     double measured = 0.0;
     b->deadline = weft_now_seconds() + PLANNING_SECONDS;
-    enum weft_result res = weft_way_plan_create(b->volume, params, &plan);
+    enum weft_result res = weft_method_plan_create(b->volume, params, &plan);
     if (res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_CANCELLED || res == WEFT_ERR_LIMIT)
         return;
     if (res == WEFT_OK)
-        res = measure(b, plan, &measured);
+        res = statistics(b, plan, &measured);
     if (res != WEFT_OK) {
         b->failures++;
         return;
@@ -123,10 +123,10 @@ static void compare(struct bench *b, const struct weft_way_params *params)
     b->failures += !(predicted > 0.0 && isfinite(predicted));
     b->compared++;
     b->close += ratio >= 1.0 / 1.5 && ratio <= 1.5;
-    printf("  %-44s %9.2f %9.2f %6.2f%s\n", weft_way_plan_get_info(plan)->name, 1e3 * predicted,
+    printf("  %-44s %9.2f %9.2f %6.2f%s\n", weft_method_plan_get_info(plan)->name, 1e3 * predicted,
            1e3 * measured, ratio, ratio >= 1.0 / 1.5 && ratio <= 1.5 ? "" : " *");
     fflush(stdout);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
 }
 
 // ---- all of them --------------------------------------------------------------------------------
@@ -134,31 +134,31 @@ static void compare(struct bench *b, const struct weft_way_params *params)
 static enum weft_result run_slice(struct bench *b, const char *kernel, bool oblique)
 {
     const struct weft_progress progress = {before_deadline, b};
-    struct weft_way_params params = {
+    struct weft_method_params params = {
         .slice = {.space = WEFT_SPACE_INDEX, .geometry = plane(b, oblique), .log = &log_to_stderr}};
     weft_slice_plan *plan = NULL;
-    struct weft_way *ways = NULL;
+    struct weft_method *methods = NULL;
     size_t count = 0;
     enum weft_result res = weft_kernel_parse(&log_to_stderr, kernel, &params.slice.kernel);
     if (res == WEFT_OK)
         res = weft_slice_plan_create(b->volume, &params.slice, &plan);
     if (res == WEFT_OK)
-        res = weft_slice_measure(plan, b->volume, NULL, &params.measure);
+        res = weft_slice_statistics_compute(plan, b->volume, NULL, &params.statistics);
     if (res == WEFT_OK)
-        res = weft_way_list(&log_to_stderr, &ways, &count);
+        res = weft_method_list(&log_to_stderr, &methods, &count);
     printf("%s, %s: %d x %d pixels of %d^3 voxels\n  %-44s %9s %9s %6s\n", kernel,
            oblique ? "oblique" : "along the axes", b->side, b->side, b->size, "way", "predicted",
            "measured", "ratio");
     params.slice.progress = &progress;
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
         // A small case plans few taps and samples.
-        if (!b->full && ways[i].method == WEFT_METHOD_PASSES && ways[i].samples > 16)
+        if (!b->full && methods[i].engine == WEFT_ENGINE_MULTIPASS && methods[i].samples > 16)
             continue;
-        params.way = ways[i];
+        params.method = methods[i];
         compare(b, &params);
     }
     weft_slice_plan_destroy(&plan);
-    free(ways);
+    free(methods);
     return res;
 }
 

@@ -44,9 +44,9 @@ static double error_of(weft_context *context, const struct job *job, const struc
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     struct weft_slice_error error;
     assert_non_null(pixels);
-    assert_int_equal(weft_way_run(context, c->plan, job->volume, pixels, NULL, NULL), WEFT_OK);
+    assert_int_equal(weft_method_run(context, c->plan, job->volume, pixels, NULL, NULL), WEFT_OK);
     assert_int_equal(
-        weft_slice_verify(weft_way_plan_get_slice(c->plan), job->volume, pixels, NULL, &error),
+        weft_slice_verify(weft_method_plan_get_slice(c->plan), job->volume, pixels, NULL, &error),
         WEFT_OK);
     assert_int_equal(error.not_finite_mismatches, 0);
     free(pixels);
@@ -66,15 +66,15 @@ static void random_jobs_stay_within_their_budgets(void **state)
         set_job(&r, 1, &job);
         struct weft_choose_params params = {
             .slice = job.params.slice,
-            .max_error = random_budget(&r, &job.params.measure),
-            .measure = i % 3 ? &job.params.measure : NULL,
+            .max_error = random_budget(&r, &job.params.statistics),
+            .statistics = i % 3 ? &job.params.statistics : NULL,
         };
         params.slice.log = &log_to_stderr;
         // Plans of passes for few taps and coarse budgets, which are quick to plan and can be met.
         if (i % 10 == 9) {
             params.profile = weft_profile_find(i % 20 == 9 ? "unorm16" : "unorm8");
             params.slice.kernel = kernel_named(i % 4 == 1 ? "linear" : "nearest");
-            params.max_error = (job.params.measure.high - job.params.measure.low) *
+            params.max_error = (job.params.statistics.high - job.params.statistics.low) *
                                ldexp(1.0, -(int)(1 + i / 10 % 4));
         }
         assert_int_equal(weft_choose(job.volume, &params, &choice), WEFT_OK);
@@ -84,9 +84,9 @@ static void random_jobs_stay_within_their_budgets(void **state)
             if (!(error <= params.max_error))
                 fail_msg("job %d: %s is off by %.3g, the budget is %.3g", i,
                          choice.candidates[choice.chosen].name, error, params.max_error);
-            assert_true(weft_way_plan_get_info(choice.plan)->bound <= params.max_error);
+            assert_true(weft_method_plan_get_info(choice.plan)->bound <= params.max_error);
             closest = fmax(closest, error / params.max_error);
-            methods[choice.candidates[choice.chosen].way.method]++;
+            methods[choice.candidates[choice.chosen].method.engine]++;
             chosen++;
         }
         weft_choice_clear(&choice);

@@ -99,11 +99,11 @@ static void damaged_texts_are_refused(void **state)
 
 // ---- predictions --------------------------------------------------------------------------------
 
-static double predict(weft_volume *volume, const struct weft_way *way, int side)
+static double predict(weft_volume *volume, const struct weft_method *method, int side)
 {
-    struct weft_way_params params = {
-        .way = *way,
-        .measure = {.low = 0.0, .high = 1.0, .voxels = 512},
+    struct weft_method_params params = {
+        .method = *method,
+        .statistics = {.low = 0.0, .high = 1.0, .voxels = 512},
         .slice = {.space = WEFT_SPACE_INDEX,
                   .kernel = kernel_named("linear"),
                   .geometry = {.origin = {1, 1, 3.3},
@@ -113,12 +113,12 @@ static double predict(weft_volume *volume, const struct weft_way *way, int side)
                                .height = side},
                   .log = &log_to_stderr},
     };
-    weft_way_plan *plan = NULL;
-    if (way->method == WEFT_METHOD_PASSES)
-        params.way.samples = 16;
-    assert_int_equal(weft_way_plan_create(volume, &params, &plan), WEFT_OK);
+    weft_method_plan *plan = NULL;
+    if (method->engine == WEFT_ENGINE_MULTIPASS)
+        params.method.samples = 16;
+    assert_int_equal(weft_method_plan_create(volume, &params, &plan), WEFT_OK);
     const double seconds = weft_cost_predict(&weft_cost_default, plan);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return seconds;
 }
 
@@ -128,23 +128,23 @@ static void more_pixels_cost_more(void **state)
     enum { SIDE = 24 };
     float *data = calloc(SIDE * SIDE * SIDE, sizeof *data);
     weft_volume *volume = NULL;
-    struct weft_way *ways = NULL;
+    struct weft_method *methods = NULL;
     size_t count = 0;
     assert_int_equal(weft_volume_create(weft_volume_params(.size = {SIDE, SIDE, SIDE}, .data = data,
                                                            .log = &log_to_stderr),
                                         &volume),
                      WEFT_OK);
-    assert_int_equal(weft_way_list(&log_to_stderr, &ways, &count), WEFT_OK);
+    assert_int_equal(weft_method_list(&log_to_stderr, &methods, &count), WEFT_OK);
     assert_true(count > 1);
     for (size_t i = 0; i < count; i++) {
         double last = 0.0;
         for (int side = 32; side <= 512; side *= 2) {
-            const double seconds = predict(volume, &ways[i], side);
+            const double seconds = predict(volume, &methods[i], side);
             assert_true(isfinite(seconds) && seconds > last);
             last = seconds;
         }
     }
-    free(ways);
+    free(methods);
     free(data);
     weft_volume_destroy(&volume);
 }
@@ -183,17 +183,17 @@ static void more_work_costs_more(void **state)
     } members[] = {{fused, WEFT_COUNT(fused)},
                    {separable, WEFT_COUNT(separable)},
                    {passes, WEFT_COUNT(passes)}};
-    for (int method = 0; method < WEFT_COST_METHODS; method++) {
-        for (size_t i = 0; i < members[method].count; i++) {
+    for (int engine = 0; engine < WEFT_COST_ENGINES; engine++) {
+        for (size_t i = 0; i < members[engine].count; i++) {
             struct weft_cost_work more = base, less = base;
-            more.method = less.method = (enum weft_method)method;
-            *(double *)(void *)((char *)&more + members[method].offset[i]) *= 4.0;
+            more.engine = less.engine = (enum weft_engine)engine;
+            *(double *)(void *)((char *)&more + members[engine].offset[i]) *= 4.0;
             assert_true(weft_cost_of(&weft_cost_default, &more) >
                         weft_cost_of(&weft_cost_default, &less));
         }
     }
     // Nothing at all still has a start, and no tiles are no trouble.
-    const struct weft_cost_work nothing = {.method = WEFT_METHOD_PASSES};
+    const struct weft_cost_work nothing = {.engine = WEFT_ENGINE_MULTIPASS};
     assert_near(weft_cost_of(&weft_cost_default, &nothing), 1e-9 * weft_cost_default.start[2],
                 1e-15, "nothing");
 }

@@ -14,14 +14,14 @@
 
 enum { JOBS = 150 };
 
-static struct weft_way random_way(struct random *r)
+static struct weft_method random_method(struct random *r)
 {
     if (below(r, 6) == 0)
-        return (struct weft_way){.method = WEFT_METHOD_SEPARABLE};
-    return (struct weft_way){.layout = (enum weft_layout)(1 + below(r, 3)),
-                             .source = (enum weft_source_format)below(r, 4),
-                             .lookup = (enum weft_lookup)below(r, 3),
-                             .samples = 1 << below(r, 10)};
+        return (struct weft_method){.engine = WEFT_ENGINE_SEPARABLE};
+    return (struct weft_method){.layout = (enum weft_layout)(1 + below(r, 3)),
+                                .source = (enum weft_source_format)below(r, 4),
+                                .lookup = (enum weft_lookup)below(r, 3),
+                                .samples = 1 << below(r, 10)};
 }
 
 // ---- tests --------------------------------------------------------------------------------------
@@ -30,29 +30,29 @@ static struct weft_way random_way(struct random *r)
 // of voxels below 0.
 static bool may_be_refused(const struct job *job)
 {
-    const struct weft_way *way = &job->params.way;
-    return way->method == WEFT_METHOD_SEPARABLE ||
-           (way->method == WEFT_METHOD_PASSES && way->technique == WEFT_TECHNIQUE_LOG &&
-            job->params.measure.low < 0.0);
+    const struct weft_method *method = &job->params.method;
+    return method->engine == WEFT_ENGINE_SEPARABLE ||
+           (method->engine == WEFT_ENGINE_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
+            job->params.statistics.low < 0.0);
 }
 
 // Runs one way and checks every pixel against the bound. Returns false where it is unsupported.
 static bool check(weft_context *context, const struct job *job, const char *what,
-                  struct weft_way_report *report, unsigned *savings, double *tightness)
+                  struct weft_method_report *report, unsigned *savings, double *tightness)
 {
-    weft_way_plan *plan = NULL;
-    enum weft_result res = weft_way_plan_create(job->volume, &job->params, &plan);
+    weft_method_plan *plan = NULL;
+    enum weft_result res = weft_method_plan_create(job->volume, &job->params, &plan);
     if (res == WEFT_ERR_UNSUPPORTED && may_be_refused(job))
         return false;
     assert_int_equal(res, WEFT_OK);
     const struct weft_slice_geometry *g = &job->params.slice.geometry;
-    const struct weft_way_plan_info *info = weft_way_plan_get_info(plan);
+    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     struct weft_slice_error error;
     assert_non_null(pixels);
-    assert_int_equal(weft_way_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
+    assert_int_equal(weft_method_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
     assert_int_equal(
-        weft_slice_verify(weft_way_plan_get_slice(plan), job->volume, pixels, NULL, &error),
+        weft_slice_verify(weft_method_plan_get_slice(plan), job->volume, pixels, NULL, &error),
         WEFT_OK);
     if (!(error.maximum <= info->bound) || error.not_finite_mismatches)
         fail_msg("%s: %s with %s: error %.3g at (%d, %d) of %dx%d, %.9g instead of %.9g; the bound "
@@ -63,7 +63,7 @@ static bool check(weft_context *context, const struct job *job, const char *what
     *savings |= info->slice->savings;
     *tightness = fmin(*tightness, info->bound / error.maximum);
     free(pixels);
-    weft_way_plan_destroy(&plan);
+    weft_method_plan_destroy(&plan);
     return true;
 }
 
@@ -77,23 +77,24 @@ static void fused_ways_stay_within_their_bounds(void **state)
     int ran = 0, certain = 0;
     for (int i = 0; i < JOBS; i++) {
         struct job job;
-        struct weft_way_report report;
+        struct weft_method_report report;
         char what[32];
         snprintf(what, sizeof what, "job %d", i);
         set_job(&r, 1, &job);
-        job.params.way = random_way(&r);
+        job.params.method = random_method(&r);
         job.params.slice.without = below(&r, 2) ? 0u : (unsigned)below(&r, WEFT_SAVING_ALL + 1);
         job.params.slice.clamp_to_samples =
             below(&r, 6) == 0 && !job.params.slice.kernel.prefiltered;
         if (below(&r, 2))
             job.params.slice.smooth_error =
-                (job.params.measure.high - job.params.measure.low) * ldexp(1.0, -4 - below(&r, 12));
+                (job.params.statistics.high - job.params.statistics.low) *
+                ldexp(1.0, -4 - below(&r, 12));
         weft_context *context = contexts[contexts[1] ? i % 2 : 0];
         certain += !may_be_refused(&job);
         if (check(context, &job, what, &report, &savings, &tightness))
             ran++;
         else
-            report = (struct weft_way_report){0};
+            report = (struct weft_method_report){0};
         constant += report.slice.cells_constant;
         smooth += report.slice.cells_smooth;
         weft_volume_destroy(&job.volume);
@@ -110,27 +111,27 @@ static void listed_ways_stay_within_their_bounds(void **state)
 {
     (void)state;
     struct random r = {11};
-    struct weft_way *ways = NULL;
+    struct weft_method *methods = NULL;
     size_t count = 0, ran = 0, certain = 0;
     unsigned savings = 0;
     double tightness = INFINITY;
-    assert_int_equal(weft_way_list(&log_to_stderr, &ways, &count), WEFT_OK);
+    assert_int_equal(weft_method_list(&log_to_stderr, &methods, &count), WEFT_OK);
     for (size_t i = 0; i < count; i++) {
         struct job job;
-        struct weft_way_report report;
+        struct weft_method_report report;
         char what[32], name[96], other[96];
-        weft_way_format(&ways[i], name, sizeof name);
+        weft_method_format(&methods[i], name, sizeof name);
         for (size_t k = 0; k < i; k++) {
-            weft_way_format(&ways[k], other, sizeof other);
+            weft_method_format(&methods[k], other, sizeof other);
             assert_string_not_equal(name, other);
         }
         snprintf(what, sizeof what, "way %d", (int)i);
         set_job(&r, 1, &job);
-        job.params.way = ways[i];
+        job.params.method = methods[i];
         // Planning others takes long with many taps or samples.
-        if (ways[i].method == WEFT_METHOD_PASSES) {
+        if (methods[i].engine == WEFT_ENGINE_MULTIPASS) {
             job.params.slice.kernel = kernel_named(i % 2 ? "linear" : "mitchell");
-            job.params.way.samples = 16;
+            job.params.method.samples = 16;
         }
         certain += !may_be_refused(&job);
         ran += check(contexts[0], &job, what, &report, &savings, &tightness);
@@ -139,7 +140,7 @@ static void listed_ways_stay_within_their_bounds(void **state)
     print_message("%d of %d ways ran; bound / error: least %.3g\n", (int)ran, (int)count,
                   tightness);
     assert_in_range(certain, count - 5, ran); // all but one separable way and a few of logarithms
-    free(ways);
+    free(methods);
 }
 
 int main(void)

@@ -23,16 +23,16 @@ static double largest_difference(weft_context *context, const struct hand_list *
                                  struct hand_request *r)
 {
     static float emulated[4][HAND_MAX_PIXELS];
-    struct weft_convolve_report report;
+    struct weft_multipass_report report;
     struct message refusal = {0};
     const struct weft_log log = {keep_message, &refusal};
     r->params.log = &log;
-    if (weft_emulate_run_work(&h->work, &r->params, NULL) != WEFT_OK)
+    if (weft_multipass_emulate_work(&h->work, &r->params, NULL) != WEFT_OK)
         return NAN;
     memcpy(emulated, r->pixels, sizeof emulated);
     memset(r->pixels, 0xff, sizeof r->pixels);
     r->params.log = &log_to_stderr;
-    assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, &report), WEFT_OK);
+    assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, &report), WEFT_OK);
     double largest = 0.0;
     for (int c = 0; c < h->work.channels; c++) {
         for (int p = 0; p < r->grid.width * r->grid.height; p++) {
@@ -304,24 +304,24 @@ static const struct plan_case plan_cases[] = {
     {"catmull-rom", "fp32", WEFT_TECHNIQUE_DOT4, 3, 2, 1, false},
 };
 
-static weft_plan *make_plan(const struct plan_case *k)
+static weft_pass_plan *make_plan(const struct plan_case *k)
 {
-    weft_plan *plan = NULL;
-    struct weft_plan_params p = {.kernel = kernel_named(k->kernel),
-                                 .dims = k->dims,
-                                 .derivative = k->derivative,
-                                 .technique = k->technique,
-                                 .channels = k->channels,
-                                 .samples = k->dims > 2 ? 8 : 16,
-                                 .blend_only = k->blend_only,
-                                 .log = &log_to_stderr};
+    weft_pass_plan *plan = NULL;
+    struct weft_pass_plan_params p = {.kernel = kernel_named(k->kernel),
+                                      .dims = k->dims,
+                                      .derivative = k->derivative,
+                                      .technique = k->technique,
+                                      .channels = k->channels,
+                                      .samples = k->dims > 2 ? 8 : 16,
+                                      .blend_only = k->blend_only,
+                                      .log = &log_to_stderr};
     assert_int_equal(weft_profile_parse(&log_to_stderr, k->profile, &p.profile), WEFT_OK);
-    assert_int_equal(weft_plan_create(&p, &plan), WEFT_OK);
+    assert_int_equal(weft_pass_plan_create(&p, &plan), WEFT_OK);
     return plan;
 }
 
 // Samples in [2, 5], so that the range's foot and width show.
-static struct hand_request *make_plan_request(const struct weft_plan_info *info)
+static struct hand_request *make_plan_request(const struct weft_pass_plan_info *info)
 {
     const struct hand_list h = {.work = {.channels = info->channels}};
     struct hand_request *r = hand_request_create(&h, 40, 30, 9, 8, info->dims > 2 ? 7 : 1);
@@ -343,15 +343,15 @@ static void plans_keep_their_bounds(void **state)
 {
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(plan_cases); i++) {
-        weft_plan *plan = make_plan(&plan_cases[i]);
-        const struct weft_plan_info *info = weft_plan_get_info(plan);
+        weft_pass_plan *plan = make_plan(&plan_cases[i]);
+        const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
         struct hand_request *r = make_plan_request(info);
         r->params.plan = plan;
-        struct weft_convolve_error error;
+        struct weft_multipass_error error;
         static float emulated[4][HAND_MAX_PIXELS];
-        assert_int_equal(weft_emulate_run(&r->params, NULL), WEFT_OK);
+        assert_int_equal(weft_multipass_emulate(&r->params, NULL), WEFT_OK);
         memcpy(emulated, r->pixels, sizeof emulated);
-        assert_int_equal(weft_convolve_verify(&r->params, &error), WEFT_OK);
+        assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
         const double width = r->source.high - r->source.low;
         const double bound = info->error.bound_any * width;
         print_message("%-15s %dD' %d %-10s %-15s %3d passes: error %.4f, rms %.4f, bound %.4f\n",
@@ -361,15 +361,15 @@ static void plans_keep_their_bounds(void **state)
         assert_true(error.maximum <= bound && error.not_finite_mismatches == 0);
         for (int c = 0; c < 2 && contexts[c]; c++) {
             const bool exact = weft_target_bits(info->profile.target) > 0;
-            assert_int_equal(weft_convolve_run(contexts[c], &r->params, NULL), WEFT_OK);
+            assert_int_equal(weft_multipass_run(contexts[c], &r->params, NULL), WEFT_OK);
             for (int p = 0; p < 40 * 30 && exact; p++)
                 for (int n = 0; n < info->channels; n++)
                     assert_true(r->pixels[n][p] == emulated[n][p]);
-            assert_int_equal(weft_convolve_verify(&r->params, &error), WEFT_OK);
+            assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
             assert_true(error.maximum <= bound && error.not_finite_mismatches == 0);
         }
         free(r);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
@@ -407,8 +407,8 @@ static void samples_that_are_not_finite_show(void **state)
         r->grid.origin[0] = r->grid.origin[1] = -1.0;
         r->grid.du[0] = r->grid.dv[1] = 10.0 / 30.0;
         assert_true(largest_difference(contexts[c], h, r) == 0.0);
-        struct weft_convolve_error error;
-        assert_int_equal(weft_convolve_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        struct weft_multipass_error error;
+        assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
         assert_int_equal(error.not_finite_mismatches, 0);
         assert_true(error.maximum < 0.1);
         free(r);
@@ -419,7 +419,7 @@ static void samples_that_are_not_finite_show(void **state)
 // Kernels and profiles by turns, 11 x 9 samples thrice as large: every third position is whole.
 enum { FEW_X = 11, FEW_Y = 9, THRICE = 3 };
 
-static struct hand_request *make_thrice(const weft_plan *plan, const double columns[],
+static struct hand_request *make_thrice(const weft_pass_plan *plan, const double columns[],
                                         const double rows[])
 {
     struct hand_request *r = hand_request_create(&(struct hand_list){.work.channels = 1},
@@ -451,14 +451,14 @@ static const struct plan_case thrice_cases[] = {
 static void check_thrice(struct hand_request *r, const char *what, int nans)
 {
     for (int c = -1; c < 2; c++) {
-        struct weft_convolve_error error;
+        struct weft_multipass_error error;
         int count = 0;
         if (c >= 0 && !contexts[c])
             continue;
-        assert_int_equal(c < 0 ? weft_emulate_run(&r->params, NULL)
-                               : weft_convolve_run(contexts[c], &r->params, NULL),
+        assert_int_equal(c < 0 ? weft_multipass_emulate(&r->params, NULL)
+                               : weft_multipass_run(contexts[c], &r->params, NULL),
                          WEFT_OK);
-        assert_int_equal(weft_convolve_verify(&r->params, &error), WEFT_OK);
+        assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
         for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
             count += isnan(r->pixels[0][p]);
         if (error.not_finite_mismatches || (nans >= 0 && count != nans))
@@ -475,7 +475,7 @@ static void weights_of_zero_spread_nothing(void **state)
     set_thirds(rows, THRICE * FEW_Y);
     for (size_t i = 0; i < WEFT_COUNT(thrice_cases); i++) {
         const struct plan_case *k = &thrice_cases[i];
-        weft_plan *plan = make_plan(k);
+        weft_pass_plan *plan = make_plan(k);
         struct hand_request *r = make_thrice(plan, columns, rows);
         const bool linear = strcmp(k->kernel, "linear") == 0;
         const bool cubic = strcmp(k->kernel, "catmull-rom") == 0 && k->derivative == 0;
@@ -484,7 +484,7 @@ static void weights_of_zero_spread_nothing(void **state)
         // own place, where the weights of all others are 0.
         check_thrice(r, k->kernel, linear ? 5 * 5 : cubic ? 9 * 9 : -1);
         free(r);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
@@ -497,7 +497,7 @@ static void the_largest_floats_stay_finite(void **state)
     int inside = 0;
     for (size_t i = 0; i < 2 * WEFT_COUNT(thrice_cases); i++) {
         const struct plan_case *k = &thrice_cases[i / 2];
-        weft_plan *plan = make_plan(k);
+        weft_pass_plan *plan = make_plan(k);
         struct hand_request *r = make_thrice(plan, columns, rows);
         for (int s = 0; s < FEW_X * FEW_Y; s++)
             r->samples[0][s] = s % 5 < 3 ? FLT_MAX : i % 2 ? 1.0f : -FLT_MAX;
@@ -505,7 +505,7 @@ static void the_largest_floats_stay_finite(void **state)
         for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
             inside += isfinite(r->pixels[0][p]);
         free(r);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
     assert_true(inside > 2000);
 }
@@ -533,13 +533,13 @@ static void limits_are_checked(void **state)
         r->params.log = &log;
         context->info.max_target_size = cases[i].side;
         context->info.max_buffer_texels = cases[i].texels;
-        assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, NULL),
+        assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, NULL),
                          WEFT_ERR_LIMIT);
         if (!strstr(message.text, cases[i].text))
             fail_msg("'%s' instead of '%s'", message.text, cases[i].text);
     }
     context->info = info;
-    assert_int_equal(weft_convolve_run(context, &(struct weft_convolve_params){0}, NULL),
+    assert_int_equal(weft_multipass_run(context, &(struct weft_multipass_params){0}, NULL),
                      WEFT_ERR_ARGUMENT);
     free(r);
     hand_list_destroy(h);
@@ -553,7 +553,7 @@ static void state_is_left_clean(void **state)
     struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 3, 3, 1);
-    assert_int_equal(weft_convolve_run_work(context, &h->work, &r->params, NULL), WEFT_OK);
+    assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, NULL), WEFT_OK);
     assert_int_equal(weft_context_enter(context), WEFT_OK);
     GLint equation = 0, framebuffer = -1, alignment = 0;
     context->gl.GetIntegerv(GL_BLEND_EQUATION_RGB, &equation);
@@ -584,7 +584,7 @@ static void progress_can_cancel(void **state)
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);
     r->params.progress = &progress;
-    assert_int_equal(weft_convolve_run_work(contexts[0], &h->work, &r->params, NULL),
+    assert_int_equal(weft_multipass_run_work(contexts[0], &h->work, &r->params, NULL),
                      WEFT_ERR_CANCELLED);
     free(r);
     hand_list_destroy(h);

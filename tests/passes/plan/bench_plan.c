@@ -58,11 +58,11 @@ static bool make_samples(struct bench *b)
     return b->samples && b->pixels;
 }
 
-static struct weft_convolve_params job(const struct bench *b, const weft_plan *plan, int side,
-                                       struct weft_samples *samples, struct weft_pixel_grid *grid)
+static struct weft_multipass_params job(const struct bench *b, const weft_pass_plan *plan, int side,
+                                        struct weft_samples *samples, struct weft_pixel_grid *grid)
 {
     const double n = b->size, step = 0.9 * n / side;
-    const int dims = weft_plan_get_info(plan)->dims;
+    const int dims = weft_pass_plan_get_info(plan)->dims;
     *samples = (struct weft_samples){.size = {b->size, b->size, dims > 2 ? b->size : 1},
                                      .plane = {b->samples},
                                      .low = 0.0,
@@ -72,32 +72,32 @@ static struct weft_convolve_params job(const struct bench *b, const weft_plan *p
                                      .origin = {0.05 * n, 0.1 * n, 0.2 * n},
                                      .du = {0.9 * step, 0.1 * step, 0.3 * step},
                                      .dv = {-0.05 * step, 0.85 * step, 0.25 * step}};
-    return (struct weft_convolve_params){.plan = plan,
-                                         .samples = samples,
-                                         .grid = grid,
-                                         .pixels = {b->pixels},
-                                         .log = &log_to_stderr};
+    return (struct weft_multipass_params){.plan = plan,
+                                          .samples = samples,
+                                          .grid = grid,
+                                          .pixels = {b->pixels},
+                                          .log = &log_to_stderr};
 }
 
-static double run_once(struct bench *b, const weft_plan *plan, int side,
-                       struct weft_convolve_error *error)
+static double run_once(struct bench *b, const weft_pass_plan *plan, int side,
+                       struct weft_multipass_error *error)
 {
     struct weft_samples samples;
     struct weft_pixel_grid grid;
-    struct weft_convolve_report report = {0};
-    const struct weft_convolve_params params = job(b, plan, side, &samples, &grid);
-    if (weft_convolve_run(b->context, &params, &report) != WEFT_OK ||
-        (error && weft_convolve_verify(&params, error) != WEFT_OK))
+    struct weft_multipass_report report = {0};
+    const struct weft_multipass_params params = job(b, plan, side, &samples, &grid);
+    if (weft_multipass_run(b->context, &params, &report) != WEFT_OK ||
+        (error && weft_multipass_verify(&params, error) != WEFT_OK))
         b->failures++;
     return report.pass_seconds;
 }
 
-static weft_plan *make(struct bench *b, const struct weft_plan_params *params)
+static weft_pass_plan *make(struct bench *b, const struct weft_pass_plan_params *params)
 {
-    struct weft_plan_params p = *params;
-    weft_plan *plan = NULL;
+    struct weft_pass_plan_params p = *params;
+    weft_pass_plan *plan = NULL;
     p.log = &log_to_stderr;
-    b->failures += weft_plan_create(&p, &plan) != WEFT_OK;
+    b->failures += weft_pass_plan_create(&p, &plan) != WEFT_OK;
     return plan;
 }
 
@@ -111,12 +111,13 @@ static bool has_technique(const struct weft_profile *profile, int technique)
 static void print_technique(struct bench *b, const struct weft_profile *profile, int technique)
 {
     double seconds[MAX_RUNS];
-    struct weft_convolve_error error = {0};
-    weft_plan *plan = make(b, weft_plan_params(.dims = 3, .profile = *profile,
-                                               .technique = (enum weft_technique)technique));
+    struct weft_multipass_error error = {0};
+    weft_pass_plan *plan =
+        make(b, weft_pass_plan_params(.dims = 3, .profile = *profile,
+                                      .technique = (enum weft_technique)technique));
     if (!plan)
         return;
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     run_once(b, plan, VERIFIED_SIDE, &error);
     run_once(b, plan, b->side, NULL); // warms up
     for (int i = 0; i < b->runs; i++)
@@ -127,7 +128,7 @@ static void print_technique(struct bench *b, const struct weft_profile *profile,
            weft_technique_names[technique], info->passes->pass_count, info->fetches, 1e3 * time,
            1e-6 * b->side * b->side / time, 1e-6 * (double)info->tile_bytes, error.maximum,
            error.rms, info->error.bound, info->error.bound_any);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 static void print_techniques(struct bench *b)
@@ -147,13 +148,13 @@ static void print_techniques(struct bench *b)
 static void print_ratio(struct bench *b, const char *kernel, const char *profile)
 {
     double plain[MAX_RUNS], dot4[MAX_RUNS], ratio[MAX_RUNS];
-    struct weft_plan_params p = *weft_plan_params(.dims = 3, .taps_per_pass = 1);
+    struct weft_pass_plan_params p = *weft_pass_plan_params(.dims = 3, .taps_per_pass = 1);
     if (weft_kernel_parse(&log_to_stderr, kernel, &p.kernel) != WEFT_OK)
         return;
     p.profile = *weft_profile_find(profile);
-    weft_plan *one = make(b, &p);
+    weft_pass_plan *one = make(b, &p);
     p.technique = WEFT_TECHNIQUE_DOT4;
-    weft_plan *four = make(b, &p);
+    weft_pass_plan *four = make(b, &p);
     for (int i = -1; one && four && i < b->runs; i++) {
         const double first = run_once(b, one, b->side, NULL);
         const double second = run_once(b, four, b->side, NULL);
@@ -166,14 +167,14 @@ static void print_ratio(struct bench *b, const char *kernel, const char *profile
     if (one && four)
         printf("%-14s %-11s %4d passes %7.1f ms, dot4 %3d passes %7.1f ms: %.2f times fewer, %.2f "
                "times faster\n",
-               kernel, profile, weft_plan_get_info(one)->passes->pass_count,
-               1e3 * median(plain, b->runs), weft_plan_get_info(four)->passes->pass_count,
+               kernel, profile, weft_pass_plan_get_info(one)->passes->pass_count,
+               1e3 * median(plain, b->runs), weft_pass_plan_get_info(four)->passes->pass_count,
                1e3 * median(dot4, b->runs),
-               (double)weft_plan_get_info(one)->passes->pass_count /
-                   weft_plan_get_info(four)->passes->pass_count,
+               (double)weft_pass_plan_get_info(one)->passes->pass_count /
+                   weft_pass_plan_get_info(four)->passes->pass_count,
                median(ratio, b->runs));
-    weft_plan_destroy(&one);
-    weft_plan_destroy(&four);
+    weft_pass_plan_destroy(&one);
+    weft_pass_plan_destroy(&four);
 }
 
 static void print_ratios(struct bench *b)
@@ -191,23 +192,24 @@ static void print_ratios(struct bench *b)
 static void print_cost(struct bench *b, const char *kernel, int dims, enum weft_technique technique)
 {
     double seconds[MAX_RUNS];
-    struct weft_plan_params p = *weft_plan_params(.dims = dims, .samples = dims > 2 ? 16 : 64,
-                                                  .taps_per_pass = 1, .technique = technique);
+    struct weft_pass_plan_params p =
+        *weft_pass_plan_params(.dims = dims, .samples = dims > 2 ? 16 : 64, .taps_per_pass = 1,
+                               .technique = technique);
     if (weft_kernel_parse(&log_to_stderr, kernel, &p.kernel) != WEFT_OK)
         return;
     p.profile = *weft_profile_find("fp32"); // no tile is dropped for being 0
-    weft_plan *plan = make(b, &p);
+    weft_pass_plan *plan = make(b, &p);
     if (!plan)
         return;
     run_once(b, plan, b->side, NULL);
     for (int i = 0; i < b->runs; i++)
         seconds[i] = run_once(b, plan, b->side, NULL);
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const double time = median(seconds, b->runs);
     printf("%-12s %dD %-6s %4d taps %4d passes %8.1f ms, %6.3f ms a pass, %6.3f ms a tap\n", kernel,
            dims, weft_technique_names[technique], info->tap_count, info->passes->pass_count,
            1e3 * time, 1e3 * time / info->passes->pass_count, 1e3 * time / info->tap_count);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 static void print_costs(struct bench *b)

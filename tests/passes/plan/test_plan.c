@@ -15,9 +15,9 @@
 #include "tests/support/plans.h"
 #include "weft.h"
 
-static const struct weft_plan_info *info_of(const weft_plan *plan)
+static const struct weft_pass_plan_info *info_of(const weft_pass_plan *plan)
 {
-    return weft_plan_get_info(plan);
+    return weft_pass_plan_get_info(plan);
 }
 
 // ---- every tile once ----------------------------------------------------------------------------
@@ -29,7 +29,7 @@ static bool is_zero(const struct weft_kernel_tile *tile)
 
 // The offsets of a group's components are those of its tiles' taps, and every tile that is not zero
 // is in one group of all passes of a part.
-static void check_cover(const weft_plan *plan)
+static void check_cover(const weft_pass_plan *plan)
 {
     const struct weft_pass_list *list = info_of(plan)->passes;
     const int tiles = info_of(plan)->tile_count;
@@ -65,17 +65,17 @@ static void every_kernel_has_a_valid_plan(void **state)
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         const struct weft_kernel kernel = kernel_named((*k)->name);
         for (int dims = 2; kernel.width <= 4 && dims <= 3; dims++) {
-            weft_plan *plan =
-                make_plan(weft_plan_params(.kernel = kernel, .dims = dims,
-                                           .samples = dims > 2 ? 16 : 64, .taps_per_pass = 1));
-            const struct weft_plan_info *info = info_of(plan);
+            weft_pass_plan *plan =
+                make_plan(weft_pass_plan_params(.kernel = kernel, .dims = dims,
+                                                .samples = dims > 2 ? 16 : 64, .taps_per_pass = 1));
+            const struct weft_pass_plan_info *info = info_of(plan);
             print_message("%-22s %dD   %4d  %4d   %4d   %4d   %8.2f  %s  %7.3f s\n", (*k)->name,
                           dims, info->tap_count, info->tile_count, info->split_count,
                           info->passes->pass_count, info->scale_bits,
                           info->valid ? "valid  " : "INVALID", info->search_seconds);
             assert_true(info->valid);
             check_cover(plan);
-            weft_plan_destroy(&plan);
+            weft_pass_plan_destroy(&plan);
         }
     }
 }
@@ -95,10 +95,11 @@ static void four_taps_cover_every_tap_once(void **state)
                  {"lagrange5", 6, 9, 54}};
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         for (int dims = 2; dims <= 3; dims++) {
-            weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named(cases[i].kernel),
-                                                         .dims = dims, .samples = dims > 2 ? 4 : 16,
-                                                         .technique = WEFT_TECHNIQUE_DOT4));
-            const struct weft_plan_info *info = info_of(plan);
+            weft_pass_plan *plan =
+                make_plan(weft_pass_plan_params(.kernel = kernel_named(cases[i].kernel),
+                                                .dims = dims, .samples = dims > 2 ? 4 : 16,
+                                                .technique = WEFT_TECHNIQUE_DOT4));
+            const struct weft_pass_plan_info *info = info_of(plan);
             const int expected = dims > 2 ? cases[i].groups_3d : cases[i].groups_2d;
             print_message("%-12s %dD: %d taps in %d groups, pattern (%d,%d,%d) (%d,%d,%d)\n",
                           cases[i].kernel, dims, info->tap_count, info->passes->group_count,
@@ -108,7 +109,7 @@ static void four_taps_cover_every_tap_once(void **state)
             assert_int_equal(info->kernel.width, cases[i].width);
             assert_true(info->passes->group_count <= expected);
             check_cover(plan);
-            weft_plan_destroy(&plan);
+            weft_pass_plan_destroy(&plan);
         }
     }
 }
@@ -116,8 +117,8 @@ static void four_taps_cover_every_tap_once(void **state)
 static void blending_keeps_the_signs_of_four_taps_apart(void **state)
 {
     (void)state;
-    weft_plan *plan = make_plan(
-        weft_plan_params(.technique = WEFT_TECHNIQUE_DOT4, .profile = profile_named("radeon8500")));
+    weft_pass_plan *plan = make_plan(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_DOT4,
+                                                           .profile = profile_named("radeon8500")));
     const struct weft_pass_list *list = info_of(plan)->passes;
     for (int n = 0; n < list->pass_count; n++) {
         assert_false(list->passes[n].reads_target);
@@ -129,7 +130,7 @@ static void blending_keeps_the_signs_of_four_taps_apart(void **state)
             }
     }
     check_cover(plan);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 // ---- orders -------------------------------------------------------------------------------------
@@ -139,19 +140,19 @@ static void positive_kernels_never_subtract(void **state)
     (void)state;
     static const char *const names[] = {"nearest", "linear", "bspline", "gaussian", "notch"};
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
-        weft_plan *plan = make_plan(
-            weft_plan_params(.kernel = kernel_named(names[i]), .worst_case = WEFT_WORST_ANY));
+        weft_pass_plan *plan = make_plan(
+            weft_pass_plan_params(.kernel = kernel_named(names[i]), .worst_case = WEFT_WORST_ANY));
         const struct weft_pass_list *list = info_of(plan)->passes;
         for (int n = 0; n < list->pass_count; n++)
             assert_false(list->passes[n].subtract || list->passes[n].reads_target);
         assert_true(info_of(plan)->error.clamp == 0.0);
         assert_true(list->result_bias == 0.0);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
 // Half a code for each pass of one tap.
-static bool stays_but_for_roundings(const struct weft_plan_info *info)
+static bool stays_but_for_roundings(const struct weft_pass_plan_info *info)
 {
     return 255.0 * info->range.overflow <= 0.5 * info->passes->pass_count;
 }
@@ -166,17 +167,17 @@ static void greedy_orders_are_beaten(void **state)
         for (int dims = 2; dims <= 3; dims++) {
             for (int samples = 8; samples <= 16; samples += 8) {
                 for (int order = WEFT_ORDER_PLANNED; order <= WEFT_ORDER_GREEDY; order++) {
-                    weft_plan *plan = NULL;
-                    const struct weft_plan_params *p =
-                        weft_plan_params(.kernel = kernel_named(names[i]), .dims = dims,
-                                         .samples = samples, .taps_per_pass = 1,
-                                         .order = (enum weft_order)order, .no_scale = true,
-                                         .no_splits = true);
-                    const bool made = weft_plan_create(p, &plan) == WEFT_OK;
+                    weft_pass_plan *plan = NULL;
+                    const struct weft_pass_plan_params *p =
+                        weft_pass_plan_params(.kernel = kernel_named(names[i]), .dims = dims,
+                                              .samples = samples, .taps_per_pass = 1,
+                                              .order = (enum weft_order)order, .no_scale = true,
+                                              .no_splits = true);
+                    const bool made = weft_pass_plan_create(p, &plan) == WEFT_OK;
                     // Roundings, for which there is no room without a scale, aside.
                     *(order == WEFT_ORDER_PLANNED ? &planned : &greedy) +=
                         made && stays_but_for_roundings(info_of(plan));
-                    weft_plan_destroy(&plan);
+                    weft_pass_plan_destroy(&plan);
                 }
                 cases++;
             }
@@ -193,17 +194,17 @@ static void tiles_are_split_where_no_order_helps(void **state)
     (void)state;
     int with = 0, without = 0;
     for (int samples = 24; samples <= 40; samples++) {
-        weft_plan *plan = NULL;
-        struct weft_plan_params *p =
-            weft_plan_params(.kernel = kernel_named("cubic:0,2"), .samples = samples,
-                             .taps_per_pass = 1, .no_scale = true, .no_splits = true);
-        if (weft_plan_create(p, &plan) == WEFT_OK) {
-            weft_plan_destroy(&plan);
+        weft_pass_plan *plan = NULL;
+        struct weft_pass_plan_params *p =
+            weft_pass_plan_params(.kernel = kernel_named("cubic:0,2"), .samples = samples,
+                                  .taps_per_pass = 1, .no_scale = true, .no_splits = true);
+        if (weft_pass_plan_create(p, &plan) == WEFT_OK) {
+            weft_pass_plan_destroy(&plan);
             continue;
         }
         without++;
         p->no_splits = false;
-        if (weft_plan_create(p, &plan) != WEFT_OK)
+        if (weft_pass_plan_create(p, &plan) != WEFT_OK)
             continue;
         with++;
         assert_true(stays_but_for_roundings(info_of(plan)));
@@ -211,7 +212,7 @@ static void tiles_are_split_where_no_order_helps(void **state)
         assert_int_equal(info_of(plan)->tile_count,
                          weft_kernel_tiles_get_info(info_of(plan)->passes->tiles)->tile_count);
         check_cover(plan);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
     print_message("cubic:0,2 2D, M 24 to 40: %d without an order, %d of them with splits\n",
                   without, with);
@@ -223,18 +224,18 @@ static void weights_rounded_singly_need_scale(void **state)
     (void)state;
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
-    weft_plan *plan = NULL;
-    struct weft_plan_params *p =
-        weft_plan_params(.dims = 3, .samples = 16, .taps_per_pass = 1, .round_singly = true,
-                         .no_scale = true, .log = &log);
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_ERR_UNSUPPORTED);
+    weft_pass_plan *plan = NULL;
+    struct weft_pass_plan_params *p =
+        weft_pass_plan_params(.dims = 3, .samples = 16, .taps_per_pass = 1, .round_singly = true,
+                              .no_scale = true, .log = &log);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_UNSUPPORTED);
     assert_non_null(strstr(message.text, "267/255"));
     p->no_scale = false;
     p->log = &log_to_stderr;
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_OK);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_OK);
     assert_true(info_of(plan)->valid);
     assert_true(info_of(plan)->passes->result_scale <= 255.0 / 267.0 + 1e-12);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 static void given_orders_are_judged(void **state)
@@ -242,28 +243,28 @@ static void given_orders_are_judged(void **state)
     (void)state;
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
-    struct weft_plan_step steps[17] = {{{0}, WEFT_TILE_WHOLE, 0}};
-    weft_plan *plan = NULL;
+    struct weft_tile_name steps[17] = {{{0}, WEFT_TILE_WHOLE, 0}};
+    weft_pass_plan *plan = NULL;
     for (int i = 0; i < 16; i++)
-        steps[i] = (struct weft_plan_step){{i % 4, i / 4, 0}, WEFT_TILE_WHOLE, 0};
-    struct weft_plan_params *p =
-        weft_plan_params(.order = WEFT_ORDER_GIVEN, .steps = steps, .step_count = 16,
-                         .taps_per_pass = 1, .log = &log);
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_OK);
+        steps[i] = (struct weft_tile_name){{i % 4, i / 4, 0}, WEFT_TILE_WHOLE, 0};
+    struct weft_pass_plan_params *p =
+        weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .steps = steps, .step_count = 16,
+                              .taps_per_pass = 1, .log = &log);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_OK);
     assert_false(info_of(plan)->valid);
     assert_int_equal(info_of(plan)->range.pass, 1); // (1,0) is subtracted from the corner's little
     assert_true(info_of(plan)->range.value < 0.0);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     p->step_count = 15;
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
     if (!strstr(message.text, "(3,3,0)+ is missing"))
         fail_msg("%s", message.text);
     p->step_count = 17;
     steps[16] = steps[4];
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
     assert_non_null(strstr(message.text, "(0,1,0) piece 0 comes twice"));
     steps[15].tap[0] = 4;
-    assert_int_equal(weft_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
     assert_non_null(strstr(message.text, "no tile (4,3,0)"));
 }
 
@@ -271,21 +272,21 @@ static void given_orders_are_judged(void **state)
 static void a_planned_order_can_be_given(void **state)
 {
     (void)state;
-    weft_plan *plan =
-        make_plan(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1));
+    weft_pass_plan *plan =
+        make_plan(weft_pass_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1));
     const struct weft_pass_list *list = info_of(plan)->passes;
-    struct weft_plan_step steps[64];
+    struct weft_tile_name steps[64];
     assert_true(list->group_count <= 64);
     for (int g = 0; g < list->group_count; g++)
-        steps[g] = weft_plan_tile_step(plan, list->groups[g].tile[0]);
-    weft_plan *given =
-        make_plan(weft_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1,
-                                   .order = WEFT_ORDER_GIVEN, .steps = steps,
-                                   .step_count = (size_t)list->group_count));
+        steps[g] = weft_pass_plan_tile_name(plan, list->groups[g].tile[0]);
+    weft_pass_plan *given =
+        make_plan(weft_pass_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1,
+                                        .order = WEFT_ORDER_GIVEN, .steps = steps,
+                                        .step_count = (size_t)list->group_count));
     assert_true(info_of(given)->valid);
     assert_int_equal(info_of(given)->passes->pass_count, list->pass_count);
-    weft_plan_destroy(&given);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&given);
+    weft_pass_plan_destroy(&plan);
 }
 
 // ---- techniques ---------------------------------------------------------------------------------
@@ -303,18 +304,18 @@ static void split_precision_keeps_what_carries_leave(void **state)
                  {"radeon8500", "bspline", 2, 1, 12, 33}, {"radeon8500", "bspline", 3, 1, 10, 129},
                  {"radeon8500", "bspline", 3, 3, 11, 45}, {"unorm8", "bspline", 3, 8, 12, 17}};
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named(cases[i].kernel),
-                                                     .dims = cases[i].dims, .samples = 16,
-                                                     .taps_per_pass = cases[i].taps,
-                                                     .profile = profile_named(cases[i].profile),
-                                                     .technique = WEFT_TECHNIQUE_SPLIT_PRECISION));
-        const struct weft_plan_info *info = info_of(plan);
+        weft_pass_plan *plan = make_plan(
+            weft_pass_plan_params(.kernel = kernel_named(cases[i].kernel), .dims = cases[i].dims,
+                                  .samples = 16, .taps_per_pass = cases[i].taps,
+                                  .profile = profile_named(cases[i].profile),
+                                  .technique = WEFT_TECHNIQUE_SPLIT_PRECISION));
+        const struct weft_pass_plan_info *info = info_of(plan);
         print_message("%-10s %s %dD: %d passes keep %d bits\n", cases[i].profile, cases[i].kernel,
                       cases[i].dims, info->passes->pass_count, info->kept_bits);
         assert_true(info->kept_bits >= cases[i].least_bits);
         assert_int_equal(info->passes->pass_count, cases[i].passes);
         assert_true(info->valid);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
@@ -325,9 +326,9 @@ static void hierarchies_use_a_stack_of_targets(void **state)
     static const char *const profiles[] = {"unorm8", "unorm16", "geforce3", "radeon8500",
                                            "unorm8,taps=1"};
     for (size_t i = 0; i < WEFT_COUNT(profiles); i++) {
-        weft_plan *plan = make_plan(weft_plan_params(.dims = 3, .samples = 8,
-                                                     .profile = profile_named(profiles[i]),
-                                                     .technique = WEFT_TECHNIQUE_HIERARCHICAL));
+        weft_pass_plan *plan = make_plan(
+            weft_pass_plan_params(.dims = 3, .samples = 8, .profile = profile_named(profiles[i]),
+                                  .technique = WEFT_TECHNIQUE_HIERARCHICAL));
         const struct weft_pass_list *list = info_of(plan)->passes;
         bool holds[64] = {false};
         assert_true(list->slot_count <= 64);
@@ -344,19 +345,19 @@ static void hierarchies_use_a_stack_of_targets(void **state)
                       list->slot_count);
         assert_true(info_of(plan)->valid);
         check_cover(plan);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
-static void refused(const struct weft_plan_params *params, enum weft_result expected,
+static void refused(const struct weft_pass_plan_params *params, enum weft_result expected,
                     const char *text)
 {
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
-    struct weft_plan_params p = *params;
-    weft_plan *plan = NULL;
+    struct weft_pass_plan_params p = *params;
+    weft_pass_plan *plan = NULL;
     p.log = &log;
-    assert_int_equal(weft_plan_create(&p, &plan), expected);
+    assert_int_equal(weft_pass_plan_create(&p, &plan), expected);
     assert_null(plan);
     assert_int_equal(message.count, 1);
     if (!strstr(message.text, text))
@@ -366,32 +367,33 @@ static void refused(const struct weft_plan_params *params, enum weft_result expe
 static void bad_requests_are_refused(void **state)
 {
     (void)state;
-    refused(weft_plan_params(.dims = 4), WEFT_ERR_ARGUMENT, "dims");
-    refused(weft_plan_params(.channels = 3), WEFT_ERR_ARGUMENT, "channels");
-    refused(weft_plan_params(.taps_per_pass = 9), WEFT_ERR_ARGUMENT, "1 to 8 taps per pass, not 9");
-    refused(weft_plan_params(.derivative = 3), WEFT_ERR_ARGUMENT, "derivative");
-    refused(weft_plan_params(.samples = 5000), WEFT_ERR_ARGUMENT, "5000");
-    refused(weft_plan_params(.bits = 17), WEFT_ERR_ARGUMENT, "17");
-    refused(weft_plan_params(.bits = 15, .profile = profile_named("unorm16")), WEFT_ERR_ARGUMENT,
-            "4 to 14 bits, not 15");
-    refused(weft_plan_params(.technique = WEFT_TECHNIQUE_HIERARCHICAL,
-                             .profile = profile_named("fp16")),
+    refused(weft_pass_plan_params(.dims = 4), WEFT_ERR_ARGUMENT, "dims");
+    refused(weft_pass_plan_params(.channels = 3), WEFT_ERR_ARGUMENT, "channels");
+    refused(weft_pass_plan_params(.taps_per_pass = 9), WEFT_ERR_ARGUMENT,
+            "1 to 8 taps per pass, not 9");
+    refused(weft_pass_plan_params(.derivative = 3), WEFT_ERR_ARGUMENT, "derivative");
+    refused(weft_pass_plan_params(.samples = 5000), WEFT_ERR_ARGUMENT, "5000");
+    refused(weft_pass_plan_params(.bits = 17), WEFT_ERR_ARGUMENT, "17");
+    refused(weft_pass_plan_params(.bits = 15, .profile = profile_named("unorm16")),
+            WEFT_ERR_ARGUMENT, "4 to 14 bits, not 15");
+    refused(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_HIERARCHICAL,
+                                  .profile = profile_named("fp16")),
             WEFT_ERR_UNSUPPORTED, "fixed point");
-    refused(weft_plan_params(.technique = WEFT_TECHNIQUE_DOT4, .channels = 4), WEFT_ERR_UNSUPPORTED,
-            "single-valued");
-    refused(weft_plan_params(.technique = WEFT_TECHNIQUE_DOT4,
-                             .profile = profile_named("unorm8,dot=1")),
+    refused(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_DOT4, .channels = 4),
+            WEFT_ERR_UNSUPPORTED, "single-valued");
+    refused(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_DOT4,
+                                  .profile = profile_named("unorm8,dot=1")),
             WEFT_ERR_UNSUPPORTED, "dot products");
-    refused(weft_plan_params(.technique = WEFT_TECHNIQUE_SPLIT_PRECISION,
-                             .profile = profile_named("geforce3,max-scale=1")),
+    refused(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_SPLIT_PRECISION,
+                                  .profile = profile_named("geforce3,max-scale=1")),
             WEFT_ERR_UNSUPPORTED, "factors above 1");
-    refused(weft_plan_params(.technique = WEFT_TECHNIQUE_SPLIT_PRECISION,
-                             .profile = profile_named("internal-bits=8")),
+    refused(weft_pass_plan_params(.technique = WEFT_TECHNIQUE_SPLIT_PRECISION,
+                                  .profile = profile_named("internal-bits=8")),
             WEFT_ERR_UNSUPPORTED, "more bits");
-    refused(weft_plan_params(.dims = 3, .samples = 512, .memory_bytes = 1 << 20), WEFT_ERR_LIMIT,
-            "1048576");
-    refused(weft_plan_params(.kernel = kernel_named("nearest"), .derivative = 1), WEFT_ERR_ARGUMENT,
-            "nearest");
+    refused(weft_pass_plan_params(.dims = 3, .samples = 512, .memory_bytes = 1 << 20),
+            WEFT_ERR_LIMIT, "1048576");
+    refused(weft_pass_plan_params(.kernel = kernel_named("nearest"), .derivative = 1),
+            WEFT_ERR_ARGUMENT, "nearest");
 }
 
 // ---- texts --------------------------------------------------------------------------------------
@@ -399,8 +401,9 @@ static void bad_requests_are_refused(void **state)
 static void a_plan_prints_its_passes(void **state)
 {
     (void)state;
-    weft_plan *plan = make_plan(weft_plan_params(.kernel = kernel_named("linear"), .samples = 4,
-                                                 .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
+    weft_pass_plan *plan =
+        make_plan(weft_pass_plan_params(.kernel = kernel_named("linear"), .samples = 4,
+                                        .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
     // Weights at (k + 0.5) / 4: up to 49/64, or 195/255. E2 is 0.469 by the next test's formula,
     // and what 8 bits add.
     assert_string_equal(
@@ -415,7 +418,7 @@ static void a_plan_prints_its_passes(void **state)
         "range: valid, no store clamps for constants of any level\n"
         "error, of the source's range: source 0.00196 + E2 0.471 + E3 0.00784 = 0.48; with "
         "clamping of any input 0.48\n");
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 // Linear weights in cells of 1/M: half a cell's slope for each of two taps an axis, on top of what
@@ -424,27 +427,27 @@ static void e2_is_that_of_the_cells(void **state)
 {
     (void)state;
     for (int samples = 4; samples <= 64; samples *= 4) {
-        weft_plan *plan =
-            make_plan(weft_plan_params(.kernel = kernel_named("linear"),
-                                       .profile = profile_named("fp32"), .samples = samples));
+        weft_pass_plan *plan =
+            make_plan(weft_pass_plan_params(.kernel = kernel_named("linear"),
+                                            .profile = profile_named("fp32"), .samples = samples));
         // At the corner of the first cell: |(1 - a)^2 - 1| + 2 a (1 - a) + a^2 with a = 1 / (2 M).
         const double a = 0.5 / samples;
         assert_near(info_of(plan)->error.e2,
                     1.0 - (1.0 - a) * (1.0 - a) + 2.0 * a * (1.0 - a) + a * a, 1e-6,
                     "E2 of linear weights");
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
 static void the_same_request_gives_the_same_plan(void **state)
 {
     (void)state;
-    const struct weft_plan_params *p =
-        weft_plan_params(.dims = 3, .samples = 16, .kernel = kernel_named("cardinal"));
-    weft_plan *first = make_plan(p), *second = make_plan(p);
+    const struct weft_pass_plan_params *p =
+        weft_pass_plan_params(.dims = 3, .samples = 16, .kernel = kernel_named("cardinal"));
+    weft_pass_plan *first = make_plan(p), *second = make_plan(p);
     assert_string_equal(info_of(first)->text, info_of(second)->text);
-    weft_plan_destroy(&first);
-    weft_plan_destroy(&second);
+    weft_pass_plan_destroy(&first);
+    weft_pass_plan_destroy(&second);
 }
 
 int main(void)

@@ -30,7 +30,7 @@ static uint32_t random_next(void)
 }
 
 // A pixel at every sample position: along y, M^2 of them go through y and z.
-static struct weft_pixel_grid all_positions(const struct weft_plan_info *info)
+static struct weft_pixel_grid all_positions(const struct weft_pass_plan_info *info)
 {
     const int m = info->samples, rows = info->dims > 2 ? m * m : m;
     struct weft_pixel_grid grid = {.width = m, .height = rows};
@@ -46,27 +46,27 @@ static struct weft_pixel_grid all_positions(const struct weft_plan_info *info)
 
 static float pixels[MOST_PIXELS];
 
-static double run(const weft_plan *plan, const float *plane, int size)
+static double run(const weft_pass_plan *plan, const float *plane, int size)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const struct weft_pixel_grid grid = all_positions(info);
     const struct weft_samples samples = {
         .size = {size, size, info->dims > 2 ? size : 1}, .plane = {plane}, .low = 0.0, .high = 1.0};
-    const struct weft_convolve_params params = {.plan = plan,
-                                                .samples = &samples,
-                                                .grid = &grid,
-                                                .pixels = {pixels},
-                                                .log = &log_to_stderr};
-    struct weft_convolve_report report;
+    const struct weft_multipass_params params = {.plan = plan,
+                                                 .samples = &samples,
+                                                 .grid = &grid,
+                                                 .pixels = {pixels},
+                                                 .log = &log_to_stderr};
+    struct weft_multipass_report report;
     assert_true(grid.width * grid.height <= MOST_PIXELS);
-    assert_int_equal(weft_emulate_run(&params, &report), WEFT_OK);
+    assert_int_equal(weft_multipass_emulate(&params, &report), WEFT_OK);
     return report.largest_clamp;
 }
 
 // Of codes of 16 bits, some.
-static double run_constants(const weft_plan *plan)
+static double run_constants(const weft_pass_plan *plan)
 {
-    const int one = weft_target_one(weft_plan_get_info(plan)->profile.target);
+    const int one = weft_target_one(weft_pass_plan_get_info(plan)->profile.target);
     double largest = 0.0;
     for (int level = 0; level <= one; level++) {
         const float value = (float)level / (float)one;
@@ -77,7 +77,7 @@ static double run_constants(const weft_plan *plan)
     return fmax(largest, run(plan, &white, 1));
 }
 
-static double run_noise(const weft_plan *plan)
+static double run_noise(const weft_pass_plan *plan)
 {
     static float plane[SIDE * SIDE * SIDE];
     double largest = 0.0;
@@ -93,21 +93,21 @@ struct tally {
     int number, every, plans, refused, natural, clamping;
 };
 
-static void check_plan(const struct weft_plan_params *params, struct tally *tally)
+static void check_plan(const struct weft_pass_plan_params *params, struct tally *tally)
 {
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
-    struct weft_plan_params p = *params;
-    weft_plan *plan = NULL;
+    struct weft_pass_plan_params p = *params;
+    weft_pass_plan *plan = NULL;
     p.log = &log;
-    const enum weft_result res = weft_plan_create(&p, &plan);
+    const enum weft_result res = weft_pass_plan_create(&p, &plan);
     if (res != WEFT_OK) {
         if (res != WEFT_ERR_UNSUPPORTED && res != WEFT_ERR_LIMIT)
             fail_msg("%s: %s", weft_result_text(res), message.text);
         tally->refused++;
         return;
     }
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const bool any = p.worst_case == WEFT_WORST_ANY;
     const double clamped = any ? fmax(run_constants(plan), run_noise(plan)) : run_constants(plan);
     if ((info->valid && clamped > 0.0) || (p.order == WEFT_ORDER_PLANNED && !info->valid))
@@ -120,7 +120,7 @@ static void check_plan(const struct weft_plan_params *params, struct tally *tall
     tally->plans++;
     tally->natural += p.order != WEFT_ORDER_PLANNED;
     tally->clamping += !info->valid;
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 static void check_kernel(const struct weft_kernel *kernel, int dims, struct tally *tally)
@@ -129,11 +129,11 @@ static void check_kernel(const struct weft_kernel *kernel, int dims, struct tall
                                            "radeon8500"};
     enum { MEANS = 5 * 5 * 3 * 3 };
     for (int i = 0; i < MEANS; i++) {
-        struct weft_plan_params *p =
-            weft_plan_params(.kernel = *kernel, .dims = dims,
-                             .profile = profile_named(profiles[i % 5]),
-                             .technique = (enum weft_technique)(i / 5 % 5),
-                             .samples = sample_counts[dims - 2][i / 25 % 3]);
+        struct weft_pass_plan_params *p =
+            weft_pass_plan_params(.kernel = *kernel, .dims = dims,
+                                  .profile = profile_named(profiles[i % 5]),
+                                  .technique = (enum weft_technique)(i / 5 % 5),
+                                  .samples = sample_counts[dims - 2][i / 25 % 3]);
         p->worst_case = i / 75 == 1 ? WEFT_WORST_ANY : WEFT_WORST_CONSTANT;
         p->order = i / 75 == 2 ? WEFT_ORDER_NATURAL : WEFT_ORDER_PLANNED;
         if (tally->number++ % tally->every == 0)
@@ -168,23 +168,23 @@ static void without_a_scale_clamping_is_told(void **state)
     int clamping = 0, valid = 0;
     for (size_t i = 0; i < WEFT_COUNT(kernels); i++) {
         for (int dims = 2; dims <= 3; dims++) {
-            weft_plan *plan = NULL;
-            if (weft_plan_create(weft_plan_params(.kernel = kernel_named(kernels[i]), .dims = dims,
-                                                  .samples = 4, .taps_per_pass = 1,
-                                                  .no_scale = true),
-                                 &plan) != WEFT_OK)
+            weft_pass_plan *plan = NULL;
+            if (weft_pass_plan_create(weft_pass_plan_params(.kernel = kernel_named(kernels[i]),
+                                                            .dims = dims, .samples = 4,
+                                                            .taps_per_pass = 1, .no_scale = true),
+                                      &plan) != WEFT_OK)
                 continue;
-            const struct weft_plan_info *info = weft_plan_get_info(plan);
+            const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
             const double clamped = run_constants(plan), told = 255.0 * info->range.overflow;
             print_message("%-12s %dD: clamps by %g codes, told %.2f\n", kernels[i], dims, clamped,
                           told);
             assert_int_equal(info->valid, clamped == 0.0);
             assert_true(clamped <= told + 1e-9);
-            const struct weft_plan_error *e = &info->error;
+            const struct weft_pass_plan_error *e = &info->error;
             assert_true(e->bound >= e->source + e->e2 + e->e3 + info->range.overflow - 1e-12);
             clamping += clamped > 0.0;
             valid += info->valid;
-            weft_plan_destroy(&plan);
+            weft_pass_plan_destroy(&plan);
         }
     }
     assert_true(clamping > 0 && valid > 0);

@@ -43,8 +43,8 @@ static double random_unit(void)
 // ---- a random job -------------------------------------------------------------------------------
 
 struct job {
-    struct weft_plan_params params;
-    weft_plan *plan;
+    struct weft_pass_plan_params params;
+    weft_pass_plan *plan;
     struct weft_samples samples;
     struct weft_pixel_grid grid;
     float *plane[4], *pixels[4];
@@ -71,11 +71,12 @@ static bool may_derive(const struct weft_kernel *kernel)
     return weft_kernel_derive(NULL, kernel, &derived) == WEFT_OK;
 }
 
-static struct weft_plan_params random_params(void)
+static struct weft_pass_plan_params random_params(void)
 {
     static const int samples[] = {1, 3, 4, 5, 8, 16, 32, 64};
     const int dims = random_below(4) ? 2 : 3;
-    struct weft_plan_params p = *weft_plan_params(.dims = dims, .kernel = random_kernel(dims));
+    struct weft_pass_plan_params p =
+        *weft_pass_plan_params(.dims = dims, .kernel = random_kernel(dims));
     int profiles = 0;
     while (weft_profile_list[profiles])
         profiles++;
@@ -145,7 +146,7 @@ static void make_grid(struct job *job)
 
 static void clear_job(struct job *job)
 {
-    weft_plan_destroy(&job->plan);
+    weft_pass_plan_destroy(&job->plan);
     for (int c = 0; c < 4; c++) {
         free(job->plane[c]);
         free(job->pixels[c]);
@@ -159,7 +160,7 @@ static bool make_job(struct job *job)
     const struct weft_log log = {keep_message, &message};
     *job = (struct job){.params = random_params()};
     job->params.log = &log;
-    const enum weft_result res = weft_plan_create(&job->params, &job->plan);
+    const enum weft_result res = weft_pass_plan_create(&job->params, &job->plan);
     if (res != WEFT_OK && res != WEFT_ERR_UNSUPPORTED && res != WEFT_ERR_LIMIT)
         fail_msg("%s: %s", weft_result_text(res), message.text);
     if (res != WEFT_OK && getenv("WEFT_REFUSALS"))
@@ -200,35 +201,35 @@ static bool is_coded(const struct job *job)
 }
 
 // On targets of fixed point, GL and emulation agree in every bit.
-static void compare_with_emulation(const struct job *job, const struct weft_convolve_params *drawn,
+static void compare_with_emulation(const struct job *job, const struct weft_multipass_params *drawn,
                                    int number)
 {
-    struct weft_convolve_params params = *drawn;
+    struct weft_multipass_params params = *drawn;
     float emulated[4][PIXELS * PIXELS];
     for (int c = 0; c < job->params.channels; c++)
         params.pixels[c] = emulated[c];
-    assert_int_equal(weft_emulate_run(&params, NULL), WEFT_OK);
+    assert_int_equal(weft_multipass_emulate(&params, NULL), WEFT_OK);
     for (int c = 0; c < job->params.channels; c++)
         if (memcmp(emulated[c], job->pixels[c], sizeof emulated[c]) != 0)
             fail_msg("plan %d: GL and emulation differ\n%s", number,
-                     weft_plan_get_info(job->plan)->text);
+                     weft_pass_plan_get_info(job->plan)->text);
 }
 
 // The bound over the error measured, 0 where a result is not finite.
 static double check(struct job *job, weft_context *context, bool constant, int number)
 {
-    const struct weft_plan_info *info = weft_plan_get_info(job->plan);
-    struct weft_convolve_params params = {
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(job->plan);
+    struct weft_multipass_params params = {
         .plan = job->plan, .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
-    struct weft_convolve_error error;
+    struct weft_multipass_error error;
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
     fill_samples(job, constant);
-    assert_int_equal(context ? weft_convolve_run(context, &params, NULL)
-                             : weft_emulate_run(&params, NULL),
+    assert_int_equal(context ? weft_multipass_run(context, &params, NULL)
+                             : weft_multipass_emulate(&params, NULL),
                      WEFT_OK);
     if (context && is_coded(job))
         compare_with_emulation(job, &params, number);
-    assert_int_equal(weft_convolve_verify(&params, &error), WEFT_OK);
+    assert_int_equal(weft_multipass_verify(&params, &error), WEFT_OK);
     const double width = job->samples.high - job->samples.low;
     const bool declared = constant || job->params.worst_case == WEFT_WORST_ANY;
     const double bound =
@@ -313,11 +314,11 @@ static void drawn_plans_stay_within_their_bounds(void **state)
 enum { LINE = 26, MIDDLE = LINE / 2 };
 enum content { PREFILTERED_NOISE, ALTERNATING, STEP, ADVERSE, CONTENTS };
 
-static struct weft_plan_params random_prefiltered(void)
+static struct weft_pass_plan_params random_prefiltered(void)
 {
     static const char *const kernels[] = {"bspline2i", "bspline3i", "bspline4i",   "bspline5i",
                                           "bspline7i", "omomsi",    "d-bspline3i", "dd-bspline5i"};
-    struct weft_plan_params p = random_params();
+    struct weft_pass_plan_params p = random_params();
     do
         p.kernel = kernel_named(kernels[random_below((int)WEFT_COUNT(kernels))]);
     while (p.dims > 2 && p.kernel.width > 4);
@@ -420,22 +421,23 @@ static void make_prefiltered(struct job *job)
 // bound / measured.
 static double check_prefiltered(struct job *job, enum content content, int *nearer)
 {
-    const struct weft_plan_error *e = &weft_plan_get_info(job->plan)->error;
-    struct weft_convolve_params params = {
+    const struct weft_pass_plan_error *e = &weft_pass_plan_get_info(job->plan)->error;
+    struct weft_multipass_params params = {
         .plan = job->plan, .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
-    struct weft_convolve_error error;
+    struct weft_multipass_error error;
     fill_coefficients(job, content);
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
-    assert_int_equal(weft_emulate_run(&params, NULL), WEFT_OK);
-    assert_int_equal(weft_convolve_verify(&params, &error), WEFT_OK);
-    const double width = job->samples.high - job->samples.low, e2 = weft_plan_e2(e, width, 2.0);
+    assert_int_equal(weft_multipass_emulate(&params, NULL), WEFT_OK);
+    assert_int_equal(weft_multipass_verify(&params, &error), WEFT_OK);
+    const double width = job->samples.high - job->samples.low,
+                 e2 = weft_pass_plan_e2(e, width, 2.0);
     *nearer += e2 < 0.5 * e->e2 * width;
     const double bound =
         (e->bound_any - e->e2) * width + e2 + (1.0 + 0.25 * e->e2) * float_error(job);
     if (!(error.maximum <= bound))
         print_error("%s, content %d: %.6g is beyond the bound %.6g (width %.3g)\n%s",
                     job->params.kernel.info->name, (int)content, error.maximum, bound, width,
-                    weft_plan_get_info(job->plan)->text);
+                    weft_pass_plan_get_info(job->plan)->text);
     return error.maximum > 0.0 ? bound / error.maximum : (double)INFINITY;
 }
 
@@ -455,7 +457,7 @@ static void prefiltered_plans_stay_within_their_bounds(void **state)
     for (int made = 0, tried = 0; made < limit; tried++) {
         struct job job = {.params = random_prefiltered()};
         assert_true(tried < 2 * limit);
-        if (weft_plan_create(&job.params, &job.plan) != WEFT_OK)
+        if (weft_pass_plan_create(&job.params, &job.plan) != WEFT_OK)
             continue;
         make_prefiltered(&job);
         for (int content = 0; content < CONTENTS; content++) {

@@ -38,7 +38,7 @@ static char path[] = "/tmp/weft-mutants-XXXXXX";
 enum answer { REFUSED, INVALID, VALID, ANSWERS };
 
 // What the command would say; of a valid plan, the plan.
-static enum answer judge(const json_t *root, weft_plan **plan)
+static enum answer judge(const json_t *root, weft_pass_plan **plan)
 {
     struct plan_file file;
     struct plan_fault fault = {0};
@@ -47,12 +47,12 @@ static enum answer judge(const json_t *root, weft_plan **plan)
     if (plan_file_load(path, 0, &file) != WEFT_OK)
         return REFUSED;
     const enum weft_result res = plan_claims_judge(path, &file, NULL, &fault, plan);
-    enum answer answer = res != WEFT_OK                     ? REFUSED
-                         : fault.kind != PLAN_FAULT_NONE    ? INVALID
-                         : weft_plan_get_info(*plan)->valid ? VALID
-                                                            : INVALID;
+    enum answer answer = res != WEFT_OK                          ? REFUSED
+                         : fault.kind != PLAN_FAULT_NONE         ? INVALID
+                         : weft_pass_plan_get_info(*plan)->valid ? VALID
+                                                                 : INVALID;
     if (answer != VALID)
-        weft_plan_destroy(plan);
+        weft_pass_plan_destroy(plan);
     plan_file_clear(&file);
     return answer;
 }
@@ -60,10 +60,10 @@ static enum answer judge(const json_t *root, weft_plan **plan)
 // ---- an independent rule ------------------------------------------------------------------------
 
 // Noise where any input is declared or no bound distinguishes, constants else.
-static void check_run(const weft_plan *plan, const json_t *root, bool constant)
+static void check_run(const weft_pass_plan *plan, const json_t *root, bool constant)
 {
     static float plane[SIDE * SIDE * SIDE], pixels[PIXELS * PIXELS];
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const json_t *error = json_object_get(root, "error");
     const double bound =
         json_number_value(json_object_get(error, constant ? "bound" : "bound_any"));
@@ -81,15 +81,15 @@ static void check_run(const weft_plan *plan, const json_t *root, bool constant)
         grid.du[a] = a == 1 ? 0.03 : 0.37;
         grid.dv[a] = a == 0 ? 0.05 : 0.41;
     }
-    const struct weft_convolve_params params = {.plan = plan,
-                                                .samples = &samples,
-                                                .grid = &grid,
-                                                .pixels = {pixels},
-                                                .log = &log_to_stderr};
-    struct weft_convolve_report report;
-    struct weft_convolve_error found;
-    assert_int_equal(weft_emulate_run(&params, &report), WEFT_OK);
-    assert_int_equal(weft_convolve_verify(&params, &found), WEFT_OK);
+    const struct weft_multipass_params params = {.plan = plan,
+                                                 .samples = &samples,
+                                                 .grid = &grid,
+                                                 .pixels = {pixels},
+                                                 .log = &log_to_stderr};
+    struct weft_multipass_report report;
+    struct weft_multipass_error found;
+    assert_int_equal(weft_multipass_emulate(&params, &report), WEFT_OK);
+    assert_int_equal(weft_multipass_verify(&params, &found), WEFT_OK);
     if (!(found.maximum <= bound + 4.0 * 0x1p-24) || found.not_finite_mismatches ||
         (declared && report.clamps))
         fail_msg("called valid: error %g, bound %g, %d not finite, %d stores clamp\n%s",
@@ -167,12 +167,12 @@ static void mutate_plan(const json_t *root, int mutants, struct tally *tally)
     for (int done = 0; done < mutants;) {
         json_t *copy = json_deep_copy(root);
         const char *key = mutate(copy, "");
-        weft_plan *plan = NULL;
+        weft_pass_plan *plan = NULL;
         if (key && !json_equal(copy, root)) {
             const enum answer answer = judge(copy, &plan);
             if (answer == VALID && is_claim(key))
                 fail_msg("%s was changed, and the plan is called valid:\n%s", key,
-                         weft_plan_get_info(plan)->text);
+                         weft_pass_plan_get_info(plan)->text);
             if (answer == VALID) {
                 check_run(plan, copy, true);
                 check_run(plan, copy, false);
@@ -181,27 +181,28 @@ static void mutate_plan(const json_t *root, int mutants, struct tally *tally)
             tally->mutants++;
             done++;
         }
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         json_decref(copy);
     }
 }
 
-static void judge_plan(const struct weft_plan_params *params, int mutants, struct tally *tally)
+static void judge_plan(const struct weft_pass_plan_params *params, int mutants, struct tally *tally)
 {
-    weft_plan *plan = NULL, *judged = NULL;
-    if (weft_plan_create(params, &plan) != WEFT_OK)
+    weft_pass_plan *plan = NULL, *judged = NULL;
+    if (weft_pass_plan_create(params, &plan) != WEFT_OK)
         return;
     json_t *root = plan_json(plan);
     assert_non_null(root);
-    const bool valid = weft_plan_get_info(plan)->valid;
+    const bool valid = weft_pass_plan_get_info(plan)->valid;
     assert_int_equal(judge(root, &judged), valid ? VALID : INVALID);
     if (valid)
-        assert_string_equal(weft_plan_get_info(judged)->text, weft_plan_get_info(plan)->text);
+        assert_string_equal(weft_pass_plan_get_info(judged)->text,
+                            weft_pass_plan_get_info(plan)->text);
     mutate_plan(root, mutants, tally);
     tally->plans++;
     json_decref(root);
-    weft_plan_destroy(&judged);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&judged);
+    weft_pass_plan_destroy(&plan);
 }
 
 // 30 requests, of which those that a profile has no means for are none.
@@ -214,15 +215,15 @@ static void no_mutant_is_believed(void **state)
     struct tally tally = {0};
     const int screen = dup(STDERR_FILENO), nowhere = open("/dev/null", O_WRONLY);
     assert_true(screen >= 0 && nowhere >= 0);
-    if (!getenv("WEFT_PLAN_MUTANTS_TOLD"))
+    if (!getenv("WEFT_PASS_PLAN_MUTANTS_TOLD"))
         dup2(nowhere, STDERR_FILENO); // a line for every refusal
     for (int i = 0; weft_profile_list[i]; i++) {
         for (int t = 0; weft_technique_names[t]; t++) {
-            struct weft_plan_params *p =
-                weft_plan_params(.kernel = kernel_named(kernels[(i + t) % 4]),
-                                 .profile = *weft_profile_list[i],
-                                 .technique = (enum weft_technique)t, .samples = 4 + i % 3,
-                                 .dims = 2 + (t + i) % 2);
+            struct weft_pass_plan_params *p =
+                weft_pass_plan_params(.kernel = kernel_named(kernels[(i + t) % 4]),
+                                      .profile = *weft_profile_list[i],
+                                      .technique = (enum weft_technique)t, .samples = 4 + i % 3,
+                                      .dims = 2 + (t + i) % 2);
             p->worst_case = (enum weft_worst_case)((i + 2 * t) % 3 == 1);
             p->order = (2 * i + t) % 5 == 2 ? WEFT_ORDER_NATURAL : WEFT_ORDER_PLANNED;
             // A table of 131071 logarithms takes a while to read.

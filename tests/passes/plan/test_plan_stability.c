@@ -22,13 +22,14 @@ enum { SIDE = 8, M = 8, SHIFTED = SIDE * M };
 
 struct result {
     float pixels[SHIFTED * SHIFTED];
-    struct weft_convolve_report report;
-    struct weft_convolve_error error;
+    struct weft_multipass_report report;
+    struct weft_multipass_error error;
 };
 
 // M pixels a sample, at the centres of the tiles' samples: what is looked up is the weight itself.
 // Whatever a plan does, clamping too, is within its bound and a few roundings of results to floats.
-static void emulate(const weft_plan *plan, const struct weft_samples *samples, struct result *out)
+static void emulate(const weft_pass_plan *plan, const struct weft_samples *samples,
+                    struct result *out)
 {
     const double step = 1.0 / M;
     struct weft_pixel_grid grid = {
@@ -38,23 +39,23 @@ static void emulate(const weft_plan *plan, const struct weft_samples *samples, s
             samples->size[a] > SIDE ? 0.5 * samples->size[a] - SIDE / 2 + 0.5 * step : 0.5 * step;
     if (samples->size[2] == 1)
         grid.origin[2] = 0.0;
-    const struct weft_convolve_params params = {.plan = plan,
-                                                .samples = samples,
-                                                .grid = &grid,
-                                                .pixels = {out->pixels},
-                                                .log = &log_to_stderr};
-    assert_int_equal(weft_emulate_run(&params, &out->report), WEFT_OK);
-    assert_int_equal(weft_convolve_verify(&params, &out->error), WEFT_OK);
+    const struct weft_multipass_params params = {.plan = plan,
+                                                 .samples = samples,
+                                                 .grid = &grid,
+                                                 .pixels = {out->pixels},
+                                                 .log = &log_to_stderr};
+    assert_int_equal(weft_multipass_emulate(&params, &out->report), WEFT_OK);
+    assert_int_equal(weft_multipass_verify(&params, &out->error), WEFT_OK);
     const double low = out->report.low, high = out->report.high;
-    const double bound = weft_plan_get_info(plan)->error.bound_any * (high - low) +
+    const double bound = weft_pass_plan_get_info(plan)->error.bound_any * (high - low) +
                          4.0 * 0x1p-24 * fmax(fabs(low), fabs(high));
     assert_true(out->error.maximum <= bound && out->error.not_finite_mismatches == 0);
 }
 
-static void emulate_constant(const weft_plan *plan, float level, struct result *out)
+static void emulate_constant(const weft_pass_plan *plan, float level, struct result *out)
 {
     float plane[SIDE * SIDE * SIDE];
-    const int depth = weft_plan_get_info(plan)->dims > 2 ? SIDE : 1;
+    const int depth = weft_pass_plan_get_info(plan)->dims > 2 ? SIDE : 1;
     for (size_t i = 0; i < WEFT_COUNT(plane); i++)
         plane[i] = level;
     const struct weft_samples samples = {
@@ -69,19 +70,19 @@ static void naive_orders_clamp(void **state)
     (void)state;
     static struct result naive, planned;
     for (int dims = 2; dims <= 3; dims++) {
-        struct weft_plan_params *p =
-            weft_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
-                             .order = WEFT_ORDER_NATURAL);
-        weft_plan *plan = make_plan(p);
-        const struct weft_range_report range = weft_plan_get_info(plan)->range;
-        assert_false(weft_plan_get_info(plan)->valid);
+        struct weft_pass_plan_params *p =
+            weft_pass_plan_params(.dims = dims, .samples = M, .taps_per_pass = 1,
+                                  .order = WEFT_ORDER_NATURAL);
+        weft_pass_plan *plan = make_plan(p);
+        const struct weft_range_report range = weft_pass_plan_get_info(plan)->range;
+        assert_false(weft_pass_plan_get_info(plan)->valid);
         emulate_constant(plan, 1.0f, &naive);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         p->order = WEFT_ORDER_PLANNED;
         plan = make_plan(p);
-        assert_true(weft_plan_get_info(plan)->valid);
+        assert_true(weft_pass_plan_get_info(plan)->valid);
         emulate_constant(plan, 1.0f, &planned);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         print_message("Catmull-Rom %dD, constant 1.0: naive order leaves [0, 1] in pass %d (%.3f), "
                       "%llu stores clamp by up to %.0f codes, error %.3f; planned order %.3f\n",
                       dims, range.pass, range.value, (unsigned long long)naive.report.clamps,
@@ -98,9 +99,9 @@ static void naive_orders_clamp(void **state)
 static void wrong_orders_are_named(void **state)
 {
     (void)state;
-    weft_plan *plan =
-        make_plan(weft_plan_params(.samples = M, .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
-    const struct weft_plan_info *info = weft_plan_get_info(plan);
+    weft_pass_plan *plan = make_plan(
+        weft_pass_plan_params(.samples = M, .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL));
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const struct weft_pass_list *list = info->passes;
     const int *at = info->range.position;
     double sum = 0.0;
@@ -120,7 +121,7 @@ static void wrong_orders_are_named(void **state)
     assert_near(sum, info->range.value, 1e-9, "the value of the first pass that leaves");
     assert_true(sum < 0.0 || sum > 1.0);
     assert_non_null(strstr(info->text, "INVALID"));
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
 }
 
 // ---- weights ------------------------------------------------------------------------------------
@@ -130,15 +131,15 @@ static void weights_rounded_singly_ripple(void **state)
     (void)state;
     static struct result singly, exact;
     for (int dims = 2; dims <= 3; dims++) {
-        struct weft_plan_params *p =
-            weft_plan_params(.dims = dims, .samples = M, .round_singly = true);
-        weft_plan *plan = make_plan(p);
+        struct weft_pass_plan_params *p =
+            weft_pass_plan_params(.dims = dims, .samples = M, .round_singly = true);
+        weft_pass_plan *plan = make_plan(p);
         emulate_constant(plan, 1.0f, &singly);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         p->round_singly = false;
         plan = make_plan(p);
         emulate_constant(plan, 1.0f, &exact);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         print_message(
             "Catmull-Rom %dD: constant 1.0 ripples by %.2f LSB with weights rounded one by "
             "one, by %.2f with sums kept\n",
@@ -155,13 +156,13 @@ static void a_single_bias_clamps(void **state)
     (void)state;
     static struct result single, spread;
     for (int dims = 2; dims <= 3; dims++) {
-        struct weft_plan_params *p =
-            weft_plan_params(.dims = dims, .derivative = 1, .samples = M, .taps_per_pass = 1,
-                             .order = WEFT_ORDER_NATURAL, .single_bias = true);
-        weft_plan *plan = make_plan(p);
-        const bool valid = weft_plan_get_info(plan)->valid;
+        struct weft_pass_plan_params *p =
+            weft_pass_plan_params(.dims = dims, .derivative = 1, .samples = M, .taps_per_pass = 1,
+                                  .order = WEFT_ORDER_NATURAL, .single_bias = true);
+        weft_pass_plan *plan = make_plan(p);
+        const bool valid = weft_pass_plan_get_info(plan)->valid;
         emulate_constant(plan, 1.0f, &single);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
         p->order = WEFT_ORDER_PLANNED;
         p->single_bias = false;
         plan = make_plan(p);
@@ -172,11 +173,11 @@ static void a_single_bias_clamps(void **state)
                       (unsigned long long)spread.report.clamps, spread.error.maximum);
         assert_false(valid);
         assert_true(single.report.clamps > 0 && single.error.maximum > 0.04);
-        assert_true(weft_plan_get_info(plan)->valid);
+        assert_true(weft_pass_plan_get_info(plan)->valid);
         assert_int_equal(spread.report.clamps, 0);
-        assert_true(spread.error.maximum <= weft_plan_get_info(plan)->error.bound);
+        assert_true(spread.error.maximum <= weft_pass_plan_get_info(plan)->error.bound);
         assert_true(spread.error.maximum < 0.25 * single.error.maximum);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
 }
 
@@ -245,10 +246,10 @@ static void compare_long_sums(const char *name, const float *plane, int size)
     for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
         double rms[3], most[3];
         for (size_t t = 0; t < WEFT_COUNT(techniques); t++) {
-            weft_plan *plan = make_plan(
-                weft_plan_params(.kernel = kernel_named(kernels[k]), .dims = 3, .samples = M,
-                                 .taps_per_pass = 1, .technique = techniques[t]));
-            const struct weft_plan_info *info = weft_plan_get_info(plan);
+            weft_pass_plan *plan = make_plan(
+                weft_pass_plan_params(.kernel = kernel_named(kernels[k]), .dims = 3, .samples = M,
+                                      .taps_per_pass = 1, .technique = techniques[t]));
+            const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
             emulate(plan, &samples, &result);
             const double width = result.report.high - result.report.low;
             rms[t] = 255.0 * result.error.rms / width;
@@ -257,7 +258,7 @@ static void compare_long_sums(const char *name, const float *plane, int size)
                           "%.1f\n",
                           name, kernels[k], weft_technique_names[techniques[t]],
                           info->passes->pass_count, most[t], rms[t], 255.0 * info->error.bound_any);
-            weft_plan_destroy(&plan);
+            weft_pass_plan_destroy(&plan);
         }
         assert_true(rms[0] > rms[1] && rms[1] > rms[2]);
         assert_true(most[0] > most[1] && most[1] > most[2]);
@@ -292,17 +293,17 @@ static void half_floats_drift(void **state)
     fill_marschner_lobb(plane, SIZE);
     const struct weft_samples samples = {
         .size = {SIZE, SIZE, SIZE}, .plane = {plane}, .low = 0.0, .high = 1.0};
-    struct weft_plan_params *p =
-        weft_plan_params(.kernel = kernel_named("bspline"), .dims = 3, .samples = M,
-                         .taps_per_pass = 1, .profile = profile_named("fp16"));
-    weft_plan *plan = make_plan(p);
+    struct weft_pass_plan_params *p =
+        weft_pass_plan_params(.kernel = kernel_named("bspline"), .dims = 3, .samples = M,
+                              .taps_per_pass = 1, .profile = profile_named("fp16"));
+    weft_pass_plan *plan = make_plan(p);
     emulate(plan, &samples, &half);
-    const double bound = weft_plan_get_info(plan)->error.e3;
-    weft_plan_destroy(&plan);
+    const double bound = weft_pass_plan_get_info(plan)->error.e3;
+    weft_pass_plan_destroy(&plan);
     p->profile = profile_named("fp32");
     plan = make_plan(p);
     emulate(plan, &samples, &full);
-    weft_plan_destroy(&plan);
+    weft_pass_plan_destroy(&plan);
     double mean = 0.0, most = 0.0;
     for (int i = 0; i < SHIFTED * SHIFTED; i++) {
         const double drift = (double)half.pixels[i] - (double)full.pixels[i];

@@ -120,8 +120,8 @@ static struct weft_slice_geometry make_plane(const struct bench *b, const struct
 
 // ---- one saving ---------------------------------------------------------------------------------
 
-static enum weft_result plan_way(const struct bench *b, const struct saving *s, bool with,
-                                 struct way *way)
+static enum weft_result plan_method(const struct bench *b, const struct saving *s, bool with,
+                                    struct way *way)
 {
     struct weft_slice_params params = {
         .kernel = b->kernel,
@@ -130,11 +130,11 @@ static enum weft_result plan_way(const struct bench *b, const struct saving *s, 
         .without = s->never | (with ? 0 : s->saving),
         .log = &log_to_stderr,
     };
-    struct weft_slice_measure measure;
+    struct weft_slice_statistics statistics;
     enum weft_result res = weft_slice_plan_create(b->volume, &params, &way->plan);
     if (res == WEFT_OK && s->budget > 0.0) {
-        res = weft_slice_measure(way->plan, b->volume, NULL, &measure);
-        params.smooth_error = s->budget * (measure.high - measure.low);
+        res = weft_slice_statistics_compute(way->plan, b->volume, NULL, &statistics);
+        params.smooth_error = s->budget * (statistics.high - statistics.low);
         weft_slice_plan_destroy(&way->plan);
         if (res == WEFT_OK)
             res = weft_slice_plan_create(b->volume, &params, &way->plan);
@@ -185,9 +185,9 @@ static void print_saving(struct bench *b, const struct saving *s, struct way way
 static enum weft_result run_saving(struct bench *b, const struct saving *s)
 {
     struct way ways[2] = {{0}};
-    enum weft_result res = plan_way(b, s, true, &ways[0]);
+    enum weft_result res = plan_method(b, s, true, &ways[0]);
     if (res == WEFT_OK)
-        res = plan_way(b, s, false, &ways[1]);
+        res = plan_method(b, s, false, &ways[1]);
     if (res == WEFT_OK)
         res = run_turns(b, ways);
     if (res == WEFT_OK)

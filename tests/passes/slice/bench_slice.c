@@ -163,8 +163,8 @@ static enum weft_result make_plan(const struct job *job, weft_volume *volume,
     return weft_slice_plan_create(volume, &params, plan);
 }
 
-static enum weft_result run_way(struct way *way, weft_context *context, weft_volume *volume,
-                                float *pixels, int turn, double baseline)
+static enum weft_result run_method(struct way *way, weft_context *context, weft_volume *volume,
+                                   float *pixels, int turn, double baseline)
 {
     double start = weft_now_seconds();
     enum weft_result res = weft_slice_run(context, way->plan, volume, pixels, NULL, &way->report);
@@ -203,7 +203,7 @@ static enum weft_result take_turns(const struct job *job, weft_context *context,
         if (turn >= 0)
             baseline[turn] = seconds;
         for (int l = FIRST; res == WEFT_OK && l <= LAST; l++) {
-            res = run_way(&ways[l], context, volume, pixels, turn, seconds);
+            res = run_method(&ways[l], context, volume, pixels, turn, seconds);
             // Both round in single precision.
             if (turn < 0 && res == WEFT_OK) {
                 *failures += !(largest_difference(pixels, expected, count) <= 1e-5);
@@ -219,8 +219,8 @@ static enum weft_result take_turns(const struct job *job, weft_context *context,
     return res;
 }
 
-static void print_ways(const struct job *job, const weft_context *context, struct way *ways,
-                       double *baseline, int runs)
+static void print_methods(const struct job *job, const weft_context *context, struct way *ways,
+                          double *baseline, int runs)
 {
     const struct weft_context_info *info = weft_context_get_info(context);
     double megapixels = 1e-6 * job->side * job->side, megabytes = 4e-6 * pow(job->size, 3);
@@ -259,7 +259,7 @@ static int run(enum weft_context_kind kind, int size, int side, int runs)
     if (res == WEFT_OK)
         res = take_turns(&job, context, volume, ways, baseline, runs, &failures);
     if (res == WEFT_OK)
-        print_ways(&job, context, ways, baseline, runs);
+        print_methods(&job, context, ways, baseline, runs);
     for (int l = FIRST; l <= LAST; l++)
         weft_slice_plan_destroy(&ways[l].plan);
     weft_volume_destroy(&volume);

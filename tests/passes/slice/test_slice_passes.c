@@ -83,14 +83,15 @@ struct way {
     enum weft_order order;
 };
 
-static weft_plan *make_plan(const struct way *way)
+static weft_pass_plan *make_plan(const struct way *way)
 {
-    weft_plan *plan = NULL;
-    struct weft_plan_params *params =
-        weft_plan_params(.kernel = kernel_named(way->kernel), .dims = 3, .samples = way->samples,
-                         .technique = way->technique, .order = way->order, .log = &log_to_stderr);
+    weft_pass_plan *plan = NULL;
+    struct weft_pass_plan_params *params =
+        weft_pass_plan_params(.kernel = kernel_named(way->kernel), .dims = 3,
+                              .samples = way->samples, .technique = way->technique,
+                              .order = way->order, .log = &log_to_stderr);
     assert_int_equal(weft_profile_parse(&log_to_stderr, way->profile, &params->profile), WEFT_OK);
-    assert_int_equal(weft_plan_create(params, &plan), WEFT_OK);
+    assert_int_equal(weft_pass_plan_create(params, &plan), WEFT_OK);
     return plan;
 }
 
@@ -98,9 +99,9 @@ static weft_plan *make_plan(const struct way *way)
 struct fixture {
     weft_volume *volume;
     weft_slice_plan *slice;
-    weft_plan *plan;
+    weft_pass_plan *plan;
     size_t count;
-    struct weft_slice_passes_report report;
+    struct weft_slice_multipass_report report;
 };
 
 static void set_up(struct fixture *f, weft_volume *volume, const struct weft_slice_geometry *g,
@@ -115,14 +116,14 @@ static void set_up(struct fixture *f, weft_volume *volume, const struct weft_sli
 
 static void tear_down(struct fixture *f)
 {
-    weft_plan_destroy(&f->plan);
+    weft_pass_plan_destroy(&f->plan);
     weft_slice_plan_destroy(&f->slice);
 }
 
-static struct weft_slice_passes_params params_of(const struct fixture *f, float *pixels)
+static struct weft_slice_multipass_params params_of(const struct fixture *f, float *pixels)
 {
-    return *weft_slice_passes_params(.slice = f->slice, .plan = f->plan, .volume = f->volume,
-                                     .pixels = pixels, .log = &log_to_stderr);
+    return *weft_slice_multipass_params(.slice = f->slice, .plan = f->plan, .volume = f->volume,
+                                        .pixels = pixels, .log = &log_to_stderr);
 }
 
 static float *make_pixels(const struct fixture *f)
@@ -138,18 +139,19 @@ static float *make_pixels(const struct fixture *f)
 static float *run(struct fixture *f, weft_context *context, uint64_t memory_bytes)
 {
     float *pixels = make_pixels(f);
-    struct weft_slice_passes_params params = params_of(f, pixels);
+    struct weft_slice_multipass_params params = params_of(f, pixels);
     params.memory_bytes = memory_bytes;
-    assert_int_equal(weft_slice_passes_run(context, &params, &f->report), WEFT_OK);
+    assert_int_equal(weft_slice_multipass_run(context, &params, &f->report), WEFT_OK);
     return pixels;
 }
 
 // The plan's bound for any input, and the rounding of pixels to single precision.
 static double bound_of(const struct fixture *f)
 {
-    const struct weft_slice_passes_report *r = &f->report;
+    const struct weft_slice_multipass_report *r = &f->report;
     const double largest = fmax(fabs((double)r->minimum), fabs((double)r->maximum));
-    return weft_plan_get_info(f->plan)->error.bound_any * (r->high - r->low) + 0x1p-24 * largest;
+    return weft_pass_plan_get_info(f->plan)->error.bound_any * (r->high - r->low) +
+           0x1p-24 * largest;
 }
 
 static void assert_within_bound(const struct fixture *f, const float *pixels, const char *what)
@@ -294,8 +296,8 @@ static void cutting_changes_no_bit(void **state)
 
 // ---- what is in reach ---------------------------------------------------------------------------
 
-static const struct way small_way = {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 8,
-                                     WEFT_ORDER_NATURAL};
+static const struct way small_method = {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 8,
+                                        WEFT_ORDER_NATURAL};
 
 static void the_range_is_that_of_the_voxels_in_reach(void **state)
 {
@@ -307,7 +309,7 @@ static void the_range_is_that_of_the_voxels_in_reach(void **state)
     weft_volume *volume = make_volume(data, 0.0f);
     const struct weft_slice_geometry g = across(volume, 2, 7 + 14.5, 40, 40);
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
+    set_up(&f, volume, &g, &small_method);
     float *pixels = run(&f, contexts[0], 0);
     assert_true(f.report.low == -7.0 && f.report.high == 50.0);
     assert_int_equal(f.report.clamped, 0);
@@ -325,19 +327,19 @@ static void a_declared_range_clamps(void **state)
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
+    set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_passes_params params = params_of(&f, pixels);
+    struct weft_slice_multipass_params params = params_of(&f, pixels);
     params.log = &log;
     params.low = -1.0;
     params.high = 2.0;
-    assert_int_equal(weft_slice_passes_run(contexts[0], &params, &f.report), WEFT_OK);
+    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, &f.report), WEFT_OK);
     assert_true(f.report.low == -1.0 && f.report.high == 2.0 && f.report.clamped == 0);
     assert_within_bound(&f, pixels, "a wide range");
     params.low = 0.25;
     params.high = 0.5;
     assert_int_equal(message.count, 0);
-    assert_int_equal(weft_slice_passes_run(contexts[0], &params, &f.report), WEFT_OK);
+    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, &f.report), WEFT_OK);
     assert_true(f.report.clamped > 0);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "source range"));
@@ -356,7 +358,7 @@ static void beside_the_volume_is_background(void **state)
         weft_volume *volume = make_volume(make_voxels("ramp", 0.0, 1.0), backgrounds[i]);
         const struct weft_slice_geometry g = across(volume, 1, -500.0, 20, 20);
         struct fixture f;
-        set_up(&f, volume, &g, &small_way);
+        set_up(&f, volume, &g, &small_method);
         float *pixels = run(&f, contexts[0], 0);
         for (size_t p = 0; p < f.count; p++)
             assert_true(pixels[p] == backgrounds[i]);
@@ -388,7 +390,7 @@ static void sparse_volumes_read_the_bricks_in_reach_only(void **state)
     const struct weft_slice_geometry g = {
         .origin = {-10, -10, 2.0}, .u = {200, 10, 6}, .v = {0, 60, 1}, .width = 300, .height = 90};
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
+    set_up(&f, volume, &g, &small_method);
     float *pixels = run(&f, contexts[0], 0);
     assert_true(f.report.high < 1.0); // the far brick is not seen
     assert_within_bound(&f, pixels, "sparse");
@@ -407,7 +409,7 @@ static void not_finite_voxels_stay_in_reach(void **state)
         weft_volume *volume = make_volume(data, 0.0f);
         const struct weft_slice_geometry g = oblique(61, 67); // on no voxel's plane
         struct fixture f;
-        set_up(&f, volume, &g, &small_way);
+        set_up(&f, volume, &g, &small_method);
         for (int gl = 0; gl < 2; gl++) {
             float *pixels = run(&f, gl ? contexts[0] : NULL, 0);
             assert_true(f.report.not_finite > 0 && f.report.not_finite < 600);
@@ -431,13 +433,13 @@ static void bad_arguments_are_refused(void **state)
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
-    weft_plan *other_plan = make_plan(&other), *flat = NULL;
-    assert_int_equal(weft_plan_create(weft_plan_params(.samples = 8), &flat), WEFT_OK);
+    set_up(&f, volume, &g, &small_method);
+    weft_pass_plan *other_plan = make_plan(&other), *flat = NULL;
+    assert_int_equal(weft_pass_plan_create(weft_pass_plan_params(.samples = 8), &flat), WEFT_OK);
     float *pixels = make_pixels(&f);
-    const struct weft_slice_passes_params good = params_of(&f, pixels);
+    const struct weft_slice_multipass_params good = params_of(&f, pixels);
     const struct {
-        const weft_plan *plan;
+        const weft_pass_plan *plan;
         float *pixels;
         double low, high;
         uint64_t memory_bytes;
@@ -455,7 +457,7 @@ static void bad_arguments_are_refused(void **state)
         {f.plan, pixels, NAN, NAN, 1000, WEFT_ERR_LIMIT, "1000 bytes"},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        struct weft_slice_passes_params params = good;
+        struct weft_slice_multipass_params params = good;
         params.plan = cases[i].plan;
         params.pixels = cases[i].pixels;
         params.low = cases[i].low;
@@ -463,14 +465,14 @@ static void bad_arguments_are_refused(void **state)
         params.memory_bytes = cases[i].memory_bytes;
         params.log = &log;
         message.count = 0;
-        assert_int_equal(weft_slice_passes_run(contexts[0], &params, NULL), cases[i].expected);
+        assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), cases[i].expected);
         assert_int_equal(message.count, 1);
         if (!strstr(message.text, cases[i].text))
             fail_msg("'%s' is not in '%s'", cases[i].text, message.text);
     }
     free(pixels);
-    weft_plan_destroy(&other_plan);
-    weft_plan_destroy(&flat);
+    weft_pass_plan_destroy(&other_plan);
+    weft_pass_plan_destroy(&flat);
     tear_down(&f);
     weft_volume_destroy(&volume);
 }
@@ -485,11 +487,11 @@ static void far_apart_pixels_are_refused_with_numbers(void **state)
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
+    set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_passes_params params = params_of(&f, pixels);
+    struct weft_slice_multipass_params params = params_of(&f, pixels);
     params.log = &log;
-    assert_int_equal(weft_slice_passes_run(contexts[0], &params, NULL), WEFT_ERR_LIMIT);
+    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_ERR_LIMIT);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "2048 voxels"));
     free(pixels);
@@ -518,21 +520,21 @@ static void progress_rises_and_cancels(void **state)
     weft_volume *volume = make_volume(make_voxels("ramp", 0.0, 1.0), 0.0f);
     const struct weft_slice_geometry g = oblique(300, 300);
     struct fixture f;
-    set_up(&f, volume, &g, &small_way);
+    set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_passes_params params = params_of(&f, pixels);
+    struct weft_slice_multipass_params params = params_of(&f, pixels);
     struct count_down counter = {.left = INT32_MAX};
     const struct weft_progress progress = {count, &counter};
     params.progress = &progress;
     params.log = NULL;
-    assert_int_equal(weft_slice_passes_run(contexts[0], &params, NULL), WEFT_OK);
+    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_OK);
     assert_false(counter.falls);
     assert_true(counter.last == 1.0);
     const int calls = counter.calls;
     assert_true(calls > 6);
     for (int left = 0; left < calls - 2; left += 1 + calls / 8) {
         counter = (struct count_down){.left = left};
-        assert_int_equal(weft_slice_passes_run(contexts[0], &params, NULL), WEFT_ERR_CANCELLED);
+        assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_ERR_CANCELLED);
     }
     free(pixels);
     tear_down(&f);

@@ -71,7 +71,7 @@ static struct weft_slice_geometry oblique(double n, int width, int height)
 }
 
 struct result {
-    float *pixels; // to be freed
+    float *pixels;          // to be freed
     double bound, absolute; // of the source's format, in values
     int overlap, tiles;
     struct weft_slice_error error;
@@ -265,9 +265,9 @@ static void savings_and_formats_work_on_coefficients(void **state)
 
     volume = make_volume(NOISE, N, 0.0f);
     weft_slice_plan *plan = NULL;
-    struct weft_slice_measure range;
+    struct weft_slice_statistics range;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-    assert_int_equal(weft_slice_measure(plan, volume, NULL, &range), WEFT_OK);
+    assert_int_equal(weft_slice_statistics_compute(plan, volume, NULL, &range), WEFT_OK);
     weft_slice_plan_destroy(&plan);
     assert_true(range.high > 1.5f && range.low < -1.5f);
     params.source = WEFT_SOURCE_UNORM16;
@@ -445,7 +445,7 @@ static bool is_refused(weft_volume *volume, const struct weft_slice_params *slic
     struct weft_choice choice;
     assert_int_equal(weft_choose(volume, &params, &choice), WEFT_OK);
     const bool refused = choice.chosen < 0;
-    assert_true(choice.best >= 0 && choice.measure.beyond > 0.0);
+    assert_true(choice.best >= 0 && choice.statistics.beyond > 0.0);
     weft_choice_clear(&choice);
     return refused;
 }
@@ -556,20 +556,20 @@ static void passes_run_on_coefficients(void **state)
     assert_int_equal(weft_slice_plan_create(volume, &params, &slice_plan), WEFT_OK);
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         float pixels[20 * 20];
-        weft_plan *plan = NULL;
-        struct weft_slice_passes_report report;
+        weft_pass_plan *plan = NULL;
+        struct weft_slice_multipass_report report;
         struct weft_slice_error error;
-        struct weft_plan_params *plan_params =
-            weft_plan_params(.kernel = params.kernel, .dims = 3, .samples = cases[i].samples);
+        struct weft_pass_plan_params *plan_params =
+            weft_pass_plan_params(.kernel = params.kernel, .dims = 3, .samples = cases[i].samples);
         assert_int_equal(weft_profile_parse(NULL, cases[i].profile, &plan_params->profile),
                          WEFT_OK);
-        assert_int_equal(weft_plan_create(plan_params, &plan), WEFT_OK);
-        assert_int_equal(
-            weft_slice_passes_run(contexts[0],
-                                  weft_slice_passes_params(.slice = slice_plan, .plan = plan,
-                                                           .volume = volume, .pixels = pixels),
-                                  &report),
-            WEFT_OK);
+        assert_int_equal(weft_pass_plan_create(plan_params, &plan), WEFT_OK);
+        assert_int_equal(weft_slice_multipass_run(
+                             contexts[0],
+                             weft_slice_multipass_params(.slice = slice_plan, .plan = plan,
+                                                         .volume = volume, .pixels = pixels),
+                             &report),
+                         WEFT_OK);
         // Coefficients of noise reach farther than its voxels.
         assert_true(report.high > 1.5 && report.low < -1.5);
         assert_int_equal(weft_slice_verify(slice_plan, volume, pixels, NULL, &error), WEFT_OK);
@@ -577,14 +577,14 @@ static void passes_run_on_coefficients(void **state)
         const double largest = fmax(-report.low, report.high);
         const struct weft_prefilter_error prefilter =
             weft_prefilter_error(&params.kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
-        const struct weft_plan_error *e = &weft_plan_get_info(plan)->error;
-        const double bound = (e->bound_any - e->e2) * width + weft_plan_e2(e, width, 2.0) +
+        const struct weft_pass_plan_error *e = &weft_pass_plan_get_info(plan)->error;
+        const double bound = (e->bound_any - e->e2) * width + weft_pass_plan_e2(e, width, 2.0) +
                              4.0 * 0x1p-24 * largest + 1.1 * prefilter.coefficient * largest +
                              1.1 * prefilter.sample;
         if (!(error.maximum <= bound) || error.not_finite_mismatches)
             fail_msg("%s: error %.3g, bound %.3g; %d not finite", cases[i].profile, error.maximum,
                      bound, (int)error.not_finite_mismatches);
-        weft_plan_destroy(&plan);
+        weft_pass_plan_destroy(&plan);
     }
     weft_slice_plan_destroy(&slice_plan);
     weft_volume_destroy(&volume);

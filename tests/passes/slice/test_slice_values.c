@@ -406,7 +406,8 @@ static void budgets_skip_sources_that_cannot_hold_the_voxels(void **state)
     int refused = 0;
     for (size_t i = 0; i < choice.count; i++) {
         const struct weft_candidate *c = &choice.candidates[i];
-        const bool holds = c->way.method != WEFT_METHOD_FUSED || c->way.source == WEFT_SOURCE_FLOAT;
+        const bool holds =
+            c->method.engine != WEFT_ENGINE_FUSED || c->method.source == WEFT_SOURCE_FLOAT;
         refused += !holds;
         assert_true(holds || c->state == WEFT_CANDIDATE_REFUSED);
     }
@@ -467,25 +468,27 @@ static void fit_voxels_cost_nothing(void **state)
 static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *profile,
                            const struct weft_slice_geometry *g)
 {
-    struct weft_way_params params = {.way = {.method = WEFT_METHOD_PASSES,
-                                             .samples = 16,
-                                             .profile = *weft_profile_find(profile)},
-                                     .slice = params_of(&engines[3], kernel, g)};
+    struct weft_method_params params = {.method = {.engine = WEFT_ENGINE_MULTIPASS,
+                                                   .samples = 16,
+                                                   .profile = *weft_profile_find(profile)},
+                                        .slice = params_of(&engines[3], kernel, g)};
     weft_slice_plan *plan = NULL;
-    weft_way_plan *way = NULL;
-    struct weft_way_report report;
+    weft_method_plan *method = NULL;
+    struct weft_method_report report;
     struct weft_slice_error error;
     assert_int_equal(weft_slice_plan_create(volume, &params.slice, &plan), WEFT_OK);
-    assert_int_equal(weft_slice_measure(plan, volume, NULL, &params.measure), WEFT_OK);
-    assert_int_equal(weft_way_plan_create(volume, &params, &way), WEFT_OK);
-    assert_int_equal(weft_way_run(contexts[0], way, volume, pixels, NULL, &report), WEFT_OK);
-    assert_int_equal(weft_slice_verify(weft_way_plan_get_slice(way), volume, pixels, NULL, &error),
+    assert_int_equal(weft_slice_statistics_compute(plan, volume, NULL, &params.statistics),
                      WEFT_OK);
-    const double bound = weft_way_plan_get_info(way)->bound;
+    assert_int_equal(weft_method_plan_create(volume, &params, &method), WEFT_OK);
+    assert_int_equal(weft_method_run(contexts[0], method, volume, pixels, NULL, &report), WEFT_OK);
+    assert_int_equal(
+        weft_slice_verify(weft_method_plan_get_slice(method), volume, pixels, NULL, &error),
+        WEFT_OK);
+    const double bound = weft_method_plan_get_info(method)->bound;
     if (!(error.maximum <= bound) || error.not_finite_mismatches)
         fail_msg("%s on %s: error %.3g, the bound is %.3g; %d not finite on one side", kernel,
                  profile, error.maximum, bound, (int)error.not_finite_mismatches);
-    weft_way_plan_destroy(&way);
+    weft_method_plan_destroy(&method);
     weft_slice_plan_destroy(&plan);
     return report.slice.not_finite;
 }

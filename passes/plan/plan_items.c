@@ -14,11 +14,11 @@ static int signs_of(const struct weft_tap_group *group)
     int signs = 0;
     for (int c = 0; c < 4; c++)
         if (group->tile[c] >= 0)
-            signs |= group->sign[c] < 0 ? WEFT_PLAN_SUBTRACTS : WEFT_PLAN_ADDS;
+            signs |= group->sign[c] < 0 ? WEFT_PASS_PLAN_SUBTRACTS : WEFT_PASS_PLAN_ADDS;
     return signs;
 }
 
-// What the atom can reach at most: its tiles' largest values need not meet.
+// What the item can reach at most: its tiles' largest values need not meet.
 static int32_t largest_of(const struct weft_planner *planner, const struct weft_tap_group *group)
 {
     double sum = 0.0;
@@ -33,25 +33,25 @@ static int32_t largest_of(const struct weft_planner *planner, const struct weft_
 
 static enum weft_result make_room(struct weft_planner *planner)
 {
-    if (planner->atom_count < planner->atom_room)
+    if (planner->item_count < planner->item_room)
         return WEFT_OK;
-    const int room = planner->atom_room ? 2 * planner->atom_room : 64;
-    struct weft_plan_atom *atoms = realloc(planner->atoms, (size_t)room * sizeof *atoms);
-    if (!atoms) {
+    const int room = planner->item_room ? 2 * planner->item_room : 64;
+    struct weft_pass_plan_item *items = realloc(planner->items, (size_t)room * sizeof *items);
+    if (!items) {
         weft_error(planner->p.log, "plan: not enough memory for %d groups of taps", room);
         return WEFT_ERR_MEMORY;
     }
-    planner->atoms = atoms;
-    planner->atom_room = room;
+    planner->items = items;
+    planner->item_room = room;
     return WEFT_OK;
 }
 
-enum weft_result weft_planner_add_atom(struct weft_planner *planner,
+enum weft_result weft_planner_add_item(struct weft_planner *planner,
                                        const struct weft_tap_group *group)
 {
     enum weft_result res = make_room(planner);
     if (res == WEFT_OK)
-        planner->atoms[planner->atom_count++] = (struct weft_plan_atom){
+        planner->items[planner->item_count++] = (struct weft_pass_plan_item){
             .group = *group, .signs = signs_of(group), .largest = largest_of(planner, group)};
     return res;
 }
@@ -82,7 +82,7 @@ static enum weft_result make_plain(struct weft_planner *planner)
             continue;
         memcpy(group.offset, tile->tap, sizeof group.offset);
         put(&group, 0, tile, i);
-        res = weft_planner_add_atom(planner, &group);
+        res = weft_planner_add_item(planner, &group);
     }
     return res;
 }
@@ -211,7 +211,7 @@ static int make_groups(const struct weft_planner *planner, const struct cover *c
     return (signs_of(&group[0]) != 0) + (signs_of(&group[1]) != 0);
 }
 
-// Adds the atoms of a cover, or counts them.
+// Adds the items of a cover, or counts them.
 static enum weft_result use_cover(struct weft_planner *planner, struct cover *cover, bool mixed,
                                   bool *covered, int *count)
 {
@@ -229,7 +229,7 @@ static enum weft_result use_cover(struct weft_planner *planner, struct cover *co
         *count += make_groups(planner, cover, i, number, mixed, group);
         for (int g = 0; planner->plan->list.dot4 && g < 2 && res == WEFT_OK; g++)
             if (signs_of(&group[g]))
-                res = weft_planner_add_atom(planner, &group[g]);
+                res = weft_planner_add_item(planner, &group[g]);
     }
     return res;
 }
@@ -266,9 +266,9 @@ fail:
     return res;
 }
 
-enum weft_result weft_planner_make_atoms(struct weft_planner *planner, bool mixed)
+enum weft_result weft_planner_make_items(struct weft_planner *planner, bool mixed)
 {
-    planner->atom_count = 0;
+    planner->item_count = 0;
     return planner->p.technique == WEFT_TECHNIQUE_DOT4 ? make_dot4(planner, mixed)
                                                        : make_plain(planner);
 }
@@ -286,8 +286,9 @@ static int tiles_in(const struct weft_tap_group *group)
 // Mixed groups by sign, others every second tap.
 static enum weft_result split_group(struct weft_planner *planner, int index)
 {
-    struct weft_tap_group kept = planner->atoms[index].group, moved = kept;
-    const bool by_sign = planner->atoms[index].signs == (WEFT_PLAN_ADDS | WEFT_PLAN_SUBTRACTS);
+    struct weft_tap_group kept = planner->items[index].group, moved = kept;
+    const bool by_sign =
+        planner->items[index].signs == (WEFT_PASS_PLAN_ADDS | WEFT_PASS_PLAN_SUBTRACTS);
     for (int c = 0, seen = 0; c < 4; c++) {
         if (kept.tile[c] < 0)
             continue;
@@ -296,36 +297,36 @@ static enum weft_result split_group(struct weft_planner *planner, int index)
         loser->tile[c] = -1;
         loser->sign[c] = loser->shift[c] = 0;
     }
-    enum weft_result res = weft_planner_add_atom(planner, &moved);
+    enum weft_result res = weft_planner_add_item(planner, &moved);
     if (res != WEFT_OK)
         return res;
-    planner->atoms[index] = (struct weft_plan_atom){
+    planner->items[index] = (struct weft_pass_plan_item){
         .group = kept, .signs = signs_of(&kept), .largest = largest_of(planner, &kept)};
     return WEFT_OK;
 }
 
 static enum weft_result split_tile(struct weft_planner *planner, int index)
 {
-    struct weft_plan_atom *atom = &planner->atoms[index];
+    struct weft_pass_plan_item *item = &planner->items[index];
     int c = 0;
-    while (atom->group.tile[c] < 0)
+    while (item->group.tile[c] < 0)
         c++;
-    enum weft_result res = weft_planner_split_tile(planner, atom->group.tile[c], NAN);
+    enum weft_result res = weft_planner_split_tile(planner, item->group.tile[c], NAN);
     if (res != WEFT_OK)
         return res;
-    struct weft_tap_group piece = atom->group;
+    struct weft_tap_group piece = item->group;
     piece.tile[c] = weft_kernel_tiles_get_info(planner->plan->tiles)->tile_count - 1;
-    atom->largest = largest_of(planner, &atom->group);
-    return weft_planner_add_atom(planner, &piece);
+    item->largest = largest_of(planner, &item->group);
+    return weft_planner_add_item(planner, &piece);
 }
 
-bool weft_planner_split_atom(struct weft_planner *planner, int atom, enum weft_result *res)
+bool weft_planner_split_item(struct weft_planner *planner, int item, enum weft_result *res)
 {
-    const struct weft_plan_atom *a = &planner->atoms[atom];
+    const struct weft_pass_plan_item *a = &planner->items[item];
     const bool group = tiles_in(&a->group) > 1;
     // Two values that differ by one step are not worth a pass. Log tiles cannot be split.
     if (!group && (a->largest < 4 || planner->logarithms))
         return false;
-    *res = group ? split_group(planner, atom) : split_tile(planner, atom);
+    *res = group ? split_group(planner, item) : split_tile(planner, item);
     return *res == WEFT_OK;
 }
