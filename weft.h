@@ -14,6 +14,7 @@
 #include "filter/kernels/kernel_table.h"
 #include "filter/kernels/prefilter.h"
 #include "filter/kernels/signal.h"
+#include "filter/statistics.h"
 #include "passes/accumulate/tree.h"
 #include "passes/choose/choose.h"
 #include "passes/choose/cost.h"

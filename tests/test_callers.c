@@ -235,6 +235,18 @@ static void find(void)
     TRUE(!weft_stability_find("") && !weft_colour_map_find(""));
 }
 
+static void statistics(void)
+{
+    struct weft_statistics none = WEFT_STATISTICS_NONE;
+    const float values[] = {NAN, INFINITY, -INFINITY};
+    TRUE(weft_statistics_magnitude(&none) == 0.0);
+    weft_statistics_add(&none, values, 0);
+    weft_statistics_add(&none, values, WEFT_COUNT(values));
+    weft_statistics_add_differences(&none, values, WEFT_COUNT(values), 0);
+    weft_statistics_add_differences(&none, values, 0, SIZE_MAX);
+    TRUE(isnan(none.minimum) && none.not_finite == 3 && none.difference[0] == 0.0);
+}
+
 static void errors(void)
 {
     struct weft_error_kernel out;
@@ -1357,6 +1369,7 @@ static const struct {
     {find,
      {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},
+    {statistics, {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude)}},
     {errors,
      {F(error_kernel_compute), F(error_e1), F(error_e2), F(error_e3), F(error_e3_arithmetic)}},
     {fixed,

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/statistics.h"
 #include "passes/gl/context_backend.h"
 #include "passes/gl/program.h"
 #include "passes/fused/exact.h"
@@ -537,55 +538,13 @@ static enum weft_result read_back(struct runner *r, int index, float *pixels)
     return weft_gl_check(r->log, gl, "reading pixels back");
 }
 
-// Of finite pixels, in lanes that a compiler makes vectors of. Returns whether all of them are.
-static bool measure_finite(const float *pixels, size_t count, float *minimum, float *maximum)
-{
-    enum { LANES = 16 };
-    float low[LANES], high[LANES], zero[LANES] = {0};
-    for (int l = 0; l < LANES; l++) {
-        low[l] = INFINITY;
-        high[l] = -INFINITY;
-    }
-    size_t i = 0;
-    for (; i + LANES <= count; i += LANES) {
-        for (int l = 0; l < LANES; l++) {
-            const float x = pixels[i + (size_t)l];
-            low[l] = x < low[l] ? x : low[l];
-            high[l] = x > high[l] ? x : high[l];
-            zero[l] += x * 0.0f; // 0 of finite numbers, else NaN
-        }
-    }
-    for (; i < count; i++) {
-        low[0] = pixels[i] < low[0] ? pixels[i] : low[0];
-        high[0] = pixels[i] > high[0] ? pixels[i] : high[0];
-        zero[0] += pixels[i] * 0.0f;
-    }
-    bool finite = true;
-    for (int l = 0; l < LANES; l++) {
-        low[0] = low[l] < low[0] ? low[l] : low[0];
-        high[0] = high[l] > high[0] ? high[l] : high[0];
-        finite &= zero[l] == 0.0f;
-    }
-    *minimum = low[0];
-    *maximum = high[0];
-    return finite;
-}
-
 static void measure_pixels(const float *pixels, size_t count, struct weft_slice_report *report)
 {
-    if (measure_finite(pixels, count, &report->minimum, &report->maximum))
-        return;
-    float minimum = INFINITY, maximum = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(pixels[i])) {
-            report->not_finite++;
-            continue;
-        }
-        minimum = pixels[i] < minimum ? pixels[i] : minimum;
-        maximum = pixels[i] > maximum ? pixels[i] : maximum;
-    }
-    report->minimum = report->not_finite < count ? minimum : NAN;
-    report->maximum = report->not_finite < count ? maximum : NAN;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    weft_statistics_add(&s, pixels, count);
+    report->minimum = (float)s.minimum;
+    report->maximum = (float)s.maximum;
+    report->not_finite = s.not_finite;
 }
 
 static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "filter/statistics.h"
 #include "passes/multipass/job.h"
 
 #include <math.h>
@@ -71,23 +72,15 @@ static size_t sample_count(const struct weft_samples *s)
     return (size_t)s->size[0] * (size_t)s->size[1] * (size_t)s->size[2];
 }
 
-static void measure(const struct weft_multipass_job *job, double *low, double *high, bool *finite)
+// Returns whether all samples are finite.
+static bool find_range(const struct weft_multipass_job *job, double *low, double *high)
 {
-    float least = INFINITY, most = -INFINITY;
-    *finite = true;
-    for (int c = 0; c < job->work->channels; c++) {
-        const float *v = job->samples->plane[c];
-        for (size_t i = 0; i < sample_count(job->samples); i++) {
-            if (!isfinite(v[i])) {
-                *finite = false;
-                continue;
-            }
-            least = v[i] < least ? v[i] : least;
-            most = v[i] > most ? v[i] : most;
-        }
-    }
-    *low = least <= most ? (double)least : 0.0;
-    *high = least <= most ? (double)most : 0.0;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    for (int c = 0; c < job->work->channels; c++)
+        weft_statistics_add(&s, job->samples->plane[c], sample_count(job->samples));
+    *low = isnan(s.minimum) ? 0.0 : s.minimum;
+    *high = isnan(s.maximum) ? 0.0 : s.maximum;
+    return s.not_finite == 0;
 }
 
 static enum weft_result mark_not_finite(struct weft_multipass_job *job)
@@ -109,10 +102,9 @@ static enum weft_result set_range(struct weft_multipass_job *job)
 {
     const struct weft_samples *s = job->samples;
     double low, high;
-    bool finite;
+    const bool finite = find_range(job, &low, &high);
     const bool low_open = weft_range_is_open(s->low, s->low, s->high);
     const bool high_open = weft_range_is_open(s->high, s->low, s->high);
-    measure(job, &low, &high, &finite);
     low = low_open ? low : s->low;
     high = high_open ? high : s->high;
     // One was declared beyond all samples.

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/statistics.h"
 #include "passes/fused/plan.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
@@ -48,6 +49,7 @@ struct runner {
     float *pixels; // of one rectangle
     uint64_t pixels_done;
     int current_pixels; // of the rectangle that runs
+    struct weft_statistics voxels;
     struct weft_slice_multipass_report report;
 };
 
@@ -197,27 +199,17 @@ static enum weft_result load_bricks(struct runner *r, const struct weft_cell_map
 
 // ---- the range of the voxels --------------------------------------------------------------------
 
-static void widen(struct runner *r, const float *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(values[i]))
-            continue;
-        r->report.low = values[i] < r->report.low ? values[i] : r->report.low;
-        r->report.high = values[i] > r->report.high ? values[i] : r->report.high;
-    }
-}
-
 static void measure_cell(struct runner *r, const weft_brick_store *store, const int32_t min[3],
                          const int32_t max[3])
 {
     float voxels[MAX_SPAN * MAX_SPAN * MAX_SPAN];
     if (weft_brick_store_box_constant(store, min, max, voxels)) {
-        widen(r, voxels, 1);
+        weft_statistics_add(&r->voxels, voxels, 1);
         return;
     }
     const int size[3] = {max[0] - min[0] + 1, max[1] - min[1] + 1, max[2] - min[2] + 1};
     weft_brick_store_copy_box(store, min, size, size, voxels);
-    widen(r, voxels, (size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
+    weft_statistics_add(&r->voxels, voxels, (size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
 }
 
 static enum weft_result measure_cells(struct runner *r, const struct reach *reach, size_t from,
@@ -485,11 +477,11 @@ static enum weft_result find_range(struct runner *r)
     if (!weft_range_is_open(r->p->low, r->p->low, r->p->high))
         return WEFT_OK;
     double start = weft_now_seconds();
-    r->report.low = INFINITY;
-    r->report.high = -INFINITY;
+    r->voxels = (struct weft_statistics)WEFT_STATISTICS_NONE;
     enum weft_result res = each_block(r, measure_block);
-    if (r->report.low > r->report.high) // nothing finite
-        r->report.low = r->report.high = 0.0;
+    const bool none = isnan(r->voxels.minimum);
+    r->report.low = none ? 0.0 : r->voxels.minimum;
+    r->report.high = none ? 0.0 : r->voxels.maximum;
     r->report.measure_seconds = weft_now_seconds() - start;
     r->report.read_seconds = 0.0;
     return res;
@@ -526,17 +518,11 @@ static void measure_pixels(struct runner *r)
 {
     const struct weft_slice_geometry *g = &r->slice->grid.index;
     const size_t count = (size_t)g->width * (size_t)g->height;
-    float minimum = INFINITY, maximum = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(r->p->pixels[i])) {
-            r->report.not_finite++;
-            continue;
-        }
-        minimum = r->p->pixels[i] < minimum ? r->p->pixels[i] : minimum;
-        maximum = r->p->pixels[i] > maximum ? r->p->pixels[i] : maximum;
-    }
-    r->report.minimum = r->report.not_finite < count ? minimum : NAN;
-    r->report.maximum = r->report.not_finite < count ? maximum : NAN;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    weft_statistics_add(&s, r->p->pixels, count);
+    r->report.minimum = (float)s.minimum;
+    r->report.maximum = (float)s.maximum;
+    r->report.not_finite = s.not_finite;
 }
 
 enum weft_result weft_slice_multipass_run(weft_context *context,

@@ -16,6 +16,7 @@
 #define WEFT_PASSES_SLICE_SLICE_H
 
 #include "../../filter/kernels/kernel.h"
+#include "../../filter/statistics.h"
 #include "../gl/context.h"
 #include "../../tiles/volume/layout.h"
 #include "../../tiles/volume/volume.h"
@@ -163,8 +164,6 @@ WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  weft_slice_plan **out);
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
-
-enum { WEFT_STATISTICS_DIFFERENCES = 4 };
 
 // What the voxels in reach of a slice are, as far as plans depend on it.
 struct weft_slice_statistics {

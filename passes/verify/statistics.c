@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "filter/kernels/prefilter.h"
 #include "passes/fused/plan.h"
@@ -8,55 +9,26 @@
 
 // ---- one brick ----------------------------------------------------------------------------------
 
-static void measure_voxels(const float *values, size_t count, struct weft_slice_statistics *out)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (!isfinite(values[i])) {
-            out->not_finite++;
-            continue;
-        }
-        out->low = fmin(out->low, values[i]);
-        out->high = fmax(out->high, values[i]);
-    }
-    out->voxels += count;
-}
-
-// Differences of rising order along one line of a brick.
-static void measure_line(const float *values, int step, struct weft_slice_statistics *out)
-{
-    double line[WEFT_BRICK_SIZE];
-    for (int i = 0; i < WEFT_BRICK_SIZE; i++)
-        line[i] = values[i * step];
-    for (int n = 0; n < WEFT_STATISTICS_DIFFERENCES; n++) {
-        for (int i = 0; i + n + 1 < WEFT_BRICK_SIZE; i++) {
-            line[i] = line[i + 1] - line[i];
-            if (fabs(line[i]) > out->difference[n] && isfinite(line[i]))
-                out->difference[n] = fabs(line[i]);
-        }
-    }
-}
-
-static void measure_differences(const float *brick, struct weft_slice_statistics *out)
+static void measure_differences(const float *brick, struct weft_statistics *out)
 {
     enum { ROW = WEFT_BRICK_SIZE, PLANE = ROW * ROW };
     for (int i = 0; i < PLANE; i++) {
-        measure_line(brick + i * ROW, 1, out);
-        measure_line(brick + i / ROW * PLANE + i % ROW, ROW, out);
-        measure_line(brick + i, PLANE, out);
+        weft_statistics_add_differences(out, brick + i * ROW, ROW, 1);
+        weft_statistics_add_differences(out, brick + i / ROW * PLANE + i % ROW, ROW, ROW);
+        weft_statistics_add_differences(out, brick + i, ROW, PLANE);
     }
 }
 
 // Constant tiles and the background count too, though not among the voxels read.
 static void measure_constants(const struct weft_slice_plan *plan,
-                              const struct weft_volume_info *info,
-                              struct weft_slice_statistics *out)
+                              const struct weft_volume_info *info, struct weft_statistics *out)
 {
-    const uint64_t read = out->voxels;
+    const uint64_t read = out->count;
     if (!info->clamp_to_edge)
-        measure_voxels(&info->background, 1, out);
+        weft_statistics_add(out, &info->background, 1);
     for (size_t i = 0; i < plan->topology.tile_count; i++)
-        measure_voxels(&plan->topology.tiles[i].value, 1, out);
-    out->voxels = read;
+        weft_statistics_add(out, &plan->topology.tiles[i].value, 1);
+    out->count = read;
 }
 
 // ---- what coefficients stand for ----------------------------------------------------------------
@@ -67,6 +39,7 @@ struct reach {
     struct weft_region region[1 + WEFT_SLICE_SHELLS];
     struct weft_slice_statistics *out;
     struct weft_slice_shells *shells;
+    struct weft_statistics voxels; // what is read
 };
 
 static void set_reach(const struct weft_slice_plan *plan, const struct weft_volume_info *info,
@@ -173,7 +146,7 @@ static enum weft_result measure_base(const struct weft_slice_plan *plan, weft_vo
         for (size_t b = 0; res == WEFT_OK && b < count; b++) {
             const float *brick = values + b * WEFT_BRICK_VOXELS;
             if (measure_brick(reach, list.brick_origin[from + b], brick))
-                measure_differences(brick, reach->out);
+                measure_differences(brick, &reach->voxels);
         }
     }
     measure_background(reach, (double)info->background);
@@ -198,6 +171,16 @@ static void set_shells(const struct weft_kernel *kernel, struct weft_slice_shell
         out->overlap[i] = weft_prefilter_overlap(&prefilter, cut);
 }
 
+static void set_voxels(const struct weft_statistics *voxels, struct weft_slice_statistics *out)
+{
+    const bool none = isnan(voxels->minimum);
+    out->low = none ? 0.0 : voxels->minimum;
+    out->high = none ? 0.0 : voxels->maximum;
+    out->voxels = voxels->count;
+    out->not_finite = voxels->not_finite;
+    memcpy(out->difference, voxels->difference, sizeof out->difference);
+}
+
 // ---- all ----------------------------------------------------------------------------------------
 
 enum weft_result weft_slice_statistics_shells(const struct weft_slice_plan *plan,
@@ -207,11 +190,10 @@ enum weft_result weft_slice_statistics_shells(const struct weft_slice_plan *plan
                                               struct weft_slice_shells *shells)
 {
     enum weft_result res = WEFT_OK;
-    struct reach reach = {.out = out, .shells = shells};
+    struct reach reach = {.out = out, .shells = shells, .voxels = WEFT_STATISTICS_NONE};
     size_t most = 0;
     const bool coefficients = plan->info.kernel.prefiltered;
-    *out = (struct weft_slice_statistics){
-        .low = INFINITY, .high = -INFINITY, .voxel_low = INFINITY, .voxel_high = -INFINITY};
+    *out = (struct weft_slice_statistics){.voxel_low = INFINITY, .voxel_high = -INFINITY};
     set_shells(&plan->info.kernel, shells);
     if (coefficients)
         res = measure_base(plan, volume, progress, &reach);
@@ -231,14 +213,13 @@ enum weft_result weft_slice_statistics_shells(const struct weft_slice_plan *plan
         if (res == WEFT_OK)
             res = weft_slice_read_bricks(plan, volume, bricks, values);
         if (res == WEFT_OK)
-            measure_voxels(values, bricks->count * WEFT_BRICK_VOXELS, out);
+            weft_statistics_add(&reach.voxels, values, bricks->count * WEFT_BRICK_VOXELS);
         for (size_t b = 0; res == WEFT_OK && !coefficients && b < bricks->count; b++)
-            measure_differences(values + b * WEFT_BRICK_VOXELS, out);
+            measure_differences(values + b * WEFT_BRICK_VOXELS, &reach.voxels);
     }
     free(values);
-    measure_constants(plan, weft_volume_get_info(volume), out);
-    if (out->low > out->high)
-        out->low = out->high = 0.0;
+    measure_constants(plan, weft_volume_get_info(volume), &reach.voxels);
+    set_voxels(&reach.voxels, out);
     if (!coefficients) {
         out->voxel_low = out->low;
         out->voxel_high = out->high;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <float.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,6 +6,7 @@
 #include <png.h>
 
 #include "filter/check.h"
+#include "filter/statistics.h"
 #include "tiles/image/image.h"
 #include "tiles/output/output_file.h"
 
@@ -25,18 +25,11 @@ struct writer {
 static void find_range(struct writer *w)
 {
     const struct weft_preview_params *p = w->params;
-    float low = FLT_MAX, high = -FLT_MAX;
-    size_t count = (size_t)p->width * (size_t)p->height;
-    for (size_t i = 0; i < count; i++) {
-        float v = p->plane[i];
-        if (!isfinite(v))
-            continue;
-        low = v < low ? v : low;
-        high = v > high ? v : high;
-    }
-    bool none = low > high;
-    w->low = !weft_range_is_open(p->low, p->low, p->high) ? p->low : none ? 0.0 : low;
-    w->high = !weft_range_is_open(p->high, p->low, p->high) ? p->high : none ? 1.0 : high;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    weft_statistics_add(&s, p->plane, (size_t)p->width * (size_t)p->height);
+    const bool none = isnan(s.minimum);
+    w->low = !weft_range_is_open(p->low, p->low, p->high) ? p->low : none ? 0.0 : s.minimum;
+    w->high = !weft_range_is_open(p->high, p->low, p->high) ? p->high : none ? 1.0 : s.maximum;
 }
 
 // A range of no width shows its value in the middle, and what is below or above it at the ends.

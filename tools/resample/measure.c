@@ -5,11 +5,9 @@
 #include "tools/common/report.h"
 #include "tools/resample/job.h"
 
-enum { DIFFERENCES = 4 };
-
-static size_t source_size(const struct resample_job *job, int axis)
+static size_t source_size(const struct resample_job *job)
 {
-    return (size_t)((axis ? job->image.height : job->image.width) + 2 * job->pad);
+    return (size_t)(job->image.width + 2 * job->pad) * (size_t)(job->image.height + 2 * job->pad);
 }
 
 const float *resample_source_plane(const struct resample_job *job, size_t channel)
@@ -29,64 +27,49 @@ static const float *samples_of(const struct resample_job *job, size_t channel)
     return job->image.channels[job->source[channel]].plane;
 }
 
+// 0 to 0 where nothing is finite.
+static void range_of(const struct weft_statistics *s, double *low, double *high)
+{
+    *low = isnan(s->minimum) ? 0.0 : s->minimum;
+    *high = isnan(s->maximum) ? 0.0 : s->maximum;
+}
+
 static void set_sample_range(const struct resample_job *job, struct resample_group *g)
 {
     const size_t count = (size_t)job->image.width * (size_t)job->image.height;
-    g->sample_low = INFINITY;
-    g->sample_high = -INFINITY;
-    for (int c = 0; c < g->count; c++) {
-        const float *samples = samples_of(job, g->channel[c]);
-        for (size_t i = 0; i < count; i++) {
-            if (!isfinite(samples[i]))
-                continue;
-            g->sample_low = fmin(g->sample_low, samples[i]);
-            g->sample_high = fmax(g->sample_high, samples[i]);
-        }
-    }
-    if (g->sample_low > g->sample_high) // nothing finite
-        g->sample_low = g->sample_high = 0.0;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    for (int c = 0; c < g->count; c++)
+        weft_statistics_add(&s, samples_of(job, g->channel[c]), count);
+    range_of(&s, &g->sample_low, &g->sample_high);
+}
+
+static uint64_t count_outside(const float *samples, size_t count, double low, double high)
+{
+    uint64_t outside = 0;
+    for (size_t i = 0; i < count; i++)
+        outside += !(samples[i] >= low && samples[i] <= high);
+    return outside;
 }
 
 static void set_range(const struct resample_job *job, struct resample_group *g)
 {
     const struct option_value *range = &job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
-    const size_t count = source_size(job, 0) * source_size(job, 1);
-    g->low = range->given ? range->number[0] : INFINITY;
-    g->high = range->given ? range->number[1] : -INFINITY;
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
     for (int c = 0; c < g->count; c++) {
         const float *samples = resample_source_plane(job, g->channel[c]);
-        for (size_t i = 0; i < count; i++) {
-            if (!isfinite(samples[i]) ||
-                (range->given && (samples[i] < g->low || samples[i] > g->high))) {
-                g->clamped++;
-            } else if (!range->given) {
-                g->low = fmin(g->low, samples[i]);
-                g->high = fmax(g->high, samples[i]);
-            }
-        }
+        if (range->given)
+            g->clamped +=
+                count_outside(samples, source_size(job), range->number[0], range->number[1]);
+        else
+            weft_statistics_add(&s, samples, source_size(job));
     }
-    if (g->low > g->high) // nothing finite
-        g->low = g->high = 0.0;
-}
-
-// Largest |difference| of some order along rows (stride 1) or columns; not finite ones count not.
-static double largest_difference(const float *samples, size_t lines, size_t line_stride,
-                                 size_t count, size_t stride, int order)
-{
-    static const double binomials[DIFFERENCES + 1][DIFFERENCES + 1] = {
-        {1}, {1, -1}, {1, -2, 1}, {1, -3, 3, -1}, {1, -4, 6, -4, 1}};
-    double largest = 0.0;
-    for (size_t line = 0; line < lines; line++) {
-        for (size_t i = 0; i + (size_t)order < count; i++) {
-            double sum = 0.0;
-            for (int k = 0; k <= order; k++)
-                sum += binomials[order][k] *
-                       (double)samples[line * line_stride + (i + (size_t)k) * stride];
-            if (isfinite(sum))
-                largest = fmax(largest, fabs(sum));
-        }
+    range_of(&s, &g->low, &g->high);
+    if (range->given) {
+        g->low = range->number[0];
+        g->high = range->number[1];
+    } else {
+        g->clamped = s.not_finite;
     }
-    return largest;
 }
 
 // The leading term, for a signal whose derivatives are as large as its samples' differences.
@@ -94,15 +77,17 @@ static double leading_e1(const struct resample_job *job, const struct resample_g
 {
     const size_t width = (size_t)job->image.width, height = (size_t)job->image.height;
     const int order = job->kernel.order;
-    double largest = 0.0;
-    if (order < 1 || order > DIFFERENCES)
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    if (order < 1 || order > WEFT_STATISTICS_DIFFERENCES)
         return NAN;
     for (int c = 0; c < g->count; c++) {
         const float *samples = samples_of(job, g->channel[c]);
-        largest = fmax(largest, largest_difference(samples, height, width, width, 1, order));
-        largest = fmax(largest, largest_difference(samples, width, 1, height, width, order));
+        for (size_t y = 0; y < height; y++)
+            weft_statistics_add_differences(&s, samples + y * width, width, 1);
+        for (size_t x = 0; x < width; x++)
+            weft_statistics_add_differences(&s, samples + x, height, width);
     }
-    return weft_error_e1(&job->kernel, 2, largest);
+    return weft_error_e1(&job->kernel, 2, s.difference[order - 1]);
 }
 
 static bool range_given(const struct resample_job *job)
@@ -117,8 +102,8 @@ static void warn_of_clamping(const struct resample_job *job, const struct resamp
         return;
     resample_group_name(job, group, name, sizeof name);
     report_warning("%s: %llu samples are outside --source-range %g,%g, or not finite: the "
-                       "error is bounded only where they are not",
-                       name, (unsigned long long)group->clamped, group->low, group->high);
+                   "error is bounded only where they are not",
+                   name, (unsigned long long)group->clamped, group->low, group->high);
 }
 
 enum weft_result resample_measure(struct resample_job *job)

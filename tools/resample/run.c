@@ -274,22 +274,16 @@ static enum weft_result each_tile(struct runner *r)
 void resample_measure_result(const struct resample_job *job, struct resample_group *g)
 {
     const size_t count = image_pixels(&job->result);
-    g->minimum = g->maximum = NAN;
-    for (int c = 0; c < g->count; c++) {
-        const float *pixels = job->result.channels[g->channel[c]].plane;
-        for (size_t i = 0; i < count; i++) {
-            if (!isfinite(pixels[i])) {
-                g->not_finite++;
-                continue;
-            }
-            g->minimum = fmin(g->minimum, pixels[i]);
-            g->maximum = fmax(g->maximum, pixels[i]);
-        }
-    }
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    for (int c = 0; c < g->count; c++)
+        weft_statistics_add(&s, job->result.channels[g->channel[c]].plane, count);
+    g->minimum = s.minimum;
+    g->maximum = s.maximum;
+    g->not_finite = s.not_finite;
     const struct resample_values of = {
         .low = g->low,
         .high = g->high,
-        .result = fmax(0.0, fmax(-g->minimum, g->maximum)),
+        .result = weft_statistics_magnitude(&s),
         .sample = resample_largest_sample(g),
         .samples = g->sample_high - g->sample_low,
     };

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// filter/statistics.h - what numbers are: their range, how many are not finite, how they change.
+// One description of samples, voxels and pixels alike. It grows by whatever is added, in any order
+// and any portions, with the same result. Pure; one thread at a time may add to a struct.
+#ifndef WEFT_FILTER_STATISTICS_H
+#define WEFT_FILTER_STATISTICS_H
+
+#include <math.h>
+
+#include "base.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_STATISTICS_DIFFERENCES = 4 };
+
+struct weft_statistics {
+    double minimum, maximum; // of the finite values; NAN both while there are none
+    uint64_t count;          // values added, finite or not
+    uint64_t not_finite;     // of those, NAN and infinities
+    // Largest |n-th difference|, at index n - 1, of neighbours in the lines added; 0 while there
+    // are none. Per sample to the n-th power it is the signal's n-th derivative, as far as the
+    // signal is sampled well.
+    double difference[WEFT_STATISTICS_DIFFERENCES];
+};
+// What a struct starts with: of no values.
+#define WEFT_STATISTICS_NONE                                                                       \
+    {                                                                                              \
+        .minimum = NAN, .maximum = NAN                                                             \
+    }
+
+// Adds values to the range and to the counts, not to the differences.
+WEFT_API void weft_statistics_add(struct weft_statistics *statistics, const float *values,
+                                  size_t count);
+
+// Adds the differences of neighbours in a line of `count` values that lie `stride` floats apart;
+// those that take in a value that is not finite do not count. Leaves range and counts alone.
+WEFT_API void weft_statistics_add_differences(struct weft_statistics *statistics,
+                                              const float *values, size_t count, size_t stride);
+
+// The larger of |minimum| and |maximum|; 0 of no finite values.
+WEFT_API double weft_statistics_magnitude(const struct weft_statistics *statistics);
+
+WEFT_END_DECLS
+#endif
