@@ -7,6 +7,7 @@
 #include "filter/statistics.h"
 #include "passes/gl/context_backend.h"
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
 
@@ -34,7 +35,7 @@ struct runner {
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
     struct weft_gl_buffer source, entry_buffer, constants, kernel;
     GLuint programs[KIND_COUNT][2]; // the context's; without and with constants among the pixels
-    GLuint target, framebuffer, vertex_array;
+    struct weft_gl_target target;
 };
 
 static bool go_on(const struct runner *r, double fraction)
@@ -136,28 +137,6 @@ static enum weft_result find_program(struct runner *r, enum kind kind, bool cons
                             &r->programs[kind][constants]);
 }
 
-static enum weft_result create_target(struct runner *r, const struct sizes *s)
-{
-    const GladGLContext *gl = r->gl;
-    gl->GenTextures(1, &r->target);
-    gl->BindTexture(GL_TEXTURE_2D, r->target);
-    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, s->width, s->height, 0, GL_RED, GL_FLOAT, NULL);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->GenFramebuffers(1, &r->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, r->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, r->target, 0);
-    gl->GenVertexArrays(1, &r->vertex_array);
-    gl->BindVertexArray(r->vertex_array);
-    GLenum status = gl->CheckFramebufferStatus(GL_FRAMEBUFFER);
-    enum weft_result res = weft_gl_check(r->log, gl, "creating the render target");
-    if (res == WEFT_OK && status != GL_FRAMEBUFFER_COMPLETE) {
-        weft_error(r->log, "GL: an r32f render target of %d x %d is incomplete (0x%04x)", s->width,
-                   s->height, status);
-        res = WEFT_ERR_GL;
-    }
-    return res;
-}
-
 static enum weft_result create_kernel(struct runner *r)
 {
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
@@ -205,7 +184,7 @@ static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
     if (res == WEFT_OK)
         res = create_kernel(r);
     if (res == WEFT_OK)
-        res = create_target(r, s);
+        res = weft_gl_target_create(r->log, r->gl, GL_R32F, s->width, s->height, &r->target);
     r->report.peak_bytes = (s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values +
                            s->source_bytes + s->entries * 4 + s->cells * 4 +
                            (size_t)s->width * (size_t)s->height * 4;
@@ -219,13 +198,7 @@ static void destroy(struct runner *r)
     weft_gl_buffer_destroy(gl, &r->entry_buffer);
     weft_gl_buffer_destroy(gl, &r->constants);
     weft_gl_buffer_destroy(gl, &r->kernel);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    if (r->framebuffer)
-        gl->DeleteFramebuffers(1, &r->framebuffer);
-    if (r->target)
-        gl->DeleteTextures(1, &r->target);
-    if (r->vertex_array)
-        gl->DeleteVertexArrays(1, &r->vertex_array);
+    weft_gl_target_destroy(gl, &r->target);
     weft_slice_layout_destroy(&r->cells);
     free(r->values);
     free(r->squares);
@@ -320,11 +293,6 @@ static enum weft_result load_tile(struct runner *r, int index)
 
 // ---- passes -------------------------------------------------------------------------------------
 
-static GLint location(const struct runner *r, GLuint program, const char *name)
-{
-    return r->gl->GetUniformLocation(program, name);
-}
-
 // A position or step modulo 8 voxels, as the shader's two words.
 static void set_fixed(const struct runner *r, GLuint program, const char *name,
                       const char *low_name, const int64_t value[3])
@@ -336,17 +304,8 @@ static void set_fixed(const struct runner *r, GLuint program, const char *name,
         word[i] = (GLint)(uint32_t)(v >> low_bits);
         low[i] = (GLint)(v & ((INT64_C(1) << low_bits) - 1));
     }
-    r->gl->Uniform3iv(location(r, program, name), 1, word);
-    r->gl->Uniform3iv(location(r, program, low_name), 1, low);
-}
-
-static void bind_buffer(const struct runner *r, GLuint program, GLuint unit, const char *name,
-                        const struct weft_gl_buffer *buffer)
-{
-    r->gl->ActiveTexture(GL_TEXTURE0 + unit);
-    r->gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
-    r->gl->Uniform1i(location(r, program, name), (GLint)unit);
-    r->gl->ActiveTexture(GL_TEXTURE0);
+    r->gl->Uniform3iv(weft_gl_location(r->gl, program, name), 1, word);
+    r->gl->Uniform3iv(weft_gl_location(r->gl, program, low_name), 1, low);
 }
 
 // The weights of the full kernel, or those of linear interpolation, whose first tap is not the
@@ -357,12 +316,12 @@ static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
     const GladGLContext *gl = r->gl;
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
     if (kind == KIND_SMOOTH)
-        gl->Uniform4fv(location(r, program, "kernel"), 2, linear[0]);
+        gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
     else if (tiles->segments > 1)
-        bind_buffer(r, program, 3, "kernel", &r->kernel);
+        weft_gl_bind_buffer(r->gl, program, 3, "kernel", &r->kernel);
     else
-        gl->Uniform4fv(location(r, program, "kernel"), (GLsizei)(tiles->coefficient_count / 4),
-                       tiles->coefficients);
+        gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"),
+                       (GLsizei)(tiles->coefficient_count / 4), tiles->coefficients);
 }
 
 static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
@@ -373,16 +332,17 @@ static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
     double scale, offset;
     weft_source_range_mapping(r->plan->info.source, &r->plan->range, &scale, &offset);
     gl->UseProgram(program);
-    bind_buffer(r, program, 0, "source", &r->source);
-    bind_buffer(r, program, 1, "entries", &r->entry_buffer);
-    bind_buffer(r, program, 2, "constants", &r->constants);
+    weft_gl_bind_buffer(r->gl, program, 0, "source", &r->source);
+    weft_gl_bind_buffer(r->gl, program, 1, "entries", &r->entry_buffer);
+    weft_gl_bind_buffer(r->gl, program, 2, "constants", &r->constants);
     bind_kernel(r, program, kind);
-    gl->Uniform2f(location(r, program, "mapping"), (float)scale, (float)offset);
-    gl->Uniform2i(location(r, program, "pitch"), layout->row_texels,
+    gl->Uniform2f(weft_gl_location(r->gl, program, "mapping"), (float)scale, (float)offset);
+    gl->Uniform2i(weft_gl_location(r->gl, program, "pitch"), layout->row_texels,
                   layout->row_texels * layout->span[1]);
-    gl->Uniform1i(location(r, program, "row_entries"), tile->width);
-    gl->Uniform2f(location(r, program, "viewport"), (float)tile->width, (float)tile->height);
-    gl->Uniform1i(location(r, program, "low_bits"),
+    gl->Uniform1i(weft_gl_location(r->gl, program, "row_entries"), tile->width);
+    gl->Uniform2f(weft_gl_location(r->gl, program, "viewport"), (float)tile->width,
+                  (float)tile->height);
+    gl->Uniform1i(weft_gl_location(r->gl, program, "low_bits"),
                   r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
     set_fixed(r, program, "du", "du_low", r->plan->grid.du);
     set_fixed(r, program, "dv", "dv_low", r->plan->grid.dv);
@@ -474,9 +434,9 @@ static void draw_rectangles(struct runner *r, GLuint program, const struct weft_
     struct weft_slice_block block;
     weft_slice_grid_block(&r->plan->grid, bx, by, &block);
     set_fixed(r, program, "origin", "origin_low", block.position);
-    r->gl->Uniform2i(location(r, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
+    r->gl->Uniform2i(weft_gl_location(r->gl, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
                      by * WEFT_GRID_BLOCK - tile->y);
-    r->gl->Uniform4iv(location(r, program, "rectangles"), list->count, list->at[0]);
+    r->gl->Uniform4iv(weft_gl_location(r->gl, program, "rectangles"), list->count, list->at[0]);
     r->gl->DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, list->count);
     r->report.passes++;
 }
@@ -514,7 +474,7 @@ static enum weft_result draw_tile(struct runner *r, int index)
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
     enum weft_result res = WEFT_OK;
-    r->gl->Viewport(0, 0, tile->width, tile->height);
+    weft_gl_target_bind(r->gl, &r->target, tile->width, tile->height);
     for (int i = 0; res == WEFT_OK && i < 2 * KIND_CONSTANT; i++)
         res = draw_kind(r, tile, (enum kind)(i / 2), i % 2);
     if (res == WEFT_OK)
@@ -527,15 +487,18 @@ static enum weft_result draw_tile(struct runner *r, int index)
 static enum weft_result read_back(struct runner *r, int index, float *pixels)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
-    const GladGLContext *gl = r->gl;
     int width = r->plan->grid.index.width;
     double start = weft_now_seconds();
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, width);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl->ReadPixels(0, 0, tile->width, tile->height, GL_RED, GL_FLOAT,
-                   pixels + (size_t)tile->y * (size_t)width + tile->x);
+    const struct weft_gl_pixels out = {
+        .width = tile->width,
+        .height = tile->height,
+        .type = GL_FLOAT,
+        .stride = width,
+        .data = pixels + (size_t)tile->y * (size_t)width + tile->x,
+    };
+    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &out);
     r->report.readback_seconds += weft_now_seconds() - start;
-    return weft_gl_check(r->log, gl, "reading pixels back");
+    return res;
 }
 
 static void measure_pixels(const float *pixels, size_t count, struct weft_slice_report *report)

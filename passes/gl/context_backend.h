@@ -77,9 +77,10 @@ struct weft_context {
 enum weft_result weft_context_enter(weft_context *context);
 void weft_context_leave(weft_context *context);
 
-// Creates the native context and the function table of context->backend, and reads its info. On
-// failure nothing is left and the reason is in `why`.
+// Creates the native context and the function table of context->backend, reads its info and binds a
+// vertex array for good. On failure nothing is left and the reason is in `why`.
 bool weft_context_start(struct weft_context *context, char *why, size_t why_size);
+void weft_context_stop(struct weft_context *context); // ends the native context
 
 // Drivers that the environment asks for, or that get too little memory, may end the process when a
 // context is made or a shader compiled. Where that is to be feared (variables that Mesa reads, a

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 
 extern char **environ;
 
@@ -79,7 +80,8 @@ static bool draw(struct weft_context *context, char *why, size_t why_size)
     struct weft_gl_buffer source;
     const float given = 3.0f;
     float pixel = 0.0f;
-    GLuint program = 0, array, frame, target;
+    struct weft_gl_target target;
+    GLuint program = 0;
     if (weft_program_get(context, "trial", "", weft_shader_full_target, fragment, &program) !=
             WEFT_OK ||
         weft_gl_buffer_create(NULL, gl, GL_R32F, 1, &source) != WEFT_OK) {
@@ -87,20 +89,16 @@ static bool draw(struct weft_context *context, char *why, size_t why_size)
         return false;
     }
     gl->BufferSubData(GL_TEXTURE_BUFFER, 0, sizeof given, &given);
-    gl->GenVertexArrays(1, &array);
-    gl->BindVertexArray(array);
-    gl->GenFramebuffers(1, &frame);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, frame);
-    gl->GenRenderbuffers(1, &target);
-    gl->BindRenderbuffer(GL_RENDERBUFFER, target);
-    gl->RenderbufferStorage(GL_RENDERBUFFER, GL_R32F, 1, 1);
-    gl->FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, target);
-    gl->Viewport(0, 0, 1, 1);
     gl->UseProgram(program);
-    gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    gl->ReadPixels(0, 0, 1, 1, GL_RED, GL_FLOAT, &pixel);
-    if (weft_gl_check(NULL, gl, "a trial") == WEFT_OK && pixel == 0.5f * given)
-        return true;
+    if (weft_gl_target_create(NULL, gl, GL_R32F, 1, 1, &target) == WEFT_OK) {
+        weft_gl_target_bind(gl, &target, 1, 1);
+        gl->DrawArrays(GL_TRIANGLES, 0, 3);
+        weft_gl_target_read(
+            NULL, gl, &target,
+            &(struct weft_gl_pixels){.width = 1, .height = 1, .type = GL_FLOAT, .data = &pixel});
+        if (pixel == 0.5f * given)
+            return true;
+    }
     snprintf(why, why_size, "it does not draw what it should");
     return false;
 }

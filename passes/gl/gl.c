@@ -42,13 +42,17 @@ static size_t format_bytes(GLenum format)
         return 16;
     case GL_RGBA16F:
     case GL_RGBA16:
+    case GL_RGBA16UI:
+    case GL_RG32UI:
         return 8;
     case GL_R16F:
     case GL_R16:
+    case GL_R16UI:
         return 2;
     case GL_R8:
+    case GL_R8UI:
         return 1;
-    default: // GL_RGBA8, GL_R32F, GL_R32I
+    default: // GL_RGBA8, GL_RGBA8UI, GL_R32F, GL_R32I, GL_R32UI
         return 4;
     }
 }
@@ -80,6 +84,41 @@ void weft_gl_buffer_destroy(const GladGLContext *gl, struct weft_gl_buffer *buff
     if (buffer->buffer)
         gl->DeleteBuffers(1, &buffer->buffer);
     *buffer = (struct weft_gl_buffer){0};
+}
+
+enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
+                                    GLenum format, size_t texel_count,
+                                    struct weft_gl_buffer *buffer)
+{
+    const size_t bytes = texel_count * format_bytes(format);
+    if (buffer->buffer && buffer->format != format)
+        weft_gl_buffer_destroy(gl, buffer);
+    if (!buffer->buffer)
+        return weft_gl_buffer_create(log, gl, format, texel_count, buffer);
+    if (bytes <= buffer->size_bytes)
+        return WEFT_OK;
+    buffer->size_bytes = bytes;
+    gl->BindBuffer(GL_TEXTURE_BUFFER, buffer->buffer);
+    gl->BufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)bytes, NULL, GL_STREAM_DRAW);
+    const enum weft_result res = weft_gl_check(log, gl, "growing a texture buffer");
+    if (res == WEFT_OK)
+        return WEFT_OK;
+    weft_error(log, "a texture buffer could not grow to %zu bytes", bytes);
+    weft_gl_buffer_destroy(gl, buffer);
+    return res;
+}
+
+enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLContext *gl,
+                                     GLenum format, const void *data, size_t bytes,
+                                     struct weft_gl_buffer *buffer)
+{
+    const enum weft_result res =
+        weft_gl_buffer_fit(log, gl, format, bytes / format_bytes(format), buffer);
+    if (res != WEFT_OK)
+        return res;
+    gl->BindBuffer(GL_TEXTURE_BUFFER, buffer->buffer);
+    gl->BufferSubData(GL_TEXTURE_BUFFER, 0, (GLsizeiptr)bytes, data);
+    return weft_gl_check(log, gl, "filling a texture buffer");
 }
 
 void *weft_gl_buffer_map(const GladGLContext *gl, const struct weft_gl_buffer *buffer,

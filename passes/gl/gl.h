@@ -20,7 +20,7 @@ enum weft_result weft_gl_check(const struct weft_log *log, const GladGLContext *
 // A buffer read by shaders through a texture.
 struct weft_gl_buffer {
     GLuint buffer, texture;
-    GLenum format;      // GL_RGBA or GL_R with 32F, 16F, 16 or 8; GL_R32I
+    GLenum format;      // GL_RGBA or GL_R with 32F, 16F, 16, 8, 16UI, 8UI; GL_R32I, R32UI, RG32UI
     size_t texel_bytes; // of the format
     size_t size_bytes;  // allocated
 };
@@ -29,6 +29,17 @@ enum weft_result weft_gl_buffer_create(const struct weft_log *log, const GladGLC
                                        GLenum format, size_t texel_count,
                                        struct weft_gl_buffer *out);
 void weft_gl_buffer_destroy(const GladGLContext *gl, struct weft_gl_buffer *buffer); // {0} is fine
+
+// Fills the first `bytes` (a whole number of texels) of a buffer with `data`. {0} becomes a buffer
+// of this format; one of this format stays where it is large enough, and is made larger otherwise.
+// What lies behind is undefined. Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
+enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLContext *gl,
+                                     GLenum format, const void *data, size_t bytes,
+                                     struct weft_gl_buffer *buffer);
+// The same without content: makes sure of the size. What was there is undefined.
+enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
+                                    GLenum format, size_t texel_count,
+                                    struct weft_gl_buffer *buffer);
 
 // Write-only memory for the first `size_bytes`, whose old content is lost; NULL when GL fails.
 void *weft_gl_buffer_map(const GladGLContext *gl, const struct weft_gl_buffer *buffer,

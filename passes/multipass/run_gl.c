@@ -6,6 +6,7 @@
 
 #include "passes/multipass/job.h"
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 
 enum unit { UNIT_SOURCE, UNIT_TILES, UNIT_ENTRIES, UNIT_LOG_TABLE, UNIT_TARGET };
 
@@ -17,10 +18,6 @@ enum { MAX_DIVISORS = 3 };
 // up to three times with dot4 on float targets.
 enum { CACHE_BYTES = 1 << 20 };
 
-struct target {
-    GLuint texture, framebuffer;
-};
-
 struct runner {
     const struct weft_multipass_job *job;
     const struct weft_pass_list *passes;
@@ -31,14 +28,13 @@ struct runner {
     bool divisor_is_uniform, has_bias;
     bool fetches_targets; // GL_EXT_shader_framebuffer_fetch: no copy of what is read
     struct weft_gl_buffer source, tiles, entries, log_table;
-    GLuint vertex_array;
     int target_count; // the slots' and, if any pass needs it, one more to write beside them
-    struct target *targets;
+    struct weft_gl_target *targets;
 };
 
 static const struct {
-    GLenum internal[2], type; // of 1 and 4 channels
-    size_t bytes;
+    GLenum format[2], type; // of 1 and 4 channels; of their texels that are read back
+    size_t bytes;           // of a channel
 } target_formats[] = {
     [WEFT_TARGET_UNORM8] = {{GL_R8, GL_RGBA8}, GL_UNSIGNED_BYTE, 1},
     [WEFT_TARGET_UNORM16] = {{GL_R16, GL_RGBA16}, GL_UNSIGNED_SHORT, 2},
@@ -90,31 +86,6 @@ static enum weft_result upload(struct runner *r)
     return res;
 }
 
-static enum weft_result create_target(const struct runner *r, struct target *out)
-{
-    const GladGLContext *gl = r->gl;
-    const int width = r->job->grid->width, height = r->job->grid->height;
-    gl->GenTextures(1, &out->texture);
-    gl->BindTexture(GL_TEXTURE_2D, out->texture);
-    gl->TexImage2D(GL_TEXTURE_2D, 0,
-                   (GLint)target_formats[r->passes->target].internal[r->channels == 4], width,
-                   height, 0, r->channels == 4 ? GL_RGBA : GL_RED,
-                   target_formats[r->passes->target].type, NULL);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl->GenFramebuffers(1, &out->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, out->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, out->texture, 0);
-    const GLenum status = gl->CheckFramebufferStatus(GL_FRAMEBUFFER);
-    const enum weft_result res = weft_gl_check(r->log, gl, "creating a render target");
-    if (res != WEFT_OK || status == GL_FRAMEBUFFER_COMPLETE)
-        return res;
-    weft_error(r->log, "GL: a %s render target of %d x %d is incomplete (0x%04x)",
-               weft_target_name(r->passes->target), width, height, status);
-    return WEFT_ERR_GL;
-}
-
 static bool has_framebuffer_fetch(const GladGLContext *gl)
 {
     GLint count = 0;
@@ -139,6 +110,7 @@ static bool writes_beside(const struct runner *r)
 
 static enum weft_result create_targets(struct runner *r)
 {
+    const GLenum format = target_formats[r->passes->target].format[r->channels == 4];
     enum weft_result res = WEFT_OK;
     r->target_count = r->passes->slot_count + writes_beside(r);
     r->targets = calloc((size_t)r->target_count, sizeof *r->targets);
@@ -147,7 +119,8 @@ static enum weft_result create_targets(struct runner *r)
         return WEFT_ERR_MEMORY;
     }
     for (int t = 0; res == WEFT_OK && t < r->target_count; t++)
-        res = create_target(r, &r->targets[t]);
+        res = weft_gl_target_create(r->log, r->gl, format, r->job->grid->width,
+                                    r->job->grid->height, &r->targets[t]);
     return res;
 }
 
@@ -171,9 +144,6 @@ static void choose_defines(struct runner *r)
 static void set_state(struct runner *r)
 {
     const GladGLContext *gl = r->gl;
-    gl->GenVertexArrays(1, &r->vertex_array);
-    gl->BindVertexArray(r->vertex_array);
-    gl->Disable(GL_SCISSOR_TEST);
     gl->Disable(GL_BLEND);
     gl->Disable(GL_DITHER);
     gl->BlendFunc(GL_ONE, GL_ONE);
@@ -188,20 +158,13 @@ static void destroy(struct runner *r)
     gl->BlendFunc(GL_ONE, GL_ZERO);
     gl->BlendEquation(GL_FUNC_ADD);
     gl->UseProgram(0);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    for (int t = 0; r->targets && t < r->target_count; t++) {
-        if (r->targets[t].framebuffer)
-            gl->DeleteFramebuffers(1, &r->targets[t].framebuffer);
-        if (r->targets[t].texture)
-            gl->DeleteTextures(1, &r->targets[t].texture);
-    }
+    for (int t = 0; r->targets && t < r->target_count; t++)
+        weft_gl_target_destroy(gl, &r->targets[t]);
     free(r->targets);
     weft_gl_buffer_destroy(gl, &r->source);
     weft_gl_buffer_destroy(gl, &r->tiles);
     weft_gl_buffer_destroy(gl, &r->entries);
     weft_gl_buffer_destroy(gl, &r->log_table);
-    if (r->vertex_array)
-        gl->DeleteVertexArrays(1, &r->vertex_array);
 }
 
 // ---- passes that add taps -----------------------------------------------------------------------
@@ -271,20 +234,6 @@ static enum weft_result find_program(const struct runner *r, const struct weft_p
                             weft_shader_convolve, out);
 }
 
-static GLint location(const struct runner *r, GLuint program, const char *name)
-{
-    return r->gl->GetUniformLocation(program, name);
-}
-
-static void bind(const struct runner *r, GLuint program, enum unit unit, const char *name,
-                 GLenum kind, GLuint texture)
-{
-    r->gl->ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
-    r->gl->BindTexture(kind, texture);
-    r->gl->Uniform1i(location(r, program, name), (GLint)unit);
-    r->gl->ActiveTexture(GL_TEXTURE0);
-}
-
 static void set_places(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
     const GladGLContext *gl = r->gl;
@@ -299,11 +248,11 @@ static void set_places(const struct runner *r, GLuint program, const struct weft
         for (int a = 0; a < 3; a++)
             step[g][a] = place->tile_step[a];
     }
-    gl->Uniform1i(location(r, program, "row_entries"), r->job->grid->width);
-    gl->Uniform1iv(location(r, program, "source_offset"), count, offset);
-    gl->Uniform1iv(location(r, program, "tile_base"), count, base);
-    gl->Uniform1iv(location(r, program, "tile_flip"), count, flip);
-    gl->Uniform3iv(location(r, program, "tile_step"), count, step[0]);
+    gl->Uniform1i(weft_gl_location(gl, program, "row_entries"), r->job->grid->width);
+    gl->Uniform1iv(weft_gl_location(gl, program, "source_offset"), count, offset);
+    gl->Uniform1iv(weft_gl_location(gl, program, "tile_base"), count, base);
+    gl->Uniform1iv(weft_gl_location(gl, program, "tile_flip"), count, flip);
+    gl->Uniform3iv(weft_gl_location(gl, program, "tile_step"), count, step[0]);
 }
 
 static void set_factors(const struct runner *r, GLuint program, const struct weft_pass *pass)
@@ -320,7 +269,7 @@ static void set_factors(const struct runner *r, GLuint program, const struct wef
     for (int i = 0; i < components * count; i++)
         weight[i] = weft_multipass_job_weight(pass, factor[i]);
     const GladGLContext *gl = r->gl;
-    const GLint at = location(r, program, "factor");
+    const GLint at = weft_gl_location(gl, program, "factor");
     if (r->job->floats && components == 1)
         gl->Uniform1fv(at, count, weight);
     else if (r->job->floats)
@@ -335,8 +284,8 @@ static void set_numbers(const struct runner *r, GLuint program, const struct wef
 {
     const bool divides = !r->job->floats && r->passes->exact_inside && !r->passes->log_table;
     const int bias = pass->subtract ? -pass->bias : pass->bias;
-    const GLint at = location(r, program, "bias");
-    r->gl->Uniform1i(location(r, program, "divisor"), pass->divisor);
+    const GLint at = weft_gl_location(r->gl, program, "bias");
+    r->gl->Uniform1i(weft_gl_location(r->gl, program, "divisor"), pass->divisor);
     if (r->job->floats)
         r->gl->Uniform1f(at, (GLfloat)bias);
     else
@@ -354,7 +303,7 @@ static void clear(const struct runner *r, const struct weft_pass *pass)
 
 static void swap_with_scratch(struct runner *r, int slot)
 {
-    const struct target old = r->targets[slot];
+    const struct weft_gl_target old = r->targets[slot];
     r->targets[slot] = r->targets[r->passes->slot_count];
     r->targets[r->passes->slot_count] = old;
 }
@@ -383,25 +332,27 @@ static void draw_blended(const struct runner *r, const struct weft_pass *pass)
 
 static enum weft_result add_taps(struct runner *r, const struct weft_pass *pass)
 {
+    const GladGLContext *gl = r->gl;
     GLuint program;
     const enum weft_result res = find_program(r, pass, &program);
     if (res != WEFT_OK)
         return res;
     if (pass->clears)
         clear(r, pass);
-    r->gl->UseProgram(program);
-    bind(r, program, UNIT_SOURCE, "source", GL_TEXTURE_BUFFER, r->source.texture);
-    bind(r, program, UNIT_TILES, "tiles", GL_TEXTURE_BUFFER, r->tiles.texture);
-    bind(r, program, UNIT_ENTRIES, "entries", GL_TEXTURE_BUFFER, r->entries.texture);
+    gl->UseProgram(program);
+    weft_gl_bind_buffer(gl, program, UNIT_SOURCE, "source", &r->source);
+    weft_gl_bind_buffer(gl, program, UNIT_TILES, "tiles", &r->tiles);
+    weft_gl_bind_buffer(gl, program, UNIT_ENTRIES, "entries", &r->entries);
     if (r->passes->log_table)
-        bind(r, program, UNIT_LOG_TABLE, "log_table", GL_TEXTURE_BUFFER, r->log_table.texture);
+        weft_gl_bind_buffer(gl, program, UNIT_LOG_TABLE, "log_table", &r->log_table);
     set_places(r, program, pass);
     set_factors(r, program, pass);
     set_numbers(r, program, pass);
     if (pass->reads_target && r->fetches_targets) {
         draw_over(r, pass->target);
     } else if (pass->reads_target) {
-        bind(r, program, UNIT_TARGET, "target", GL_TEXTURE_2D, r->targets[pass->target].texture);
+        weft_gl_bind_texture(gl, program, UNIT_TARGET, "target", GL_TEXTURE_2D,
+                             r->targets[pass->target].texture);
         draw_beside(r, pass->target);
     } else {
         draw_blended(r, pass);
@@ -437,14 +388,14 @@ static void set_inputs(const struct runner *r, GLuint program, const struct weft
         gl->BindTexture(GL_TEXTURE_2D, r->targets[pass->input[i]].texture);
     }
     gl->ActiveTexture(GL_TEXTURE0);
-    gl->Uniform1iv(location(r, program, "targets"), pass->input_count, unit);
+    gl->Uniform1iv(weft_gl_location(gl, program, "targets"), pass->input_count, unit);
     if (r->job->floats) {
-        gl->Uniform1fv(location(r, program, "factor"), pass->input_count, weight);
-        gl->Uniform1f(location(r, program, "bias"),
+        gl->Uniform1fv(weft_gl_location(gl, program, "factor"), pass->input_count, weight);
+        gl->Uniform1f(weft_gl_location(gl, program, "bias"),
                       (GLfloat)((double)pass->bias / pass->denominator));
     } else {
-        gl->Uniform1iv(location(r, program, "factor"), pass->input_count, factor);
-        gl->Uniform1i(location(r, program, "bias"), weft_multipass_job_bias(r->job, pass));
+        gl->Uniform1iv(weft_gl_location(gl, program, "factor"), pass->input_count, factor);
+        gl->Uniform1i(weft_gl_location(gl, program, "bias"), weft_multipass_job_bias(r->job, pass));
     }
 }
 
@@ -482,20 +433,19 @@ static enum weft_result draw_passes(struct runner *r, const struct weft_progress
 static enum weft_result read_back(const struct runner *r, float *const pixels[4],
                                   struct weft_multipass_report *report)
 {
-    const GladGLContext *gl = r->gl;
     void *result = calloc(r->job->pixels, (size_t)r->channels * sizeof(float));
     if (!result) {
         weft_error(r->log, "convolution: not enough memory for %zu pixels", r->job->pixels);
         return WEFT_ERR_MEMORY;
     }
-    gl->BindFramebuffer(GL_FRAMEBUFFER, r->targets[r->passes->result].framebuffer);
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
-    gl->ReadPixels(0, 0, r->job->grid->width, r->job->grid->height,
-                   r->channels == 4 ? GL_RGBA : GL_RED, target_formats[r->passes->target].type,
-                   result);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
-    const enum weft_result res = weft_gl_check(r->log, gl, "reading pixels back");
+    const struct weft_gl_pixels out = {
+        .width = r->job->grid->width,
+        .height = r->job->grid->height,
+        .type = target_formats[r->passes->target].type,
+        .data = result,
+    };
+    const enum weft_result res =
+        weft_gl_target_read(r->log, r->gl, &r->targets[r->passes->result], &out);
     if (res == WEFT_OK)
         weft_multipass_job_finish(r->job, result, pixels, report);
     free(result);

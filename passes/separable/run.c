@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 #include "passes/separable/job.h"
 
 // Columns that a pass computes at a time, in a texel of its target.
@@ -57,7 +58,7 @@ struct runner {
     struct weft_gl_buffer source, middle; // middle: what the first pass made
     struct weft_gl_buffer weights[2], first_taps[2];
     GLuint programs[2]; // along x and along y; the context's
-    GLuint target, framebuffer, vertex_array;
+    struct weft_gl_target target;
     float *staging; // rows that GL cannot write where they belong
     struct weft_separable_report report;
 };
@@ -265,29 +266,6 @@ static enum weft_result create_buffers(struct runner *r)
     return res;
 }
 
-static enum weft_result create_target(struct runner *r)
-{
-    const GladGLContext *gl = r->gl;
-    const int width = r->sizes.target_width, height = r->sizes.target_height;
-    gl->GenTextures(1, &r->target);
-    gl->BindTexture(GL_TEXTURE_2D, r->target);
-    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, height, 0, GL_RGBA, GL_FLOAT, NULL);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->GenFramebuffers(1, &r->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, r->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, r->target, 0);
-    gl->GenVertexArrays(1, &r->vertex_array);
-    gl->BindVertexArray(r->vertex_array);
-    gl->Disable(GL_SCISSOR_TEST);
-    const GLenum status = gl->CheckFramebufferStatus(GL_FRAMEBUFFER);
-    const enum weft_result res = weft_gl_check(r->log, gl, "creating the render target");
-    if (res != WEFT_OK || status == GL_FRAMEBUFFER_COMPLETE)
-        return res;
-    weft_error(r->log, "GL: an rgba32f render target of %d x %d is incomplete (0x%04x)", width,
-               height, status);
-    return WEFT_ERR_GL;
-}
-
 static enum weft_result create_staging(struct runner *r)
 {
     if (!r->sizes.staging_floats)
@@ -311,13 +289,7 @@ static void destroy(struct runner *r)
         free(r->axis[a].sample);
         free(r->axis[a].place);
     }
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    if (r->framebuffer)
-        gl->DeleteFramebuffers(1, &r->framebuffer);
-    if (r->target)
-        gl->DeleteTextures(1, &r->target);
-    if (r->vertex_array)
-        gl->DeleteVertexArrays(1, &r->vertex_array);
+    weft_gl_target_destroy(gl, &r->target);
     free(r->staging);
     weft_separable_care_destroy(&r->care);
 }
@@ -404,15 +376,6 @@ static enum weft_result load_samples(struct runner *r)
 
 // ---- passes -------------------------------------------------------------------------------------
 
-static void bind_buffer(const struct runner *r, GLuint program, GLuint unit, const char *name,
-                        const struct weft_gl_buffer *buffer)
-{
-    r->gl->ActiveTexture(GL_TEXTURE0 + unit);
-    r->gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
-    r->gl->Uniform1i(r->gl->GetUniformLocation(program, name), (GLint)unit);
-    r->gl->ActiveTexture(GL_TEXTURE0);
-}
-
 // From rows of `pitch` texels to `width` x `height` texels of the target.
 static void draw(struct runner *r, int axis, const struct weft_gl_buffer *source, int pitch,
                  int width, int height)
@@ -420,24 +383,23 @@ static void draw(struct runner *r, int axis, const struct weft_gl_buffer *source
     const GladGLContext *gl = r->gl;
     const GLuint program = r->programs[axis];
     gl->UseProgram(program);
-    bind_buffer(r, program, 0, "source", source);
-    bind_buffer(r, program, 1, "weights", &r->weights[axis]);
-    bind_buffer(r, program, 2, "first_taps", &r->first_taps[axis]);
-    gl->Uniform1i(gl->GetUniformLocation(program, "pitch"), pitch);
-    gl->Viewport(0, 0, width, height);
+    weft_gl_bind_buffer(gl, program, 0, "source", source);
+    weft_gl_bind_buffer(gl, program, 1, "weights", &r->weights[axis]);
+    weft_gl_bind_buffer(gl, program, 2, "first_taps", &r->first_taps[axis]);
+    gl->Uniform1i(weft_gl_location(gl, program, "pitch"), pitch);
+    weft_gl_target_bind(gl, &r->target, width, height);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
     r->report.passes++;
 }
 
 // Texture buffers are read several times faster than 2D textures on llvmpipe.
-static void copy_to_middle(const struct runner *r, int width, int height)
+static enum weft_result copy_to_middle(const struct runner *r, int width, int height)
 {
-    const GladGLContext *gl = r->gl;
-    gl->BindBuffer(GL_PIXEL_PACK_BUFFER, r->middle.buffer);
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl->ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, NULL);
-    gl->BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    const struct weft_gl_pixels out = {.width = width, .height = height, .type = GL_FLOAT};
+    r->gl->BindBuffer(GL_PIXEL_PACK_BUFFER, r->middle.buffer);
+    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &out);
+    r->gl->BindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    return res;
 }
 
 static enum weft_result draw_rectangle(struct runner *r, int columns, int rows)
@@ -445,39 +407,43 @@ static enum weft_result draw_rectangle(struct runner *r, int columns, int rows)
     const double start = weft_now_seconds();
     const int width = round_up(columns) / LANES;
     const int source_width = round_up(r->axis[0].tap_count) / LANES;
+    enum weft_result res;
     if (r->first_axis == 0) {
         draw(r, 0, &r->source, source_width * LANES, width, r->axis[1].tap_count);
-        copy_to_middle(r, width, r->axis[1].tap_count);
+        res = copy_to_middle(r, width, r->axis[1].tap_count);
         draw(r, 1, &r->middle, width, width, rows);
     } else {
         draw(r, 1, &r->source, source_width, source_width, rows);
-        copy_to_middle(r, source_width, rows);
+        res = copy_to_middle(r, source_width, rows);
         draw(r, 0, &r->middle, source_width * LANES, width, rows);
     }
     r->gl->Finish();
     r->report.pass_seconds += weft_now_seconds() - start;
-    return weft_gl_check(r->log, r->gl, "filtering");
+    return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "filtering") : res;
 }
 
 static enum weft_result read_back(struct runner *r, const struct rectangle *rectangle)
 {
-    const GladGLContext *gl = r->gl;
     const int columns = rectangle->size[0], rows = rectangle->size[1];
     const int width = round_up(columns) / LANES;
     const bool in_place = reads_in_place(r, columns);
     const double start = weft_now_seconds();
     float *out =
         r->params.pixels + (int64_t)rectangle->from[1] * r->params.stride + rectangle->from[0];
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, in_place ? (GLint)(r->params.stride / LANES) : 0);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl->ReadPixels(0, 0, width, rows, GL_RGBA, GL_FLOAT, in_place ? out : r->staging);
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
+    const struct weft_gl_pixels to = {
+        .width = width,
+        .height = rows,
+        .type = GL_FLOAT,
+        .stride = in_place ? (int)(r->params.stride / LANES) : 0,
+        .data = in_place ? out : r->staging,
+    };
+    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &to);
     for (int y = 0; !in_place && y < rows; y++)
         memcpy(out + y * r->params.stride, r->staging + (size_t)y * (size_t)width * LANES,
                (size_t)columns * sizeof *out);
     weft_separable_care_finish(&r->care, &r->params, rectangle->from, rectangle->size);
     r->report.readback_seconds += weft_now_seconds() - start;
-    return weft_gl_check(r->log, gl, "reading pixels back");
+    return res;
 }
 
 static enum weft_result run_rectangle(struct runner *r, const struct rectangle *rectangle)
@@ -545,7 +511,8 @@ static enum weft_result prepare(struct runner *r)
     if (res == WEFT_OK)
         res = create_buffers(r);
     if (res == WEFT_OK)
-        res = create_target(r);
+        res = weft_gl_target_create(r->log, r->gl, GL_RGBA32F, r->sizes.target_width,
+                                    r->sizes.target_height, &r->target);
     if (res == WEFT_OK)
         res = create_staging(r);
     r->report.peak_bytes = r->sizes.bytes;

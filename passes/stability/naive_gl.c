@@ -5,10 +5,12 @@
 #include <stdlib.h>
 
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 #include "passes/stability/cases.h"
 
 struct target {
-    GLuint texture, framebuffer, vertex_array, source;
+    struct weft_gl_target drawn;
+    GLuint source;
 };
 
 // Leaves program, target and source texture bound.
@@ -21,35 +23,31 @@ static enum weft_result set_up(const struct weft_stability_params *params, const
                                             fragment, program);
     if (res != WEFT_OK)
         return res;
+    res = weft_gl_target_create(params->log, gl, format, width, height, &t->drawn);
+    if (res != WEFT_OK)
+        return res;
     gl->UseProgram(*program);
-    gl->GenVertexArrays(1, &t->vertex_array);
-    gl->BindVertexArray(t->vertex_array);
-    gl->ActiveTexture(GL_TEXTURE0);
-    gl->GenTextures(1, &t->texture);
-    gl->BindTexture(GL_TEXTURE_2D, t->texture);
-    gl->TexImage2D(GL_TEXTURE_2D, 0, (GLint)format, width, height, 0, GL_RED, GL_FLOAT, NULL);
-    gl->GenFramebuffers(1, &t->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->texture, 0);
-    gl->Viewport(0, 0, width, height);
-    gl->Disable(GL_SCISSOR_TEST);
+    weft_gl_target_bind(gl, &t->drawn, width, height);
     gl->ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
     gl->Clear(GL_COLOR_BUFFER_BIT);
     gl->GenTextures(1, &t->source);
-    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    gl->PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
     return weft_gl_check(params->log, gl, "setting a naive way up");
+}
+
+// As floats, unorm targets too.
+static enum weft_result read_back(const struct weft_stability_params *params,
+                                  const struct target *t, float *pixels)
+{
+    const struct weft_gl_pixels out = {
+        .width = t->drawn.width, .height = t->drawn.height, .type = GL_FLOAT, .data = pixels};
+    return weft_gl_target_read(params->log, &params->context->gl, &t->drawn, &out);
 }
 
 static void clear(const GladGLContext *gl, struct target *t)
 {
     gl->Disable(GL_BLEND);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl->DeleteFramebuffers(1, &t->framebuffer);
-    gl->DeleteTextures(1, &t->texture);
+    weft_gl_target_destroy(gl, &t->drawn);
     gl->DeleteTextures(1, &t->source);
-    gl->DeleteVertexArrays(1, &t->vertex_array);
 }
 
 // ---- slices -------------------------------------------------------------------------------------
@@ -87,23 +85,22 @@ static void upload(const GladGLContext *gl, const struct weft_stability_slice *s
 static void set_vector(const GladGLContext *gl, GLuint program, const char *name,
                        const double value[3], double divisor)
 {
-    gl->Uniform3f(gl->GetUniformLocation(program, name), (float)(value[0] / divisor),
+    gl->Uniform3f(weft_gl_location(gl, program, name), (float)(value[0] / divisor),
                   (float)(value[1] / divisor), (float)(value[2] / divisor));
 }
 
 static void draw_slice(const GladGLContext *gl, const struct weft_stability_slice *s,
-                       GLuint program, float *pixels)
+                       GLuint program)
 {
     const struct weft_slice_geometry *g = &s->geometry;
     const double first[3] = {s->first[0], s->first[1], s->first[2]};
-    gl->Uniform1i(gl->GetUniformLocation(program, "source"), 0);
+    gl->Uniform1i(weft_gl_location(gl, program, "source"), 0);
     set_vector(gl, program, "origin", g->origin, 1.0);
     set_vector(gl, program, "du", g->u, g->width);
     set_vector(gl, program, "dv", g->v, g->height);
     set_vector(gl, program, "first", first, 1.0);
-    gl->Uniform2f(gl->GetUniformLocation(program, "shown"), (float)g->width, (float)g->height);
+    gl->Uniform2f(weft_gl_location(gl, program, "shown"), (float)g->width, (float)g->height);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    gl->ReadPixels(0, 0, g->width, g->height, GL_RED, GL_FLOAT, pixels);
 }
 
 enum weft_result weft_naive_slice_run(const struct weft_stability_params *params,
@@ -131,8 +128,8 @@ enum weft_result weft_naive_slice_run(const struct weft_stability_params *params
                  slice->geometry.width, slice->geometry.height, &target, &program);
     if (res == WEFT_OK) {
         upload(gl, slice, naive, target.source, mapped);
-        draw_slice(gl, slice, program, pixels);
-        res = weft_gl_check(params->log, gl, "drawing a naive slice");
+        draw_slice(gl, slice, program);
+        res = read_back(params, &target, pixels);
     }
     for (size_t i = 0; naive->mapped && i < pixel_count; i++)
         pixels[i] = pixels[i] * map.width + map.low;
@@ -148,7 +145,7 @@ fail:
 static void draw_frames(const GladGLContext *gl, const struct weft_naive_blend *blend,
                         GLuint program)
 {
-    gl->Uniform1i(gl->GetUniformLocation(program, "frames"), 0);
+    gl->Uniform1i(weft_gl_location(gl, program, "frames"), 0);
     gl->Enable(GL_BLEND);
     gl->BlendEquation(GL_FUNC_ADD);
     if (blend->factor > 0.0)
@@ -158,7 +155,7 @@ static void draw_frames(const GladGLContext *gl, const struct weft_naive_blend *
     for (int k = 0; k < blend->frame_count; k++) {
         const double factor = blend->factor > 0.0 ? blend->factor : 1.0 / (k + 1);
         gl->BlendColor(0.0f, 0.0f, 0.0f, (float)factor);
-        gl->Uniform1i(gl->GetUniformLocation(program, "frame"), k);
+        gl->Uniform1i(weft_gl_location(gl, program, "frame"), k);
         gl->DrawArrays(GL_TRIANGLES, 0, 3);
     }
 }
@@ -180,8 +177,7 @@ enum weft_result weft_naive_blend_run(const struct weft_stability_params *params
         gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, blend->width, blend->frame_count, 0, GL_RED,
                        GL_FLOAT, blend->frames);
         draw_frames(gl, blend, program);
-        gl->ReadPixels(0, 0, blend->width, 1, GL_RED, GL_FLOAT, pixels);
-        res = weft_gl_check(params->log, gl, "blending frames");
+        res = read_back(params, &target, pixels);
     }
     clear(gl, &target);
     weft_context_leave(params->context);

@@ -9,6 +9,7 @@
 #include "filter/check.h"
 #include "filter/kernels/kernel_nd.h"
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 #include "passes/gl/texture.h"
 
 enum { MAX_LOCATIONS = 4096, MAX_POSITIONS = 1 << 24 };
@@ -241,19 +242,17 @@ static void add_modelled(struct survey *s, const struct weft_kernel_tile *tile, 
 struct target {
     weft_context *context;
     const GladGLContext *gl;
-    GLuint texture, framebuffer, vertex_array, program;
+    struct weft_gl_target positions; // a texel each
+    GLuint program;
     float *pixels;
-    int width, height;
 };
 
 static enum weft_result create_target(const struct survey *s, struct target *t)
 {
-    const GladGLContext *gl = t->gl;
-    t->width = s->p.locations;
-    t->height = (int)(s->positions / (size_t)s->p.locations);
+    const int width = s->p.locations, height = (int)(s->positions / (size_t)width);
     const int limit = weft_context_get_info(t->context)->max_target_size;
-    if (t->height > limit) {
-        weft_error(s->p.log, "tile error: %d rows of positions, over the target's %d", t->height,
+    if (height > limit) {
+        weft_error(s->p.log, "tile error: %d rows of positions, over the target's %d", height,
                    limit);
         return WEFT_ERR_LIMIT;
     }
@@ -269,51 +268,35 @@ static enum weft_result create_target(const struct survey *s, struct target *t)
                          weft_shader_tile_lookup, &t->program);
     if (res != WEFT_OK)
         return res;
-    gl->GenVertexArrays(1, &t->vertex_array);
-    gl->BindVertexArray(t->vertex_array);
-    gl->GenTextures(1, &t->texture);
-    gl->BindTexture(GL_TEXTURE_2D, t->texture);
-    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, t->width, t->height, 0, GL_RED, GL_FLOAT, NULL);
-    gl->GenFramebuffers(1, &t->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->texture, 0);
-    if (gl->CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-        weft_error(s->p.log, "GL: a %d x %d R32F target is not complete", t->width, t->height);
-        return WEFT_ERR_GL;
-    }
-    return weft_gl_check(s->p.log, gl, "creating the tile lookup's target");
+    return weft_gl_target_create(s->p.log, t->gl, GL_R32F, width, height, &t->positions);
 }
 
 static void destroy_target(struct target *t)
 {
-    const GladGLContext *gl = t->gl;
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    if (t->framebuffer)
-        gl->DeleteFramebuffers(1, &t->framebuffer);
-    if (t->texture)
-        gl->DeleteTextures(1, &t->texture);
-    if (t->vertex_array)
-        gl->DeleteVertexArrays(1, &t->vertex_array);
+    weft_gl_target_destroy(t->gl, &t->positions);
     free(t->pixels);
 }
 
-static void draw(const struct survey *s, const struct target *t,
-                 const struct weft_kernel_tile *tile, const struct weft_tile_texture *texture)
+static enum weft_result draw(const struct survey *s, const struct target *t,
+                             const struct weft_kernel_tile *tile,
+                             const struct weft_tile_texture *texture)
 {
     const GladGLContext *gl = t->gl;
     gl->UseProgram(t->program);
-    gl->ActiveTexture(GL_TEXTURE0);
-    gl->BindTexture(texture->target, texture->texture);
-    gl->Uniform1i(gl->GetUniformLocation(t->program, "tile"), 0);
-    gl->Uniform1i(gl->GetUniformLocation(t->program, "locations"), s->p.locations);
-    gl->Uniform2f(gl->GetUniformLocation(t->program, "placement"), (float)s->gain, (float)s->bias);
-    gl->Uniform3i(gl->GetUniformLocation(t->program, "mirrored"), tile->mirrored[0],
+    weft_gl_bind_texture(gl, t->program, 0, "tile", texture->target, texture->texture);
+    gl->Uniform1i(weft_gl_location(gl, t->program, "locations"), s->p.locations);
+    gl->Uniform2f(weft_gl_location(gl, t->program, "placement"), (float)s->gain, (float)s->bias);
+    gl->Uniform3i(weft_gl_location(gl, t->program, "mirrored"), tile->mirrored[0],
                   tile->mirrored[1], tile->mirrored[2]);
-    gl->Disable(GL_SCISSOR_TEST);
-    gl->Viewport(0, 0, t->width, t->height);
+    const struct weft_gl_pixels out = {
+        .width = t->positions.width,
+        .height = t->positions.height,
+        .type = GL_FLOAT,
+        .data = t->pixels,
+    };
+    weft_gl_target_bind(gl, &t->positions, out.width, out.height);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
-    gl->ReadPixels(0, 0, t->width, t->height, GL_RED, GL_FLOAT, t->pixels);
+    return weft_gl_target_read(s->p.log, gl, &t->positions, &out);
 }
 
 static enum weft_result add_measured(struct survey *s, const struct target *t, int index)
@@ -324,11 +307,11 @@ static enum weft_result add_measured(struct survey *s, const struct target *t, i
         weft_tile_texture_create(s->p.log, t->gl, s->p.tiles, index, s->p.lookup, 0, &texture);
     if (res != WEFT_OK)
         return res;
-    draw(s, t, tile, &texture);
-    for (size_t n = 0; n < s->positions; n++)
+    res = draw(s, t, tile, &texture);
+    for (size_t n = 0; res == WEFT_OK && n < s->positions; n++)
         s->weight[MEASURED][n] += texture.factor[0] * (double)t->pixels[n];
     weft_tile_texture_destroy(t->gl, &texture);
-    return weft_gl_check(s->p.log, t->gl, "looking a tile up");
+    return res;
 }
 
 // ---- errors -------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@
 #include "tests/support/pass_lists.h"
 #include "passes/gl/context_backend.h"
 #include "passes/gl/program.h"
+#include "passes/gl/target.h"
 
 // Of a list and request that emulation takes: GL gives the same. Returns the largest difference,
 // in units of the result; NAN where emulation refuses.
@@ -58,16 +59,16 @@ static const char ramp_fragment[] = "uniform int first;\n"
 
 struct blend_test {
     const GladGLContext *gl;
-    GLuint ramp, constant, texture, framebuffer, vertex_array;
+    GLuint ramp, constant;
+    struct weft_gl_target target;
     int one, width;
-    GLenum internal, type;
+    GLenum type;
 };
 
 static void create_blend_test(weft_context *context, int bits, struct blend_test *t)
 {
     char defines[32];
     *t = (struct blend_test){.gl = &context->gl, .one = (1 << bits) - 1, .width = 256};
-    t->internal = bits == 8 ? GL_R8 : GL_R16;
     t->type = bits == 8 ? GL_UNSIGNED_BYTE : GL_UNSIGNED_SHORT;
     const GladGLContext *gl = t->gl;
     snprintf(defines, sizeof defines, "#define ONE %d\n", t->one);
@@ -77,17 +78,11 @@ static void create_blend_test(weft_context *context, int bits, struct blend_test
     assert_int_equal(weft_program_get(context, "constant", "", weft_shader_full_target,
                                       constant_fragment, &t->constant),
                      WEFT_OK);
-    gl->GenVertexArrays(1, &t->vertex_array);
-    gl->BindVertexArray(t->vertex_array);
-    gl->GenTextures(1, &t->texture);
-    gl->BindTexture(GL_TEXTURE_2D, t->texture);
-    gl->TexImage2D(GL_TEXTURE_2D, 0, (GLint)t->internal, t->width, 1, 0, GL_RED, t->type, NULL);
-    gl->GenFramebuffers(1, &t->framebuffer);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
-    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->texture, 0);
-    gl->Viewport(0, 0, t->width, 1);
+    assert_int_equal(weft_gl_target_create(&log_to_stderr, gl, bits == 8 ? GL_R8 : GL_R16, t->width,
+                                           1, &t->target),
+                     WEFT_OK);
+    weft_gl_target_bind(gl, &t->target, t->width, 1);
     gl->BlendFunc(GL_ONE, GL_ONE);
-    gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
 }
 
 static void destroy_blend_test(struct blend_test *t)
@@ -96,11 +91,14 @@ static void destroy_blend_test(struct blend_test *t)
     gl->Disable(GL_BLEND);
     gl->BlendEquation(GL_FUNC_ADD);
     gl->BlendFunc(GL_ONE, GL_ZERO);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl->DeleteFramebuffers(1, &t->framebuffer);
-    gl->DeleteTextures(1, &t->texture);
-    gl->DeleteVertexArrays(1, &t->vertex_array);
+    weft_gl_target_destroy(gl, &t->target);
     assert_int_equal(weft_gl_check(&log_to_stderr, gl, "a blend test"), WEFT_OK);
+}
+
+static void read_codes(const struct blend_test *t, int count, void *codes)
+{
+    const struct weft_gl_pixels out = {.width = count, .height = 1, .type = t->type, .data = codes};
+    assert_int_equal(weft_gl_target_read(&log_to_stderr, t->gl, &t->target, &out), WEFT_OK);
 }
 
 // Codes first to first + 255 by clearing or drawing, then one more code by blending. Returns how
@@ -121,7 +119,7 @@ static int count_wrong(const struct blend_test *t, int first, int code, GLenum e
     gl->Uniform1f(gl->GetUniformLocation(t->constant, "code_over_one"),
                   (float)code / (float)t->one);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    gl->ReadPixels(0, 0, t->width, 1, GL_RED, t->type, t->one > 255 ? (void *)words : bytes);
+    read_codes(t, t->width, t->one > 255 ? (void *)words : bytes);
     for (int i = 0; i < t->width; i++) {
         const int y = first + i > t->one ? t->one : first + i;
         const int sum = equation == GL_FUNC_ADD ? y + code : y - code;
@@ -172,7 +170,7 @@ static void clearing_stores_every_code(void **state)
                 uint8_t byte = 0;
                 t.gl->ClearColor((float)((double)i / t.one), 0.0f, 0.0f, 0.0f);
                 t.gl->Clear(GL_COLOR_BUFFER_BIT);
-                t.gl->ReadPixels(0, 0, 1, 1, GL_RED, t.type, bits > 8 ? (void *)&word : &byte);
+                read_codes(&t, 1, bits > 8 ? (void *)&word : &byte);
                 wrong += (bits > 8 ? word : byte) != i;
             }
             destroy_blend_test(&t);
