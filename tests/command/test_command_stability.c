@@ -49,7 +49,7 @@ static void the_list_names_every_case(void **state)
         const json_t *c = json_array_get(cases, i);
         assert_string_equal(json_string_value(json_object_get(c, "name")),
                             weft_stability_list[i]->name);
-        assert_true(json_is_string(json_object_get(c, "our_method")));
+        assert_true(json_is_string(json_object_get(c, "our_way")));
         assert_null(json_object_get(c, "verdict"));
     }
     json_decref(root);

@@ -184,7 +184,7 @@ static json_t *text_or_null(const char *text)
 static json_t *case_json(const struct weft_stability_case *c)
 {
     return json_pack("{s:s,s:s,s:s,s:s,s:o,s:o,s:b}", "name", c->name, "failure", c->failure,
-                     "naive_method", c->naive, "our_method", c->ours, "source",
+                     "naive_way", c->naive, "our_way", c->ours, "source",
                      text_or_null(c->source), "image", text_or_null(c->image), "needs_context",
                      c->needs_context);
 }
