@@ -10,6 +10,7 @@
 #include "filter/kernels/kernel_nd.h"
 #include "filter/kernels/prefilter.h"
 #include "passes/plan/plan_impl.h"
+#include "passes/plan/range_impl.h"
 #include "tiles/volume/volume.h"
 
 // A cell's near end, its far end from inside, its middle, and where its tiles were sampled.
@@ -23,8 +24,12 @@ struct e2 {
     const struct weft_kernel_tiles_info *info;
     bool radial;
     axis_weights *axis[3]; // [cell]
-    double *tap;           // what the tiles have, by tap
-    double *exact;
+    // Cells are compared in rows along x.
+    double *side[SIDES];       // axis[0] as [tap][cell]
+    double *tap;               // what the tiles have, as [tap][cell]
+    double *value;             // of one tile, by cell
+    double *sum[2];            // by cell
+    double *exact;             // of one cell, by tap
     double largest, magnitude; // of eq. 4's sum, and of the sum of |weights|
     double quantised;          // of prefiltered kernels
 };
@@ -110,83 +115,137 @@ static double curvature(const struct e2 *e)
 
 // ---- eq. 4 --------------------------------------------------------------------------------------
 
-static double tile_weight(const struct e2 *e, int tile, const int at[3])
+static double log_weight(const struct e2 *e, double exact)
 {
-    const struct weft_planner *planner = e->planner;
-    if (!planner->logarithms)
-        return weft_kernel_tiles_value(planner->plan->tiles, tile, at);
-    const struct weft_pass_list *list = &planner->plan->list;
-    const double exact = weft_kernel_tiles_value(planner->plan->tiles, tile, at);
-    const double step = list->log_octaves / (planner->full - 1);
+    const double octaves = e->planner->plan->list.log_octaves;
+    const double step = octaves / (e->planner->full - 1);
     const double code = round(-log2(fabs(exact)) / step);
-    if (fabs(exact) < exp2(-list->log_octaves))
-        return 0.0;
-    return copysign(exp2(-fmax(code, 0.0) * step), exact);
+    return fabs(exact) < exp2(-octaves) ? 0.0 : copysign(exp2(-fmax(code, 0.0) * step), exact);
 }
 
-static void fill_taps(struct e2 *e, const int at[3])
+static void fill_taps(struct e2 *e, size_t first)
 {
-    const weft_kernel_tiles *tiles = e->planner->plan->tiles;
-    const int width = e->info->width;
-    memset(e->tap, 0, (size_t)e->planner->plan->info.tap_count * sizeof *e->tap);
+    const struct weft_pass_list *list = &e->planner->plan->list;
+    const int m = e->info->samples, width = e->info->width;
+    memset(e->tap, 0, (size_t)e->planner->plan->info.tap_count * (size_t)m * sizeof *e->tap);
     for (int i = 0; i < e->info->tile_count; i++) {
-        const int *tap = weft_kernel_tiles_get(tiles, i)->tap;
-        e->tap[(tap[2] * width + tap[1]) * width + tap[0]] += tile_weight(e, i, at);
+        const struct weft_kernel_tile *tile = weft_kernel_tiles_get(list->tiles, i);
+        const double unit = (tile->negated ? -1.0 : 1.0) * (e->info->one * tile->scale);
+        const int t = (tile->tap[2] * width + tile->tap[1]) * width + tile->tap[0];
+        double *tap = e->tap + (size_t)t * (size_t)m;
+        weft_range_load(list, i, first, m, e->value);
+        for (int k = 0; k < m; k++)
+            tap[k] +=
+                e->planner->logarithms ? log_weight(e, e->value[k] / unit) : e->value[k] / unit;
+    }
+}
+
+// Adds differences of one tap from a product of weights, in every cell of the row. (Where the
+// product underflows, weft_kernel_combine has 2^-1074: no sum shows it.)
+static void add_differences(double *restrict sum, const double *restrict tap,
+                            const double *restrict x, double y, double z, int count)
+{
+    for (int k = 0; k < count; k++)
+        sum[k] += fabs(tap[k] - x[k] * y * z);
+}
+
+static void add_excess(double *restrict more, double *restrict less, const double *restrict tap,
+                       const double *restrict x, double y, double z, int count)
+{
+    for (int k = 0; k < count; k++) {
+        const double difference = tap[k] - x[k] * y * z;
+        more[k] += difference > 0.0 ? difference : 0.0;
+        less[k] += difference < 0.0 ? -difference : 0.0;
+    }
+}
+
+static double largest_of(double largest, const double *sum, int count)
+{
+    for (int k = 0; k < count; k++)
+        largest = fmax(largest, sum[k]);
+    return largest;
+}
+
+// The exact weights at one corner of every cell of a row (SAMPLED: where tiles were sampled) beside
+// the taps.
+static void compare_products(struct e2 *e, const int at[3], const int side[3])
+{
+    const int dims = e->info->dims, width = e->info->width, m = e->info->samples;
+    const double *tap = e->tap;
+    memset(e->sum[0], 0, (size_t)m * sizeof(double));
+    memset(e->sum[1], 0, (size_t)m * sizeof(double));
+    for (int k = 0; k < (dims > 2 ? width : 1); k++) {
+        const double z = dims > 2 ? e->axis[2][at[2]][side[2]][k] : 1.0;
+        for (int j = 0; j < width; j++) {
+            const double y = e->axis[1][at[1]][side[1]][j], *x = e->side[side[0]];
+            for (int i = 0; i < width; i++, tap += m, x += m)
+                if (side[0] == SAMPLED)
+                    add_excess(e->sum[0], e->sum[1], tap, x, y, z, m);
+                else
+                    add_differences(e->sum[0], tap, x, y, z, m);
+        }
+    }
+}
+
+// The same for radial weights, which are no products.
+static void compare_radial(struct e2 *e, const int at[3], const int side[3])
+{
+    const int m = e->info->samples;
+    memset(e->sum[1], 0, (size_t)m * sizeof(double));
+    for (int k = 0; k < m; k++) {
+        const double *axis[3] = {e->axis[0][k][side[0]], e->axis[1][at[1]][side[1]],
+                                 e->info->dims > 2 ? e->axis[2][at[2]][side[2]] : NULL};
+        const int count = weft_kernel_combine(&e->planner->p.kernel, e->info->dims, axis, e->exact);
+        double sum = 0.0;
+        for (int i = 0; i < count; i++)
+            sum += fabs(e->tap[(size_t)i * (size_t)m + (size_t)k] - e->exact[i]);
+        e->sum[0][k] = sum;
     }
 }
 
 static void compare(struct e2 *e, const int at[3], int corner)
 {
-    const double *axis[3] = {0};
-    for (int a = 0; a < e->info->dims; a++)
-        axis[a] = e->axis[a][at[a]][corner >> a & 1];
-    const int count = weft_kernel_combine(&e->planner->p.kernel, e->info->dims, axis, e->exact);
-    double sum = 0.0;
-    for (int i = 0; i < count; i++)
-        sum += fabs(e->tap[i] - e->exact[i]);
-    e->largest = fmax(e->largest, sum);
+    const int side[3] = {corner & 1, corner >> 1 & 1, corner >> 2 & 1}; // NEAR or FAR
+    if (e->radial)
+        compare_radial(e, at, side);
+    else
+        compare_products(e, at, side);
+    e->largest = largest_of(e->largest, e->sum[0], e->info->samples);
 }
 
 // What quantised weights alone make, of coefficients in [0, 1]: where tiles were sampled, weights
 // that are too large and those that are too small do not add up.
 static void compare_sampled(struct e2 *e, const int at[3])
 {
-    const double *axis[3] = {0};
-    for (int a = 0; a < e->info->dims; a++)
-        axis[a] = e->axis[a][at[a]][SAMPLED];
-    const int count = weft_kernel_combine(&e->planner->p.kernel, e->info->dims, axis, e->exact);
-    double more = 0.0, less = 0.0;
-    for (int i = 0; i < count; i++) {
-        more += fmax(0.0, e->tap[i] - e->exact[i]);
-        less += fmax(0.0, e->exact[i] - e->tap[i]);
-    }
-    e->quantised = fmax(e->quantised, fmax(more, less));
+    compare_products(e, at, (const int[3]){SAMPLED, SAMPLED, SAMPLED});
+    for (int i = 0; i < 2; i++)
+        e->quantised = largest_of(e->quantised, e->sum[i], e->info->samples);
 }
 
-static void compare_cell(struct e2 *e, const int at[3])
+static void measure_taps(struct e2 *e)
 {
-    double magnitude = 0.0;
-    fill_taps(e, at);
+    const int m = e->info->samples;
+    memset(e->sum[0], 0, (size_t)m * sizeof(double));
     for (int i = 0; i < e->planner->plan->info.tap_count; i++)
-        magnitude += fabs(e->tap[i]);
-    e->magnitude = fmax(e->magnitude, magnitude);
-    for (int corner = 0; corner < 1 << e->info->dims; corner++)
-        compare(e, at, corner);
-    if (e->planner->p.kernel.prefiltered)
-        compare_sampled(e, at);
+        for (int k = 0; k < m; k++)
+            e->sum[0][k] += fabs(e->tap[(size_t)i * (size_t)m + (size_t)k]);
+    e->magnitude = largest_of(e->magnitude, e->sum[0], m);
 }
 
 static enum weft_result compare_all(struct e2 *e)
 {
-    const int m = e->info->samples;
-    int at[3] = {0};
-    for (at[2] = 0; at[2] < (e->info->dims > 2 ? m : 1); at[2]++)
-        for (at[1] = 0; at[1] < m; at[1]++) {
-            if (weft_planner_cancelled(e->planner))
-                return WEFT_ERR_CANCELLED;
-            for (at[0] = 0; at[0] < m; at[0]++)
-                compare_cell(e, at);
-        }
+    const int m = e->info->samples, rows = e->info->dims > 2 ? m * m : m;
+    for (int row = 0; row < rows; row++) {
+        const int at[3] = {0, row % m, row / m};
+        if (weft_planner_cancelled(e->planner))
+            return WEFT_ERR_CANCELLED;
+        fill_taps(e, (size_t)row * (size_t)m);
+        measure_taps(e);
+        for (int corner = 0; corner < 1 << e->info->dims; corner++)
+            compare(e, at, corner);
+        if (e->planner->p.kernel.prefiltered)
+            compare_sampled(e, at);
+    }
     e->largest += curvature(e);
     return WEFT_OK;
 }
@@ -292,36 +351,57 @@ double weft_pass_plan_e2(const struct weft_pass_plan_error *error, double width,
 
 // ---- both ---------------------------------------------------------------------------------------
 
+// One block of memory for all that rows need.
+static double *allocate_rows(struct e2 *e)
+{
+    const size_t m = (size_t)e->info->samples, width = (size_t)e->info->width;
+    const size_t taps = (size_t)e->planner->plan->info.tap_count;
+    const size_t axis = SIDES * WEFT_KERNEL_MAX_WIDTH;
+    double *block = malloc((m * (3 * axis + SIDES * width + taps + 3) + taps) * sizeof *block);
+    double *next = block;
+    if (!block)
+        return NULL;
+    for (int a = 0; a < 3; a++, next += m * axis)
+        e->axis[a] = (axis_weights *)next;
+    for (int side = 0; side < SIDES; side++, next += m * width)
+        e->side[side] = next;
+    e->tap = next;
+    e->value = e->tap + m * taps;
+    e->sum[0] = e->value + m;
+    e->sum[1] = e->sum[0] + m;
+    e->exact = e->sum[1] + m;
+    return block;
+}
+
+static void fill_sides(struct e2 *e)
+{
+    const int m = e->info->samples;
+    for (int side = 0; side < SIDES; side++)
+        for (int t = 0; t < e->info->width; t++)
+            for (int k = 0; k < m; k++)
+                e->side[side][t * m + k] = e->axis[0][k][side][t];
+}
+
 static enum weft_result find_e2(const struct weft_planner *planner,
                                 struct weft_pass_plan_error *out, double *magnitude)
 {
-    const size_t taps = (size_t)planner->plan->info.tap_count;
     struct e2 e = {.planner = planner, .info = weft_kernel_tiles_get_info(planner->plan->tiles)};
-    enum weft_result res = WEFT_ERR_MEMORY;
-    bool there = true;
     e.radial = weft_kernel_is_radial(&planner->p.kernel, planner->p.dims);
-    for (int a = 0; a < 3; a++) {
-        e.axis[a] = malloc((size_t)e.info->samples * sizeof *e.axis[a]);
-        there = there && e.axis[a];
+    double *rows = allocate_rows(&e);
+    if (!rows) {
+        weft_error(planner->p.log, "plan: not enough memory for the error of %d taps",
+                   planner->plan->info.tap_count);
+        return WEFT_ERR_MEMORY;
     }
-    e.tap = malloc(taps * sizeof *e.tap);
-    e.exact = malloc(taps * sizeof *e.exact);
-    if (!there || !e.tap || !e.exact) {
-        weft_error(planner->p.log, "plan: not enough memory for the error of %zu taps", taps);
-        goto fail;
-    }
-    res = fill_axes(&e);
+    enum weft_result res = fill_axes(&e);
+    fill_sides(&e);
     if (res == WEFT_OK)
         res = compare_all(&e);
     out->e2 = e.largest;
     *magnitude = e.magnitude;
     if (res == WEFT_OK)
         find_cardinal(&e, out);
-fail:
-    for (int a = 0; a < 3; a++)
-        free(e.axis[a]);
-    free(e.tap);
-    free(e.exact);
+    free(rows);
     return res;
 }
 

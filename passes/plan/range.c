@@ -152,18 +152,25 @@ static double rounding_of(double magnitude)
     return magnitude < 0.5 ? magnitude : 0.5;
 }
 
-static void add_products(struct simulation *s, double factor, double divisor)
+static void add_rounded(struct simulation *s, double factor, double divisor)
 {
-    const bool rounds = s->unorm && (!s->list->exact_inside || s->list->log_table);
     for (int i = 0; i < s->count; i++) {
         const double product = factor * s->value[i];
         const double codes = product * s->unit / divisor;
-        s->sum[product > 0.0][i] += product;
-        if (!rounds)
-            continue;
         s->rounded[product > 0.0][i] += nearest(codes);
         s->inside[i] += s->list->log_table ? (product != 0.0 ? s->table_error : 0.0)
                                            : rounding_of(fabs(codes)) / s->step;
+    }
+}
+
+static void add_products(struct simulation *s, double factor, double divisor)
+{
+    if (s->unorm && (!s->list->exact_inside || s->list->log_table))
+        add_rounded(s, factor, divisor);
+    for (int i = 0; i < s->count; i++) {
+        const double product = factor * s->value[i];
+        s->sum[0][i] += product > 0.0 ? 0.0 : product;
+        s->sum[1][i] += product > 0.0 ? product : 0.0;
     }
 }
 
