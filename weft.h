@@ -4,6 +4,7 @@
 #define WEFT_H
 
 #include "filter/analysis/analysis.h"
+#include "filter/analysis/bound.h"
 #include "filter/analysis/error.h"
 #include "filter/analysis/reference.h"
 #include "filter/base.h"

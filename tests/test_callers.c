@@ -276,6 +276,20 @@ static void errors(void)
     weft_error_e2(&out, NAN);
 }
 
+static void bounds(void)
+{
+    const struct weft_bound_terms good = {.relative = 1e-6, .e2 = 1e-3, .rounded_gain = 1.0};
+    const struct weft_bound_values read = {.low = -1.0, .high = 1.0};
+    TRUE(weft_bound_compute(&good, &read).total > 0.0);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        struct weft_bound_terms terms = good;
+        struct weft_bound_values values = read;
+        terms.e2 = values.beyond = numbers[n];
+        weft_bound_compute(&terms, &read);
+        weft_bound_compute(&good, &values);
+    }
+}
+
 static void fixed(void)
 {
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
@@ -910,8 +924,6 @@ static void judgements(void)
                                .log = &logger);
 #define CALL judge_plan(&params, &p)
     TRUE(judge_plan(&params, &good) == WEFT_OK);
-    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
-        weft_pass_plan_e2(&weft_pass_plan_get_info(made)->error, numbers[n], numbers[n]);
     ANY_INT(good, extra_bits, CALL);
     ANY_INT(good, result, CALL);
     ANY_INT(good, pattern[1][0], CALL);
@@ -1257,7 +1269,11 @@ static void separable(void)
         SURVIVED(weft_separable_verify(&good, numbers[n], &error));
     }
 #undef CALL
-    EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_separable_error_bound(&kernel))
+    EACH_BAD_KERNEL(
+        0, if (k < 6 || k == 7) {
+            weft_separable_error_bound(&kernel);
+            weft_separable_bound_terms(&kernel, 1.0, 0x1p-28);
+        })
     weft_context_destroy(&context);
 }
 
@@ -1295,6 +1311,7 @@ static void slice_runs(void)
     weft_pass_plan *flat = plan(2), *deep = plan(3);
     struct weft_slice_multipass_params good = {
         .slice = slice, .plan = deep, .volume = v, .pixels = out, .log = &logger};
+    TRUE(weft_slice_multipass_bound_terms(slice, deep).e2 > 0.0);
 #define CALL weft_slice_multipass_run(NULL, &p, NULL)
     SET_REFUSED(good, plan, flat, CALL);
     SET_REFUSED(good, plan, deep, CALL); // another kernel than the slice's
@@ -1372,6 +1389,7 @@ static const struct {
     {statistics, {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude)}},
     {errors,
      {F(error_kernel_compute), F(error_e1), F(error_e2), F(error_e3), F(error_e3_arithmetic)}},
+    {bounds, {F(bound_compute)}},
     {fixed,
      {F(fixed_quantise), F(fixed_value), F(fixed_multiply), F(fixed_clamp), F(fixed_quantise_error),
       F(fixed_multiply_error)}},
@@ -1407,7 +1425,7 @@ static const struct {
     {plan_questions, {F(pass_plan_get_info), F(pass_plan_tile_name)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate)}},
-    {judgements, {F(pass_plan_judge), F(pass_plan_e2)}},
+    {judgements, {F(pass_plan_judge)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
@@ -1417,11 +1435,12 @@ static const struct {
     {contexts, {F(context_create), F(context_destroy)}},
     {emulations, {F(multipass_emulate), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(context_get_info)}},
-    {separable, {F(separable_run), F(separable_verify), F(separable_error_bound)}},
+    {separable,
+     {F(separable_run), F(separable_verify), F(separable_error_bound), F(separable_bound_terms)}},
     {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_statistics_compute), F(slice_plan_get_info),
-      F(slice_multipass_run)}},
+      F(slice_multipass_run), F(slice_multipass_bound_terms)}},
     {way_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
       F(cost_predict)}},

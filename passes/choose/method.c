@@ -9,7 +9,6 @@
 #include "filter/analysis/analysis.h"
 #include "filter/check.h"
 #include "filter/analysis/error.h"
-#include "filter/kernels/prefilter.h"
 
 const char *const weft_engine_names[] = {"fused", "separable", "passes", NULL};
 
@@ -149,9 +148,13 @@ struct weft_slice_params weft_method_slice_params(const struct weft_method_param
     return slice;
 }
 
-static double largest_magnitude(const struct weft_slice_statistics *statistics)
+static struct weft_bound_values bound_values(const struct weft_slice_statistics *s)
 {
-    return fmax(fabs(statistics->low), fabs(statistics->high));
+    return (struct weft_bound_values){.low = s->low,
+                                      .high = s->high,
+                                      .sample_low = s->voxel_low,
+                                      .sample_high = s->voxel_high,
+                                      .beyond = s->beyond};
 }
 
 static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_method_params *p)
@@ -168,20 +171,11 @@ static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_me
         return res;
     const struct weft_pass_plan_info *info = plan->info.passes =
         weft_pass_plan_get_info(plan->passes);
-    const double width = p->statistics.high - p->statistics.low;
-    const double largest = largest_magnitude(&p->statistics);
-    const double voxel = fmax(fabs(p->statistics.voxel_low), fabs(p->statistics.voxel_high));
-    const struct weft_prefilter_error prefilter =
-        weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
+    const struct weft_bound_terms terms =
+        weft_slice_multipass_bound_terms(plan->slice, plan->passes);
+    const struct weft_bound_values values = bound_values(&p->statistics);
     plan->info.method.bits = weft_target_bits(method->profile.target) > 0 ? info->bits : 0;
-    // Mapping to [0, 1] and back rounds in single precision.
-    plan->info.bound =
-        (info->error.bound_any - info->error.e2) * width +
-        weft_pass_plan_e2(&info->error, width, p->statistics.voxel_high - p->statistics.voxel_low) +
-        4.0 * 0x1p-24 * largest +
-        (1.0 + info->error.e2) * (prefilter.coefficient * largest + prefilter.sample * voxel) +
-        (3.0 + info->error.e2) * prefilter.beyond * p->statistics.beyond +
-        plan->slice->rounding * voxel + plan->info.slice->error_rounding;
+    plan->info.bound = weft_bound_compute(&terms, &values).total;
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *
                                                (uint64_t)p->slice.geometry.height;
@@ -192,9 +186,8 @@ static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_me
 double weft_method_slice_bound(const struct weft_slice_plan_info *info,
                                const struct weft_slice_statistics *statistics)
 {
-    return info->error_measured * largest_magnitude(statistics) +
-           info->prefilter_error * fmax(fabs(statistics->voxel_low), fabs(statistics->voxel_high)) +
-           info->error_beyond * statistics->beyond + info->error_absolute;
+    const struct weft_bound_values values = bound_values(statistics);
+    return weft_bound_compute(&info->bound, &values).total;
 }
 
 // The leading term, for a signal whose derivatives are as large as its samples' differences.

@@ -125,6 +125,13 @@ double weft_slice_largest_slope(const struct weft_kernel *kernel)
     return largest;
 }
 
+double weft_slice_position_bound(const struct weft_slice_plan *plan)
+{
+    const double gain = plan->smooth.gain;
+    return 3.0 * gain * gain * position_error(&plan->grid) *
+           weft_slice_largest_slope(&plan->info.kernel);
+}
+
 static int convolved_axes(const struct weft_slice_plan *plan)
 {
     return plan->axes.summed ? 2 : 3;
@@ -195,42 +202,37 @@ static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *k
         plan->smooth.curvature = weft_analysis_curvature(kernel);
 }
 
-// What a prefiltered kernel reads are coefficients, of up to gain^3 times the voxels. Their
-// weights, whose errors add `relative` to sums of up to `whole`, are those of the plain kernel.
-static void add_prefilter(struct weft_slice_plan *plan, double whole, double relative)
+// What a prefiltered kernel reads are coefficients, of up to `gain` times the voxels, whatever
+// those are.
+static void set_stated_bound(struct weft_slice_plan_info *info)
 {
-    struct weft_slice_plan_info *info = &plan->info;
+    const struct weft_bound_terms *terms = &info->bound;
+    const double more = 1.0 + terms->relative;
     struct weft_prefilter prefilter;
-    info->error_measured = info->error_bound;
-    if (!plan->coefficients || weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
+    info->error_bound = terms->relative + terms->sample_rounding;
+    info->error_beyond = more * terms->prefilter.beyond;
+    info->error_absolute = terms->absolute + terms->absolute_rounding;
+    if (!info->kernel.prefiltered ||
+        weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
         return;
-    const struct weft_prefilter_error error =
-        weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
-    const double more = 1.0 + relative / whole;
-    info->error_measured += more * error.coefficient;
-    info->prefilter_error = more * error.sample;
-    info->error_beyond = more * error.beyond;
-    info->error_bound = pow(prefilter.gain, 3) * info->error_measured + info->prefilter_error;
+    info->error_bound =
+        pow(prefilter.gain, 3) * (terms->relative + more * terms->prefilter.coefficient) +
+        more * terms->prefilter.sample + terms->sample_rounding;
 }
 
 // What a grid's numbers lose as floats: integers an absolute amount, doubles half a unit each.
-static void add_rounding(struct weft_slice_plan *plan, double gain,
-                         const struct weft_volume_info *volume)
+static void set_rounding(struct weft_slice_plan *plan, const struct weft_volume_info *volume)
 {
-    struct weft_slice_plan_info *info = &plan->info;
-    double whole = pow(gain, 3);
-    if (info->kernel.prefiltered)
-        whole = weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR).gain;
+    struct weft_bound_terms *terms = &plan->info.bound;
+    double whole =
+        plan->info.kernel.prefiltered ? terms->prefilter.gain : pow(plan->smooth.gain, 3);
     if (plan->clamp_to_samples) // which are off, too
         whole = fmax(whole, 1.0);
-    plan->rounding = strcmp(volume->type, "double") ? 0.0 : 1.0001 * UNIT * whole;
-    info->error_rounding = whole * volume->largest_rounding;
-    info->error_absolute += info->error_rounding;
-    info->error_bound += plan->rounding;
-    *(info->kernel.prefiltered ? &info->prefilter_error : &info->error_measured) += plan->rounding;
+    terms->sample_rounding = strcmp(volume->type, "double") ? 0.0 : 1.0001 * UNIT * whole;
+    terms->absolute_rounding = whole * volume->largest_rounding;
 }
 
-static void set_bound(struct weft_slice_plan *plan, double smooth_error)
+static void set_terms(struct weft_slice_plan *plan, double smooth_error)
 {
     struct weft_slice_plan_info *info = &plan->info;
     struct weft_kernel plain = info->kernel;
@@ -245,21 +247,21 @@ static void set_bound(struct weft_slice_plan *plan, double smooth_error)
         relative = separable_bound(plan, gain);
     }
     set_largest_fit(plan, gain);
-    info->error_absolute = plan->smooth.error + flushed(plan, gain);
-    info->error_bound = relative * (plan->axes.summed ? along : 1.0);
-    if (info->source == WEFT_SOURCE_FLOAT) {
-        add_prefilter(plan, whole, relative);
+    info->bound = (struct weft_bound_terms){
+        .relative = relative * (plan->axes.summed ? along : 1.0),
+        .absolute = plan->smooth.error + flushed(plan, gain),
+        .prefilter = weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
+    };
+    if (info->source == WEFT_SOURCE_FLOAT)
         return;
-    }
     // Everything is relative to the range then: samples and sums of at most its width, and what
     // subtracting its offset and adding it again round.
     if (plan->axes.summed)
         widen_range(&plan->axes, &plan->range);
     double width = plan->range.high - plan->range.low;
     double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
-    info->error_bound = 0.0;
-    add_prefilter(plan, whole, relative);
-    info->error_absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
+    info->bound.relative = 0.0;
+    info->bound.absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
                                      relative + 2.0 * UNIT * whole) +
                             4.0 * UNIT * whole * offset;
 }
@@ -267,6 +269,7 @@ static void set_bound(struct weft_slice_plan *plan, double smooth_error)
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
                           const struct weft_volume_info *volume)
 {
-    set_bound(plan, smooth_error);
-    add_rounding(plan, plan->smooth.gain, volume);
+    set_terms(plan, smooth_error);
+    set_rounding(plan, volume);
+    set_stated_bound(&plan->info);
 }

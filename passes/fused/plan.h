@@ -53,7 +53,6 @@ struct weft_slice_plan {
     struct weft_slice_smooth smooth;
     struct weft_source_range range; // of stored samples
     float largest_fit;              // see passes/fused/exact.h
-    double rounding;                // of error_bound, what doubles lose as floats
     bool clamp_to_samples;
     struct weft_polynomial_tiles kernel_tiles;
     struct weft_brick_list topology; // of everything near the slice
@@ -79,6 +78,10 @@ void weft_slice_separable_set(struct weft_slice_plan *plan);
 // volume only what its numbers lose as floats.
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
                           const struct weft_volume_info *volume);
+
+// What positions rounded to fixed point add to a result's error, in units of the largest |value
+// read|.
+double weft_slice_position_bound(const struct weft_slice_plan *plan);
 
 // Whether a source of this format can hold a range of voxels.
 bool weft_slice_source_holds(enum weft_source_format source, double low, double high);

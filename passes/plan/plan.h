@@ -6,7 +6,7 @@
 #ifndef WEFT_PASSES_PLAN_PLAN_H
 #define WEFT_PASSES_PLAN_PLAN_H
 
-#include "../../filter/kernels/kernel.h"
+#include "../../filter/analysis/bound.h"
 #include "pass.h"
 #include "range.h"
 
@@ -80,8 +80,7 @@ struct weft_pass_plan_params {
 };
 #define weft_pass_plan_params(...) (&(struct weft_pass_plan_params){__VA_ARGS__})
 
-// Bounds of |result - exact|, for a source mapped to [0, 1]: multiply by the width of the source's
-// range, and add the rounding of results to single precision. Between sample positions radial
+// Bounds of |result - exact|, for a source mapped to [0, 1]. Between sample positions radial
 // kernels are looked at in the corners of cells only. E1, the kernel's own error, is
 // filter/analysis/error.h's.
 struct weft_pass_plan_error {
@@ -125,18 +124,14 @@ struct weft_pass_plan_info {
     uint64_t tile_bytes; // of tile textures
     uint64_t target_bytes_per_pixel;
     struct weft_pass_plan_error error;
+    // The terms of |result - exact| that weft_bound_compute adds up in a source's own values, for
+    // any input in their range.
+    struct weft_bound_terms bound;
     double search_seconds;
     const char *text; // the plan as --explain prints it, one line per pass
 };
 
 typedef struct weft_pass_plan weft_pass_plan; // Thread-safety: read-only once made.
-
-// E2 where `width` is that of the source's range: the smaller of both bounds, where what
-// prefiltered kernels read are the coefficients of samples with a range of `samples` (not asked for
-// otherwise). Samples past a volume's overlap are not among them: add twice weft_prefilter_error's
-// `beyond` times the largest.
-WEFT_API double weft_pass_plan_e2(const struct weft_pass_plan_error *error, double width,
-                                  double samples);
 
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (no order keeps the range: the log says where and
 // by how much; a technique that the profile has no means for; log with signed data), WEFT_ERR_LIMIT

@@ -344,11 +344,6 @@ static void find_cardinal(const struct e2 *e, struct weft_pass_plan_error *out)
     out->e2_sampled = sampled_e2(e, &c);
 }
 
-double weft_pass_plan_e2(const struct weft_pass_plan_error *error, double width, double samples)
-{
-    return fmin(error->e2 * width, error->e2_quantised * width + error->e2_sampled * samples);
-}
-
 // ---- both ---------------------------------------------------------------------------------------
 
 // One block of memory for all that rows need.
@@ -494,6 +489,22 @@ static double source_error(const struct weft_planner *planner)
     return fmax(exp2(0.5 * octaves / (planner->full - 1)) - 1.0, exp2(-octaves));
 }
 
+// Results are at most what exact weights make of the values, and the error.
+static void set_terms(struct weft_pass_plan_info *info, double magnitude)
+{
+    const struct weft_pass_plan_error *e = &info->error;
+    info->bound = (struct weft_bound_terms){
+        .source = e->source,
+        .e2 = e->e2,
+        .e3 = e->e3,
+        .clamp = e->bound_any - e->source - e->e2 - e->e3,
+        .e2_quantised = info->kernel.prefiltered ? e->e2_quantised : 0.0,
+        .e2_sampled = info->kernel.prefiltered ? e->e2_sampled : 0.0,
+        .rounded_gain = magnitude + e->e2,
+        .prefilter = weft_prefilter_error(&info->kernel, info->dims, WEFT_VOLUME_PREFILTER_ERROR),
+    };
+}
+
 enum weft_result weft_planner_find_error(struct weft_planner *planner)
 {
     struct weft_pass_plan *plan = planner->plan;
@@ -524,5 +535,6 @@ enum weft_result weft_planner_find_error(struct weft_planner *planner)
     error->clamp = any.clamping * unit;
     error->bound = error->source + error->e2 + error->e3 + declared.clamping * unit;
     error->bound_any = fmax(error->bound, error->source + error->e2 + error->e3 + error->clamp);
+    set_terms(&plan->info, magnitude);
     return WEFT_OK;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <math.h>
 
-#include "filter/analysis/analysis.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/analysis/reference.h"
 #include "passes/verify/pixel_error.h"
@@ -76,14 +75,6 @@ fail:
 }
 
 // ---- errors -------------------------------------------------------------------------------------
-
-double weft_separable_error_bound(const struct weft_kernel *kernel)
-{
-    struct weft_kernel plain = *kernel;
-    plain.prefiltered = false;
-    const double gain = weft_analysis_overshoot(&plain).gain;
-    return gain * gain * expm1((2.0 * kernel->width + 2.0) * log1p(0x1p-24));
-}
 
 struct verifier {
     struct weft_separable_params *params;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/separable/separable.h - planes of samples on axis-aligned grids of pixels, one axis after another.
-// A tensor product of kernels along x and y (Hadwiger, Hauser, Moeller 2003, eq. 1) where all
-// pixels of a column share the position along x, and all of a row that along y: width taps along
-// one axis and then width along the other take the place of width^2. Weights are made in double,
-// once for every column and row, and rounded to single precision, in which everything is summed.
-// A pass computes four pixels of a row at a time.
+// passes/separable/separable.h - planes of samples on axis-aligned grids of pixels, one axis after
+// another. A tensor product of kernels along x and y (Hadwiger, Hauser, Moeller 2003, eq. 1) where
+// all pixels of a column share the position along x, and all of a row that along y: width taps
+// along one axis and then width along the other take the place of width^2. Weights are made in
+// double, once for every column and row, and rounded to single precision, in which everything is
+// summed. A pass computes four pixels of a row at a time.
 #ifndef WEFT_PASSES_SEPARABLE_SEPARABLE_H
 #define WEFT_PASSES_SEPARABLE_SEPARABLE_H
 
-#include "../../filter/kernels/kernel.h"
+#include "../../filter/analysis/bound.h"
 #include "../gl/context.h"
 
 WEFT_BEGIN_DECLS
@@ -68,6 +68,12 @@ WEFT_API enum weft_result weft_separable_run(weft_context *context,
 // weft_prefilter_error has the rest.
 WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
 
+// All terms of the bound, for weft_bound_compute: the above, what GL flushes to zero where the
+// largest |sample| is `largest`, and weft_prefilter_error in 2D for coefficients whose filters are
+// cut off at `cut`. Thread-safe; NAN for kernels that weft_kernel_check refuses.
+WEFT_API struct weft_bound_terms weft_separable_bound_terms(const struct weft_kernel *kernel,
+                                                            double largest, double cut);
+
 struct weft_separable_error {
     uint64_t pixels_checked, pixels_total;
     double maximum, rms;     // |pixel - reference|
@@ -78,9 +84,9 @@ struct weft_separable_error {
     uint64_t not_finite_mismatches;
 };
 
-// Compares params->pixels with filter/analysis/reference.h's values. Those of all pixels are computed, or
-// after max_seconds (0: no limit) of as many as there was time for, spread over the image.
-// Errors as of weft_separable_run.
+// Compares params->pixels with filter/analysis/reference.h's values. Those of all pixels are
+// computed, or after max_seconds (0: no limit) of as many as there was time for, spread over the
+// image. Errors as of weft_separable_run.
 WEFT_API enum weft_result weft_separable_verify(const struct weft_separable_params *params,
                                                 double max_seconds,
                                                 struct weft_separable_error *out);

@@ -569,6 +569,17 @@ enum weft_result weft_slice_multipass_run(weft_context *context,
     return WEFT_OK;
 }
 
+struct weft_bound_terms weft_slice_multipass_bound_terms(const weft_slice_plan *slice,
+                                                         const weft_pass_plan *plan)
+{
+    const struct weft_bound_terms *grid = &slice->info.bound;
+    struct weft_bound_terms terms = weft_pass_plan_get_info(plan)->bound;
+    terms.relative = weft_slice_position_bound(slice);
+    terms.sample_rounding = grid->sample_rounding;
+    terms.absolute_rounding = grid->absolute_rounding;
+    return terms;
+}
+
 struct weft_slice_report
 weft_slice_multipass_summary(const struct weft_slice_multipass_report *report)
 {

@@ -58,6 +58,11 @@ WEFT_API enum weft_result weft_slice_multipass_run(weft_context *context,
                                                    const struct weft_slice_multipass_params *params,
                                                    struct weft_slice_multipass_report *report);
 
+// The terms of |pixel - exact| for weft_bound_compute: those of the plan of passes, what the grid's
+// numbers lose as floats, and positions, which are off by their rounding to fixed point.
+WEFT_API struct weft_bound_terms weft_slice_multipass_bound_terms(const weft_slice_plan *slice,
+                                                                  const weft_pass_plan *plan);
+
 // What both kinds of slices report.
 WEFT_API struct weft_slice_report
 weft_slice_multipass_summary(const struct weft_slice_multipass_report *report);

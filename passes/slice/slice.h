@@ -15,7 +15,7 @@
 #ifndef WEFT_PASSES_SLICE_SLICE_H
 #define WEFT_PASSES_SLICE_SLICE_H
 
-#include "../../filter/kernels/kernel.h"
+#include "../../filter/analysis/bound.h"
 #include "../../filter/statistics.h"
 #include "../gl/context.h"
 #include "../../tiles/volume/layout.h"
@@ -123,21 +123,15 @@ struct weft_slice_plan_info {
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
-    // |result - exact| <= error_bound * largest |voxel| in reach + error_beyond * largest |voxel|
-    // farther away + error_absolute: arithmetic and weights (E2, E3), what is left out of inverse
-    // filters (0 but for prefiltered kernels), and what the source's format, cheaper pieces,
-    // products below 2^-126, which GL may flush to 0, and error_rounding add.
+    // The terms of |result - exact| that weft_bound_compute adds up for values that were measured.
+    // Exact is the result of the numbers that the grid stores: doubles are half a unit of a float
+    // off, integers up to weft_volume_info.largest_rounding.
+    struct weft_bound_terms bound;
+    // The same of voxels alone, whatever their coefficients: |result - exact| <= error_bound *
+    // largest |voxel| in reach + error_beyond * largest |voxel| farther away + error_absolute.
+    // Prefiltered kernels read coefficients, which may be much larger than voxels, and mostly are
+    // not: error_bound is far above weft_bound_compute's for them.
     double error_bound, error_beyond, error_absolute;
-    // Exact is the result of the numbers that the grid stores. Doubles are half a unit of a float
-    // off, which error_bound has; integers up to weft_volume_info.largest_rounding, which makes
-    // this of error_absolute.
-    double error_rounding;
-    // The same where values are known. Prefiltered kernels read coefficients, which may be much
-    // larger than voxels, and mostly are not: |result - exact| <= error_measured * largest
-    // |coefficient| + prefilter_error * largest |voxel| in reach + error_beyond * largest |voxel|
-    // farther away + error_absolute. For others error_measured is error_bound, and prefilter_error
-    // 0.
-    double error_measured, prefilter_error;
     enum weft_source_format source;
     enum weft_lookup lookup;
     int samples;        // of tiles that are sampled, else segments of polynomials

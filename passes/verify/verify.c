@@ -5,7 +5,6 @@
 #include "filter/analysis/reference.h"
 #include "passes/verify/pixel_error.h"
 #include "passes/verify/cardinal.h"
-#include "passes/choose/method_impl.h"
 
 static const double DEFAULT_SECONDS = 10.0;
 
@@ -244,7 +243,12 @@ static enum weft_result set_samples(struct verifier *v)
         res = weft_slice_samples_create(v->plan, v->volume, &statistics, &shells, &v->samples);
     if (res != WEFT_OK)
         return res;
-    v->error.bound = weft_method_slice_bound(&v->plan->info, &statistics);
+    const struct weft_bound_values values = {.low = statistics.low,
+                                             .high = statistics.high,
+                                             .sample_low = statistics.voxel_low,
+                                             .sample_high = statistics.voxel_high,
+                                             .beyond = statistics.beyond};
+    v->error.bound = weft_bound_compute(&v->plan->info.bound, &values).total;
     v->share =
         time_limit(v) / (weft_slice_samples_seconds(v->samples) * (double)v->error.pixels_total);
     return res;
@@ -281,8 +285,10 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     weft_slice_samples_destroy(&v.samples);
     if (res != WEFT_OK)
         return res;
+    const double m = v.error.magnitude;
+    const struct weft_bound_values values = {-m, m, -m, m, 0.0, 0.0};
     if (!plan->info.kernel.prefiltered)
-        v.error.bound = plan->info.error_bound * v.error.magnitude + plan->info.error_absolute;
+        v.error.bound = weft_bound_compute(&plan->info.bound, &values).total;
     v.error.rms = v.error.pixels_checked ? sqrt(v.square_sum / (double)v.error.pixels_checked) : 0;
     *out = v.error;
     return WEFT_OK;

@@ -80,29 +80,7 @@ enum weft_result resample_plan_create(const struct option_value *first, const ch
 
 // ---- bounds -------------------------------------------------------------------------------------
 
-struct resample_bound resample_bound_of(const weft_pass_plan *plan,
-                                        const struct resample_values *of)
-{
-    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
-    const struct weft_pass_plan_error *e = &info->error;
-    const struct weft_prefilter_error prefilter =
-        weft_prefilter_error(&info->kernel, info->dims, WEFT_VOLUME_PREFILTER_ERROR);
-    const double width = of->high - of->low;
-    struct resample_bound bound = {
-        .source = e->source * width,
-        .e2 = weft_pass_plan_e2(e, width, of->samples),
-        .e3 = e->e3 * width,
-        .clamp = e->clamp * width,
-        .rounding = 0x1p-24 * of->result,
-        // Samples out of reach count for the weights of the tiles' positions, too.
-        .prefilter = (1.0 + e->e2) * prefilter.coefficient * fmax(fabs(of->low), fabs(of->high)) +
-                     (3.0 + e->e2) * prefilter.sample * of->sample,
-    };
-    bound.total = (e->bound_any - e->e2) * width + bound.e2 + bound.rounding + bound.prefilter;
-    return bound;
-}
-
-json_t *resample_bound_json(const struct resample_bound *b)
+json_t *resample_bound_json(const struct weft_bound *b)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(b->source), "e2",
                      json_number(b->e2), "e3", json_number(b->e3), "clamp", json_number(b->clamp),
@@ -110,7 +88,7 @@ json_t *resample_bound_json(const struct resample_bound *b)
                      "total", json_number(b->total));
 }
 
-const char *resample_bound_format(const struct resample_bound *b, char text[RESAMPLE_PLAN_TEXT])
+const char *resample_bound_format(const struct weft_bound *b, char text[RESAMPLE_PLAN_TEXT])
 {
     int used = snprintf(text, RESAMPLE_PLAN_TEXT, "%.3g (source %.3g, E2 %.3g, E3 %.3g", b->total,
                         b->source, b->e2, b->e3);

@@ -101,26 +101,9 @@ enum weft_result resample_plan_create(const struct option_value *first, const ch
                                       const struct weft_kernel *kernel, int dims, int channels,
                                       weft_pass_plan **out);
 
-// A plan's bounds for a source of some range, in the source's units.
-struct resample_bound {
-    double source, e2, e3, clamp; // as in struct weft_pass_plan_error
-    double rounding;              // of results to single precision
-    double prefilter;             // weft_prefilter_error, with what weighs coefficients wrong
-    double total;                 // for any source in that range
-};
-
-// What a bound depends on beside the plan. Prefiltered kernels have coefficients from low to high.
-struct resample_values {
-    double low, high;
-    double result, sample; // largest |result| and |sample|
-    double samples;        // width of their range
-};
-struct resample_bound resample_bound_of(const weft_pass_plan *plan,
-                                        const struct resample_values *of);
-json_t *resample_bound_json(const struct resample_bound *bound);
+json_t *resample_bound_json(const struct weft_bound *bound);
 // "0.0123 (source 0.002, E2 0.01, E3 0.0003)".
-const char *resample_bound_format(const struct resample_bound *bound,
-                                  char text[RESAMPLE_PLAN_TEXT]);
+const char *resample_bound_format(const struct weft_bound *bound, char text[RESAMPLE_PLAN_TEXT]);
 
 // What a plan is, without its passes one by one: those are in its text.
 json_t *resample_plan_json(const weft_pass_plan *plan);

@@ -30,23 +30,19 @@ static const struct option_value *plan_option(const struct search *s, enum resam
     return &s->job->option[RESAMPLE_PLAN + o];
 }
 
-// Least of the groups that share a plan. A result is at most the gain's square times the largest
-// sample, and is rounded to single precision; coefficients are off, which tiles that are good
-// enough make up to 1 % worse.
+static bool shares(const struct search *s, const struct resample_group *group)
+{
+    return group->count == s->channels && group->high > group->low;
+}
+
+// Least of the groups that share a plan.
 static void set_allowed_error(struct search *s)
 {
-    const double gain = weft_analysis_overshoot(&s->job->kernel).gain;
-    const struct weft_prefilter_error prefilter =
-        weft_prefilter_error(&s->job->kernel, 2, WEFT_VOLUME_PREFILTER_ERROR);
     s->relative = INFINITY;
     for (size_t i = 0; i < s->job->group_count; i++) {
         const struct resample_group *g = &s->job->group[i];
-        const double sample = resample_largest_sample(g);
-        const double rounding = 0x1p-24 * gain * gain * sample +
-                                1.01 * prefilter.coefficient * fmax(fabs(g->low), fabs(g->high)) +
-                                3.01 * prefilter.sample * sample;
-        if (g->count == s->channels && g->high > g->low)
-            s->relative = fmin(s->relative, (g->max_error - rounding) / (g->high - g->low));
+        if (shares(s, g))
+            s->relative = fmin(s->relative, g->max_error / (g->high - g->low));
     }
 }
 
@@ -71,18 +67,20 @@ static double predict(const struct search *s, const struct weft_pass_plan_info *
     return groups * weft_cost_of(&s->model, &work);
 }
 
-// Of the groups that share the plan, to the width of the range that it reads.
-static double relative_bound(const struct search *s, const struct weft_pass_plan_error *error)
+// Of the groups that share the plan: the largest bound, to the width of the range that is read, and
+// the largest part of a group's budget that its bound takes. Values that are all the same are
+// exact.
+static void set_bounds(const struct search *s, const struct weft_pass_plan_info *plan,
+                       struct resample_choice *choice)
 {
-    double largest = 0.0;
     for (size_t i = 0; i < s->job->group_count; i++) {
         const struct resample_group *g = &s->job->group[i];
-        const double width = g->high - g->low;
-        if (g->count == s->channels && width > 0.0)
-            largest = fmax(largest,
-                           weft_pass_plan_e2(error, width, g->sample_high - g->sample_low) / width);
+        if (!shares(s, g))
+            continue;
+        const double bound = resample_bound_of(plan, g, 0.0).total;
+        choice->relative = fmax(choice->relative, bound / (g->high - g->low));
+        choice->part = fmax(choice->part, bound / g->max_error);
     }
-    return error->bound_any - error->e2 + (largest > 0.0 ? largest : error->e2);
 }
 
 // *next: whether there may be a use for more samples.
@@ -104,9 +102,9 @@ static enum weft_result try_plan(struct search *s, bool *next)
         .channels = s->channels,
         .seconds = predict(s, info),
         .bytes = info->tile_bytes,
-        .relative = relative_bound(s, &info->error),
     };
-    choice->good = choice->relative <= s->relative;
+    set_bounds(s, info, choice);
+    choice->good = choice->part <= 1.0;
     *next = !choice->good;
     if (!s->closest || choice->relative < s->closest->relative)
         s->closest = choice;
@@ -125,7 +123,7 @@ static bool may_be_finer(const struct search *s, size_t before)
 {
     const struct resample_job *job = s->job;
     return !s->best && job->choice_count > before &&
-           job->choices[job->choice_count - 1].relative <= 2.0 * s->relative;
+           job->choices[job->choice_count - 1].part <= 2.0;
 }
 
 // Finer tiles only cost more once they are fine enough.

@@ -76,14 +76,6 @@ void resample_set_types(struct resample_job *job)
     }
 }
 
-struct resample_bound resample_unplanned_bound(const struct resample_job *job,
-                                               const struct resample_group *group)
-{
-    if (group->exact)
-        return (struct resample_bound){.total = 0.0};
-    return resample_separable_bound(job, group);
-}
-
 bool resample_needs_gl(const struct resample_job *job)
 {
     for (size_t g = 0; g < job->group_count; g++)

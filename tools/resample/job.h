@@ -47,7 +47,7 @@ struct resample_group {
     double max_error; // with --max-error
     double minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;     // values of pixels
-    struct resample_bound bound;
+    struct weft_bound bound;
     struct weft_multipass_error error; // with --verify
 };
 
@@ -59,6 +59,7 @@ struct resample_choice {
     double seconds;  // predicted
     uint64_t bytes;  // of tiles
     double relative; // bound of the error, to the range's width
+    double part;     // of --max-error that the bound takes
     bool good, chosen;
 };
 
@@ -147,16 +148,15 @@ enum weft_result resample_choose_plans(struct resample_job *job);
 enum weft_result resample_run(struct resample_job *job);
 // The same along one axis and then the other.
 enum weft_result resample_separable_run(struct resample_job *job);
-struct resample_bound resample_separable_bound(const struct resample_job *job,
-                                               const struct resample_group *group);
-// Largest |sample| of a group.
-double resample_largest_sample(const struct resample_group *group);
 
 // Sets the result's types, and which groups are exact. Warns of integers that become floats.
 void resample_set_types(struct resample_job *job);
-// Of a group of no plan.
-struct resample_bound resample_unplanned_bound(const struct resample_job *job,
-                                               const struct resample_group *group);
+// Of a group's results, the largest of which is `result`; 0: any.
+struct weft_bound resample_bound(const struct resample_job *job, const struct resample_group *group,
+                                 double result);
+// The same, had the group this plan.
+struct weft_bound resample_bound_of(const struct weft_pass_plan_info *plan,
+                                    const struct resample_group *group, double result);
 bool resample_needs_gl(const struct resample_job *job);
 // The result's planes. Returns WEFT_ERR_MEMORY after an error line.
 enum weft_result resample_allocate(struct resample_job *job);

@@ -16,9 +16,34 @@ const float *resample_source_plane(const struct resample_job *job, size_t channe
                              : job->image.channels[job->source[channel]].plane;
 }
 
-double resample_largest_sample(const struct resample_group *group)
+// The image's borders hold beyond them: no samples are out of reach.
+static struct weft_bound bound_of(const struct weft_bound_terms *terms,
+                                  const struct resample_group *group, double result)
 {
-    return fmax(fabs(group->sample_low), fabs(group->sample_high));
+    const struct weft_bound_values values = {.low = group->low,
+                                             .high = group->high,
+                                             .sample_low = group->sample_low,
+                                             .sample_high = group->sample_high,
+                                             .result = result};
+    return weft_bound_compute(terms, &values);
+}
+
+struct weft_bound resample_bound_of(const struct weft_pass_plan_info *plan,
+                                    const struct resample_group *group, double result)
+{
+    return bound_of(&plan->bound, group, result);
+}
+
+struct weft_bound resample_bound(const struct resample_job *job, const struct resample_group *group,
+                                 double result)
+{
+    if (group->exact)
+        return (struct weft_bound){.total = 0.0};
+    if (group->plan)
+        return resample_bound_of(weft_pass_plan_get_info(group->plan), group, result);
+    const struct weft_bound_terms terms = weft_separable_bound_terms(
+        &job->kernel, fmax(fabs(group->low), fabs(group->high)), WEFT_VOLUME_PREFILTER_ERROR);
+    return bound_of(&terms, group, result);
 }
 
 // The image's own, whatever is read in their place.

@@ -341,15 +341,7 @@ static void explain_budget(const struct resample_job *job)
         const struct resample_group *group = &job->group[g];
         char name[300];
         resample_group_name(job, group, name, sizeof name);
-        const struct resample_values of = {
-            .low = group->low,
-            .high = group->high,
-            .result = fmax(fabs(group->low), fabs(group->high)),
-            .sample = resample_largest_sample(group),
-            .samples = group->sample_high - group->sample_low,
-        };
-        const struct resample_bound bound = group->plan ? resample_bound_of(group->plan, &of)
-                                                        : resample_unplanned_bound(job, group);
+        const struct weft_bound bound = resample_bound(job, group, 0.0);
         printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
                group->sample_low, group->sample_high, bound.total, group->max_error, group->e1);
     }

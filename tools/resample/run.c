@@ -280,14 +280,7 @@ void resample_measure_result(const struct resample_job *job, struct resample_gro
     g->minimum = s.minimum;
     g->maximum = s.maximum;
     g->not_finite = s.not_finite;
-    const struct resample_values of = {
-        .low = g->low,
-        .high = g->high,
-        .result = weft_statistics_magnitude(&s),
-        .sample = resample_largest_sample(g),
-        .samples = g->sample_high - g->sample_low,
-    };
-    g->bound = g->plan ? resample_bound_of(g->plan, &of) : resample_unplanned_bound(job, g);
+    g->bound = resample_bound(job, g, weft_statistics_magnitude(&s));
 }
 
 static enum weft_result verify_groups(struct runner *r)

@@ -20,27 +20,6 @@ static bool report_step(void *priv, double fraction)
     return outer->report(outer->priv, (r->step + fraction) / r->steps);
 }
 
-struct resample_bound resample_separable_bound(const struct resample_job *job,
-                                               const struct resample_group *group)
-{
-    struct weft_kernel plain = job->kernel; // what weighs coefficients, if that is what is read
-    plain.prefiltered = false;
-    const double gain = weft_analysis_overshoot(&plain).gain, width = job->kernel.width;
-    const double largest = fmax(fabs(group->low), fabs(group->high));
-    const double scale = gain * gain * largest >= 0x1p127 ? 4.0 * gain * gain : 1.0;
-    const double flushed = largest > 0.0 ? 0x1p-125 * (width + gain) * (1.0 + gain) * scale : 0.0;
-    const double relative = weft_separable_error_bound(&job->kernel);
-    const struct weft_prefilter_error prefilter =
-        weft_prefilter_error(&job->kernel, 2, WEFT_VOLUME_PREFILTER_ERROR);
-    struct resample_bound bound = {
-        .e3 = relative * largest + flushed,
-        .prefilter = (1.0 + relative) * (prefilter.coefficient * largest +
-                                         prefilter.sample * resample_largest_sample(group)),
-    };
-    bound.total = bound.e3 + bound.prefilter;
-    return bound;
-}
-
 static enum weft_result set_positions(struct runner *r)
 {
     const struct resample_job *job = r->job;

@@ -66,7 +66,7 @@ struct slice_job {
 
     struct weft_slice_report report;
     struct weft_slice_multipass_report passes_report; // with --profile: what is not in `report`
-    struct resample_bound bound;                      // likewise
+    struct weft_bound bound;                          // likewise
     struct weft_slice_error error;                    // with --verify
     float preview_range[2];                           // with --preview
     struct weft_image_save_report saved;              // with -o

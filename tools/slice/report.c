@@ -155,7 +155,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
-    json_object_set_new(root, "error_rounding", json_number(plan->error_rounding));
+    json_object_set_new(root, "error_rounding", json_number(plan->bound.absolute_rounding));
     if (plan->kernel.prefiltered)
         json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
     if (job->choice.plan)
@@ -304,15 +304,11 @@ static void print_error(const struct weft_slice_error *e)
 
 double slice_verify_bound(const struct slice_job *job)
 {
-    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
     const struct weft_slice_multipass_report *r = &job->passes_report;
     const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
     if (!job->passes)
         return ranged ? NAN : job->error.bound;
-    const double largest = fmax(fabs(r->low), fabs(r->high));
-    return ranged && r->clamped
-               ? NAN
-               : job->bound.total + plan->prefilter_error * largest + plan->error_rounding;
+    return ranged && r->clamped ? NAN : job->bound.total;
 }
 
 static void print_bound(const struct slice_job *job)

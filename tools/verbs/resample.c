@@ -287,7 +287,7 @@ static enum weft_result check_separable(struct resample_job *job)
 {
     for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
         const struct resample_group *group = &job->group[g];
-        const double bound = resample_unplanned_bound(job, group).total;
+        const double bound = resample_bound(job, group, 0.0).total;
         char name[256];
         if (bound <= group->max_error)
             continue;

@@ -492,19 +492,22 @@ static enum weft_result set_passes_report(struct slice_job *job)
 {
     const struct weft_slice_multipass_report *r = &job->passes_report;
     struct weft_slice_statistics statistics = job->choice.statistics;
+    const bool measured = job->choice.plan || job->kernel.prefiltered;
     enum weft_result res = WEFT_OK;
     if (!job->choice.plan && job->kernel.prefiltered)
         res = weft_slice_statistics_compute(job->plan, job->volume, report_progress("measuring"),
                                             &statistics);
-    const struct resample_values of = {
+    const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(job->plan, job->passes);
+    const struct weft_bound_values values = {
         .low = r->low,
         .high = r->high,
+        .sample_low = measured ? statistics.voxel_low : r->low,
+        .sample_high = measured ? statistics.voxel_high : r->high,
+        .beyond = statistics.beyond,
         .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
-        .sample = fmax(fabs(statistics.voxel_low), fabs(statistics.voxel_high)) + statistics.beyond,
-        .samples = statistics.voxel_high - statistics.voxel_low,
     };
     job->report = weft_slice_multipass_summary(r);
-    job->bound = resample_bound_of(job->passes, &of);
+    job->bound = weft_bound_compute(&terms, &values);
     return res;
 }
 

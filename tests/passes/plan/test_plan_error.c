@@ -429,11 +429,13 @@ static double check_prefiltered(struct job *job, enum content content, int *near
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
     assert_int_equal(weft_multipass_emulate(&params, NULL), WEFT_OK);
     assert_int_equal(weft_multipass_verify(&params, &error), WEFT_OK);
-    const double width = job->samples.high - job->samples.low,
-                 e2 = weft_pass_plan_e2(e, width, 2.0);
-    *nearer += e2 < 0.5 * e->e2 * width;
-    const double bound =
-        (e->bound_any - e->e2) * width + e2 + (1.0 + 0.25 * e->e2) * float_error(job);
+    const double width = job->samples.high - job->samples.low;
+    const struct weft_bound_values values = {
+        .low = job->samples.low, .high = job->samples.high, .sample_low = -1.0, .sample_high = 1.0};
+    const struct weft_bound stated =
+        weft_bound_compute(&weft_pass_plan_get_info(job->plan)->bound, &values);
+    *nearer += stated.e2 < 0.5 * e->e2 * width;
+    const double bound = stated.total;
     if (!(error.maximum <= bound))
         print_error("%s, content %d: %.6g is beyond the bound %.6g (width %.3g)\n%s",
                     job->params.kernel.info->name, (int)content, error.maximum, bound, width,

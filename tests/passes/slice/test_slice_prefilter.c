@@ -573,14 +573,10 @@ static void passes_run_on_coefficients(void **state)
         // Coefficients of noise reach farther than its voxels.
         assert_true(report.high > 1.5 && report.low < -1.5);
         assert_int_equal(weft_slice_verify(slice_plan, volume, pixels, NULL, &error), WEFT_OK);
-        const double width = report.high - report.low;
-        const double largest = fmax(-report.low, report.high);
-        const struct weft_prefilter_error prefilter =
-            weft_prefilter_error(&params.kernel, 3, WEFT_VOLUME_PREFILTER_ERROR);
-        const struct weft_pass_plan_error *e = &weft_pass_plan_get_info(plan)->error;
-        const double bound = (e->bound_any - e->e2) * width + weft_pass_plan_e2(e, width, 2.0) +
-                             4.0 * 0x1p-24 * largest + 1.1 * prefilter.coefficient * largest +
-                             1.1 * prefilter.sample;
+        const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(slice_plan, plan);
+        const struct weft_bound_values values = {
+            .low = report.low, .high = report.high, .sample_low = -1.0, .sample_high = 1.0};
+        const double bound = weft_bound_compute(&terms, &values).total;
         if (!(error.maximum <= bound) || error.not_finite_mismatches)
             fail_msg("%s: error %.3g, bound %.3g; %d not finite", cases[i].profile, error.maximum,
                      bound, (int)error.not_finite_mismatches);
