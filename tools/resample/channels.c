@@ -163,3 +163,15 @@ enum weft_result resample_make_groups(struct resample_job *job)
             job->group[job->group_count++] = (struct resample_group){.count = 1, .channel = {i}};
     return WEFT_OK;
 }
+
+void resample_group_name(const struct resample_job *job, const struct resample_group *group,
+                         char *text, size_t size)
+{
+    text[0] = 0;
+    for (int c = 0; c < group->count; c++) {
+        const size_t used = strlen(text);
+        snprintf(text + used, size - used, "%s%s", c ? " " : "",
+                 job->result.channels[group->channel[c]].name);
+    }
+    weft_text_clean(text, false);
+}

@@ -13,18 +13,6 @@
 #include "tools/resample/job.h"
 #include "tools/common/saved.h"
 
-void resample_group_name(const struct resample_job *job, const struct resample_group *group,
-                         char *text, size_t size)
-{
-    text[0] = 0;
-    for (int c = 0; c < group->count; c++) {
-        const size_t used = strlen(text);
-        snprintf(text + used, size - used, "%s%s", c ? " " : "",
-                 job->result.channels[group->channel[c]].name);
-    }
-    weft_text_clean(text, false);
-}
-
 static const weft_pass_plan *first_plan(const struct resample_job *job)
 {
     return job->single ? job->single : job->together;
@@ -64,8 +52,8 @@ static void add_list(const struct resample_job *job, struct weft_metadata *list,
         char name[300], one[400];
         resample_group_name(job, group, name, sizeof name);
         const int size =
-            ranges ? snprintf(one, sizeof one, "%s%s %.9g,%.9g", separator, name, group->low,
-                              group->high)
+            ranges ? snprintf(one, sizeof one, "%s%s %.9g,%.9g", separator, name,
+                              group->statistics.low, group->statistics.high)
                    : snprintf(one, sizeof one, "%s%s %.3g", separator, name, group->bound.total);
         if (used + (size_t)size + sizeof "; ..." > sizeof list->value) {
             strcpy(value + used, &"; ..."[used ? 0 : 2]);
@@ -133,19 +121,20 @@ static json_t *groups_json(const struct resample_job *job)
     json_t *groups = json_array();
     for (size_t g = 0; g < job->group_count; g++) {
         const struct resample_group *group = &job->group[g];
+        const struct weft_resample_statistics *of = &group->statistics;
         json_t *one = json_pack("{s:o}", "channels", names_json(job, group));
         json_array_append_new(groups, one);
         if (job->option[RESAMPLE_EXPLAIN].given)
             continue;
         json_object_update_new(
-            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(group->low),
-                           "high", json_number(group->high), "sample_low",
-                           json_number(group->sample_low), "sample_high",
-                           json_number(group->sample_high), "clamped", json_count(group->clamped),
-                           "minimum", json_number(group->minimum), "maximum",
-                           json_number(group->maximum), "not_finite", json_count(group->not_finite),
-                           "bound", resample_bound_json(&group->bound)));
-        json_object_set_new(one, "e1", json_number(group->e1));
+            one,
+            json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(of->low), "high",
+                      json_number(of->high), "sample_low", json_number(of->sample_low),
+                      "sample_high", json_number(of->sample_high), "clamped",
+                      json_count(of->clamped), "minimum", json_number(group->minimum), "maximum",
+                      json_number(group->maximum), "not_finite", json_count(group->not_finite),
+                      "bound", resample_bound_json(&group->bound)));
+        json_object_set_new(one, "e1", json_number(of->e1));
         if (job->option[RESAMPLE_MAX_ERROR].given)
             json_object_set_new(one, "max_error", json_number(group->max_error));
         if (job->option[RESAMPLE_VERIFY].given)
@@ -164,42 +153,50 @@ static json_t *windows_json(const struct weft_image *image)
 
 static json_t *separable_json(const struct resample_job *job)
 {
-    const struct weft_separable_report *r = &job->separable_report;
+    const struct weft_resample_work *r = &job->work;
     json_t *object =
         json_pack("{s:o}", "relative_bound", json_number(weft_separable_error_bound(&job->kernel)));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         json_object_update_new(
             object,
             json_pack("{s:i,s:o,s:i,s:o,s:o}", "first_axis", r->first_axis, "fetches_per_pixel",
-                      json_number(r->fetches_per_pixel), "passes", r->passes, "uploaded_bytes",
+                      json_number(r->fetches_per_pixel), "passes", r->draws, "uploaded_bytes",
                       json_count(r->uploaded_bytes), "peak_bytes", json_count(r->peak_bytes)));
     return object;
 }
 
+static bool has_choices(const struct resample_job *job)
+{
+    return job->choices[0].count + job->choices[1].count > 0;
+}
+
 static json_t *choices_json(const struct resample_job *job)
 {
-    json_t *choices = json_array();
-    for (size_t i = 0; i < job->choice_count; i++) {
-        const struct resample_choice *c = &job->choices[i];
-        json_array_append_new(
-            choices, json_pack("{s:s,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:b}", "technique",
-                               weft_technique_names[c->technique], "resolution", c->samples, "bits",
-                               c->bits, "channels", c->channels, "seconds", json_number(c->seconds),
-                               "bytes", json_count(c->bytes), "relative_bound",
-                               json_number(c->relative), "good", c->good, "chosen", c->chosen));
+    json_t *list = json_array();
+    for (int i = 0; i < 2; i++) {
+        for (size_t k = 0; k < job->choices[i].count; k++) {
+            const struct weft_resample_candidate *c = &job->choices[i].candidates[k];
+            json_array_append_new(
+                list,
+                json_pack("{s:s,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:b}", "technique",
+                          weft_technique_names[c->technique], "resolution", c->samples, "bits",
+                          c->bits, "channels", c->channels, "seconds", json_number(c->seconds),
+                          "bytes", json_count(c->bytes), "relative_bound", json_number(c->relative),
+                          "good", c->good, "chosen", c->chosen));
+        }
     }
-    return choices;
+    return list;
 }
 
 static double mpixels_per_second(const struct resample_job *job)
 {
     return 1e-6 * (double)job->result.width * (double)job->result.height *
-           (double)job->group_count / job->report.pass_seconds;
+           (double)job->group_count / job->work.pass_seconds;
 }
 
 static json_t *seconds_json(const struct resample_job *job)
 {
-    const struct weft_multipass_report *r = &job->report;
+    const struct weft_resample_work *r = &job->work;
     const struct {
         const char *name;
         double seconds;
@@ -231,14 +228,14 @@ static void set_context(json_t *root, const struct resample_job *job)
 
 static void set_run(json_t *root, const struct resample_job *job)
 {
-    const struct weft_multipass_report *r = &job->report;
+    const struct weft_resample_work *r = &job->work;
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
     json_object_update_new(
-        root, json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "tiles_run", job->tiles,
-                        "source_bytes", json_count(r->source_bytes), "tile_bytes",
-                        json_count(r->tile_bytes), "target_bytes", json_count(r->target_bytes),
-                        "position_bytes", json_count(r->position_bytes), "process_peak_bytes",
+        root, json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "tiles_run", r->tiles, "source_bytes",
+                        json_count(r->source_bytes), "tile_bytes", json_count(r->tile_bytes),
+                        "target_bytes", json_count(r->target_bytes), "position_bytes",
+                        json_count(r->position_bytes), "process_peak_bytes",
                         json_count((uint64_t)usage.ru_maxrss * 1024), "seconds", seconds_json(job),
                         "mpixels_per_second", json_number(mpixels_per_second(job))));
     set_context(root, job);
@@ -271,10 +268,11 @@ static json_t *job_json(const struct resample_job *job)
                   plans, "groups", groups_json(job));
     if (job->separable)
         json_object_set_new(root, "separable", separable_json(job));
-    if (job->choices)
+    if (has_choices(job))
         json_object_set_new(root, "choices", choices_json(job));
-    if (job->coefficients)
-        json_object_set_new(root, "prefilter_overlap", json_integer(job->pad));
+    if (job->kernel.prefiltered && job->group->source)
+        json_object_set_new(root, "prefilter_overlap",
+                            json_integer(weft_resample_plan_get_info(job->group->plan)->overlap));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         set_run(root, job);
     return root;
@@ -298,16 +296,16 @@ enum weft_result resample_print_json(const struct resample_job *jobs, size_t cou
 
 // ---- text ---------------------------------------------------------------------------------------
 
-static bool fill_choice(struct cells *cells, int row, const struct resample_choice *c,
-                        const struct resample_choice *chosen)
+static bool fill_choice(struct cells *cells, int row, const struct weft_resample_candidate *c,
+                        bool any)
 {
     char bits[16] = "float";
     if (c->bits)
         snprintf(bits, sizeof bits, "%d", c->bits);
-    const char *why = c->chosen        ? "chosen: the cheapest within it"
-                      : !c->good       ? "over --max-error"
-                      : chosen != NULL ? "dearer"
-                                       : "";
+    const char *why = c->chosen  ? "chosen: the cheapest within it"
+                      : !c->good ? "over --max-error"
+                      : any      ? "dearer"
+                                 : "";
     return cells_set(cells, row, 0, "%s", weft_technique_names[c->technique]) &&
            cells_set(cells, row, 1, "%s", why) && cells_set(cells, row, 2, "%d", c->samples) &&
            cells_set(cells, row, 3, "%s", bits) &&
@@ -320,16 +318,18 @@ void resample_print_choices(const struct resample_job *job)
 {
     static const char *const heading[] = {"technique", "verdict", "samples",    "bits",
                                           "ms",        "MB",      "bound/range"};
+    const bool any = job->single || job->together;
     struct cells cells;
-    bool done = cells_create(&cells, (int)job->choice_count + 1, 7);
+    int row = 1;
+    if (!has_choices(job))
+        return;
+    bool done = cells_create(&cells, (int)(job->choices[0].count + job->choices[1].count) + 1, 7);
     cells.text_columns = 2;
-    const struct resample_choice *chosen = NULL;
-    for (size_t i = 0; i < job->choice_count; i++)
-        chosen = job->choices[i].chosen ? &job->choices[i] : chosen;
     for (int c = 0; done && c < 7; c++)
         done = cells_set(&cells, 0, c, "%s", heading[c]);
-    for (size_t i = 0; done && i < job->choice_count; i++)
-        done = fill_choice(&cells, (int)i + 1, &job->choices[i], chosen);
+    for (int i = 0; i < 2; i++)
+        for (size_t k = 0; done && k < job->choices[i].count; k++)
+            done = fill_choice(&cells, row++, &job->choices[i].candidates[k], any);
     if (done)
         cells_print(&cells, CELLS_TEXT, stdout);
     cells_destroy(&cells);
@@ -341,19 +341,11 @@ static void explain_budget(const struct resample_job *job)
         const struct resample_group *group = &job->group[g];
         char name[300];
         resample_group_name(job, group, name, sizeof name);
-        const struct weft_bound bound = resample_bound(job, group, 0.0);
+        const struct weft_resample_statistics *of = &group->statistics;
+        const struct weft_bound bound = resample_group_bound(group, 0.0);
         printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
-               group->sample_low, group->sample_high, bound.total, group->max_error, group->e1);
+               of->sample_low, of->sample_high, bound.total, group->max_error, of->e1);
     }
-}
-
-static void explain_separable(const struct resample_job *job)
-{
-    char kernel[KERNELS_TEXT];
-    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
-    printf("separable %s: %d taps along each axis, one after the other, in single precision; the "
-           "error is at most %.3g of the largest sample in reach\n",
-           kernel, job->kernel.width, weft_separable_error_bound(&job->kernel));
 }
 
 static void explain(const struct resample_job *job)
@@ -369,11 +361,10 @@ static void explain(const struct resample_job *job)
     }
     putchar('\n');
     if (job->separable)
-        explain_separable(job);
+        fputs(weft_resample_plan_get_info(job->plan[0])->text, stdout);
     if (job->option[RESAMPLE_MAX_ERROR].given)
         explain_budget(job);
-    if (job->choices)
-        resample_print_choices(job);
+    resample_print_choices(job);
     if (job->single)
         resample_plan_print(job->single);
     if (job->together)
@@ -388,7 +379,7 @@ static void print_error(const struct resample_job *job, const struct resample_gr
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
            "%.9g; E1 %.3g\n",
            name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
-           group->sample_low, group->sample_high, group->e1);
+           group->statistics.sample_low, group->statistics.sample_high, group->statistics.e1);
     if (e->not_finite_mismatches)
         printf("%s: finite on one side only: %llu values\n", name,
                (unsigned long long)e->not_finite_mismatches);
@@ -396,7 +387,7 @@ static void print_error(const struct resample_job *job, const struct resample_gr
 
 static void note_times(const struct resample_job *job)
 {
-    const struct weft_multipass_report *r = &job->report;
+    const struct weft_resample_work *r = &job->work;
     report_note("load %.3f s, plan %.3f, context %.3f, prepare %.3f, upload %.3f, passes %.3f "
                 "(%.1f Mpixel/s), read-back %.3f, verify %.3f, write %.3f, total %.3f s",
                 job->load_seconds, job->plan_seconds, job->context_seconds, r->prepare_seconds,
@@ -406,7 +397,7 @@ static void note_times(const struct resample_job *job)
         char name[300];
         resample_group_name(job, &job->group[g], name, sizeof name);
         report_note("%s: samples from %.9g to %.9g, pixels from %.9g to %.9g, %llu not finite",
-                    name, job->group[g].sample_low, job->group[g].sample_high,
+                    name, job->group[g].statistics.sample_low, job->group[g].statistics.sample_high,
                     job->group[g].minimum, job->group[g].maximum,
                     (unsigned long long)job->group[g].not_finite);
     }

@@ -13,8 +13,8 @@
 static enum weft_result make_attributes(struct resample_job *job)
 {
     const struct weft_image *in = &job->image;
-    const double scale[2] = {(double)job->place[0].to / (double)job->place[0].from,
-                             (double)job->place[1].to / (double)job->place[1].from};
+    const double scale[2] = {(double)job->map[0].to / (double)job->map[0].from,
+                             (double)job->map[1].to / (double)job->map[1].from};
     struct weft_image_attribute *list =
         calloc(in->attribute_count + 1 + RESAMPLE_ATTRIBUTES, sizeof *list);
     job->texts = calloc(RESAMPLE_ATTRIBUTES, sizeof *job->texts);
@@ -72,9 +72,9 @@ static void warn_of_overflows(const struct resample_job *job)
 {
     if (job->saved.overflows)
         report_warning("%s: %llu values are beyond %g, the largest half, and become infinity; "
-                           "--type float keeps them",
-                           job->option[RESAMPLE_OUTPUT].text,
-                           (unsigned long long)job->saved.overflows, 65504.0);
+                       "--type float keeps them",
+                       job->option[RESAMPLE_OUTPUT].text, (unsigned long long)job->saved.overflows,
+                       65504.0);
 }
 
 enum weft_result resample_save(struct resample_job *jobs, size_t count)

@@ -230,18 +230,7 @@ static enum weft_result allocate_pixels(struct resample_job *job)
     return job->option[RESAMPLE_EXPLAIN].given ? WEFT_OK : resample_allocate(job);
 }
 
-// ---- plans --------------------------------------------------------------------------------------
-
-static enum weft_result create_context(struct resample_job *job)
-{
-    if (job->context || !resample_needs_gl(job))
-        return WEFT_OK;
-    double start = report_now_seconds();
-    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
-    enum weft_result res = weft_context_create(&params, &job->context);
-    job->context_seconds = report_now_seconds() - start;
-    return res;
-}
+// ---- groups -------------------------------------------------------------------------------------
 
 // Whatever says how a plan's passes are to be asks for a plan.
 static bool asks_for_passes(const struct resample_job *job)
@@ -264,57 +253,7 @@ static enum weft_result make_groups(struct resample_job *job)
 
 static enum weft_result measure(struct resample_job *job)
 {
-    enum weft_result res = WEFT_OK;
-    if (needs_samples(job))
-        res = resample_prefilter(job);
-    return res == WEFT_OK && needs_samples(job) ? resample_measure(job) : res;
-}
-
-static enum weft_result plan_groups(struct resample_job *job)
-{
-    enum weft_result res = WEFT_OK;
-    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
-        weft_pass_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
-        if (!*plan)
-            res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
-                                       &job->kernel, 2, job->group[g].count, plan);
-    }
-    return res;
-}
-
-// Says what the best would be.
-static enum weft_result check_separable(struct resample_job *job)
-{
-    for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
-        const struct resample_group *group = &job->group[g];
-        const double bound = resample_bound(job, group, 0.0).total;
-        char name[256];
-        if (bound <= group->max_error)
-            continue;
-        resample_group_name(job, group, name, sizeof name);
-        report_error("%s: no way is within --max-error %s, which is %.3g: the best one's bound is "
-                     "%.3g (separable)",
-                     name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
-        job->over_budget = true;
-        return WEFT_ERR_ARGUMENT;
-    }
-    return WEFT_OK;
-}
-
-static enum weft_result make_plans(struct resample_job *job)
-{
-    double start = report_now_seconds();
-    enum weft_result res = WEFT_OK;
-    if (job->separable)
-        res = check_separable(job);
-    else if (!job->option[RESAMPLE_MAX_ERROR].given)
-        res = plan_groups(job);
-    else if ((res = create_context(job)) == WEFT_OK) // whose costs count
-        res = resample_choose_plans(job);
-    for (size_t g = 0; !job->separable && g < job->group_count; g++)
-        job->group[g].plan = job->group[g].count > 1 ? job->together : job->single;
-    job->plan_seconds = report_now_seconds() - start;
-    return res;
+    return needs_samples(job) ? resample_measure(job) : WEFT_OK;
 }
 
 // ---- running and writing ------------------------------------------------------------------------
@@ -364,11 +303,6 @@ static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
     return res;
 }
 
-static enum weft_result run_method(struct resample_job *job)
-{
-    return job->separable ? resample_separable_run(job) : resample_run(job);
-}
-
 static enum weft_result run_stages(struct resample_job *job)
 {
     typedef enum weft_result (*stage)(struct resample_job * job);
@@ -379,10 +313,10 @@ static enum weft_result run_stages(struct resample_job *job)
                                      resample_choose_channels,
                                      make_groups,
                                      measure,
-                                     make_plans,
+                                     resample_plan,
                                      allocate_pixels,
                                      NULL};
-    static const stage computing[] = {create_context, run_method, resample_exact_run, NULL};
+    static const stage computing[] = {resample_create_context, resample_compute, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
@@ -395,15 +329,20 @@ static enum weft_result run_stages(struct resample_job *job)
 
 static void destroy(struct resample_job *job)
 {
+    for (int i = 0; i < 2; i++) {
+        weft_resample_compiled_destroy(&job->compiled[i]);
+        weft_resample_plan_destroy(&job->plan[i]);
+        weft_resample_choice_clear(&job->choices[i]);
+    }
     weft_pass_plan_destroy(&job->single);
     weft_pass_plan_destroy(&job->together);
-    resample_prefilter_clear(job);
+    for (size_t g = 0; g < job->group_count; g++)
+        weft_resample_source_destroy(&job->group[g].source);
     weft_image_clear(&job->image);
     weft_image_clear(&job->result);
     weft_kernel_file_destroy(&job->kernel_file);
     free(job->texts);
     free(job->source);
-    free(job->choices);
     free(job->group);
 }
 
@@ -414,7 +353,7 @@ static bool check_groups(const struct resample_job *job)
     bool good = true;
     for (size_t g = 0; good && g < job->group_count; g++) {
         const struct resample_group *group = &job->group[g];
-        const double bound = ranged && group->clamped ? NAN : group->bound.total;
+        const double bound = ranged && group->statistics.clamped ? NAN : group->bound.total;
         char name[128], what[160];
         resample_group_name(job, group, name, sizeof name);
         snprintf(what, sizeof what, "channels %s", name);
@@ -579,7 +518,7 @@ static int run(const char *operand, const struct option_value *values)
     bool over_budget = false;
     for (size_t i = 0; i < count; i++) {
         over_budget = over_budget || jobs[i].over_budget;
-        if (res != WEFT_OK && jobs[i].choice_count && values[RESAMPLE_EXPLAIN].given)
+        if (res != WEFT_OK && values[RESAMPLE_EXPLAIN].given)
             resample_print_choices(&jobs[i]);
     }
     if (res == WEFT_OK && values[RESAMPLE_JSON].given)

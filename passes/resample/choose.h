@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/resample/choose.h - the cheapest passes of a resampling that meet an error budget.
+// Techniques, samples and bits of tiles are tried; bounds are the plans' own, and costs are
+// predicted by a model of the machine (passes/choose/cost.h).
+#ifndef WEFT_PASSES_RESAMPLE_CHOOSE_H
+#define WEFT_PASSES_RESAMPLE_CHOOSE_H
+
+#include "../choose/cost.h"
+#include "resample.h"
+
+WEFT_BEGIN_DECLS
+
+struct weft_resample_choose_params {
+    // What the passes have in common, and where the search starts (required). channels: 1 or 4.
+    struct weft_pass_plan_params passes;
+    // What is searched for, past what `passes` says: the technique, M, and bits of unorm targets.
+    bool any_technique, any_samples, any_bits;
+    // The sources that are to be filtered by them, each by itself, of one size (required).
+    const weft_resample_source *const *sources;
+    const double *max_error; // [source_count], in each one's values, > 0
+    size_t source_count;
+    int width, height;                   // pixels of each result
+    const struct weft_cost_model *model; // default (NULL): weft_cost_default
+    const struct weft_log *log;          // may be NULL
+};
+
+// A plan that was compared.
+struct weft_resample_candidate {
+    enum weft_technique technique;
+    int samples, bits; // bits: 0 where tiles are of floats or halves
+    int channels;
+    double seconds;  // predicted, of all sources
+    uint64_t bytes;  // of tiles
+    double relative; // largest bound of a source's results, to its range's width
+    double part;     // largest part of a source's max_error that the bound takes
+    bool good;       // part is at most 1
+    bool chosen;
+};
+
+struct weft_resample_choice {
+    struct weft_resample_candidate *candidates; // in the order in which they were tried
+    size_t count;
+    int chosen;      // -1: none meets the budget
+    int closest;     // the one of the least bound; -1: the profile has no passes for the kernel
+    double relative; // the least error that a source allows, to its range's width
+    weft_pass_plan *plan; // the chosen one's; whoever keeps it sets this to NULL
+};
+
+// Chooses. Returns WEFT_OK with chosen = -1 where nothing meets the budget; WEFT_ERR_ARGUMENT
+// (sources, errors), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED; *out is then all zero.
+WEFT_API enum weft_result weft_resample_choose(const struct weft_resample_choose_params *params,
+                                               struct weft_resample_choice *out);
+WEFT_API void weft_resample_choice_clear(struct weft_resample_choice *choice); // {0} is fine
+
+WEFT_END_DECLS
+#endif

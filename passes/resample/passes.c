@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Resampling by the passes of a plan, in tiles of the result. The tiles are fixed by the sizes
+// alone, so that the result does not depend on anything else.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/resample/resample_impl.h"
+
+// Pixels along a tile's side, and samples that it reaches: what does not fit is cut.
+enum { MAX_TILE = 1024, MAX_REACH = 2048, MIN_TILE = 16 };
+
+// ---- planning -----------------------------------------------------------------------------------
+
+static int tile_side(const struct weft_window_map *map)
+{
+    const double side = floor(MAX_REACH * (double)map->to / (double)map->from);
+    return side > MAX_TILE ? MAX_TILE : side < MIN_TILE ? MIN_TILE : (int)side;
+}
+
+static int pixels_along(const weft_resample_plan *plan, int axis)
+{
+    return axis ? plan->info.height : plan->info.width;
+}
+
+// Pixels of tile number `at` along an axis.
+static int tile_size(const weft_resample_plan *plan, int axis, int at)
+{
+    const int left = pixels_along(plan, axis) - at * plan->side[axis];
+    return left < plan->side[axis] ? left : plan->side[axis];
+}
+
+// Values from the first pixel's first tap to the last one's last, or the edge's if there are none.
+static void set_reach(const weft_resample_plan *plan, int axis, int at, int *first, int *count)
+{
+    const int64_t last = (int64_t)plan->info.size[axis] + 2 * plan->info.overlap - 1;
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const struct weft_window_map *map = &plan->info.map[axis];
+    const int pixel = at * plan->side[axis], size = tile_size(plan, axis, at);
+    const int shift = plan->info.overlap;
+    double fraction;
+    int64_t from =
+        weft_kernel_first_tap(kernel, weft_window_map_position(map, pixel, shift), &fraction);
+    int64_t to = weft_kernel_first_tap(
+                     kernel, weft_window_map_position(map, pixel + size - 1, shift), &fraction) +
+                 kernel->width - 1;
+    from = from < 0 ? 0 : from > last ? last : from;
+    to = to > last ? last : to < 0 ? 0 : to;
+    *first = (int)from;
+    *count = (int)(to - from) + 1;
+}
+
+static int largest_reach(const weft_resample_plan *plan, int axis)
+{
+    int largest = 0;
+    for (int i = 0; i < plan->count[axis]; i++) {
+        int first, count;
+        set_reach(plan, axis, i, &first, &count);
+        largest = count > largest ? count : largest;
+    }
+    return largest;
+}
+
+// Values as they are copied and as a texture, pixels as they are read back, and targets.
+static double tile_bytes(const weft_resample_plan *plan)
+{
+    const struct weft_pass_plan_info *passes = plan->info.passes;
+    const double values = (double)largest_reach(plan, 0) * largest_reach(plan, 1);
+    const double pixels = (double)tile_size(plan, 0, 0) * tile_size(plan, 1, 0);
+    return 2.0 * sizeof(float) * passes->channels * (values + pixels) +
+           (double)passes->target_bytes_per_pixel * pixels;
+}
+
+enum weft_result weft_resample_plan_tiles(weft_resample_plan *plan)
+{
+    for (int a = 0; a < 2; a++) {
+        plan->side[a] = tile_side(&plan->info.map[a]);
+        plan->count[a] = (pixels_along(plan, a) + plan->side[a] - 1) / plan->side[a];
+    }
+    plan->info.tiles = plan->count[0] * plan->count[1];
+    const double bytes = tile_bytes(plan);
+    if (bytes <= (double)plan->memory_bytes)
+        return WEFT_OK;
+    weft_error(plan->log,
+               "resampling: a tile of %d x %d pixels takes %.0f bytes: the limit is %llu",
+               tile_size(plan, 0, 0), tile_size(plan, 1, 0), bytes,
+               (unsigned long long)plan->memory_bytes);
+    return WEFT_ERR_LIMIT;
+}
+
+// ---- tiles --------------------------------------------------------------------------------------
+
+// A tile of some channels of a source that are filtered together.
+struct tile {
+    int x, y, width, height; // of the result
+    int from[2], size[2];    // of the values that it reaches
+    double *at[2];           // of its columns and rows, in those values
+    int channels;            // of the passes; those past the source's repeat its first
+    float *values[WEFT_RESAMPLE_MAX_CHANNELS], *pixels[WEFT_RESAMPLE_MAX_CHANNELS];
+};
+
+struct runner {
+    const weft_resample_plan *plan;
+    const weft_resample_source *source;
+    const struct weft_log *log;
+    int first, count; // of the source's channels
+    struct weft_resample_steps steps;
+    enum weft_result (*each)(struct runner *r, struct tile *tile);
+    // To run.
+    weft_context *context;
+    float *const *to;
+    struct weft_resample_work *work;
+    // To verify.
+    const float *const *of;
+    struct weft_resample_errors errors;
+    int64_t stride;
+};
+
+static bool allocate_tile(const struct runner *r, struct tile *tile)
+{
+    const size_t values = (size_t)tile->size[0] * (size_t)tile->size[1];
+    bool done = true;
+    for (int a = 0; a < 2; a++)
+        done = (tile->at[a] = malloc((size_t)(a ? tile->height : tile->width) *
+                                     sizeof *tile->at[a])) != NULL &&
+               done;
+    for (int c = 0; c < tile->channels; c++) {
+        tile->values[c] = malloc(values * sizeof(float));
+        tile->pixels[c] = malloc((size_t)tile->width * (size_t)tile->height * sizeof(float));
+        done = done && tile->values[c] && tile->pixels[c];
+    }
+    if (!done)
+        weft_error(r->log, "out of memory: a tile of %d x %d pixels from %d x %d samples",
+                   tile->width, tile->height, tile->size[0], tile->size[1]);
+    return done;
+}
+
+static void fill_tile(const struct runner *r, struct tile *tile)
+{
+    const int shift = r->plan->info.overlap;
+    const size_t row = (size_t)tile->size[0];
+    const int64_t from_row = weft_resample_values_along(r->source, 0);
+    weft_window_map_positions(&r->plan->info.map[0], tile->x, tile->width, shift - tile->from[0],
+                              tile->at[0]);
+    weft_window_map_positions(&r->plan->info.map[1], tile->y, tile->height, shift - tile->from[1],
+                              tile->at[1]);
+    for (int c = 0; c < tile->channels; c++) {
+        const float *values =
+            weft_resample_values(r->source, c < r->count ? r->first + c : r->first);
+        for (int y = 0; y < tile->size[1]; y++)
+            memcpy(tile->values[c] + (size_t)y * row,
+                   values + (tile->from[1] + y) * from_row + tile->from[0], row * sizeof(float));
+    }
+}
+
+static enum weft_result create_tile(const struct runner *r, int column, int row, struct tile *out)
+{
+    const weft_resample_plan *plan = r->plan;
+    *out = (struct tile){.x = column * plan->side[0],
+                         .y = row * plan->side[1],
+                         .width = tile_size(plan, 0, column),
+                         .height = tile_size(plan, 1, row),
+                         .channels = plan->info.passes->channels};
+    set_reach(plan, 0, column, &out->from[0], &out->size[0]);
+    set_reach(plan, 1, row, &out->from[1], &out->size[1]);
+    if (!allocate_tile(r, out))
+        return WEFT_ERR_MEMORY;
+    fill_tile(r, out);
+    return WEFT_OK;
+}
+
+static void destroy_tile(struct tile *tile)
+{
+    free(tile->at[0]);
+    free(tile->at[1]);
+    for (int c = 0; c < WEFT_RESAMPLE_MAX_CHANNELS; c++) {
+        free(tile->values[c]);
+        free(tile->pixels[c]);
+    }
+}
+
+static enum weft_result visit_tile(struct runner *r, int column, int row)
+{
+    struct tile tile;
+    enum weft_result res = create_tile(r, column, row, &tile);
+    if (res == WEFT_OK)
+        res = r->each(r, &tile);
+    destroy_tile(&tile);
+    r->steps.step++;
+    return res;
+}
+
+// Of one set of channels after the other.
+static enum weft_result visit_tiles(struct runner *r, const struct weft_progress *progress)
+{
+    const int columns = r->plan->count[0], tiles = r->plan->info.tiles;
+    const int together = r->plan->info.passes->channels, channels = r->source->info.channels;
+    r->steps = (struct weft_resample_steps){
+        .outer = progress, .steps = (double)tiles * ((channels + together - 1) / together)};
+    for (r->first = 0; r->first < channels; r->first += together) {
+        r->count = channels - r->first < together ? channels - r->first : together;
+        for (int i = 0; i < tiles; i++) {
+            if (!weft_resample_report_step(&r->steps, 0.0)) {
+                weft_note(r->log, "resampling was cancelled at tile %d of %d", i, tiles);
+                return WEFT_ERR_CANCELLED;
+            }
+            const enum weft_result res = visit_tile(r, i % columns, i / columns);
+            if (res != WEFT_OK)
+                return res;
+        }
+    }
+    return WEFT_OK;
+}
+
+// ---- the engine ---------------------------------------------------------------------------------
+
+struct request {
+    struct weft_progress progress;
+    struct weft_samples samples;
+    struct weft_pixel_grid grid;
+    struct weft_multipass_params params;
+};
+
+static void make_request(struct runner *r, struct tile *tile, struct request *q)
+{
+    const struct weft_resample_statistics *s = &r->source->info.statistics;
+    *q = (struct request){
+        .progress = {weft_resample_report_step, &r->steps},
+        .samples = {.size = {tile->size[0], tile->size[1], 1}, .low = s->low, .high = s->high},
+        .grid = {.width = tile->width,
+                 .height = tile->height,
+                 .columns = tile->at[0],
+                 .rows = tile->at[1]},
+        .params = {.plan = r->plan->passes,
+                   .samples = &q->samples,
+                   .grid = &q->grid,
+                   .progress = &q->progress,
+                   .log = r->log},
+    };
+    for (int c = 0; c < tile->channels; c++) {
+        q->samples.plane[c] = tile->values[c];
+        q->params.pixels[c] = tile->pixels[c];
+    }
+}
+
+static void add_work(struct weft_resample_work *sum, const struct weft_multipass_report *one)
+{
+    const struct weft_resample_work work = {
+        .tiles = 1,
+        .prepare_seconds = one->prepare_seconds,
+        .upload_seconds = one->upload_seconds,
+        .pass_seconds = one->pass_seconds,
+        .readback_seconds = one->readback_seconds,
+        .source_bytes = one->source_bytes,
+        .tile_bytes = one->tile_bytes,
+        .target_bytes = one->target_bytes,
+        .position_bytes = one->position_bytes,
+        .clamps = one->clamps,
+        .largest_clamp = one->largest_clamp,
+    };
+    weft_resample_work_add(sum, &work);
+}
+
+static enum weft_result run_tile(struct runner *r, struct tile *tile)
+{
+    struct request q;
+    struct weft_multipass_report report = {0};
+    make_request(r, tile, &q);
+    const enum weft_result res = r->context ? weft_multipass_run(r->context, &q.params, &report)
+                                            : weft_multipass_emulate(&q.params, &report);
+    if (res != WEFT_OK)
+        return res;
+    const size_t row = (size_t)tile->width;
+    for (int c = 0; c < r->count; c++)
+        for (int y = 0; y < tile->height; y++)
+            memcpy(r->to[r->first + c] + (tile->y + y) * r->stride + tile->x,
+                   tile->pixels[c] + (size_t)y * row, row * sizeof(float));
+    add_work(r->work, &report);
+    return WEFT_OK;
+}
+
+enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
+                                          const struct weft_resample_run_params *params,
+                                          struct weft_resample_work *work)
+{
+    struct runner r = {
+        .plan = compiled->plan,
+        .source = params->source,
+        .log = params->log,
+        .each = run_tile,
+        .context = compiled->context,
+        .to = params->plane,
+        .stride = params->stride,
+        .work = work,
+    };
+    return visit_tiles(&r, params->progress);
+}
+
+// ---- verifying ----------------------------------------------------------------------------------
+
+static enum weft_result verify_tile(struct runner *r, struct tile *tile)
+{
+    const size_t row = (size_t)tile->width;
+    struct request q;
+    struct weft_multipass_error error = {0};
+    double finite = 0.0;
+    make_request(r, tile, &q);
+    for (int c = 0; c < tile->channels; c++) {
+        const float *pixels = r->of[c < r->count ? r->first + c : r->first];
+        for (int y = 0; y < tile->height; y++)
+            memcpy(tile->pixels[c] + (size_t)y * row, pixels + (tile->y + y) * r->stride + tile->x,
+                   row * sizeof(float));
+        for (size_t i = 0; c < r->count && i < row * (size_t)tile->height; i++)
+            finite += isfinite(tile->pixels[c][i]) ? 1.0 : 0.0;
+    }
+    const enum weft_result res = weft_multipass_verify(&q.params, &error);
+    if (res == WEFT_OK)
+        weft_resample_errors_add(&r->errors, &error, finite, tile->x, tile->y, r->first);
+    return res;
+}
+
+enum weft_result weft_resample_verify_passes(const weft_resample_plan *plan,
+                                             const struct weft_resample_verify_params *params,
+                                             struct weft_multipass_error *out)
+{
+    struct runner r = {
+        .plan = plan,
+        .source = params->source,
+        .log = params->log,
+        .each = verify_tile,
+        .of = params->plane,
+        .stride = params->stride,
+    };
+    const enum weft_result res = visit_tiles(&r, params->progress);
+    if (res == WEFT_OK)
+        *out = r.errors.sum;
+    return res;
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/resample/resample.h - the call for images: planes of floats at another size.
+// Samples lie at the centres of square pixels; where the result's pixels lie among them is a map
+// along each axis (passes/positions/window_map.h). Beyond the border the nearest sample's value
+// holds. A smaller size is no more than that: nothing is filtered away for it, and it may alias.
+//
+// A request is made in four steps, of which each repeats nothing of the ones before:
+//   plan     what is done: kernel, sizes, positions, engine; pure, tells its errors and its work
+//   compile  a plan made ready for a context, or for the CPU
+//   source   planes, with what is measured of them, and coefficients where the kernel reads those
+//   run      source to pixels, as often as wanted: of any compiled plan and any source of its size
+//            and kernel, so that the planes of one image, or many images, share one compiled plan
+//
+// Two engines filter: passes/separable/separable.h, one axis after the other in single precision;
+// and the passes of a plan (passes/plan/plan.h), what targets of limited precision make of it, on
+// GL or in the same integers on the CPU. Unsigned integers are moved exactly by kernels that take
+// one sample (nearest). The same request gives the same bytes, whatever memory and threads there
+// are.
+#ifndef WEFT_PASSES_RESAMPLE_RESAMPLE_H
+#define WEFT_PASSES_RESAMPLE_RESAMPLE_H
+
+#include <math.h>
+
+#include "../../filter/analysis/bound.h"
+#include "../../filter/statistics.h"
+#include "../gl/context.h"
+#include "../multipass/multipass.h"
+#include "../plan/plan.h"
+#include "../positions/window_map.h"
+
+WEFT_BEGIN_DECLS
+
+// Channels of a source, and samples or pixels along an axis and in all, at most.
+enum { WEFT_RESAMPLE_MAX_CHANNELS = 4, WEFT_RESAMPLE_MAX_SIZE = 1 << 20 };
+#define WEFT_RESAMPLE_MAX_PIXELS (INT64_C(1) << 31)
+
+// ---- plan ---------------------------------------------------------------------------------------
+
+struct weft_resample_params {
+    // The engine: passes of this plan, in 2D and without a derivative; NULL (default): separable.
+    // Borrowed for the plan's life.
+    const weft_pass_plan *passes;
+    // Default (info NULL): that of `passes`, or catmull-rom. With passes it must be theirs;
+    // without, it may not be radial.
+    struct weft_kernel kernel;
+    int size[2];       // samples along x and y (required, to WEFT_RESAMPLE_MAX_SIZE)
+    int width, height; // pixels (required, likewise, and to WEFT_RESAMPLE_MAX_PIXELS)
+    // Along x and y. Default (all 0): all samples become all pixels, weft_window_map_plain.
+    struct weft_window_map map[2];
+    // What a run may take beside planes and tiles of kernels (default 1 GiB): separable work is
+    // cut into rectangles that fit, the tiles of passes are fixed by the sizes and refused.
+    uint64_t memory_bytes;
+    const struct weft_log *log; // may be NULL; borrowed for the plan's life
+};
+#define WEFT_RESAMPLE_DEFAULTS .memory_bytes = UINT64_C(1) << 30,
+#define weft_resample_params(...)                                                                  \
+    (&(struct weft_resample_params){WEFT_RESAMPLE_DEFAULTS __VA_ARGS__})
+
+typedef struct weft_resample_plan weft_resample_plan; // Thread-safety: read-only once made.
+
+struct weft_resample_info {
+    struct weft_kernel kernel;
+    const struct weft_pass_plan_info *passes; // NULL: separable
+    int size[2], width, height;
+    struct weft_window_map map[2];
+    bool moves; // integers, by weft_resample_move: weft_resample_moves(&kernel), and no passes
+    // Coefficients beyond the samples that are read on every side; 0 but for prefiltered kernels.
+    int overlap;
+    int tiles;      // that passes cut a channel's pixels into; of separable work 0: memory decides
+    double fetches; // per pixel and channel: of passes over all, of separable work along both axes
+    const char *text; // the plan in words, lines ended
+};
+
+// Plans. Returns WEFT_ERR_ARGUMENT (sizes, maps, kernel, passes of another kernel, of 3D or of a
+// derivative), WEFT_ERR_UNSUPPORTED (a radial kernel without passes), WEFT_ERR_LIMIT (the largest
+// tile of passes needs more than memory_bytes: the log has both) or WEFT_ERR_MEMORY; *out is then
+// NULL.
+WEFT_API enum weft_result weft_resample_plan_create(const struct weft_resample_params *params,
+                                                    weft_resample_plan **out);
+WEFT_API void weft_resample_plan_destroy(weft_resample_plan **plan); // accepts &NULL
+WEFT_API const struct weft_resample_info *
+weft_resample_plan_get_info(const weft_resample_plan *plan);
+
+// ---- compile ------------------------------------------------------------------------------------
+
+// A plan ready to run. Thread-safety: one thread at a time, the one of its context.
+typedef struct weft_resample_compiled weft_resample_compiled;
+
+// Makes a plan ready. context: where it runs, borrowed for the life of *out as the plan is; NULL:
+// passes run on the CPU, in the same integers as on GL, and half targets are rounded towards zero.
+// Returns WEFT_ERR_ARGUMENT (separable without a context), WEFT_ERR_MEMORY, WEFT_ERR_GL; *out is
+// then NULL.
+WEFT_API enum weft_result weft_resample_compile(weft_context *context,
+                                                const weft_resample_plan *plan,
+                                                weft_resample_compiled **out);
+WEFT_API void weft_resample_compiled_destroy(weft_resample_compiled **compiled); // accepts &NULL
+
+// ---- source -------------------------------------------------------------------------------------
+
+struct weft_resample_source_params {
+    struct weft_kernel kernel; // default (info NULL): catmull-rom; the plan's
+    int width, height;         // samples (required): the plan's size
+    int channels;              // 1 to 4 (default 1), which share one range
+    // As many as channels (required): sample (x, y) is plane[c][y * stride + x]. Borrowed for the
+    // source's life; may overlap each other, but not a run's pixels.
+    const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
+    int64_t stride; // floats from row to row, at least width (default width)
+    // What passes map to [0, 1] and back; what lies outside is clamped to it, and bounds do not
+    // hold then. low < high. NAN, or both 0 (default): the finite minimum and maximum of what is
+    // read.
+    double low, high;
+    const struct weft_log *log; // may be NULL
+};
+#define WEFT_RESAMPLE_SOURCE_DEFAULTS .channels = 1, .low = NAN, .high = NAN,
+#define weft_resample_source_params(...)                                                           \
+    (&(struct weft_resample_source_params){WEFT_RESAMPLE_SOURCE_DEFAULTS __VA_ARGS__})
+
+typedef struct weft_resample_source weft_resample_source; // Thread-safety: read-only once made.
+
+// What was measured of a source, of all its channels together; once, when it was made.
+struct weft_resample_statistics {
+    double sample_low, sample_high; // of the finite samples; both 0 where there are none
+    // What passes map to [0, 1]: as asked for, or of the finite values that are read, which are
+    // coefficients of prefiltered kernels and samples else; both 0 where there are none.
+    double low, high;
+    uint64_t clamped; // values read that are outside it, or not finite
+    // Leading term of the kernel's own error (weft_error_e1), with the largest difference of the
+    // kernel's order between neighbours along x and y as the signal's derivative; NAN for kernels
+    // of order 0 or above WEFT_STATISTICS_DIFFERENCES, and radial ones.
+    double e1;
+};
+
+struct weft_resample_source_info {
+    struct weft_kernel kernel;
+    int width, height, channels;
+    struct weft_resample_statistics statistics;
+    double prefilter_seconds;
+};
+
+// Takes planes: measures them, and computes the coefficients of a prefiltered kernel, which takes
+// as much memory as the planes and the kernel's overlap around them. Coefficients that depend on
+// samples that are not finite are missing, as filter/kernels/prefilter.h says. Returns
+// WEFT_ERR_ARGUMENT (sizes, stride, range, pointers, kernel), WEFT_ERR_LIMIT (coefficients leave
+// the range of floats) or WEFT_ERR_MEMORY; *out is then NULL.
+WEFT_API enum weft_result
+weft_resample_source_create(const struct weft_resample_source_params *params,
+                            weft_resample_source **out);
+WEFT_API void weft_resample_source_destroy(weft_resample_source **source); // accepts &NULL
+WEFT_API const struct weft_resample_source_info *
+weft_resample_source_get_info(const weft_resample_source *source);
+
+// How far results may be off, the largest of which is `result` (0: not known yet), in the source's
+// values: the plan's terms, by weft_bound_compute. Integers that are moved have no error.
+WEFT_API struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
+                                               const struct weft_resample_statistics *statistics,
+                                               double result);
+
+// ---- run ----------------------------------------------------------------------------------------
+
+struct weft_resample_run_params {
+    const weft_resample_source *source; // required: of the plan's size and kernel
+    // As many as the source's channels (required): pixel (x, y) is plane[c][y * stride + x]. What
+    // lies between rows is left as it is. They may not overlap each other or the source's planes.
+    float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
+    int64_t stride;                       // floats from row to row, at least width (default width)
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;           // may be NULL
+};
+
+// What a run did. Sizes are of the largest tile, times of all.
+struct weft_resample_work {
+    int tiles; // of passes; of separable work rectangles; over all channels
+    double prepare_seconds, upload_seconds, pass_seconds, readback_seconds;
+    // Passes: bytes in textures and buffers.
+    uint64_t source_bytes, tile_bytes, target_bytes, position_bytes;
+    // Passes on the CPU: stores that clamped, and by how many codes at most.
+    uint64_t clamps;
+    double largest_clamp;
+    // Separable: bytes over all rectangles, and at once, draws, and as in weft_separable_report.
+    uint64_t uploaded_bytes, peak_bytes;
+    int draws, first_axis;
+    double fetches_per_pixel;
+};
+// Adds what another run did: times and counts are summed up, sizes are the larger ones.
+WEFT_API void weft_resample_work_add(struct weft_resample_work *sum,
+                                     const struct weft_resample_work *one);
+
+struct weft_resample_report {
+    struct weft_statistics pixels; // of all channels; no differences
+    struct weft_resample_work work;
+};
+
+// Fills the pixels of every channel. Pixels with a tap whose sample is not finite, and whose weight
+// is not 0, are not finite, and no others. A plan of passes of four channels filters up to four
+// together, with one of one channel they come in turn, as separable ones do. Returns
+// WEFT_ERR_ARGUMENT (a source of another size or kernel, stride, pointers), WEFT_ERR_UNSUPPORTED
+// (the technique log with a range below 0), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY, WEFT_ERR_GL or
+// WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
+WEFT_API enum weft_result weft_resample_run(weft_resample_compiled *compiled,
+                                            const struct weft_resample_run_params *params,
+                                            struct weft_resample_report *report);
+
+// ---- verify -------------------------------------------------------------------------------------
+
+struct weft_resample_verify_params {
+    const weft_resample_source *source; // required
+    // What a run made of it, as in struct weft_resample_run_params; borrowed until the call
+    // returns.
+    const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
+    int64_t stride;                       // default width
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;           // may be NULL
+};
+
+// Compares pixels with the kernel's exact values in double: of prefiltered kernels with the
+// cardinal spline over the samples themselves, so that what coefficients got wrong is found, too.
+// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+WEFT_API enum weft_result weft_resample_verify(const weft_resample_plan *plan,
+                                               const struct weft_resample_verify_params *params,
+                                               struct weft_multipass_error *out);
+
+// ---- integers -----------------------------------------------------------------------------------
+
+struct weft_resample_integers {
+    int width, height;     // required
+    const uint32_t *plane; // required: [y * stride + x]; borrowed until the call returns
+    int64_t stride;        // from row to row, at least width (default width)
+};
+
+// Whether a kernel takes one sample, with a weight of 1, at every position: nearest, by whatever
+// name. It then moves integers without passes.
+WEFT_API bool weft_resample_moves(const struct weft_kernel *kernel);
+
+// The smallest and the largest; 0 and 0 of sizes or a stride that are out of their ranges.
+WEFT_API void weft_resample_integer_range(const struct weft_resample_integers *integers,
+                                          uint32_t range[2]);
+
+// Moves integers: each pixel of `pixels` (plan's width and height, `stride` from row to row,
+// default width) becomes the one that the kernel takes. No float hides their last bits. Returns
+// WEFT_ERR_ARGUMENT (sizes that are not the plan's, strides, a plan that does not move) or
+// WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_resample_move(const weft_resample_plan *plan,
+                                             const struct weft_resample_integers *source,
+                                             uint32_t *pixels, int64_t stride);
+
+// Compares what was moved with the sample in whose square each pixel's centre lies, found in whole
+// numbers. Returns WEFT_ERR_ARGUMENT.
+WEFT_API enum weft_result weft_resample_move_verify(const weft_resample_plan *plan,
+                                                    const struct weft_resample_integers *source,
+                                                    const uint32_t *pixels, int64_t stride,
+                                                    struct weft_multipass_error *out);
+
+WEFT_END_DECLS
+#endif

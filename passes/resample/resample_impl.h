@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/resample/resample_impl.h - what the files of passes/resample share (not installed).
+#ifndef WEFT_PASSES_RESAMPLE_RESAMPLE_IMPL_H
+#define WEFT_PASSES_RESAMPLE_RESAMPLE_IMPL_H
+
+#include "filter/check.h"
+#include "passes/resample/resample.h"
+
+struct weft_resample_plan {
+    struct weft_resample_info info;
+    const weft_pass_plan *passes;
+    uint64_t memory_bytes;
+    const struct weft_log *log;
+    int side[2], count[2]; // of the tiles of passes: pixels, and how many along each axis
+    double *at[2];         // separable: where columns and rows lie, in the values that are read
+    char words[512];       // info.text of separable plans
+};
+
+struct weft_resample_source {
+    struct weft_resample_source_info info;
+    const float *plane[WEFT_RESAMPLE_MAX_CHANNELS]; // the samples
+    int64_t stride;
+    // What is read in their place, tightly packed: coefficients, with `overlap` more of them on
+    // every side, or samples whose rows lay apart; NULL where planes themselves are read.
+    float *own[WEFT_RESAMPLE_MAX_CHANNELS];
+    int overlap;
+};
+
+struct weft_resample_compiled {
+    const weft_resample_plan *plan;
+    weft_context *context;
+};
+
+// Values read along an axis, and those of a channel, tightly packed.
+static inline int weft_resample_values_along(const weft_resample_source *source, int axis)
+{
+    return (axis ? source->info.height : source->info.width) + 2 * source->overlap;
+}
+
+static inline const float *weft_resample_values(const weft_resample_source *source, int c)
+{
+    return source->own[c] ? source->own[c] : source->plane[c];
+}
+
+// Whether a source, planes of `count` channels and a stride suit a plan; *stride gets its default.
+// Returns WEFT_ERR_ARGUMENT.
+enum weft_result weft_resample_check_request(const struct weft_log *log,
+                                             const weft_resample_plan *plan,
+                                             const weft_resample_source *source,
+                                             const float *const *plane, int64_t *stride);
+
+// Cuts a plan of passes into tiles, by its sizes alone, and checks what the largest takes. Returns
+// WEFT_ERR_LIMIT.
+enum weft_result weft_resample_plan_tiles(weft_resample_plan *plan);
+
+// What terms of any plan add up to for a source.
+struct weft_bound weft_resample_bound_of(const struct weft_bound_terms *terms,
+                                         const struct weft_resample_statistics *statistics,
+                                         double result);
+
+// A request's progress, as that of one of its steps.
+struct weft_resample_steps {
+    const struct weft_progress *outer;
+    double step, steps;
+};
+// For struct weft_progress: priv is struct weft_resample_steps.
+bool weft_resample_report_step(void *priv, double fraction);
+
+// The engines, and what compares their pixels with the values they read. The request is checked.
+enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
+                                          const struct weft_resample_run_params *params,
+                                          struct weft_resample_work *work);
+enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
+                                             const struct weft_resample_run_params *params,
+                                             struct weft_resample_work *work);
+enum weft_result weft_resample_verify_passes(const weft_resample_plan *plan,
+                                             const struct weft_resample_verify_params *params,
+                                             struct weft_multipass_error *out);
+enum weft_result weft_resample_verify_separable(const weft_resample_plan *plan,
+                                                const struct weft_resample_verify_params *params,
+                                                struct weft_multipass_error *out);
+// Of prefiltered kernels: by the cardinal spline over the samples.
+enum weft_result weft_resample_verify_cardinal(const weft_resample_plan *plan,
+                                               const struct weft_resample_verify_params *params,
+                                               struct weft_multipass_error *out);
+
+// Sums errors of parts up; `finite` weighs their mean squares.
+struct weft_resample_errors {
+    struct weft_multipass_error sum;
+    double square_sum, finite;
+};
+// one: of the pixels from (x, y) on and the channels from `channel` on.
+void weft_resample_errors_add(struct weft_resample_errors *errors,
+                              const struct weft_multipass_error *one, double finite, int x, int y,
+                              int channel);
+
+#endif

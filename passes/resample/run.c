@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Compiled plans, run and verified by whichever engine they are for.
+#include <stdlib.h>
+
+#include "passes/resample/resample_impl.h"
+
+// ---- compile ------------------------------------------------------------------------------------
+
+enum weft_result weft_resample_compile(weft_context *context, const weft_resample_plan *plan,
+                                       weft_resample_compiled **out)
+{
+    *out = NULL;
+    if (!context && !plan->passes) {
+        weft_error(plan->log, "separable resampling needs a GL context; on the CPU there are "
+                              "passes");
+        return WEFT_ERR_ARGUMENT;
+    }
+    weft_resample_compiled *compiled = calloc(1, sizeof *compiled);
+    if (!compiled) {
+        weft_error(plan->log, "out of memory for a compiled plan");
+        return WEFT_ERR_MEMORY;
+    }
+    *compiled = (weft_resample_compiled){.plan = plan, .context = context};
+    *out = compiled;
+    return WEFT_OK;
+}
+
+void weft_resample_compiled_destroy(weft_resample_compiled **compiled)
+{
+    if (!compiled || !*compiled)
+        return;
+    free(*compiled);
+    *compiled = NULL;
+}
+
+// ---- run and verify -----------------------------------------------------------------------------
+
+static struct weft_statistics measure(const weft_resample_plan *plan,
+                                      const struct weft_resample_run_params *params)
+{
+    struct weft_statistics pixels = WEFT_STATISTICS_NONE;
+    for (int c = 0; c < params->source->info.channels; c++)
+        for (int64_t y = 0; y < plan->info.height; y++)
+            weft_statistics_add(&pixels, params->plane[c] + y * params->stride,
+                                (size_t)plan->info.width);
+    return pixels;
+}
+
+enum weft_result weft_resample_run(weft_resample_compiled *compiled,
+                                   const struct weft_resample_run_params *params,
+                                   struct weft_resample_report *report)
+{
+    const weft_resample_plan *plan = compiled->plan;
+    struct weft_resample_run_params p = *params;
+    struct weft_resample_report done = {.pixels = WEFT_STATISTICS_NONE};
+    enum weft_result res = weft_resample_check_request(p.log, plan, p.source,
+                                                       (const float *const *)p.plane, &p.stride);
+    if (res == WEFT_OK)
+        res = plan->passes ? weft_resample_run_passes(compiled, &p, &done.work)
+                           : weft_resample_run_separable(compiled, &p, &done.work);
+    if (res == WEFT_OK && report)
+        done.pixels = measure(plan, &p);
+    if (report)
+        *report = done;
+    return res;
+}
+
+enum weft_result weft_resample_verify(const weft_resample_plan *plan,
+                                      const struct weft_resample_verify_params *params,
+                                      struct weft_multipass_error *out)
+{
+    struct weft_resample_verify_params p = *params;
+    *out = (struct weft_multipass_error){.maximum = 0.0};
+    const enum weft_result res =
+        weft_resample_check_request(p.log, plan, p.source, p.plane, &p.stride);
+    if (res != WEFT_OK)
+        return res;
+    if (plan->info.kernel.prefiltered)
+        return weft_resample_verify_cardinal(plan, &p, out);
+    return plan->passes ? weft_resample_verify_passes(plan, &p, out)
+                        : weft_resample_verify_separable(plan, &p, out);
+}

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The plans of `weft resample`: separable, or passes as they are asked for, or the cheapest passes
+// within --max-error by what weft calibrate measured.
+#include <stdlib.h>
+
+#include "tools/common/cost_file.h"
+#include "tools/common/report.h"
+#include "tools/resample/job.h"
+
+// ---- contexts -----------------------------------------------------------------------------------
+
+bool resample_needs_gl(const struct resample_job *job)
+{
+    for (size_t g = 0; g < job->group_count; g++)
+        if (!job->group[g].exact)
+            return !job->option[RESAMPLE_EMULATE].given;
+    return false;
+}
+
+enum weft_result resample_create_context(struct resample_job *job)
+{
+    if (job->context || !resample_needs_gl(job))
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
+    enum weft_result res = weft_context_create(&params, &job->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// ---- passes within a budget ---------------------------------------------------------------------
+
+static bool is_given(const struct resample_job *job, enum resample_plan_option o)
+{
+    return job->option[RESAMPLE_PLAN + o].given;
+}
+
+// Says what the best would be.
+static enum weft_result refuse(struct resample_job *job, const struct weft_profile *profile,
+                               const struct weft_resample_choice *choice)
+{
+    const char *wanted = job->option[RESAMPLE_MAX_ERROR].text;
+    job->over_budget = true;
+    if (choice->closest >= 0) {
+        const struct weft_resample_candidate *c = &choice->candidates[choice->closest];
+        report_error("no passes of profile %s are within --max-error %s, %.3g of the range: the "
+                     "best bound is %.3g of it (%s, %d samples, %d bits)",
+                     profile->name, wanted, choice->relative, c->relative,
+                     weft_technique_names[c->technique], c->samples, c->bits);
+    } else {
+        report_error("profile %s has no passes for this kernel, within --max-error %s or not",
+                     profile->name, wanted);
+    }
+    return WEFT_ERR_ARGUMENT;
+}
+
+// For the groups of so many channels.
+static enum weft_result choose(struct resample_job *job, int channels,
+                               const weft_resample_source **sources, double *max_error)
+{
+    struct weft_cost_model model = weft_cost_default;
+    struct weft_resample_choice *choice = &job->choices[channels > 1];
+    struct weft_resample_choose_params params = {
+        .passes = *weft_pass_plan_params(),
+        .any_technique = !is_given(job, RESAMPLE_PLAN_TECHNIQUE),
+        .any_samples = !is_given(job, RESAMPLE_PLAN_RESOLUTION),
+        .any_bits = !is_given(job, RESAMPLE_PLAN_BITS),
+        .sources = sources,
+        .max_error = max_error,
+        .width = job->result.width,
+        .height = job->result.height,
+        .model = &model,
+        .log = report_log(),
+    };
+    for (size_t g = 0; g < job->group_count; g++) {
+        if (job->group[g].count != channels)
+            continue;
+        sources[params.source_count] = job->group[g].source;
+        max_error[params.source_count++] = job->group[g].max_error;
+    }
+    if (params.source_count == 0)
+        return WEFT_OK;
+    if (job->context)
+        cost_file_load(weft_context_get_info(job->context)->renderer, &model, NULL);
+    enum weft_result res =
+        resample_plan_params(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE, &job->kernel, 2,
+                             channels, &params.passes);
+    if (res == WEFT_OK)
+        res = weft_resample_choose(&params, choice);
+    if (res != WEFT_OK)
+        return res;
+    if (choice->chosen < 0)
+        return refuse(job, &params.passes.profile, choice);
+    *(channels > 1 ? &job->together : &job->single) = choice->plan;
+    choice->plan = NULL;
+    return WEFT_OK;
+}
+
+static enum weft_result choose_passes(struct resample_job *job)
+{
+    const weft_resample_source **sources = calloc(job->group_count, sizeof *sources);
+    double *max_error = calloc(job->group_count, sizeof *max_error);
+    enum weft_result res = WEFT_ERR_MEMORY;
+    if (sources && max_error)
+        res = choose(job, 1, sources, max_error);
+    else
+        report_error("out of memory for %zu channels", job->group_count);
+    if (res == WEFT_OK)
+        res = choose(job, RESAMPLE_MAX_TOGETHER, sources, max_error);
+    free(sources);
+    free(max_error);
+    return res;
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+static enum weft_result plan_passes(struct resample_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
+        weft_pass_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
+        if (!*plan)
+            res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
+                                       &job->kernel, 2, job->group[g].count, plan);
+    }
+    return res;
+}
+
+// Says what the best would be.
+static enum weft_result check_separable(struct resample_job *job)
+{
+    for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
+        const struct resample_group *group = &job->group[g];
+        const double bound = resample_group_bound(group, 0.0).total;
+        char name[256];
+        if (bound <= group->max_error)
+            continue;
+        resample_group_name(job, group, name, sizeof name);
+        report_error("%s: no way is within --max-error %s, which is %.3g: the best one's bound is "
+                     "%.3g (separable)",
+                     name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
+        job->over_budget = true;
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result set_passes(struct resample_job *job)
+{
+    if (job->separable)
+        return WEFT_OK;
+    if (!job->option[RESAMPLE_MAX_ERROR].given)
+        return plan_passes(job);
+    const enum weft_result res = resample_create_context(job); // whose costs count
+    return res == WEFT_OK ? choose_passes(job) : res;
+}
+
+static enum weft_result plan_group(struct resample_job *job, struct resample_group *group)
+{
+    const int which = !job->separable && group->count > 1;
+    const weft_pass_plan *const passes[2] = {job->single, job->together};
+    enum weft_result res = WEFT_OK;
+    if (!job->plan[which])
+        res = weft_resample_plan_create(
+            weft_resample_params(.passes = passes[which], .kernel = job->kernel,
+                                 .size = {job->image.width, job->image.height},
+                                 .width = job->result.width, .height = job->result.height,
+                                 .map = {job->map[0], job->map[1]}, .log = report_log()),
+            &job->plan[which]);
+    group->plan = job->plan[which];
+    return res;
+}
+
+enum weft_result resample_plan(struct resample_job *job)
+{
+    const double start = report_now_seconds();
+    enum weft_result res = set_passes(job);
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
+        res = plan_group(job, &job->group[g]);
+    if (res == WEFT_OK && job->separable)
+        res = check_separable(job);
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
