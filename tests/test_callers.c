@@ -1277,6 +1277,227 @@ static void separable(void)
     weft_context_destroy(&context);
 }
 
+static void window_maps(void)
+{
+    const struct weft_window window = {0, 4};
+    struct weft_window data, display;
+    struct weft_window_map out;
+    static const int64_t far[] = {INT64_MIN, INT64_MAX, INT64_C(1) << 40, -(INT64_C(1) << 31)};
+#define SCALE(d, w, to) weft_window_map_scale(&logger, d, w, to, &data, &display, &out)
+    REFUSED(SCALE(window, window, 0));
+    REFUSED(SCALE(window, window, -3));
+    REFUSED(SCALE(((struct weft_window){4, 4}), window, 8));
+    REFUSED(SCALE(window, ((struct weft_window){5, 4}), 8));
+    SURVIVED(
+        SCALE(((struct weft_window){-1000000, 1000000}), ((struct weft_window){0, 1}), 1 << 29));
+    TRUE(SCALE(window, window, 8) == WEFT_OK && data.end == 8 && out.to == 8);
+    const struct weft_window_map good = weft_window_map_plain(4, 8);
+    TRUE(weft_window_map_position(&good, 0, 0) == -0.25);
+    TRUE(weft_window_map_square(&good, 7) == 3);
+    for (size_t i = 0; i < WEFT_COUNT(far); i++) {
+        struct weft_window_map maps[4] = {good, good, good, good};
+        maps[0].from = maps[1].to = maps[2].pixel = maps[3].sample = far[i];
+        for (int m = 0; m < 4; m++) {
+            TRUE(isnan(weft_window_map_position(&maps[m], 1, 1)));
+            TRUE(weft_window_map_square(&maps[m], 1) == INT64_MIN);
+        }
+        REFUSED(SCALE(((struct weft_window){far[i], 4}), window, 8));
+        REFUSED(SCALE(window, ((struct weft_window){0, far[i]}), 8));
+        REFUSED(SCALE(window, window, far[i]));
+    }
+    TRUE(isnan(weft_window_map_position(&good, INT_MAX, 0)));
+    TRUE(isnan(weft_window_map_position(&good, 0, INT_MIN)));
+    double at[2];
+    weft_window_map_positions(&good, INT_MAX - 1, 2, INT_MIN, at);
+    TRUE(isnan(at[0]) && isnan(at[1]));
+#undef SCALE
+}
+
+static struct weft_resample_params resample_params(void)
+{
+    struct weft_resample_params params =
+        *weft_resample_params(.size = {4, 4}, .width = 5, .height = 3, .log = &logger);
+    return params;
+}
+
+static void resample_plans(void)
+{
+    weft_resample_plan *plan = NULL;
+    struct weft_resample_params good = resample_params();
+#define CALL (weft_resample_plan_destroy(&plan), weft_resample_plan_create(&p, &plan))
+    KERNELS_REFUSED(good, 1, CALL);
+    SET_REFUSED(good, size[0], 0, CALL);
+    SET_REFUSED(good, size[1], INT_MIN, CALL);
+    SET_REFUSED(good, size[1], INT_MAX, CALL);
+    SET_REFUSED(good, width, -1, CALL);
+    SET_REFUSED(good, height, INT_MAX, CALL);
+    SET_REFUSED(good, map[0].from, -1, CALL);
+    SET_REFUSED(good, map[1].to, INT64_MAX, CALL);
+    SET_REFUSED(good, map[1].pixel, INT64_MIN, CALL);
+    SET_REFUSED(good, kernel, named("bspline3+radial"), CALL);
+    weft_pass_plan *passes[3] = {NULL};
+    SURVIVED(weft_pass_plan_create(weft_pass_plan_params(.samples = 16), &passes[0]));
+    SURVIVED(weft_pass_plan_create(weft_pass_plan_params(.dims = 3, .samples = 8), &passes[1]));
+    SURVIVED(weft_pass_plan_create(
+        weft_pass_plan_params(.derivative = 1, .samples = 16, .profile = {.name = ""}),
+        &passes[2]));
+    SET_REFUSED(good, passes, passes[1], CALL);
+    if (passes[2])
+        SET_REFUSED(good, passes, passes[2], CALL);
+    struct weft_resample_params multipass = good;
+    multipass.passes = passes[0];
+    SET_REFUSED(multipass, kernel, named("mitchell"), CALL);
+    SET_REFUSED(multipass, memory_bytes, 10, CALL);
+    weft_resample_plan_destroy(&plan);
+    weft_resample_plan_destroy(NULL);
+    for (int i = 0; i < 3; i++)
+        weft_pass_plan_destroy(&passes[i]);
+#undef CALL
+}
+
+static struct weft_resample_source_params source_params(void)
+{
+    struct weft_resample_source_params params =
+        *weft_resample_source_params(.width = 4, .height = 4, .plane = {voxels}, .log = &logger);
+    return params;
+}
+
+static void resample_sources(void)
+{
+    weft_resample_source *source = NULL;
+    struct weft_resample_source_params good = source_params();
+#define CALL (weft_resample_source_destroy(&source), weft_resample_source_create(&p, &source))
+    KERNELS_REFUSED(good, 1, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MAX, CALL);
+    SET_REFUSED(good, channels, -1, CALL);
+    SET_REFUSED(good, channels, 5, CALL);
+    SET_REFUSED(good, channels, 2, CALL); // there is one plane
+    SET_REFUSED(good, plane[0], NULL, CALL);
+    SET_REFUSED(good, stride, 3, CALL);
+    SET_REFUSED(good, stride, INT64_MIN, CALL);
+    ANY_NUMBER(good, low, CALL)
+    ANY_NUMBER(good, high, CALL)
+    weft_resample_source_destroy(&source);
+    weft_resample_source_destroy(NULL);
+#undef CALL
+}
+
+static void resample_runs(void)
+{
+    weft_context *context = open_context();
+    weft_resample_plan *plan = NULL;
+    weft_resample_compiled *compiled = NULL;
+    weft_resample_source *source = NULL, *small = NULL, *spline = NULL;
+    struct weft_resample_params params = resample_params();
+    struct weft_resample_source_params from = source_params();
+    struct weft_multipass_error error;
+    struct weft_resample_work sum = {0};
+    float out[15] = {0};
+    SURVIVED(weft_resample_plan_create(&params, &plan));
+    SURVIVED(weft_resample_source_create(&from, &source));
+    from.width = 3;
+    SURVIVED(weft_resample_source_create(&from, &small));
+    from = source_params();
+    from.kernel = named("bspline3i");
+    SURVIVED(weft_resample_source_create(&from, &spline));
+    TRUE(weft_resample_plan_get_info(plan)->width == 5);
+    TRUE(weft_resample_source_get_info(source)->channels == 1);
+    const struct weft_resample_statistics none = {.low = NAN};
+    TRUE(weft_resample_bound(plan, &weft_resample_source_get_info(source)->statistics, 0.0).total >=
+         0.0);
+    weft_resample_bound(plan, &none, -1.0);
+    REFUSED(weft_resample_compile(NULL, plan, &compiled)); // separable runs on GL alone
+    SURVIVED(weft_resample_compile(context, plan, &compiled));
+    struct weft_resample_run_params good = {.source = source, .plane = {out}, .log = &logger};
+#define CALL weft_resample_run(compiled, &p, NULL)
+    SET_REFUSED(good, source, NULL, CALL);
+    SET_REFUSED(good, source, small, CALL);
+    SET_REFUSED(good, source, spline, CALL);
+    SET_REFUSED(good, plane[0], NULL, CALL);
+    SET_REFUSED(good, stride, 4, CALL);
+    SET_REFUSED(good, stride, INT64_MIN, CALL);
+#undef CALL
+    SURVIVED(weft_resample_run(compiled, &good, NULL));
+    struct weft_resample_verify_params pixels = {.source = source, .plane = {out}, .log = &logger};
+#define CALL weft_resample_verify(plan, &p, &error)
+    SET_REFUSED(pixels, source, NULL, CALL);
+    SET_REFUSED(pixels, source, small, CALL);
+    SET_REFUSED(pixels, plane[0], NULL, CALL);
+    SET_REFUSED(pixels, stride, -5, CALL);
+#undef CALL
+    SURVIVED(weft_resample_verify(plan, &pixels, &error));
+    weft_resample_work_add(&sum, &(struct weft_resample_work){.pass_seconds = NAN});
+    weft_resample_compiled_destroy(&compiled);
+    weft_resample_compiled_destroy(NULL);
+    weft_resample_source_destroy(&source);
+    weft_resample_source_destroy(&small);
+    weft_resample_source_destroy(&spline);
+    weft_resample_plan_destroy(&plan);
+    weft_context_destroy(&context);
+}
+
+static void resample_integers(void)
+{
+    static const uint32_t codes[16] = {7, UINT32_MAX};
+    weft_resample_plan *plan = NULL, *filter = NULL;
+    struct weft_resample_params params = resample_params();
+    struct weft_multipass_error error;
+    uint32_t out[15], range[2];
+    SURVIVED(weft_resample_plan_create(&params, &filter));
+    params.kernel = named("nearest");
+    SURVIVED(weft_resample_plan_create(&params, &plan));
+    EACH_BAD_KERNEL(0, weft_resample_moves(&kernel))
+    struct weft_resample_integers good = {.width = 4, .height = 4, .plane = codes};
+#define MOVE(plan, stride)                                                                         \
+    (weft_resample_move_verify(plan, &p, out, stride, &error),                                     \
+     weft_resample_integer_range(&p, range), weft_resample_move(plan, &p, out, stride))
+    SET_REFUSED(good, width, 0, MOVE(plan, 0));
+    SET_REFUSED(good, height, 5, MOVE(plan, 0));
+    SET_REFUSED(good, plane, NULL, MOVE(plan, 0));
+    SET_REFUSED(good, stride, 3, MOVE(plan, 0));
+    SET_REFUSED(good, stride, INT64_MIN, MOVE(plan, 0));
+    SET_REFUSED(good, width, 4, MOVE(plan, 4));
+    SET_REFUSED(good, width, 4, MOVE(filter, 0));
+#undef MOVE
+    weft_resample_integer_range(&good, range);
+    TRUE(range[0] == 0 && range[1] == UINT32_MAX);
+    SURVIVED(weft_resample_move(plan, &good, out, 0));
+    SURVIVED(weft_resample_move_verify(plan, &good, out, 5, &error));
+    TRUE(error.maximum == 0.0);
+    weft_resample_plan_destroy(&plan);
+    weft_resample_plan_destroy(&filter);
+}
+
+static void resample_choices(void)
+{
+    weft_resample_source *source = NULL;
+    struct weft_resample_source_params from = source_params();
+    struct weft_resample_choice choice = {0};
+    SURVIVED(weft_resample_source_create(&from, &source));
+    const double max_error = 1.0, none = 0.0, nan = NAN;
+    const weft_resample_source *sources[1] = {source};
+    struct weft_resample_choose_params good = {.passes = {.samples = 16},
+                                               .sources = sources,
+                                               .max_error = &max_error,
+                                               .source_count = 1,
+                                               .width = 4,
+                                               .height = 4,
+                                               .log = &logger};
+#define CALL (weft_resample_choice_clear(&choice), weft_resample_choose(&p, &choice))
+    SET_REFUSED(good, sources, NULL, CALL);
+    SET_REFUSED(good, source_count, 0, CALL);
+    SET_REFUSED(good, max_error, NULL, CALL);
+    SET_REFUSED(good, max_error, &none, CALL);
+    SET_REFUSED(good, max_error, &nan, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+#undef CALL
+    SURVIVED(weft_resample_choose(&good, &choice));
+    weft_resample_choice_clear(&choice);
+    weft_resample_source_destroy(&source);
+}
+
 static void tile_errors(void)
 {
     weft_context *context = open_context();
@@ -1437,6 +1658,18 @@ static const struct {
     {convolutions_on_gl, {F(multipass_run), F(context_get_info)}},
     {separable,
      {F(separable_run), F(separable_verify), F(separable_error_bound), F(separable_bound_terms)}},
+    {window_maps,
+     {F(window_map_plain), F(window_map_scale), F(window_map_position), F(window_map_positions),
+      F(window_map_square)}},
+    {resample_plans, {F(resample_plan_create), F(resample_plan_destroy)}},
+    {resample_sources, {F(resample_source_create), F(resample_source_destroy)}},
+    {resample_runs,
+     {F(resample_compile), F(resample_compiled_destroy), F(resample_run), F(resample_verify),
+      F(resample_plan_get_info), F(resample_source_get_info), F(resample_bound),
+      F(resample_work_add)}},
+    {resample_integers,
+     {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
+    {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
     {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_statistics_compute), F(slice_plan_get_info),
