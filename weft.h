@@ -38,7 +38,7 @@
 #include "tiles/kernel/kernel_file.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output.h"
-#include "tiles/readers/limits.h"
+#include "tiles/process/limits.h"
 #include "tiles/volume/layout.h"
 #include "tiles/volume/volume.h"
 

@@ -8,10 +8,9 @@ set -eu
 nm=$1 source=$2 build=$3
 most_entries=24 least_comment=0.75
 
-# Each room may use those before it. Of tiles/readers the library has the client's side; the reader
-# programs, which use volumes and images, are tiles/programs here.
-rooms='filter filter/kernels filter/analysis tiles/output tiles/readers tiles/kernel tiles/volume
-tiles/image tiles/programs passes/gl passes/accumulate passes/separable passes/positions passes/plan
+# Each room may use those before it.
+rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume
+tiles/image tiles/readers passes/gl passes/accumulate passes/separable passes/positions passes/plan
 passes/fused passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
 passes/antialias passes/stability weft tools/common tools/plan_json tools/resample tools/slice
 tools/table tools/chart tools/verbs tools'
@@ -43,7 +42,6 @@ done | awk '
 cat "$tmp/includes" "$tmp/calls" | awk -v rooms="$rooms" '
     function room(file) {
         if (file == "weft.h") return "weft"
-        if (file ~ /^tiles\/readers\/(read_|write_|server|vdb_)/) return "tiles/programs"
         sub(/\/[^\/]*$/, "", file); return file }
     BEGIN { count = split(rooms, name, /[ \n]+/); for (i = 1; i <= count; i++) rank[name[i]] = i }
     $2 ~ /\// || $2 == "weft.h" {

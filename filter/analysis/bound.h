@@ -27,7 +27,7 @@
 #ifndef WEFT_FILTER_ANALYSIS_BOUND_H
 #define WEFT_FILTER_ANALYSIS_BOUND_H
 
-#include "../kernels/prefilter.h"
+#include "error.h"
 
 WEFT_BEGIN_DECLS
 

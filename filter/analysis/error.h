@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// filter/analysis/error.h - the error of a reconstruction by its sources, for samples in [0, 1] (Hadwiger,
-// Hauser and Moeller, WSCG 2003; equation numbers are theirs): E1 is the kernel's own, E2 that of
-// its sampled and quantised tiles, E3 that of the fixed-point arithmetic. All are absolute.
+// filter/analysis/error.h - the error of a reconstruction by its sources, for samples in [0, 1]
+// (Hadwiger, Hauser and Moeller, WSCG 2003; equation numbers are theirs): E1 is the kernel's own,
+// E2 that of its sampled and quantised tiles, E3 that of the fixed-point arithmetic. All are
+// absolute.
 #ifndef WEFT_FILTER_ANALYSIS_ERROR_H
 #define WEFT_FILTER_ANALYSIS_ERROR_H
 
 #include "../fixed.h"
-#include "../kernels/kernel.h"
+#include "../kernels/prefilter.h"
 
 WEFT_BEGIN_DECLS
 
@@ -89,6 +90,23 @@ struct weft_error_arithmetic {
 // target holds fewer bits than a pass computes with (sums of values already on the target's grid
 // are exact). Equal to eq. 14 for one product a pass and equal bits.
 WEFT_API double weft_error_e3_arithmetic(const struct weft_error_arithmetic *arithmetic);
+
+// What the way by coefficients adds to a result's error, whatever weighs them: an error of at most
+// coefficient max |coefficient| + sample max |sample|, both in reach. Coefficients are rounded to
+// single precision; their filter is cut off past an overlap of weft_prefilter_overlap's `cut` (at
+// most 2^-24) along an axis, which along that axis the kernel then sums up while along the others
+// the cardinal spline's gain counts, not that of the filter; and missing samples are as above.
+struct weft_prefilter_error {
+    double coefficient, sample;
+    // Of `sample`, what is cut off. Samples farther than the overlap from all taps may be larger
+    // than those in reach, and add beyond max |sample| of theirs; those past the overlap of another
+    // cut, that cut / `cut` times as much.
+    double beyond;
+    double gain; // largest |result| / largest |sample|
+};
+// All zero for kernels that are not prefiltered. dims is 1 to 3, else NAN.
+WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,
+                                                          int dims, double cut);
 
 WEFT_END_DECLS
 #endif

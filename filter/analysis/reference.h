@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// filter/analysis/reference.h - direct convolution in double: the truth that everything is measured against.
-// Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one weight per tap
-// (filter/kernels/kernel_nd.h), compensated (Neumaier) sums, no tables, no separable shortcuts. For a
-// prefiltered kernel (weft_kernel_make_prefiltered) samples are coefficients.
+// filter/analysis/reference.h - direct convolution in double: the truth that everything is measured
+// against. Evaluates eq. 1 of Hadwiger, Hauser and Moeller (2003) as written, one weight per tap
+// (filter/kernels/kernel_nd.h), compensated (Neumaier) sums, no tables, no separable shortcuts. For
+// a prefiltered kernel (weft_kernel_make_prefiltered) samples are coefficients.
 #ifndef WEFT_FILTER_ANALYSIS_REFERENCE_H
 #define WEFT_FILTER_ANALYSIS_REFERENCE_H
 

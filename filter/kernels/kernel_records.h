@@ -43,18 +43,33 @@ WEFT_BEGIN_DECLS
         .continuity = WEFT_KERNEL_LOWER(its_continuity, 2), .order = its_order, __VA_ARGS__        \
     }
 
-// kernel.c: what stands behind a kernel's name, "+radial" and "+unit", alone or in either order;
-// false for any other text. They are applied in the order that weft_kernel_make_radial asks for.
+// kernel_list.c: the record of a name that need not end there; NULL if there is none.
+const struct weft_kernel_info *weft_kernel_find_word(const char *name, size_t length);
+bool weft_kernel_is_listed(const struct weft_kernel_info *info);
+size_t weft_kernel_param_count(const struct weft_kernel_info *info);
+// What a record is, or is the derivative of.
+const struct weft_kernel_info *weft_kernel_primitive(const struct weft_kernel_info *info);
+// Names of the catalogue, with a comma between them: `prefiltered` ones alone, with their "i", or
+// all that are no derivatives.
+void weft_kernel_list_names(bool prefiltered, char *text, size_t size);
+// WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
+enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
+                                             const struct weft_kernel_info *info);
+
+// kernel_text.c: what stands behind a kernel's name, "+radial" and "+unit", alone or in either
+// order; false for any other text. They are applied in the order that weft_kernel_make_radial asks
+// for.
 struct weft_kernel_flags {
     bool radial, unit;
 };
 bool weft_kernel_read_flags(const char *text, struct weft_kernel_flags *flags);
 enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft_kernel_flags flags,
                                          struct weft_kernel *kernel);
-// WEFT_ERR_ARGUMENT, with the names of those that have one, for records without a prefilter.
-enum weft_result weft_kernel_check_prefilter(const struct weft_log *log,
-                                             const struct weft_kernel_info *info);
-// Whether a record's members make sense; else the log names the member.
+// kernel_suggest.c: what a kernel's text whose name is unknown may have meant, for "did you mean";
+// false where nothing is near.
+bool weft_kernel_suggest(const char *text, char *out, size_t size);
+
+// kernel_check.c: whether a record's members make sense; else the log names the member.
 bool weft_kernel_check_info(const struct weft_log *log, const struct weft_kernel_info *info);
 // What functions that return numbers ask, so that no width leaves an array: NAN, or no weights, for
 // a kernel that fails. Those with a result ask weft_kernel_check.
@@ -63,12 +78,10 @@ static inline bool weft_kernel_usable(const struct weft_kernel *kernel)
     return kernel->info && kernel->info->weight && kernel->width >= 1 &&
            kernel->width <= WEFT_KERNEL_MAX_WIDTH && kernel->support <= kernel->width;
 }
-// h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers, whatever the record's
-// formula rounds there.
+
+// kernel_weights.c: h(x), for kernels that interpolate exactly 1 at 0 and 0 at other integers,
+// whatever the record's formula rounds there.
 double weft_kernel_value(const struct weft_kernel *kernel, double x);
-// kernel_suggest.c: what a kernel's text whose name is unknown may have meant, for "did you mean";
-// false where nothing is near.
-bool weft_kernel_suggest(const char *text, char *out, size_t size);
 // fraction + shift, never rounded up onto the next knot, where the kernel may jump.
 double weft_kernel_argument(double fraction, double shift);
 

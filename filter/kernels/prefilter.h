@@ -83,23 +83,6 @@ WEFT_API int64_t weft_prefilter_weights(const struct weft_prefilter *prefilter,
                                         const struct weft_kernel *kernel, int overlap, double x,
                                         double *weights);
 
-// What the way by coefficients adds to a result's error, whatever weighs them: an error of at most
-// coefficient max |coefficient| + sample max |sample|, both in reach. Coefficients are rounded to
-// single precision; their filter is cut off past an overlap of weft_prefilter_overlap's `cut` (at
-// most 2^-24) along an axis, which along that axis the kernel then sums up while along the others
-// the cardinal spline's gain counts, not that of the filter; and missing samples are as above.
-struct weft_prefilter_error {
-    double coefficient, sample;
-    // Of `sample`, what is cut off. Samples farther than the overlap from all taps may be larger
-    // than those in reach, and add beyond max |sample| of theirs; those past the overlap of another
-    // cut, that cut / `cut` times as much.
-    double beyond;
-    double gain; // largest |result| / largest |sample|
-};
-// All zero for kernels that are not prefiltered. dims is 1 to 3, else NAN.
-WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,
-                                                          int dims, double cut);
-
 // What samples are worth to a result, without coefficients: one axis of the truth that results are
 // verified against. Samples lie from `low` to `high`; beyond them the nearest one holds, whose
 // weights it then has, too.

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "filter/analysis/analysis.h"
-#include "filter/kernels/prefilter.h"
+#include "filter/analysis/error.h"
 #include "passes/separable/separable.h"
 #include "passes/fused/plan.h"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/plan/pass.h - rendering passes as data: what planner, range simulator, emulator and GL read.
-// A pass adds one sum of products to a target, or combines targets. Everything on unorm targets is
-// arithmetic of integers, so that any two ways of running a list of passes agree in every bit:
+// passes/plan/pass.h - rendering passes as data: what planner, range simulator, emulator and GL
+// read. A pass adds one sum of products to a target, or combines targets. Everything on unorm
+// targets is arithmetic of integers, so that any two ways of running a list of passes agree in
+// every bit:
 //
 //   T        the target's code for 1.0 (255, 65535); sources are codes s from 0 to T as well
 //   q        what a tile stores at the sample position nearest to the tap's fraction, as it is in

@@ -17,9 +17,6 @@ enum {
 };
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 
-const char *const weft_technique_names[] = {"plain",        "dot4", "split-precision",
-                                            "hierarchical", "log",  NULL};
-
 // ---- what is asked ------------------------------------------------------------------------------
 
 static bool is_real(const struct weft_profile *profile)
@@ -177,17 +174,6 @@ static enum weft_result check_bits(const struct weft_planner *planner)
         return WEFT_ERR_LIMIT;
     }
     return WEFT_OK;
-}
-
-static bool goes_on(void *priv, double fraction)
-{
-    (void)fraction;
-    return !weft_planner_cancelled(priv);
-}
-
-struct weft_progress weft_planner_watch(struct weft_planner *planner)
-{
-    return (struct weft_progress){goes_on, planner};
 }
 
 static enum weft_result simulate(struct weft_planner *planner, size_t every)
@@ -539,18 +525,4 @@ void weft_pass_plan_destroy(weft_pass_plan **plan)
 const struct weft_pass_plan_info *weft_pass_plan_get_info(const weft_pass_plan *plan)
 {
     return &plan->info;
-}
-
-struct weft_tile_name weft_pass_plan_tile_name(const weft_pass_plan *plan, int tile)
-{
-    const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
-    if (!t)
-        return (struct weft_tile_name){{-1, -1, -1}, WEFT_TILE_WHOLE, -1};
-    struct weft_tile_name step = {.part = t->part};
-    memcpy(step.tap, t->tap, sizeof step.tap);
-    for (int i = 0; i < tile; i++) {
-        const struct weft_kernel_tile *other = weft_kernel_tiles_get(plan->tiles, i);
-        step.piece += other->part == t->part && memcmp(other->tap, t->tap, sizeof t->tap) == 0;
-    }
-    return step;
 }

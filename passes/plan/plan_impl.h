@@ -59,7 +59,16 @@ static inline bool weft_planner_cancelled(const struct weft_planner *planner)
 }
 
 // The same for what reports progress of its own, which would go back and forth.
-struct weft_progress weft_planner_watch(struct weft_planner *planner);
+static inline bool weft_planner_goes_on(void *planner, double fraction)
+{
+    (void)fraction;
+    return !weft_planner_cancelled((const struct weft_planner *)planner);
+}
+
+static inline struct weft_progress weft_planner_watch(struct weft_planner *planner)
+{
+    return (struct weft_progress){weft_planner_goes_on, planner};
+}
 
 // ---- plan_tiles.c -------------------------------------------------------------------------------
 

@@ -3,9 +3,9 @@
 // section 4): accumulates the tiles' actual values, pass by pass, at every sample position.
 // It knows nothing of how a list of passes was found, so that it can catch the planner.
 //
-// On unorm targets it follows the integers that the passes compute (passes/plan/pass.h), roundings and
-// all, so that a valid list clamps nothing when it is run. Values are told in units of full range;
-// T, e and n are those of passes/plan/pass.h. How sharp the ranges are:
+// On unorm targets it follows the integers that the passes compute (passes/plan/pass.h), roundings
+// and all, so that a valid list clamps nothing when it is run. Values are told in units of full
+// range; T, e and n are those of passes/plan/pass.h. How sharp the ranges are:
 //   constants, unorm8   exact: all 256 levels are followed one by one
 //   constants, unorm16  bounds: the line between black and white, and what roundings may be off it
 //   any input           exact for whole parts, as n rises with every sample: each pass at its own

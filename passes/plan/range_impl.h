@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/plan/range_impl.h - inside the range simulator (not installed). Values are in codes; half and
-// float targets: in units of 1.
+// passes/plan/range_impl.h - inside the range simulator (not installed). Values are in codes; half
+// and float targets: in units of 1.
 #ifndef WEFT_PASSES_PLAN_RANGE_IMPL_H
 #define WEFT_PASSES_PLAN_RANGE_IMPL_H
 
@@ -44,6 +44,8 @@ static inline int weft_range_components(const struct weft_pass_list *list)
     return list->dot4 ? 4 : 1;
 }
 
+// ---- range_load.c -------------------------------------------------------------------------------
+
 // Sums inside stay within +- this, in 2^-e codes; INFINITY: they are not bounded.
 double weft_range_limit(const struct weft_pass_list *list);
 
@@ -53,6 +55,8 @@ void weft_range_load(const struct weft_pass_list *list, int tile, size_t first, 
                      double *out);
 void weft_range_load_codes(const struct weft_pass_list *list, int tile, size_t first, int count,
                            double *out);
+
+// ---- range.c ------------------------------------------------------------------------------------
 
 // weft_range_simulate at every so many positions, in groups of neighbours.
 enum weft_result weft_range_simulate_some(const struct weft_log *log,

@@ -5,7 +5,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tiles/readers/server.h"
+#include "tiles/process/server.h"
+#include "tiles/volume/volume_wire.h"
 
 static enum weft_result handle(struct weft_server *server)
 {

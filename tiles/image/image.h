@@ -8,7 +8,7 @@
 #include <math.h>
 
 #include "../../filter/base.h"
-#include "../readers/limits.h"
+#include "../process/limits.h"
 
 WEFT_BEGIN_DECLS
 

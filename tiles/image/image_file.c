@@ -12,7 +12,8 @@
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
-#include "tiles/readers/client.h"
+#include "tiles/image/image_wire.h"
+#include "tiles/process/client.h"
 
 static enum weft_result open_input(const struct weft_log *log, const char *path, int *out)
 {

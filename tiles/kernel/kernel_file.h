@@ -2,7 +2,8 @@
 // tiles/kernel/kernel_file.h - kernels by their text, those in files included.
 // A kernel file is text: words and numbers separated by white space, '#' to the end of a line is a
 // comment. The words are `support R` (half-width, required), `half` (default) or `whole`, `linear`
-// (default) or `cubic`, as in filter/kernels/kernel_table.h; the numbers are the samples. A half tent:
+// (default) or `cubic`, as in filter/kernels/kernel_table.h; the numbers are the samples. A half
+// tent:
 //     support 1  linear
 //     1 0.5 0
 #ifndef WEFT_TILES_KERNEL_KERNEL_FILE_H

@@ -522,14 +522,6 @@ int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
     return -1;
 }
 
-double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k)
-{
-    const double m = tiles->info.samples;
-    if (k < 0 || k >= m)
-        return NAN;
-    return tiles->info.placement == WEFT_TILE_ENDS ? k / (m - 1.0) : (k + 0.5) / m;
-}
-
 static bool is_position(const struct weft_kernel_tiles_info *info, const int position[3])
 {
     for (int a = 0; a < info->dims; a++)

@@ -67,9 +67,9 @@ struct weft_kernel_tiles_params {
     // 1, 2 or 3, up to dims: weights are h'(x - i) along x, y or z and h along the others, with the
     // h' of weft_kernel_derive (default 0: h along all)
     int derivative;
-    // Else of even and odd kernels only the taps of one half per axis are stored, the others fetched
-    // mirrored. Other kernels, and sum-preserving sets with an odd M, whose middle sample would need
-    // an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
+    // Else of even and odd kernels only the taps of one half per axis are stored, the others
+    // fetched mirrored. Other kernels, and sum-preserving sets with an odd M, whose middle sample
+    // would need an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
     // weft_kernel_tiles_info.
     bool store_all;
     bool normalise; // weights at every position add up to 1 (weft_kernel_normalise); not with

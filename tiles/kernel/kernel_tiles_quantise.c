@@ -7,6 +7,14 @@
 
 // ---- sampling -----------------------------------------------------------------------------------
 
+double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k)
+{
+    const double m = tiles->info.samples;
+    if (k < 0 || k >= m)
+        return NAN;
+    return tiles->info.placement == WEFT_TILE_ENDS ? k / (m - 1.0) : (k + 0.5) / m;
+}
+
 // At a tile's end the limit from inside: the next knot belongs to the next tap. One step of a
 // fraction below it, also where the knot is 0: kernels add to x, which rounds the least step away.
 static double exact_weight(const weft_kernel_tiles *set, const struct weft_kernel *kernel, int k,

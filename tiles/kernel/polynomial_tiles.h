@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/kernel/polynomial_tiles.h - a kernel's tiles as polynomials, for full-precision passes (not
 // installed). A tile holds the weight of one tap over all fractional positions t in [0, 1)
-// (filter/kernels/kernel.h, weft_kernel_first_tap). Here it is cut into equal segments, each a polynomial
-// through the kernel's values at its ends and between them: exact for piecewise polynomial kernels,
-// as close as asked for others. Where a segment begins, weights are the kernel's own, rounded once.
+// (filter/kernels/kernel.h, weft_kernel_first_tap). Here it is cut into equal segments, each a
+// polynomial through the kernel's values at its ends and between them: exact for piecewise
+// polynomial kernels, as close as asked for others. Where a segment begins, weights are the
+// kernel's own, rounded once.
 #ifndef WEFT_TILES_KERNEL_POLYNOMIAL_TILES_H
 #define WEFT_TILES_KERNEL_POLYNOMIAL_TILES_H
 

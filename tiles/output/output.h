@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/output/output.h - files that appear whole or not at all, also when the process is ended by a
-// signal. Outputs have no name in their folder before they are complete; where the file system
+// tiles/output/output.h - files that appear whole or not at all, also when the process is ended by
+// a signal. Outputs have no name in their folder before they are complete; where the file system
 // cannot do that they have a temporary one, ".NAME.XXXXXX". weft installs no signal handlers: a
 // program that wants to leave neither such files nor reader programs behind when a signal ends it
 // calls weft_unfinished_discard() in a handler of its own.

@@ -23,7 +23,8 @@
 #include <OpenEXR/ImfThreading.h>
 
 #include "filter/check.h"
-#include "tiles/readers/server.h"
+#include "tiles/image/image_wire.h"
+#include "tiles/process/server.h"
 
 namespace
 {

@@ -14,7 +14,8 @@
 
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
-#include "tiles/readers/server.h"
+#include "tiles/image/image_wire.h"
+#include "tiles/process/server.h"
 
 enum {
     SIDE_LIMIT = 1 << 29, // line strides are int32 bytes in OpenEXRCore

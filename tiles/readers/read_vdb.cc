@@ -9,7 +9,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "tiles/readers/server.h"
+#include "tiles/process/server.h"
 #include "tiles/readers/vdb_file.h"
 #include "tiles/readers/vdb_guard.h"
 #include "tiles/readers/vdb_tree.h"
@@ -279,6 +279,15 @@ void open_grid(weft_server *server, Reader *reader)
     }
 }
 
+void find_bricks(weft_server *server, Reader *reader)
+{
+    weft_region region;
+    if (server->request->payload_bytes != sizeof region)
+        fail(WEFT_ERR_READER, "a request for bricks without a region");
+    memcpy(&region, server->request_payload, sizeof region);
+    reader->volume->find(server, region);
+}
+
 void read_bricks(weft_server *server, Reader *reader)
 {
     constexpr uint64_t origin_bytes = sizeof(int32_t[3]);
@@ -302,7 +311,7 @@ void dispatch(weft_server *server, Reader *reader)
     case WEFT_WIRE_OPEN:
         return open_grid(server, reader);
     case WEFT_WIRE_FIND:
-        return reader->volume->find(server, server->request->region);
+        return find_bricks(server, reader);
     case WEFT_WIRE_READ:
         return read_bricks(server, reader);
     default:

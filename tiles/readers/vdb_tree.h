@@ -7,7 +7,8 @@
 
 #include <openvdb/openvdb.h>
 
-#include "tiles/readers/server.h"
+#include "tiles/process/server.h"
+#include "tiles/volume/volume_wire.h"
 
 namespace weft
 {

@@ -13,7 +13,8 @@
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
-#include "tiles/readers/server.h"
+#include "tiles/process/server.h"
+#include "tiles/volume/volume_wire.h"
 #include "tiles/readers/vdb_scan.h"
 
 using openvdb::Coord;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/volume/brick_store.h - bricks and constant tiles, found by their coordinates (not installed).
-// An open-addressing hash for bricks and 8-voxel tiles, and one each for tiles of 128 and 4096.
-// Where nothing was added the background holds; with a clamp box, the nearest voxel of the box
-// does. Voxel values are borrowed: they must outlive the store. Thread-safety: adding is for one
-// thread; any number of threads may look up afterwards.
+// tiles/volume/brick_store.h - bricks and constant tiles, found by their coordinates (not
+// installed). An open-addressing hash for bricks and 8-voxel tiles, and one each for tiles of 128
+// and 4096. Where nothing was added the background holds; with a clamp box, the nearest voxel of
+// the box does. Voxel values are borrowed: they must outlive the store. Thread-safety: adding is
+// for one thread; any number of threads may look up afterwards.
 #ifndef WEFT_TILES_VOLUME_BRICK_STORE_H
 #define WEFT_TILES_VOLUME_BRICK_STORE_H
 

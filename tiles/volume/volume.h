@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/volume/volume.h - scalar volumes as bricks: in memory, or in a VDB file behind a reader process.
-// Index space: voxel (i,j,k) sits at integer coordinates. World space: index_to_world. A brick is
-// the 8x8x8 voxels from an origin whose coordinates are multiples of 8, stored [z][y][x], x fastest
-// (512 floats). Where there is neither brick nor tile, the background value holds.
+// tiles/volume/volume.h - scalar volumes as bricks: in memory, or in a VDB file behind a reader
+// process. Index space: voxel (i,j,k) sits at integer coordinates. World space: index_to_world. A
+// brick is the 8x8x8 voxels from an origin whose coordinates are multiples of 8, stored [z][y][x],
+// x fastest (512 floats). Where there is neither brick nor tile, the background value holds.
 #ifndef WEFT_TILES_VOLUME_VOLUME_H
 #define WEFT_TILES_VOLUME_VOLUME_H
 
@@ -10,7 +10,7 @@
 
 #include "../../filter/base.h"
 #include "../../filter/kernels/kernel.h"
-#include "../readers/limits.h"
+#include "../process/limits.h"
 
 WEFT_BEGIN_DECLS
 
@@ -156,10 +156,11 @@ WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
 #define WEFT_VOLUME_PREFILTER_ERROR 0x1p-28
 
 // A volume whose voxels are the coefficients by which `kernel` interpolates the given volume's
-// (filter/kernels/prefilter.h), computed in double when they are read and rounded to float. Each depends on
-// the voxels within the overlap along the axes and on nothing else: its bytes are the same whatever
-// else is read. Along one axis errors are within 2^-28 of the largest |voxel|; in 3D they are
-// within 3 gain^2 2^-28 and half a unit of the last place of coefficients of up to gain^3 times it.
+// (filter/kernels/prefilter.h), computed in double when they are read and rounded to float. Each
+// depends on the voxels within the overlap along the axes and on nothing else: its bytes are the
+// same whatever else is read. Along one axis errors are within 2^-28 of the largest |voxel|; in 3D
+// they are within 3 gain^2 2^-28 and half a unit of the last place of coefficients of up to gain^3
+// times it.
 //
 // Data reaches farther: bricks within the overlap of others are listed, and active_min and _max are
 // wider by it, the other counts being the given volume's. Constant regions stay what they are, to

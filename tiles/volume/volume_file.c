@@ -11,9 +11,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "tiles/output/output_file.h"
+#include "tiles/process/client.h"
 #include "tiles/volume/region.h"
 #include "tiles/volume/volume_impl.h"
+#include "tiles/volume/volume_wire.h"
+
+struct file {
+    weft_reader *reader;
+    uint64_t output_bytes; // limit of one answer
+};
 
 static enum weft_result contradiction(const struct weft_log *log, const char *what)
 {
@@ -157,6 +163,126 @@ fail:
     return res;
 }
 
+// ---- bricks -------------------------------------------------------------------------------------
+
+static bool origin_valid(const int32_t origin[3], int32_t size)
+{
+    for (int i = 0; i < 3; i++)
+        if (origin[i] % size || origin[i] < -WEFT_INDEX_LIMIT || origin[i] >= WEFT_INDEX_LIMIT)
+            return false;
+    return true;
+}
+
+static bool list_valid(const struct weft_brick_list *list, const struct weft_region *region)
+{
+    for (size_t i = 0; i < list->brick_count; i++)
+        if (!origin_valid(list->brick_origin[i], WEFT_BRICK_SIZE) ||
+            !weft_region_meets(region, list->brick_origin[i], WEFT_BRICK_SIZE) ||
+            (i && weft_compare_origins(list->brick_origin[i - 1], list->brick_origin[i]) >= 0))
+            return false;
+    for (size_t i = 0; i < list->tile_count; i++) {
+        const struct weft_volume_tile *tile = &list->tiles[i];
+        if ((tile->size != 8 && tile->size != 128 && tile->size != 4096) ||
+            !origin_valid(tile->origin, tile->size) ||
+            !weft_region_meets(region, tile->origin, tile->size) ||
+            (i && weft_compare_origins(list->tiles[i - 1].origin, tile->origin) >= 0))
+            return false;
+    }
+    return true;
+}
+
+static enum weft_result take_list(const weft_volume *volume, const struct weft_region *region,
+                                  const struct weft_wire_answer *answer,
+                                  const struct weft_payload *payload, struct weft_brick_list *out)
+{
+    struct weft_brick_list list = {0};
+    uint64_t bricks = answer->count[0], tiles = answer->count[1];
+    if (bricks > payload->size / sizeof *list.brick_origin ||
+        tiles > payload->size / sizeof *list.tiles ||
+        payload->size != bricks * sizeof *list.brick_origin + tiles * sizeof *list.tiles ||
+        bricks > volume->info.bricks)
+        return contradiction(volume->log, "the number of bricks");
+    size_t brick_bytes = (size_t)bricks * sizeof *list.brick_origin;
+    list.brick_origin = malloc(brick_bytes + 1);
+    list.tiles = malloc(payload->size - brick_bytes + 1);
+    if (!list.brick_origin || !list.tiles) {
+        weft_error(volume->log, "not enough memory for a list of %zu bricks", (size_t)bricks);
+        weft_brick_list_clear(&list);
+        return WEFT_ERR_MEMORY;
+    }
+    if (payload->size) {
+        memcpy(list.brick_origin, payload->data, brick_bytes);
+        memcpy(list.tiles, (const char *)payload->data + brick_bytes, payload->size - brick_bytes);
+    }
+    list.brick_count = (size_t)bricks;
+    list.tile_count = (size_t)tiles;
+    if (!list_valid(&list, region)) {
+        weft_brick_list_clear(&list);
+        return contradiction(volume->log, "a list of bricks");
+    }
+    *out = list;
+    return WEFT_OK;
+}
+
+static enum weft_result find(weft_volume *volume, const struct weft_region *region,
+                             struct weft_brick_list *out)
+{
+    const struct file *file = volume->data;
+    struct weft_wire_request request = {.op = WEFT_WIRE_FIND, .payload_bytes = sizeof *region};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res = weft_reader_call(file->reader, &request, region, &answer, &payload);
+    if (!res)
+        res = take_list(volume, region, &answer, &payload, out);
+    weft_payload_release(&payload);
+    return res;
+}
+
+static enum weft_result read_batch(weft_volume *volume, size_t count,
+                                   const int32_t (*brick_origin)[3], float *values)
+{
+    const struct file *file = volume->data;
+    size_t bytes = count * WEFT_BRICK_VOXELS * sizeof *values;
+    struct weft_wire_request request = {.op = WEFT_WIRE_READ,
+                                        .payload_bytes = count * sizeof *brick_origin};
+    struct weft_wire_answer answer;
+    struct weft_payload payload = {0};
+    enum weft_result res =
+        weft_reader_call(file->reader, &request, brick_origin, &answer, &payload);
+    if (!res && payload.size != bytes)
+        res = contradiction(volume->log, "the number of voxels");
+    if (!res)
+        memcpy(values, payload.data, bytes);
+    weft_payload_release(&payload);
+    return res;
+}
+
+// In batches: shared memory comes on top of the caller's, and one answer is limited.
+static enum weft_result read_bricks(weft_volume *volume, size_t count,
+                                    const int32_t (*brick_origin)[3], float *values)
+{
+    const struct file *file = volume->data;
+    size_t batch = 16384;
+    uint64_t fits = file->output_bytes / (WEFT_BRICK_VOXELS * sizeof *values);
+    enum weft_result res = WEFT_OK;
+    if (file->output_bytes && fits < batch)
+        batch = fits ? (size_t)fits : 1;
+    for (size_t done = 0; done < count && !res; done += batch) {
+        size_t n = count - done < batch ? count - done : batch;
+        res = read_batch(volume, n, brick_origin + done, values + done * WEFT_BRICK_VOXELS);
+    }
+    return res;
+}
+
+static void clear(void *data)
+{
+    struct file *file = data;
+    weft_reader_stop(&file->reader);
+}
+
+static const struct weft_volume_backend backend = {
+    .data_bytes = sizeof(struct file), .find = find, .read = read_bricks, .clear = clear};
+
 // ---- opening and listing ------------------------------------------------------------------------
 
 static void warn_of_values(const struct weft_volume_open_params *params,
@@ -181,6 +307,7 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
 {
     *out = NULL;
     weft_volume *volume = NULL;
+    struct file *file;
     const struct weft_log *log = params->log;
     struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
     struct weft_wire_answer answer;
@@ -190,17 +317,14 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
     weft_require(log, params->path != NULL);
     if (params->grid)
         request.payload_bytes = strlen(params->grid) + 1;
-    res = WEFT_ERR_MEMORY;
-    volume = calloc(1, sizeof *volume);
-    if (!volume) {
-        weft_error(log, "%s: not enough memory", params->path);
+    res = weft_volume_make(log, &backend, &volume);
+    if (res)
         goto fail;
-    }
-    volume->log = log;
-    volume->output_bytes = params->limits.output_bytes;
-    res = start(params, &volume->reader);
+    file = volume->data;
+    file->output_bytes = params->limits.output_bytes;
+    res = start(params, &file->reader);
     if (!res)
-        res = weft_reader_call(volume->reader, &request, params->grid, &answer, &payload);
+        res = weft_reader_call(file->reader, &request, params->grid, &answer, &payload);
     if (!res)
         res = take_grid(log, &payload, &at, &volume->info);
     if (res)
@@ -280,193 +404,4 @@ void weft_volume_list_clear(struct weft_volume_list *list)
         free(list->grids[i].metadata);
     free(list->grids);
     *list = (struct weft_volume_list){0};
-}
-
-// ---- bricks -------------------------------------------------------------------------------------
-
-static bool origin_valid(const int32_t origin[3], int32_t size)
-{
-    for (int i = 0; i < 3; i++)
-        if (origin[i] % size || origin[i] < -WEFT_INDEX_LIMIT || origin[i] >= WEFT_INDEX_LIMIT)
-            return false;
-    return true;
-}
-
-static bool list_valid(const struct weft_brick_list *list, const struct weft_region *region)
-{
-    for (size_t i = 0; i < list->brick_count; i++)
-        if (!origin_valid(list->brick_origin[i], WEFT_BRICK_SIZE) ||
-            !weft_region_meets(region, list->brick_origin[i], WEFT_BRICK_SIZE) ||
-            (i && weft_compare_origins(list->brick_origin[i - 1], list->brick_origin[i]) >= 0))
-            return false;
-    for (size_t i = 0; i < list->tile_count; i++) {
-        const struct weft_volume_tile *tile = &list->tiles[i];
-        if ((tile->size != 8 && tile->size != 128 && tile->size != 4096) ||
-            !origin_valid(tile->origin, tile->size) ||
-            !weft_region_meets(region, tile->origin, tile->size) ||
-            (i && weft_compare_origins(list->tiles[i - 1].origin, tile->origin) >= 0))
-            return false;
-    }
-    return true;
-}
-
-static enum weft_result take_list(const weft_volume *volume, const struct weft_region *region,
-                                  const struct weft_wire_answer *answer,
-                                  const struct weft_payload *payload, struct weft_brick_list *out)
-{
-    struct weft_brick_list list = {0};
-    uint64_t bricks = answer->count[0], tiles = answer->count[1];
-    if (bricks > payload->size / sizeof *list.brick_origin ||
-        tiles > payload->size / sizeof *list.tiles ||
-        payload->size != bricks * sizeof *list.brick_origin + tiles * sizeof *list.tiles ||
-        bricks > volume->info.bricks)
-        return contradiction(volume->log, "the number of bricks");
-    size_t brick_bytes = (size_t)bricks * sizeof *list.brick_origin;
-    list.brick_origin = malloc(brick_bytes + 1);
-    list.tiles = malloc(payload->size - brick_bytes + 1);
-    if (!list.brick_origin || !list.tiles) {
-        weft_error(volume->log, "not enough memory for a list of %zu bricks", (size_t)bricks);
-        weft_brick_list_clear(&list);
-        return WEFT_ERR_MEMORY;
-    }
-    if (payload->size) {
-        memcpy(list.brick_origin, payload->data, brick_bytes);
-        memcpy(list.tiles, (const char *)payload->data + brick_bytes, payload->size - brick_bytes);
-    }
-    list.brick_count = (size_t)bricks;
-    list.tile_count = (size_t)tiles;
-    if (!list_valid(&list, region)) {
-        weft_brick_list_clear(&list);
-        return contradiction(volume->log, "a list of bricks");
-    }
-    *out = list;
-    return WEFT_OK;
-}
-
-enum weft_result weft_volume_file_find(weft_volume *volume, const struct weft_region *region,
-                                       struct weft_brick_list *out)
-{
-    struct weft_wire_request request = {.op = WEFT_WIRE_FIND, .region = *region};
-    struct weft_wire_answer answer;
-    struct weft_payload payload = {0};
-    enum weft_result res = weft_reader_call(volume->reader, &request, NULL, &answer, &payload);
-    if (!res)
-        res = take_list(volume, region, &answer, &payload, out);
-    weft_payload_release(&payload);
-    return res;
-}
-
-static enum weft_result read_batch(weft_volume *volume, size_t count,
-                                   const int32_t (*brick_origin)[3], float *values)
-{
-    size_t bytes = count * WEFT_BRICK_VOXELS * sizeof *values;
-    struct weft_wire_request request = {.op = WEFT_WIRE_READ,
-                                        .payload_bytes = count * sizeof *brick_origin};
-    struct weft_wire_answer answer;
-    struct weft_payload payload = {0};
-    enum weft_result res =
-        weft_reader_call(volume->reader, &request, brick_origin, &answer, &payload);
-    if (!res && payload.size != bytes)
-        res = contradiction(volume->log, "the number of voxels");
-    if (!res)
-        memcpy(values, payload.data, bytes);
-    weft_payload_release(&payload);
-    return res;
-}
-
-// In batches: shared memory comes on top of the caller's, and one answer is limited.
-enum weft_result weft_volume_file_read(weft_volume *volume, size_t count,
-                                       const int32_t (*brick_origin)[3], float *values)
-{
-    size_t batch = 16384;
-    uint64_t fits = volume->output_bytes / (WEFT_BRICK_VOXELS * sizeof *values);
-    enum weft_result res = WEFT_OK;
-    if (volume->output_bytes && fits < batch)
-        batch = fits ? (size_t)fits : 1;
-    for (size_t done = 0; done < count && !res; done += batch) {
-        size_t n = count - done < batch ? count - done : batch;
-        res = read_batch(volume, n, brick_origin + done, values + done * WEFT_BRICK_VOXELS);
-    }
-    return res;
-}
-
-// ---- saving -------------------------------------------------------------------------------------
-
-// The writer is believed as little as a reader: the file begins as one, and has the size told.
-static enum weft_result check_written(const struct weft_log *log,
-                                      const struct weft_output_file *file, uint64_t told)
-{
-    static const char magic[8] = {' ', 'B', 'D', 'V'};
-    char start[sizeof magic] = "";
-    struct stat st;
-    if (fstat(file->fd, &st) || pread(file->fd, start, sizeof start, 0) < 0) {
-        weft_error(log, "cannot write %s: %s", file->path, strerror(errno));
-        return WEFT_ERR_WRITE;
-    }
-    if ((uint64_t)st.st_size == told && told > sizeof magic && !memcmp(start, magic, sizeof magic))
-        return WEFT_OK;
-    weft_error(
-        log,
-        "cannot write %s: weft-write-vdb tells of %llu bytes of a VDB file, and left %llu of %s",
-        file->path, (unsigned long long)told, (unsigned long long)st.st_size,
-        memcmp(start, magic, sizeof magic) ? "none" : "one");
-    return WEFT_ERR_WRITE;
-}
-
-static enum weft_result send_volume(const weft_volume *volume, weft_reader *writer, uint64_t *size)
-{
-    const struct weft_volume_info *info = &volume->info;
-    struct weft_wire_volume head = {.brick_count = volume->brick_count,
-                                    .tile_count = volume->tile_count,
-                                    .background = info->clamp_to_edge ? 0 : info->background,
-                                    .boxed = info->clamp_to_edge};
-    memcpy(head.name, info->name, sizeof head.name);
-    memcpy(head.grid_class, info->grid_class, sizeof head.grid_class);
-    memcpy(head.index_to_world, info->index_to_world, sizeof head.index_to_world);
-    memcpy(head.box_min, info->active_min, sizeof head.box_min);
-    memcpy(head.box_max, info->active_max, sizeof head.box_max);
-    struct iovec parts[] = {
-        {&head, sizeof head},
-        {volume->brick_origin, volume->brick_count * sizeof *volume->brick_origin},
-        {volume->tiles, volume->tile_count * sizeof *volume->tiles},
-        {volume->values, volume->brick_count * WEFT_BRICK_VOXELS * sizeof *volume->values}};
-    struct weft_wire_request request = {.op = WEFT_WIRE_WRITE};
-    struct weft_wire_answer answer;
-    struct weft_payload payload = {0};
-    enum weft_result res =
-        weft_reader_call_parts(writer, &request, parts, WEFT_COUNT(parts), &answer, &payload);
-    weft_payload_release(&payload);
-    *size = answer.count[0];
-    return res;
-}
-
-enum weft_result weft_volume_save(const weft_volume *volume,
-                                  const struct weft_volume_save_params *params)
-{
-    const struct weft_log *log = params->log;
-    struct weft_output_file file = {.fd = -1};
-    weft_reader *writer = NULL;
-    bool created = false;
-    uint64_t size = 0;
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, params->path != NULL);
-    weft_require(log, volume->reader == NULL && volume->coefficients == NULL);
-    res = weft_output_file_create(log, params->path, params->no_clobber, &file);
-    if (res)
-        goto fail;
-    created = true;
-    res = weft_reader_start(log, "weft-write-vdb", params->path, file.fd, &params->limits, &writer);
-    if (!res)
-        res = send_volume(volume, writer, &size);
-    if (!res)
-        res = check_written(log, &file, size);
-    if (res)
-        goto fail;
-    created = false;
-    res = weft_output_file_commit(&file);
-fail:
-    weft_reader_stop(&writer);
-    if (created)
-        weft_output_file_discard(&file);
-    return res;
 }

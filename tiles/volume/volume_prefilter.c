@@ -19,12 +19,17 @@
 // Voxels along a side of the aligned cubes whose bricks are computed together.
 enum { CUBE = 64 };
 
-struct weft_volume_coefficients {
+struct coefficients {
     weft_volume *base; // the caller's
     int overlap;
     double taps[WEFT_PREFILTER_MAX_OVERLAP + 1];
     double magnitudes[WEFT_PREFILTER_MAX_OVERLAP + 1]; // of the taps
 };
+
+static const struct coefficients *coefficients_of(const weft_volume *volume)
+{
+    return volume->data;
+}
 
 static int32_t clamp(int64_t x, int64_t low, int64_t high)
 {
@@ -42,7 +47,7 @@ static enum weft_result out_of_memory(const weft_volume *volume, size_t count, c
 // Bricks around a base brick that its voxels change.
 static int ring_count(const weft_volume *volume)
 {
-    return (volume->coefficients->overlap + WEFT_BRICK_SIZE - 1) / WEFT_BRICK_SIZE;
+    return (coefficients_of(volume)->overlap + WEFT_BRICK_SIZE - 1) / WEFT_BRICK_SIZE;
 }
 
 static void child_origin(const int32_t origin[3], int32_t size, int child, int32_t out[3])
@@ -197,7 +202,7 @@ static enum weft_result find_sparse(weft_volume *volume, const struct weft_regio
     struct weft_brick_list base = {0};
     struct weft_cell_map map = {0};
     struct insides in = {region, &map, (rings + 1) * WEFT_BRICK_SIZE, out, 0};
-    enum weft_result res = weft_volume_find(volume->coefficients->base, &wide, &base);
+    enum weft_result res = weft_volume_find(coefficients_of(volume)->base, &wide, &base);
     if (res != WEFT_OK)
         return res;
     bool done = find_changing(&wide, &base, rings, &map) && list_bricks(region, &map, out);
@@ -239,8 +244,8 @@ static enum weft_result find_clamped(weft_volume *volume, const struct weft_regi
     return WEFT_OK;
 }
 
-enum weft_result weft_volume_prefilter_find(weft_volume *volume, const struct weft_region *region,
-                                            struct weft_brick_list *out)
+static enum weft_result find(weft_volume *volume, const struct weft_region *region,
+                             struct weft_brick_list *out)
 {
     return volume->info.clamp_to_edge ? find_clamped(volume, region, out)
                                       : find_sparse(volume, region, out);
@@ -262,7 +267,7 @@ static size_t count_of(const int size[3])
 
 static enum weft_result load_voxels(weft_volume *volume, struct box *box)
 {
-    weft_volume *base = volume->coefficients->base;
+    weft_volume *base = coefficients_of(volume)->base;
     const struct weft_volume_info *info = &base->info;
     struct weft_region region = {.slab_count = 0};
     struct weft_brick_list list = {0};
@@ -342,8 +347,8 @@ static void filter_box(const double *taps, int overlap, const struct box *box, d
 
 // Makes coefficients that depend on missing voxels missing, too. The sums are those of the voxels
 // within the overlap, always in the same order, so that they do not depend on the box.
-static void mark_missing(const struct weft_volume_coefficients *c, const struct box *box,
-                         double *whole, double *sums, double *coefficients)
+static void mark_missing(const struct coefficients *c, const struct box *box, double *whole,
+                         double *sums, double *coefficients)
 {
     const size_t voxels = count_of(box->size);
     const int inner[3] = {box->size[0] - 2 * c->overlap, box->size[1] - 2 * c->overlap,
@@ -408,7 +413,7 @@ static void set_box(const struct order *order, size_t count, const int32_t (*ori
 static enum weft_result compute_bricks(weft_volume *volume, const struct order *order, size_t count,
                                        const int32_t (*origin)[3], float *values)
 {
-    const struct weft_volume_coefficients *c = volume->coefficients;
+    const struct coefficients *c = volume->data;
     struct box box = {.voxels = NULL};
     double *whole = NULL, *part = NULL, *sums = NULL;
     size_t missing = 0;
@@ -450,8 +455,8 @@ fail:
     return res;
 }
 
-enum weft_result weft_volume_prefilter_read(weft_volume *volume, size_t count,
-                                            const int32_t (*brick_origin)[3], float *values)
+static enum weft_result read(weft_volume *volume, size_t count, const int32_t (*brick_origin)[3],
+                             float *values)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct order *order = malloc(count * sizeof *order + 1);
@@ -480,12 +485,20 @@ fail:
     return res;
 }
 
+static void clear(void *data)
+{
+    (void)data; // the base is the caller's
+}
+
+static const struct weft_volume_backend backend = {
+    .data_bytes = sizeof(struct coefficients), .find = find, .read = read, .clear = clear};
+
 // ---- making -------------------------------------------------------------------------------------
 
 static enum weft_result widen_box(weft_volume *volume)
 {
     struct weft_volume_info *info = &volume->info;
-    const int overlap = volume->coefficients->overlap;
+    const int overlap = coefficients_of(volume)->overlap;
     for (int a = 0; a < 3; a++) {
         // Of whole bricks: rings, and the one that the box ends in.
         const int64_t margin = (ring_count(volume) + 1) * WEFT_BRICK_SIZE;
@@ -508,26 +521,21 @@ enum weft_result weft_volume_prefilter(weft_volume *volume, const struct weft_ke
     *out = NULL;
     struct weft_prefilter prefilter;
     weft_volume *v = NULL;
+    struct coefficients *c;
     enum weft_result res = weft_prefilter_compute(log, kernel, &prefilter);
+    if (res == WEFT_OK)
+        res = weft_volume_make(log, &backend, &v);
     if (res != WEFT_OK)
         goto fail;
-    res = WEFT_ERR_MEMORY;
-    v = calloc(1, sizeof *v);
-    if (v)
-        v->coefficients = calloc(1, sizeof *v->coefficients);
-    if (!v || !v->coefficients) {
-        weft_error(log, "not enough memory for a volume");
-        goto fail;
-    }
-    v->log = log;
+    c = v->data;
     v->info = volume->info;
     v->info.metadata_count = 0;
     v->info.metadata = NULL;
-    v->coefficients->base = volume;
-    v->coefficients->overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
-    weft_prefilter_taps(&prefilter, v->coefficients->overlap, v->coefficients->taps);
-    for (int k = 0; k <= v->coefficients->overlap; k++)
-        v->coefficients->magnitudes[k] = fabs(v->coefficients->taps[k]);
+    c->base = volume;
+    c->overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
+    weft_prefilter_taps(&prefilter, c->overlap, c->taps);
+    for (int k = 0; k <= c->overlap; k++)
+        c->magnitudes[k] = fabs(c->taps[k]);
     res = v->info.empty ? WEFT_OK : widen_box(v);
     if (res != WEFT_OK)
         goto fail;

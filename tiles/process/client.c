@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/readers/client.h"
+#include "tiles/process/client.h"
 
 #include <dlfcn.h>
 #include <errno.h>

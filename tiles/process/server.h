@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/server.h - the reader program's side of the protocol (not installed).
-#ifndef WEFT_TILES_READERS_SERVER_H
-#define WEFT_TILES_READERS_SERVER_H
+// tiles/process/server.h - the reader program's side of the protocol (not installed).
+#ifndef WEFT_TILES_PROCESS_SERVER_H
+#define WEFT_TILES_PROCESS_SERVER_H
 
-#include "tiles/readers/wire.h"
+#include "tiles/process/limits.h"
+#include "tiles/process/wire.h"
 
 WEFT_BEGIN_DECLS
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/readers/server.h"
+#include "tiles/process/server.h"
 
 #include <errno.h>
 #include <poll.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/limits.h - what a reader process may use before it is stopped.
-#ifndef WEFT_TILES_READERS_LIMITS_H
-#define WEFT_TILES_READERS_LIMITS_H
+// tiles/process/limits.h - what a reader process may use before it is stopped.
+#ifndef WEFT_TILES_PROCESS_LIMITS_H
+#define WEFT_TILES_PROCESS_LIMITS_H
 
 #include "../../filter/base.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/readers/client.h"
+#include "tiles/process/client.h"
 
 #include <ctype.h>
 #include <fcntl.h>
@@ -14,6 +14,7 @@
 #include <cmocka.h>
 
 #include "tests/support/vdb_files.h"
+#include "tiles/volume/volume_wire.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 enum { SANITIZED = 1 };

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/client.h - starts a reader program, asks it, receives its data (not installed).
-#ifndef WEFT_TILES_READERS_CLIENT_H
-#define WEFT_TILES_READERS_CLIENT_H
+// tiles/process/client.h - starts a reader program, asks it, receives its data (not installed).
+#ifndef WEFT_TILES_PROCESS_CLIENT_H
+#define WEFT_TILES_PROCESS_CLIENT_H
 
 #include <sys/uio.h>
 
 #include "filter/check.h"
-#include "tiles/readers/wire.h"
+#include "tiles/process/limits.h"
+#include "tiles/process/wire.h"
 
 WEFT_BEGIN_DECLS
 

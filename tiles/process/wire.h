@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/process/wire.h - messages between libweft and its reader programs (not installed).
+// The room tiles/process starts programs that read and write files, and carries questions and
+// answers; what these say of volumes and images stands in volume_wire.h and image_wire.h.
+// One SOCK_SEQPACKET socket pair per reader, descriptor 3 in the reader. The caller sends a request
+// with a memfd for the answer's payload (and, for WRITE, one with the request's payload); the
+// reader fills it and answers. The reader ends when the socket closes, whatever it is doing. Both
+// ends are built together; a version that differs is refused.
+#ifndef WEFT_TILES_PROCESS_WIRE_H
+#define WEFT_TILES_PROCESS_WIRE_H
+
+#include "filter/base.h"
+
+WEFT_BEGIN_DECLS
+
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 5, WEFT_WIRE_FD = 3 };
+
+enum weft_wire_op {
+    WEFT_WIRE_LIST, // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
+    WEFT_WIRE_OPEN, // VDB: payload of the grid's name and a NUL (none = the first supported one).
+                    // -> one struct weft_wire_grid, metadata
+    WEFT_WIRE_FIND, // VDB: payload of a struct weft_region. -> brick origins, then tiles (counts in
+                    // the answer)
+    WEFT_WIRE_READ, // VDB: payload of brick origins. -> count * 512 floats
+    WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
+                     // written, count[0] bytes of it
+    WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
+    WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`. -> planes of float or, for uint channels, uint32_t, in
+                            // the order of the channels
+};
+
+struct weft_wire_request {
+    uint32_t magic, version;
+    uint32_t op;
+    uint32_t rest; // OPEN: as in struct weft_volume_open_params
+    uint32_t part; // of an image, from 0
+    uint32_t reserved;
+    uint64_t payload_bytes; // in the request's payload memfd, 0 = none
+};
+
+struct weft_wire_answer {
+    uint32_t magic, version;
+    int32_t result; // enum weft_result; payload and counts are valid only with WEFT_OK
+    uint32_t reserved;
+    uint64_t payload_bytes; // size of the answer's payload memfd
+    uint64_t count[2];      // as the op says
+    char message[512];      // one line for the log, why it failed
+};
+
+WEFT_END_DECLS
+#endif
