@@ -12,6 +12,7 @@
 
 #include "tests/support/alloc_fail.h"
 #include "tests/support/files.h"
+#include "tests/support/plan_runs.h"
 #include "filter/check.h"
 #include "passes/accumulate/tree.h"
 #include "passes/multipass/multipass.h"
@@ -186,7 +187,7 @@ static enum weft_result load_volume(void)
 static enum weft_technique technique;
 
 // Plans a gradient and runs it without GL.
-static enum weft_result run_plan(void)
+static enum weft_result plan_and_run(void)
 {
     static float pixels[16 * 16];
     weft_pass_plan *plan = NULL;
@@ -197,12 +198,12 @@ static enum weft_result run_plan(void)
         weft_pass_plan_params(.samples = 4, .taps_per_pass = 2, .technique = technique,
                               .derivative = technique == WEFT_TECHNIQUE_PLAIN, .log = &test_log);
     enum weft_result res = weft_pass_plan_create(params, &plan);
-    const struct weft_multipass_params convolve = {
-        .plan = plan, .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &test_log};
+    const struct weft_multipass_run_params run = {
+        .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &test_log};
     if (res == WEFT_OK)
-        res = weft_multipass_emulate(&convolve, NULL);
+        res = run_plan(NULL, plan, &run, NULL);
     if (res == WEFT_OK && context)
-        res = weft_multipass_run(context, &convolve, NULL);
+        res = run_plan(context, plan, &run, NULL);
     weft_pass_plan_destroy(&plan);
     return res;
 }
@@ -315,7 +316,7 @@ static void test_plans(void **state)
         print_message("[  SKIPPED ] no GL context: plans are emulated only\n");
     for (int t = 0; weft_technique_names[t]; t++) {
         technique = (enum weft_technique)t;
-        run(weft_technique_names[t], run_plan);
+        run(weft_technique_names[t], plan_and_run);
     }
     weft_context_destroy(&context);
     run("weft_tree", run_tree);

@@ -1187,17 +1187,24 @@ static void convolutions(weft_context *context)
         .width = 4, .height = 4, .du = {1.0, 0.0, 0.0}, .dv = {0.0, 1.0, 0.0}};
     struct weft_samples s = samples;
     struct weft_pixel_grid g = grid;
-    struct weft_multipass_params params = {
+    const struct weft_multipass_run_params params = {
+        .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
+    const struct weft_multipass_verify_params verify = {
         .plan = made, .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
     struct weft_multipass_error error;
-#define RUN                                                                                        \
-    (context ? weft_multipass_run(context, &params, NULL) : weft_multipass_emulate(&params, NULL))
+    weft_multipass *compiled = NULL;
+    REFUSED(weft_multipass_compile(context, weft_multipass_params(.log = &logger), &compiled));
+    assert_int_equal(weft_multipass_compile(
+                         context, weft_multipass_params(.plan = made, .log = &logger), &compiled),
+                     WEFT_OK);
+    TRUE(weft_multipass_get_info(compiled)->tile_bytes > 0);
+#define RUN weft_multipass_run(compiled, &params, NULL)
 #define EACH(target, good, list, what)                                                             \
     for (size_t i = 0; i < WEFT_COUNT(list); i++) {                                                \
         target = list[i];                                                                          \
         what(RUN);                                                                                 \
         if (!context)                                                                              \
-            what(weft_multipass_verify(&params, &error));                                          \
+            what(weft_multipass_verify(&verify, &error));                                          \
         s = samples;                                                                               \
         g = grid;                                                                                  \
     }
@@ -1212,6 +1219,8 @@ static void convolutions(weft_context *context)
     EACH(g.du[1], grid, numbers, SURVIVED)
 #undef EACH
 #undef RUN
+    weft_multipass_destroy(&compiled);
+    weft_multipass_destroy(NULL);
     weft_pass_plan_destroy(&made);
 }
 
@@ -1654,8 +1663,8 @@ static const struct {
     {costs, {F(cost_of), F(cost_format)}},
     {summaries, {F(slice_multipass_summary)}},
     {contexts, {F(context_create), F(context_destroy)}},
-    {emulations, {F(multipass_emulate), F(multipass_verify)}},
-    {convolutions_on_gl, {F(multipass_run), F(context_get_info)}},
+    {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
+    {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
     {separable,
      {F(separable_run), F(separable_verify), F(separable_error_bound), F(separable_bound_terms)}},
     {window_maps,
@@ -1775,10 +1784,17 @@ static void zero_asks_for_the_defaults(void **state)
             weft_pass_plan_params(.kernel = named("linear"), .profile = *weft_profile_find("fp32")),
             &reals),
         WEFT_OK);
-    const struct weft_multipass_params run = {
-        .plan = reals, .samples = &samples, .grid = &grid, .pixels = {&pixel}};
+    weft_multipass *compiled = NULL;
     struct weft_multipass_report report;
-    assert_int_equal(weft_multipass_emulate(&run, &report), WEFT_OK);
+    assert_int_equal(weft_multipass_compile(NULL, weft_multipass_params(.plan = reals), &compiled),
+                     WEFT_OK);
+    assert_int_equal(
+        weft_multipass_run(
+            compiled,
+            weft_multipass_run_params(.samples = &samples, .grid = &grid, .pixels = {&pixel}),
+            &report),
+        WEFT_OK);
+    weft_multipass_destroy(&compiled);
     assert_true(report.low == -1.0 && report.high == 5.0 && report.clamped == 0);
     weft_pass_plan_destroy(&reals);
 }

@@ -71,8 +71,9 @@ void weft_context_destroy(weft_context **context)
     if (!context || !*context)
         return;
     // The programs themselves end with the native context.
-    for (size_t i = 0; i < WEFT_PROGRAM_CACHE; i++)
+    for (size_t i = 0; i < (*context)->program_count; i++)
         free((*context)->programs[i].key);
+    free((*context)->programs);
     weft_context_stop(*context);
     free(*context);
     *context = NULL;

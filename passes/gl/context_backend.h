@@ -52,12 +52,13 @@ void weft_egl_give_back(const struct weft_egl_current *current);
 void weft_osmesa_take(struct weft_osmesa_current *out);
 void weft_osmesa_give_back(const struct weft_osmesa_current *current);
 
-// Programs once linked stay for the context's life: a slice needs two, compiling takes longer than
-// drawing. The oldest gives way.
+// Programs once linked stay, as linking takes longer than drawing; from so many on the oldest that
+// nobody holds gives way to a new one.
 enum { WEFT_PROGRAM_CACHE = 64 };
 struct weft_cached_program {
     char *key; // what it was made from
     GLuint program;
+    int holders;
 };
 
 struct weft_context {
@@ -67,8 +68,9 @@ struct weft_context {
     void *native;
     struct weft_egl_current callers_egl; // while weft's own context is current
     struct weft_osmesa_current callers_osmesa;
-    struct weft_cached_program programs[WEFT_PROGRAM_CACHE];
-    size_t next_program;
+    struct weft_cached_program *programs;
+    size_t program_count, next_program;
+    int programs_linked; // so far
     const struct weft_log *log;
 };
 

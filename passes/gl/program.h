@@ -17,10 +17,16 @@ extern const char weft_shader_fused[];
 extern const char weft_shader_tile_lookup[];
 
 // A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
-// and kept by the context, which is current. `name` names it in messages, and defines and name tell
+// and kept by the context, which is current. It is good until the next call; who needs it longer
+// holds it. `name` names it in messages, and defines and name tell
 // programs apart. On failure the log gets GL's message, and at debug level the numbered source.
 // Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
 enum weft_result weft_program_get(weft_context *context, const char *name, const char *defines,
                                   const char *vertex, const char *fragment, GLuint *out);
+
+// Keeps a program that weft_program_get gave until it is released as often as it was held. 0 is
+// nobody's.
+void weft_program_hold(weft_context *context, GLuint program);
+void weft_program_release(weft_context *context, GLuint program);
 
 #endif

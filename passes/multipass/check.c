@@ -3,38 +3,38 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "passes/multipass/job.h"
+#include "passes/multipass/compiled.h"
 
-// ---- the request and the list -------------------------------------------------------------------
+// ---- the list -----------------------------------------------------------------------------------
 
-static bool tile_format_fits(const struct weft_multipass_job *job)
+static bool tile_format_fits(const struct weft_pass_list *l)
 {
-    const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
+    const enum weft_tile_format format = weft_kernel_tiles_get_info(l->tiles)->format;
     const bool real = format == WEFT_TILE_HALF || format == WEFT_TILE_FLOAT;
-    return job->floats || job->passes->log_table ? real : format == WEFT_TILE_UNORM;
+    return weft_target_one(l->target) == 0 || l->log_table ? real : format == WEFT_TILE_UNORM;
 }
 
-static enum weft_result check_list(const struct weft_multipass_job *job)
+static enum weft_result check_whole(const struct weft_log *log, const struct weft_multipass_work *w)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    const struct weft_multipass_work *w = job->work;
-    const struct weft_pass_list *l = job->passes;
-    weft_require(job->log, l && l->tiles);
+    const struct weft_pass_list *l = w->passes;
+    weft_require(log, l && l->tiles);
     const struct weft_kernel_tiles_info *t = weft_kernel_tiles_get_info(l->tiles);
-    weft_require(job->log, l->dims >= 1 && l->dims <= 3 && t->dims == l->dims);
-    weft_require(job->log, w->kernel.info && w->kernel.width == t->width);
-    weft_require(job->log, w->channels == 1 || (w->channels == 4 && !l->dot4));
-    weft_require(job->log, w->derivative >= 0 && w->derivative <= l->dims);
-    weft_require(job->log, tile_format_fits(job));
-    weft_require(job->log, l->extra_bits >= 0 && l->extra_bits <= 24);
-    weft_require(job->log, !job->floats || (l->extra_bits == 0 && !l->log_table));
-    weft_require(job->log, l->exact_inside || l->range >= 1.0);
-    weft_require(job->log, l->slot_count > 0 && l->result >= 0 && l->result < l->slot_count);
-    weft_require(job->log, l->group_count >= 0 && l->pass_count >= 0);
-    weft_require(job->log, !l->log_table || l->log_octaves > 0.0);
-    weft_require(job->log, l->result_scale > 0.0 && isfinite(l->result_scale));
+    const bool floats = weft_target_one(l->target) == 0;
+    weft_require(log, l->dims >= 1 && l->dims <= 3 && t->dims == l->dims);
+    weft_require(log, w->kernel.info && w->kernel.width == t->width);
+    weft_require(log, w->channels == 1 || (w->channels == 4 && !l->dot4));
+    weft_require(log, w->derivative >= 0 && w->derivative <= l->dims);
+    weft_require(log, tile_format_fits(l));
+    weft_require(log, l->extra_bits >= 0 && l->extra_bits <= 24);
+    weft_require(log, !floats || (l->extra_bits == 0 && !l->log_table));
+    weft_require(log, l->exact_inside || l->range >= 1.0);
+    weft_require(log, l->slot_count > 0 && l->result >= 0 && l->result < l->slot_count);
+    weft_require(log, l->group_count >= 0 && l->pass_count >= 0);
+    weft_require(log, !l->log_table || l->log_octaves > 0.0);
+    weft_require(log, l->result_scale > 0.0 && isfinite(l->result_scale));
     if (l->dims == 3 && t->samples > 1024) {
-        weft_error(job->log, "convolution: %d samples per unit in 3D, over the limit of 1024",
+        weft_error(log, "convolution: %d samples per unit in 3D, over the limit of 1024",
                    t->samples);
         res = WEFT_ERR_LIMIT;
         goto fail;
@@ -44,17 +44,17 @@ fail:
     return res;
 }
 
-static bool group_fits(const struct weft_multipass_job *job, const struct weft_tap_group *group)
+static bool group_fits(const struct weft_pass_list *l, const struct weft_tap_group *group)
 {
-    const int tiles = weft_kernel_tiles_get_info(job->passes->tiles)->tile_count;
-    for (int c = 0; c < (job->passes->dot4 ? 4 : 1); c++) {
+    const int tiles = weft_kernel_tiles_get_info(l->tiles)->tile_count;
+    for (int c = 0; c < (l->dot4 ? 4 : 1); c++) {
         const int sign = group->sign[c], shift = group->shift[c];
         if (group->tile[c] < -1 || group->tile[c] >= tiles || sign < -1 || sign > 1 || shift < 0 ||
-            shift + job->extra_bits > 30)
+            shift + l->extra_bits > 30)
             return false;
     }
     for (int a = 0; a < 3; a++)
-        if (abs(group->offset[a]) > (a < job->passes->dims ? WEFT_KERNEL_MAX_WIDTH : 0))
+        if (abs(group->offset[a]) > (a < l->dims ? WEFT_KERNEL_MAX_WIDTH : 0))
             return false;
     return true;
 }
@@ -72,24 +72,29 @@ static bool pass_fits(const struct weft_pass_list *l, const struct weft_pass *p)
     return fits;
 }
 
-static enum weft_result check_passes(const struct weft_multipass_job *job)
+enum weft_result weft_multipass_check_list(const struct weft_log *log,
+                                           const struct weft_multipass_work *work)
 {
-    const struct weft_pass_list *l = job->passes;
+    const struct weft_pass_list *l = work->passes;
+    const enum weft_result res = check_whole(log, work);
+    if (res != WEFT_OK)
+        return res;
     for (int g = 0; g < l->group_count; g++) {
-        if (!group_fits(job, &l->groups[g])) {
-            weft_error(job->log, "convolution: group %d has no such tile, sign, shift or offset",
-                       g);
+        if (!group_fits(l, &l->groups[g])) {
+            weft_error(log, "convolution: group %d has no such tile, sign, shift or offset", g);
             return WEFT_ERR_ARGUMENT;
         }
     }
     for (int p = 0; p < l->pass_count; p++) {
         if (!pass_fits(l, &l->passes[p])) {
-            weft_error(job->log, "convolution: pass %d has no such slot, group or divisor", p);
+            weft_error(log, "convolution: pass %d has no such slot, group or divisor", p);
             return WEFT_ERR_ARGUMENT;
         }
     }
     return WEFT_OK;
 }
+
+// ---- the request --------------------------------------------------------------------------------
 
 static bool all_finite(const double *values, int count)
 {
@@ -99,9 +104,8 @@ static bool all_finite(const double *values, int count)
     return true;
 }
 
-static bool positions_finite(const struct weft_multipass_job *job)
+static bool positions_finite(const struct weft_pixel_grid *grid)
 {
-    const struct weft_pixel_grid *grid = job->grid;
     for (int corner = 0; corner < 4; corner++) {
         double at[3];
         weft_multipass_position(grid, (corner & 1) * (grid->width - 1),
@@ -112,22 +116,28 @@ static bool positions_finite(const struct weft_multipass_job *job)
     return all_finite(grid->columns, grid->width) && all_finite(grid->rows, grid->height);
 }
 
-static enum weft_result check_request(const struct weft_multipass_job *job,
-                                      const struct weft_multipass_params *params)
+enum weft_result weft_multipass_check_request(const struct weft_log *log,
+                                              const struct weft_multipass_work *work,
+                                              const struct weft_multipass_request *request)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    const struct weft_samples *s = job->samples;
-    const struct weft_pixel_grid *g = job->grid;
-    weft_require(job->log, s && g);
-    weft_require(job->log, g->width > 0 && g->height > 0);
-    weft_require(job->log, s->size[0] > 0 && s->size[1] > 0 && s->size[2] > 0);
-    weft_require(job->log, job->passes->dims > 2 || s->size[2] == 1);
-    weft_require(job->log, job->passes->dims > 1 || s->size[1] == 1);
-    for (int c = 0; c < job->work->channels; c++)
-        weft_require(job->log, s->plane[c] && params->pixels[c]);
-    weft_require(job->log, !isinf(s->low) && !isinf(s->high) && !isinf(s->high - s->low));
-    if (s->low > s->high || !positions_finite(job)) {
-        weft_error(job->log, "convolution: a range of %g to %g, or positions that are not finite",
+    const struct weft_samples *s = request->samples;
+    const struct weft_pixel_grid *g = request->grid;
+    weft_require(log, s && g);
+    weft_require(log, g->width > 0 && g->height > 0);
+    weft_require(log, s->size[0] > 0 && s->size[1] > 0 && s->size[2] > 0);
+    weft_require(log, work->passes->dims > 2 || s->size[2] == 1);
+    weft_require(log, work->passes->dims > 1 || s->size[1] == 1);
+    for (int c = 0; c < work->channels; c++)
+        weft_require(log, s->plane[c] && request->pixels[c]);
+    weft_require(log, !isinf(s->low) && !isinf(s->high) && !isinf(s->high - s->low));
+    if (weft_multipass_stride(request) < g->width) {
+        weft_error(log, "convolution: a stride of %lld floats is less than the %d pixels",
+                   (long long)request->stride, g->width);
+        goto fail;
+    }
+    if (s->low > s->high || !positions_finite(g)) {
+        weft_error(log, "convolution: a range of %g to %g, or positions that are not finite",
                    s->low, s->high);
         goto fail;
     }
@@ -136,69 +146,30 @@ fail:
     return res;
 }
 
-static int sum_limit(const struct weft_multipass_job *job)
-{
-    const double limit = job->passes->range * job->one * exp2(job->extra_bits);
-    return job->passes->exact_inside || !(limit < INT_MAX) ? INT_MAX : (int)limit;
-}
-
-enum weft_result weft_multipass_job_start(const struct weft_multipass_work *work,
-                                          const struct weft_multipass_params *params,
-                                          struct weft_multipass_job *job)
-{
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    *job = (struct weft_multipass_job){
-        .work = work,
-        .passes = work->passes,
-        .samples = params->samples,
-        .grid = params->grid,
-        .log = params->log,
-    };
-    weft_require(job->log, job->passes);
-    job->one = weft_target_one(job->passes->target);
-    job->floats = job->one == 0;
-    job->extra_bits = job->passes->extra_bits;
-    job->limit = sum_limit(job);
-    res = check_list(job);
-    if (res == WEFT_OK)
-        res = check_passes(job);
-    if (res == WEFT_OK)
-        res = check_request(job, params);
-fail:
-    return res;
-}
-
-enum weft_result weft_multipass_work_check(const struct weft_multipass_work *work,
-                                           const struct weft_multipass_params *params)
-{
-    struct weft_multipass_job job;
-    return weft_multipass_job_start(work, params, &job);
-}
-
 // ---- sums that 32 bits must hold ----------------------------------------------------------------
 
 struct sums {
     double positive, negative;
 };
 
-static double tile_value_at(const struct weft_multipass_job *job, int group, int component,
+static double tile_value_at(const struct weft_multipass *m, int group, int component,
                             uint32_t position)
 {
     const size_t i =
-        weft_job_tile_texel(job, &job->groups[group], position) * (size_t)job->tiles.components +
+        weft_job_tile_texel(m, &m->groups[group], position) * (size_t)m->tiles.components +
         (size_t)component;
-    return job->tiles.type == WEFT_VALUE_UINT8 ? ((const uint8_t *)job->tiles.data)[i]
-                                               : ((const uint16_t *)job->tiles.data)[i];
+    return m->tiles.type == WEFT_VALUE_UINT8 ? ((const uint8_t *)m->tiles.data)[i]
+                                             : ((const uint16_t *)m->tiles.data)[i];
 }
 
-static struct sums sums_at(const struct weft_multipass_job *job, const struct weft_pass *p,
+static struct sums sums_at(const struct weft_multipass *m, const struct weft_pass *p,
                            uint32_t position)
 {
     struct sums s = {0.0, 0.0};
     for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
-        for (int c = 0; c < job->tiles.components; c++) {
-            const double factor = weft_multipass_job_factor(job, p, &job->passes->groups[g], c);
-            const double product = factor * job->one * tile_value_at(job, g, c, position);
+        for (int c = 0; c < m->tiles.components; c++) {
+            const double factor = weft_multipass_factor(m, p, &m->passes->groups[g], c);
+            const double product = factor * m->one * tile_value_at(m, g, c, position);
             s.positive += fmax(product, 0.0);
             s.negative += fmax(-product, 0.0);
         }
@@ -207,72 +178,70 @@ static struct sums sums_at(const struct weft_multipass_job *job, const struct we
 }
 
 // The largest sum of a pass over all sample positions; inputs may be anything.
-static double largest_sum(const struct weft_multipass_job *job, const struct weft_pass *p)
+static double largest_sum(const struct weft_multipass *m, const struct weft_pass *p)
 {
-    const size_t positions = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
-    const uint32_t m = (uint32_t)job->samples_per_unit;
+    const size_t positions = weft_kernel_tiles_get_info(m->passes->tiles)->tile_values;
+    const uint32_t side = (uint32_t)m->samples_per_unit;
     double largest = 0.0;
     for (uint32_t i = 0; i < positions; i++) {
-        const uint32_t k[3] = {i % m, i / m % m, i / m / m};
-        const struct sums s = sums_at(job, p, weft_job_pack_position(job, k));
+        const uint32_t k[3] = {i % side, i / side % side, i / side / side};
+        const struct sums s = sums_at(m, p, weft_job_pack_position(m, k));
         largest = fmax(largest, fmax(s.positive, s.negative));
     }
     return largest;
 }
 
 // The same with every tile's largest value, at a glance.
-static double sum_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
+static double sum_bound(const struct weft_multipass *m, const struct weft_pass *p)
 {
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(job->passes->tiles);
+    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(m->passes->tiles);
     double bound = 0.0;
     for (int g = p->group_first; g < p->group_first + p->group_count; g++) {
-        const struct weft_tap_group *group = &job->passes->groups[g];
-        for (int c = 0; c < job->tiles.components; c++) {
+        const struct weft_tap_group *group = &m->passes->groups[g];
+        for (int c = 0; c < m->tiles.components; c++) {
             const struct weft_kernel_tile *t =
-                weft_kernel_tiles_get(job->passes->tiles, group->tile[c]);
+                weft_kernel_tiles_get(m->passes->tiles, group->tile[c]);
             if (t)
-                bound += fabs((double)weft_multipass_job_factor(job, p, group, c)) * job->one *
+                bound += fabs((double)weft_multipass_factor(m, p, group, c)) * m->one *
                          fmax(fabs(t->minimum), fabs(t->maximum)) * info->one * t->scale;
         }
     }
     return bound;
 }
 
-static double log_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
+static double log_bound(const struct weft_multipass *m, const struct weft_pass *p)
 {
     uint32_t largest = 0;
-    for (int i = 0; i <= 2 * job->one; i++)
-        largest = job->passes->log_table[i] > largest ? job->passes->log_table[i] : largest;
-    return (double)largest * p->group_count * job->tiles.components;
+    for (int i = 0; i <= 2 * m->one; i++)
+        largest = m->passes->log_table[i] > largest ? m->passes->log_table[i] : largest;
+    return (double)largest * p->group_count * m->tiles.components;
 }
 
-static double combine_bound(const struct weft_multipass_job *job, const struct weft_pass *p)
+static double combine_bound(const struct weft_multipass *m, const struct weft_pass *p)
 {
-    const bool exact = job->passes->exact_inside;
-    const double scale = exact ? 1.0 : exp2(job->extra_bits);
+    const bool exact = m->passes->exact_inside;
+    const double scale = exact ? 1.0 : exp2(m->extra_bits);
     const double bias = fabs((double)p->bias) * scale / (exact ? 1.0 : p->denominator);
     double bound = 0.0;
     for (int i = 0; i < p->input_count; i++)
-        bound += fabs((double)p->numerator[i]) * job->one * scale;
+        bound += fabs((double)p->numerator[i]) * m->one * scale;
     return bound + bias + p->denominator;
 }
 
-enum weft_result weft_multipass_job_check_sums(const struct weft_multipass_job *job)
+enum weft_result weft_multipass_check_sums(const struct weft_multipass *m)
 {
-    for (int i = 0; !job->floats && i < job->passes->pass_count; i++) {
-        const struct weft_pass *p = &job->passes->passes[i];
-        const bool combines = p->kind == WEFT_PASS_COMBINE, log = job->passes->log_table;
+    for (int i = 0; !m->floats && i < m->passes->pass_count; i++) {
+        const struct weft_pass *p = &m->passes->passes[i];
+        const bool combines = p->kind == WEFT_PASS_COMBINE, log = m->passes->log_table;
         // Without exact sums, those of rounded products are smaller.
         const double divisor = log ? 1.0 : p->divisor;
         const double rest = combines ? 0.0 : (fabs((double)p->bias) + 1.0) * divisor;
-        double bound = combines ? combine_bound(job, p)
-                       : log    ? log_bound(job, p)
-                                : sum_bound(job, p);
+        double bound = combines ? combine_bound(m, p) : log ? log_bound(m, p) : sum_bound(m, p);
         if (bound + rest > INT_MAX && !combines && !log)
-            bound = largest_sum(job, p);
+            bound = largest_sum(m, p);
         if (bound + rest <= INT_MAX)
             continue;
-        weft_error(job->log, "convolution: sums up to %.0f in pass %d, over 32 bits' %d",
+        weft_error(m->log, "convolution: sums up to %.0f in pass %d, over 32 bits' %d",
                    bound + rest, i, INT_MAX);
         return WEFT_ERR_LIMIT;
     }

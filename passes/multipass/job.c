@@ -6,36 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static size_t value_bytes(enum weft_value_type type)
-{
-    static const size_t bytes[] = {
-        [WEFT_VALUE_UINT8] = 1, [WEFT_VALUE_UINT16] = 2, [WEFT_VALUE_FLOAT] = 4};
-    return bytes[type];
-}
-
-static void put(const struct weft_job_values *values, size_t i, double value)
-{
-    switch (values->type) {
-    case WEFT_VALUE_UINT8:
-        ((uint8_t *)values->data)[i] = (uint8_t)value;
-        return;
-    case WEFT_VALUE_UINT16:
-        ((uint16_t *)values->data)[i] = (uint16_t)value;
-        return;
-    case WEFT_VALUE_FLOAT:
-        break;
-    }
-    ((float *)values->data)[i] = (float)value;
-}
-
-// The code of a logarithm, passes/plan/pass.h.
-static double log_code(const struct weft_multipass_job *job, double x)
-{
-    const int one = job->one;
-    const double octaves = job->passes->log_octaves;
-    return x < exp2(-octaves) ? one : fmax(0.0, round(-log2(x) * (one - 1) / octaves));
-}
-
 // ---- halves -------------------------------------------------------------------------------------
 
 static uint32_t float_bits(float x)
@@ -76,7 +46,7 @@ static size_t sample_count(const struct weft_samples *s)
 static bool find_range(const struct weft_multipass_job *job, double *low, double *high)
 {
     struct weft_statistics s = WEFT_STATISTICS_NONE;
-    for (int c = 0; c < job->work->channels; c++)
+    for (int c = 0; c < job->compiled->work.channels; c++)
         weft_statistics_add(&s, job->samples->plane[c], sample_count(job->samples));
     *low = isnan(s.minimum) ? 0.0 : s.minimum;
     *high = isnan(s.maximum) ? 0.0 : s.maximum;
@@ -91,7 +61,7 @@ static enum weft_result mark_not_finite(struct weft_multipass_job *job)
         weft_error(job->log, "convolution: not enough memory for %zu marks", count);
         return WEFT_ERR_MEMORY;
     }
-    for (int c = 0; c < job->work->channels; c++)
+    for (int c = 0; c < job->compiled->work.channels; c++)
         for (size_t i = 0; i < count; i++)
             if (!isfinite(job->samples->plane[c][i]))
                 job->not_finite[i] |= (uint8_t)(1 << c);
@@ -115,7 +85,7 @@ static enum weft_result set_range(struct weft_multipass_job *job)
     job->low = low;
     job->high = high;
     job->width = high - low;
-    if (job->passes->log_table && low < 0.0) {
+    if (job->compiled->passes->log_table && low < 0.0) {
         weft_error(job->log, "convolution: logarithms need a range from 0 on, not from %g", low);
         return WEFT_ERR_UNSUPPORTED;
     }
@@ -127,60 +97,22 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
-static int larger(int a, int b)
-{
-    return a > b ? a : b;
-}
-
-static void find_reach(struct weft_multipass_job *job)
-{
-    for (int g = 0; g < job->passes->group_count; g++) {
-        for (int a = 0; a < job->passes->dims; a++) {
-            const int offset = job->passes->groups[g].offset[a];
-            job->reach[0][a] = smaller(job->reach[0][a], offset);
-            job->reach[1][a] = larger(job->reach[1][a], offset);
-        }
-    }
-}
-
-static enum weft_result check_texels(const struct weft_multipass_job *job, const char *what,
-                                     double texels, int64_t limit)
-{
-    if (texels <= (double)limit)
-        return WEFT_OK;
-    weft_error(job->log, "convolution: the %s takes %.0f texels, over the limit of %lld", what,
-               texels, (long long)limit);
-    return WEFT_ERR_LIMIT;
-}
-
-static enum weft_result allocate(const struct weft_multipass_job *job, const char *what,
-                                 struct weft_job_values *values)
-{
-    const size_t texel = (size_t)values->components * value_bytes(values->type);
-    if (weft_size_mul(values->texels, texel, &values->bytes))
-        values->data = calloc(1, values->bytes);
-    if (values->data)
-        return WEFT_OK;
-    weft_error(job->log, "convolution: not enough memory for %zu texels of the %s", values->texels,
-               what);
-    return WEFT_ERR_MEMORY;
-}
-
 // First taps go from 1 - width, where all taps read the first sample or what is before it, to the
 // last sample.
-static enum weft_result size_source(struct weft_multipass_job *job, int64_t limit)
+static enum weft_result size_source(struct weft_multipass_job *job)
 {
+    const int64_t limit = job->compiled->limits.texels;
     double texels = 1.0;
-    find_reach(job);
     for (int a = 0; a < 3; a++) {
-        const size_t taps = a < job->passes->dims ? (size_t)job->work->kernel.width : 1;
+        const size_t taps =
+            a < job->compiled->passes->dims ? (size_t)job->compiled->work.kernel.width : 1;
         job->padded[a] = (size_t)job->samples->size[a] + taps - 1 +
-                         (size_t)(job->reach[1][a] - job->reach[0][a]);
+                         (size_t)(job->compiled->reach[1][a] - job->compiled->reach[0][a]);
         texels *= (double)job->padded[a];
     }
     // Also keeps offsets within 32 bits.
     const enum weft_result res =
-        check_texels(job, "source", texels, limit < INT32_MAX ? limit : INT32_MAX);
+        weft_job_check_texels(job->log, "source", texels, limit < INT32_MAX ? limit : INT32_MAX);
     if (res == WEFT_OK)
         job->source.texels = job->padded[0] * job->padded[1] * job->padded[2];
     return res;
@@ -189,8 +121,8 @@ static enum weft_result size_source(struct weft_multipass_job *job, int64_t limi
 // The sample that lies at a padded texel's place (moved by `shift`) along an axis.
 static size_t sample_at(const struct weft_multipass_job *job, int a, size_t texel, int shift)
 {
-    const int64_t taps = a < job->passes->dims ? job->work->kernel.width : 1;
-    const int64_t i = (int64_t)texel + 1 - taps + job->reach[0][a] + shift;
+    const int64_t taps = a < job->compiled->passes->dims ? job->compiled->work.kernel.width : 1;
+    const int64_t i = (int64_t)texel + 1 - taps + job->compiled->reach[0][a] + shift;
     return i < 0 ? 0 : i >= job->samples->size[a] ? (size_t)job->samples->size[a] - 1 : (size_t)i;
 }
 
@@ -198,11 +130,11 @@ static double mapped(const struct weft_multipass_job *job, float sample)
 {
     const double x = job->width > 0.0 ? ((double)sample - job->low) / job->width : 0.0;
     const double inside = x > 0.0 ? fmin(x, 1.0) : 0.0; // a NAN is 0
-    if (job->passes->log_table)
-        return log_code(job, inside);
-    if (!job->floats)
-        return floor(inside * job->one + 0.5);
-    return job->passes->target == WEFT_TARGET_HALF ? half_nearest(inside) : inside;
+    if (job->compiled->passes->log_table)
+        return weft_job_log_code(job->compiled, inside);
+    if (!job->compiled->floats)
+        return floor(inside * job->compiled->one + 0.5);
+    return job->compiled->passes->target == WEFT_TARGET_HALF ? half_nearest(inside) : inside;
 }
 
 // Component c of the padded source, from a plane that is mapped already: [z][y][x] as the samples.
@@ -210,7 +142,7 @@ static void lay_out(const struct weft_multipass_job *job, const struct weft_job_
                     int c, const int shift[3])
 {
     const size_t size_x = (size_t)job->samples->size[0], size_y = (size_t)job->samples->size[1];
-    const size_t texel = (size_t)job->source.components, bytes = value_bytes(plane->type);
+    const size_t texel = (size_t)job->source.components, bytes = weft_value_bytes(plane->type);
     char *out = (char *)job->source.data + (size_t)c * bytes;
     for (size_t z = 0; z < job->padded[2]; z++) {
         for (size_t y = 0; y < job->padded[1]; y++) {
@@ -228,188 +160,32 @@ static void map_plane(struct weft_multipass_job *job, const float *samples,
 {
     for (size_t i = 0; i < out->texels; i++) {
         const double v = (double)samples[i];
-        put(out, i, mapped(job, samples[i]));
+        weft_job_put(out, i, mapped(job, samples[i]));
         job->clamped += !(v >= job->low && v <= job->high);
     }
 }
 
-static enum weft_result create_source(struct weft_multipass_job *job, int64_t limit)
+static enum weft_result create_source(struct weft_multipass_job *job)
 {
-    const struct weft_pass_list *l = job->passes;
-    enum weft_result res = size_source(job, limit);
+    const struct weft_pass_list *l = job->compiled->passes;
+    enum weft_result res = size_source(job);
     if (res != WEFT_OK)
         return res;
-    job->source.type = job->floats        ? WEFT_VALUE_FLOAT
-                       : job->one <= 0xff ? WEFT_VALUE_UINT8
-                                          : WEFT_VALUE_UINT16;
-    job->source.components = l->dot4 ? 4 : job->work->channels;
+    job->source.type = job->compiled->floats        ? WEFT_VALUE_FLOAT
+                       : job->compiled->one <= 0xff ? WEFT_VALUE_UINT8
+                                                    : WEFT_VALUE_UINT16;
+    job->source.components = l->dot4 ? 4 : job->compiled->work.channels;
     struct weft_job_values plane = {
         .type = job->source.type, .components = 1, .texels = sample_count(job->samples)};
-    res = allocate(job, "source", &job->source);
+    res = weft_job_values_create(job->log, "source", &job->source);
     if (res == WEFT_OK)
-        res = allocate(job, "mapped samples", &plane);
+        res = weft_job_values_create(job->log, "mapped samples", &plane);
     for (int c = 0; res == WEFT_OK && c < job->source.components; c++) {
-        if (c < job->work->channels)
+        if (c < job->compiled->work.channels)
             map_plane(job, job->samples->plane[c], &plane);
         lay_out(job, &plane, c, l->dot4 ? l->pattern[c] : (const int[3]){0});
     }
     free(plane.data);
-    return res;
-}
-
-// ---- the tiles ----------------------------------------------------------------------------------
-
-static double stored_value(const struct weft_multipass_job *job,
-                           const struct weft_kernel_tile *tile, size_t i)
-{
-    const enum weft_tile_format format = weft_kernel_tiles_get_info(job->passes->tiles)->format;
-    if (format == WEFT_TILE_UNORM)
-        return ((const uint16_t *)tile->data)[i];
-    const double value = (double)((const float *)tile->data)[i];
-    return job->passes->log_table ? log_code(job, fabs(value) / tile->scale) : value;
-}
-
-struct tile_axes {
-    int32_t base, flip, step[3];
-};
-
-// Index of sample k in a tile's memory: base + sum over axes of step k.
-static struct tile_axes tile_axes(const struct weft_multipass_job *job,
-                                  const struct weft_kernel_tile *tile)
-{
-    struct tile_axes axes = {0};
-    for (int a = 0, stride = 1; a < job->passes->dims; a++, stride *= job->samples_per_unit) {
-        const bool mirrored = tile && tile->mirrored[a];
-        axes.step[a] = mirrored ? -stride : stride;
-        axes.base += mirrored ? (job->samples_per_unit - 1) * stride : 0;
-    }
-    axes.flip = axes.base;
-    return axes;
-}
-
-// One of the four components of a group's block.
-static void write_component(const struct weft_multipass_job *job, int32_t base, int component,
-                            const struct weft_tap_group *group)
-{
-    const struct weft_kernel_tile *tile =
-        weft_kernel_tiles_get(job->passes->tiles, group->tile[component]);
-    const double sign = job->signed_tiles ? group->sign[component] : 1.0;
-    const struct tile_axes axes = tile_axes(job, tile);
-    const int m = job->samples_per_unit, dims = job->passes->dims;
-    size_t out = 4 * (size_t)base + (size_t)component;
-    for (int z = 0; z < (dims > 2 ? m : 1); z++) {
-        for (int y = 0; y < (dims > 1 ? m : 1); y++) {
-            int32_t in = axes.base + z * axes.step[2] + y * axes.step[1];
-            for (int x = 0; x < m; x++, in += axes.step[0], out += 4)
-                put(&job->tiles, out, sign * stored_value(job, tile, (size_t)in));
-        }
-    }
-}
-
-// What one block of values holds: four tiles, or what the tile shares with its mirror images.
-static bool same_block(const struct weft_multipass_job *job, const struct weft_tap_group *a,
-                       const struct weft_tap_group *b)
-{
-    if (job->passes->dot4)
-        return memcmp(a->tile, b->tile, sizeof a->tile) == 0 &&
-               (!job->signed_tiles || memcmp(a->sign, b->sign, sizeof a->sign) == 0);
-    const struct weft_kernel_tile *tile_a = weft_kernel_tiles_get(job->passes->tiles, a->tile[0]);
-    const struct weft_kernel_tile *tile_b = weft_kernel_tiles_get(job->passes->tiles, b->tile[0]);
-    return tile_a && tile_b ? tile_a->stored == tile_b->stored : tile_a == tile_b;
-}
-
-// Numbers the blocks; returns how many there are.
-static size_t number_blocks(const struct weft_multipass_job *job, int *block)
-{
-    int count = 0;
-    for (int g = 0; g < job->passes->group_count; g++) {
-        int twin = 0;
-        while (!same_block(job, &job->passes->groups[twin], &job->passes->groups[g]))
-            twin++;
-        block[g] = twin < g ? block[twin] : count++;
-    }
-    return (size_t)count;
-}
-
-static void write_block(const struct weft_multipass_job *job, const struct weft_tap_group *group,
-                        int32_t base)
-{
-    const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
-    if (job->passes->dot4) {
-        for (int c = 0; c < 4; c++)
-            if (group->tile[c] >= 0)
-                write_component(job, base, c, group);
-        return;
-    }
-    const struct weft_kernel_tile *tile = weft_kernel_tiles_get(job->passes->tiles, group->tile[0]);
-    for (size_t i = 0; tile && i < values; i++)
-        put(&job->tiles, (size_t)base + i, stored_value(job, tile, i));
-}
-
-static void set_groups(struct weft_multipass_job *job, const int *block)
-{
-    const size_t values = weft_kernel_tiles_get_info(job->passes->tiles)->tile_values;
-    for (int g = 0, written = 0; g < job->passes->group_count; g++) {
-        const struct weft_tap_group *group = &job->passes->groups[g];
-        struct weft_job_group *out = &job->groups[g];
-        out->tile_base = (int32_t)((size_t)block[g] * values);
-        if (block[g] == written) {
-            write_block(job, group, out->tile_base);
-            written++;
-        }
-        if (job->positions != WEFT_JOB_LINEAR) {
-            const struct tile_axes axes =
-                tile_axes(job, weft_kernel_tiles_get(job->passes->tiles, group->tile[0]));
-            memcpy(out->tile_step, axes.step, sizeof out->tile_step);
-            out->tile_flip = axes.flip;
-            out->tile_base += job->positions == WEFT_JOB_PACKED ? axes.base : 0;
-        }
-        for (int a = 0, stride = 1; a < 3; stride *= (int)job->padded[a++])
-            out->source_offset += group->offset[a] * stride;
-    }
-}
-
-static enum weft_job_positions choose_positions(const struct weft_multipass_job *job)
-{
-    const int m = job->samples_per_unit;
-    bool mirrored = false;
-    for (int g = 0; !job->passes->dot4 && g < job->passes->group_count; g++) {
-        const int tile = job->passes->groups[g].tile[0];
-        mirrored =
-            mirrored || tile_axes(job, weft_kernel_tiles_get(job->passes->tiles, tile)).flip != 0;
-    }
-    return !mirrored ? WEFT_JOB_LINEAR : (m & (m - 1)) == 0 ? WEFT_JOB_FLIPS : WEFT_JOB_PACKED;
-}
-
-static enum weft_result create_tiles(struct weft_multipass_job *job, int64_t limit)
-{
-    const struct weft_pass_list *l = job->passes;
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(l->tiles);
-    enum weft_result res = WEFT_ERR_MEMORY;
-    int *block = calloc((size_t)l->group_count + 1, sizeof *block);
-    job->groups = calloc((size_t)l->group_count + 1, sizeof *job->groups);
-    if (!block || !job->groups) {
-        weft_error(job->log, "convolution: not enough memory for %d groups", l->group_count);
-        goto fail;
-    }
-    job->signed_tiles = job->floats && l->dot4;
-    const size_t blocks = number_blocks(job, block);
-    const double texels = (double)blocks * (double)info->tile_values;
-    res = check_texels(job, "tiles", texels, limit < INT32_MAX ? limit : INT32_MAX);
-    if (res != WEFT_OK)
-        goto fail;
-    const int largest = job->floats || l->log_table ? job->one : (1 << info->bits) - 1;
-    job->tiles.type = job->floats       ? WEFT_VALUE_FLOAT
-                      : largest <= 0xff ? WEFT_VALUE_UINT8
-                                        : WEFT_VALUE_UINT16;
-    job->tiles.components = l->dot4 ? 4 : 1;
-    job->tiles.texels = (blocks ? blocks : 1) * info->tile_values;
-    job->positions = choose_positions(job);
-    res = allocate(job, "tiles", &job->tiles);
-    if (res == WEFT_OK)
-        set_groups(job, block);
-fail:
-    free(block);
     return res;
 }
 
@@ -418,33 +194,33 @@ fail:
 static void make_entry(const struct weft_multipass_job *job, int x, int y,
                        struct weft_job_entry *out)
 {
-    const int m = job->samples_per_unit;
+    const int m = job->compiled->samples_per_unit;
     uint32_t k[3] = {0};
     double at[3];
     weft_multipass_position(job->grid, x, y, at);
     size_t texel = 0;
-    for (int a = job->passes->dims - 1; a >= 0; a--) {
+    for (int a = job->compiled->passes->dims - 1; a >= 0; a--) {
         double fraction;
         const int64_t first = weft_job_first_tap(job, a, at[a], &fraction);
         k[a] = (uint32_t)smaller(m - 1, (int)floor(fraction * m));
         // A group's offset is counted from here, so the least is in front.
         texel = texel * job->padded[a] +
-                (size_t)(first + job->work->kernel.width - 1 - job->reach[0][a]);
+                (size_t)(first + job->compiled->work.kernel.width - 1 - job->compiled->reach[0][a]);
     }
-    *out = (struct weft_job_entry){(uint32_t)texel, weft_job_pack_position(job, k)};
+    *out = (struct weft_job_entry){(uint32_t)texel, weft_job_pack_position(job->compiled, k)};
 }
 
-static enum weft_result create_entries(struct weft_multipass_job *job,
-                                       const struct weft_job_limits *limits)
+static enum weft_result create_entries(struct weft_multipass_job *job)
 {
+    const struct weft_job_limits *limits = &job->compiled->limits;
     const struct weft_pixel_grid *g = job->grid;
     if (g->width > limits->target || g->height > limits->target) {
         weft_error(job->log, "convolution: %d x %d pixels, over the limit of %lld along a side",
                    g->width, g->height, (long long)limits->target);
         return WEFT_ERR_LIMIT;
     }
-    const enum weft_result res =
-        check_texels(job, "grid", (double)g->width * (double)g->height, limits->texels);
+    const enum weft_result res = weft_job_check_texels(
+        job->log, "grid", (double)g->width * (double)g->height, limits->texels);
     if (res != WEFT_OK)
         return res;
     job->pixels = (size_t)g->width * (size_t)g->height;
@@ -462,68 +238,59 @@ static enum weft_result create_entries(struct weft_multipass_job *job,
 
 // ---- creation -----------------------------------------------------------------------------------
 
-enum weft_result weft_multipass_job_create(const struct weft_multipass_work *work,
-                                           const struct weft_multipass_params *params,
-                                           const struct weft_job_limits *limits,
+static enum weft_result find_offsets(struct weft_multipass_job *job)
+{
+    const struct weft_pass_list *l = job->compiled->passes;
+    job->source_offset = calloc((size_t)l->group_count + 1, sizeof *job->source_offset);
+    if (!job->source_offset) {
+        weft_error(job->log, "convolution: not enough memory for %d groups", l->group_count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int g = 0; g < l->group_count; g++)
+        for (int a = 0, stride = 1; a < 3; stride *= (int)job->padded[a++])
+            job->source_offset[g] += l->groups[g].offset[a] * stride;
+    return WEFT_OK;
+}
+
+enum weft_result weft_multipass_job_create(const struct weft_multipass *compiled,
+                                           const struct weft_multipass_run_params *params,
                                            struct weft_multipass_job *out)
 {
-    struct weft_multipass_job job;
+    const struct weft_multipass_request request = {
+        .samples = params->samples,
+        .grid = params->grid,
+        .pixels = {params->pixels[0], params->pixels[1], params->pixels[2], params->pixels[3]},
+        .stride = params->stride,
+    };
+    struct weft_multipass_job job = {
+        .compiled = compiled,
+        .params = params,
+        .samples = params->samples,
+        .grid = params->grid,
+        .log = params->log,
+    };
     *out = (struct weft_multipass_job){0};
-    enum weft_result res = weft_multipass_job_start(work, params, &job);
-    if (res != WEFT_OK)
-        goto fail;
-    job.samples_per_unit = weft_kernel_tiles_get_info(job.passes->tiles)->samples;
-    job.position_bits = job.passes->dims == 3 ? 10 : 16;
-    res = set_range(&job);
+    enum weft_result res = weft_multipass_check_request(params->log, &compiled->work, &request);
     if (res == WEFT_OK)
-        res = create_source(&job, limits->texels);
+        res = set_range(&job);
     if (res == WEFT_OK)
-        res = create_tiles(&job, limits->texels);
+        res = create_source(&job);
     if (res == WEFT_OK)
-        res = weft_multipass_job_check_sums(&job);
+        res = find_offsets(&job);
     if (res == WEFT_OK)
-        res = create_entries(&job, limits);
-    if (res != WEFT_OK)
-        goto fail;
-    *out = job;
-    return WEFT_OK;
-fail:
-    weft_multipass_job_destroy(&job);
+        res = create_entries(&job);
+    if (res == WEFT_OK)
+        *out = job;
+    else
+        weft_multipass_job_destroy(&job);
     return res;
 }
 
 void weft_multipass_job_destroy(struct weft_multipass_job *job)
 {
     free(job->source.data);
-    free(job->tiles.data);
-    free(job->groups);
+    free(job->source_offset);
     free(job->entries);
     free(job->not_finite);
     *job = (struct weft_multipass_job){0};
-}
-
-int weft_multipass_job_bias(const struct weft_multipass_job *job, const struct weft_pass *pass)
-{
-    if (job->passes->exact_inside)
-        return pass->bias + pass->denominator / 2;
-    const int64_t unit = INT64_C(1) << job->extra_bits;
-    const int64_t twice = 2 * llabs(pass->bias * unit) + pass->denominator;
-    const int magnitude = (int)(twice / (2 * (int64_t)pass->denominator));
-    return (pass->bias < 0 ? -magnitude : magnitude) + (int)(unit / 2);
-}
-
-enum weft_result weft_multipass_plan_work(const struct weft_multipass_params *params,
-                                          struct weft_multipass_work *out)
-{
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    *out = (struct weft_multipass_work){0};
-    weft_require(params->log, params->plan);
-    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(params->plan);
-    *out = (struct weft_multipass_work){.passes = info->passes,
-                                        .kernel = info->kernel,
-                                        .derivative = info->derivative,
-                                        .channels = info->channels};
-    return WEFT_OK;
-fail:
-    return res;
 }

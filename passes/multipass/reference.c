@@ -1,10 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <math.h>
 
+#include "filter/check.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/analysis/reference.h"
-#include "passes/multipass/job.h"
-#include "passes/verify/pixel_error.h"
+#include "passes/multipass/reference.h"
+
+enum weft_result weft_multipass_plan_work(const struct weft_log *log, const weft_pass_plan *plan,
+                                          struct weft_multipass_work *out)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    *out = (struct weft_multipass_work){0};
+    weft_require(log, plan);
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
+    *out = (struct weft_multipass_work){.passes = info->passes,
+                                        .kernel = info->kernel,
+                                        .derivative = info->derivative,
+                                        .channels = info->channels};
+    return WEFT_OK;
+fail:
+    return res;
+}
 
 void weft_multipass_axis_kernels(const struct weft_multipass_work *w, struct weft_axis_kernels *out)
 {
@@ -75,70 +91,4 @@ double weft_multipass_refer(const struct weft_multipass_work *work,
     if (work->derivative)
         return derivative_at(work, axes, position, &plane);
     return weft_reference_compute(&work->kernel, work->passes->dims, position, fetch, &plane).value;
-}
-
-struct verifier {
-    const struct weft_multipass_params *params;
-    const struct weft_multipass_work *work;
-    struct weft_axis_kernels axes;
-    double square_sum;
-    uint64_t compared;
-    struct weft_multipass_error error;
-};
-
-static void check_pixel(struct verifier *v, int x, int y, int channel)
-{
-    struct weft_multipass_error *e = &v->error;
-    const size_t at = (size_t)y * (size_t)v->params->grid->width + (size_t)x;
-    double position[3];
-    bool mismatch;
-    weft_multipass_position(v->params->grid, x, y, position);
-    const double exact =
-        weft_multipass_refer(v->work, &v->axes, v->params->samples, channel, position);
-    const double error = weft_pixel_error(v->params->pixels[channel][at], exact, &mismatch);
-    e->not_finite_mismatches += mismatch;
-    if (isnan(error))
-        return;
-    v->square_sum += error * error;
-    v->compared++;
-    if (error > e->maximum || v->compared == 1) {
-        e->maximum = error;
-        e->at_x = x;
-        e->at_y = y;
-        e->channel = channel;
-    }
-}
-
-enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,
-                                            const struct weft_multipass_params *params,
-                                            struct weft_multipass_error *out)
-{
-    struct verifier v = {.params = params, .work = work};
-    *out = (struct weft_multipass_error){0};
-    enum weft_result res = weft_multipass_work_check(work, params);
-    if (res == WEFT_OK && work->derivative)
-        res = weft_kernel_derive(params->log, &work->kernel, &v.axes.kernel[0]);
-    if (res != WEFT_OK)
-        return res;
-    weft_multipass_axis_kernels(work, &v.axes);
-    const struct weft_pixel_grid *grid = params->grid;
-    for (int y = 0; y < grid->height; y++) {
-        if (!weft_job_go_on(params->progress, (double)y / grid->height))
-            return WEFT_ERR_CANCELLED;
-        for (int x = 0; x < grid->width; x++)
-            for (int c = 0; c < work->channels; c++)
-                check_pixel(&v, x, y, c);
-    }
-    weft_job_go_on(params->progress, 1.0);
-    v.error.rms = v.compared ? sqrt(v.square_sum / (double)v.compared) : 0.0;
-    *out = v.error;
-    return WEFT_OK;
-}
-
-enum weft_result weft_multipass_verify(const struct weft_multipass_params *params,
-                                       struct weft_multipass_error *out)
-{
-    struct weft_multipass_work work;
-    const enum weft_result res = weft_multipass_plan_work(params, &work);
-    return res == WEFT_OK ? weft_multipass_verify_work(&work, params, out) : res;
 }

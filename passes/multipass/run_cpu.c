@@ -11,6 +11,7 @@ enum { CHUNK = 2048 };
 
 struct emulator {
     const struct weft_multipass_job *job;
+    const struct weft_multipass *m; // the job's
     const struct weft_pass_list *passes;
     const struct weft_progress *progress;
     int channels;
@@ -45,12 +46,13 @@ static float *slot_floats(const struct emulator *e, int slot, int channel)
 
 static void locate(struct emulator *e, int group)
 {
-    const struct weft_job_group *g = &e->job->groups[group];
+    const struct weft_job_group *g = &e->m->groups[group];
     const struct weft_job_entry *entries = e->job->entries + e->first;
+    const uint32_t offset = (uint32_t)e->job->source_offset[group];
     for (size_t i = 0; i < e->count; i++)
-        e->sample_at[i] = entries[i].texel + (uint32_t)g->source_offset;
+        e->sample_at[i] = entries[i].texel + offset;
     for (size_t i = 0; i < e->count; i++)
-        e->weight_at[i] = (uint32_t)weft_job_tile_texel(e->job, g, entries[i].position);
+        e->weight_at[i] = (uint32_t)weft_job_tile_texel(e->m, g, entries[i].position);
 }
 
 static void fetch(const struct weft_job_values *values, int component, const uint32_t *at,
@@ -76,12 +78,11 @@ static void fetch_floats(const struct weft_job_values *values, int component, co
         out[i] = in[at[i] * n + c];
 }
 
-// ---- sums of integers, passes/plan/pass.h
-// ------------------------------------------------------------
+// ---- sums of integers, passes/plan/pass.h -------------------------------------------------------
 
 static void add_logarithms(struct emulator *e, int32_t factor)
 {
-    const int one = e->job->one;
+    const int one = e->m->one;
     for (size_t i = 0; i < e->count; i++) {
         const int32_t s = e->samples[i], q = e->weights[i];
         if (s != one && q != one)
@@ -105,7 +106,7 @@ static void add_products(struct emulator *e, const struct weft_pass *pass, int32
 
 static void saturate(struct emulator *e)
 {
-    const int limit = e->job->limit;
+    const int limit = e->m->limit;
     for (size_t i = 0; limit < INT_MAX && i < e->count; i++)
         e->sums[i] = e->sums[i] < -limit ? -limit : e->sums[i] > limit ? limit : e->sums[i];
 }
@@ -114,11 +115,11 @@ static void add_group(struct emulator *e, const struct weft_pass *pass, int grou
 {
     const int tap_count = e->passes->dot4 ? 4 : 1;
     for (int c = 0; c < tap_count; c++) {
-        const int factor = weft_multipass_job_factor(e->job, pass, &e->passes->groups[group], c);
+        const int factor = weft_multipass_factor(e->m, pass, &e->passes->groups[group], c);
         if (factor) {
             fetch(&e->job->source, e->passes->dot4 ? c : channel, e->sample_at, e->count,
                   e->samples);
-            fetch(&e->job->tiles, c, e->weight_at, e->count, e->weights);
+            fetch(&e->m->tiles, c, e->weight_at, e->count, e->weights);
             add_products(e, pass, factor);
         }
         if (c == 2 && e->passes->dot_width == 3)
@@ -162,7 +163,7 @@ static void take_part(struct emulator *e, const struct weft_pass *pass)
 
 static int32_t clamped(struct emulator *e, int32_t code)
 {
-    const int32_t inside = code < 0 ? 0 : code > e->job->one ? e->job->one : code;
+    const int32_t inside = code < 0 ? 0 : code > e->m->one ? e->m->one : code;
     const int64_t clamp = llabs((int64_t)code - inside);
     e->clamps += clamp > 0;
     e->largest_clamp = clamp > e->largest_clamp ? clamp : e->largest_clamp;
@@ -186,12 +187,12 @@ static void combine(struct emulator *e, const struct weft_pass *pass, int channe
 {
     const bool rounds = !e->passes->exact_inside;
     const int32_t denominator = rounds ? 1 << e->passes->extra_bits : pass->denominator;
-    const int32_t bias = weft_multipass_job_bias(e->job, pass);
+    const int32_t bias = weft_multipass_bias(e->m, pass);
     for (size_t i = 0; i < e->count; i++)
         e->sums[i] = bias;
     for (int k = 0; k < pass->input_count; k++) {
         const int32_t *in = slot_codes(e, pass->input[k], channel);
-        const int32_t numerator = weft_multipass_job_numerator(e->job, pass, k);
+        const int32_t numerator = weft_multipass_numerator(e->m, pass, k);
         for (size_t i = 0; i < e->count; i++)
             e->sums[i] += rounds ? weft_divide_nearest(numerator * in[i], pass->denominator)
                                  : numerator * in[i];
@@ -227,9 +228,9 @@ static void sum_up_floats(struct emulator *e, const struct weft_pass *pass, int 
         for (int c = 0; c < tap_count; c++) {
             fetch_floats(&e->job->source, e->passes->dot4 ? c : channel, e->sample_at, e->count,
                          e->float_samples);
-            fetch_floats(&e->job->tiles, c, e->weight_at, e->count, e->float_weights);
-            const int factor = weft_multipass_job_factor(e->job, pass, &e->passes->groups[g], c);
-            add_float_products(e, weft_multipass_job_weight(pass, factor));
+            fetch_floats(&e->m->tiles, c, e->weight_at, e->count, e->float_weights);
+            const int factor = weft_multipass_factor(e->m, pass, &e->passes->groups[g], c);
+            add_float_products(e, weft_multipass_weight(pass, factor));
         }
     }
 }
@@ -269,9 +270,9 @@ static void combine_floats(struct emulator *e, const struct weft_pass *pass, int
 
 static void run_chunk(struct emulator *e, const struct weft_pass *pass, int channel)
 {
-    if (e->job->floats && pass->kind == WEFT_PASS_COMBINE) {
+    if (e->m->floats && pass->kind == WEFT_PASS_COMBINE) {
         combine_floats(e, pass, channel);
-    } else if (e->job->floats) {
+    } else if (e->m->floats) {
         sum_up_floats(e, pass, channel);
         store_floats(e, pass, channel);
     } else if (pass->kind == WEFT_PASS_COMBINE) {
@@ -296,7 +297,6 @@ static enum weft_result run_passes(struct emulator *e)
         }
     }
     e->first = 0;
-    weft_job_go_on(e->progress, 1.0);
     return WEFT_OK;
 }
 
@@ -305,7 +305,7 @@ static enum weft_result create_slots(struct emulator *e, struct weft_multipass_r
     size_t values, bytes = 0;
     const size_t planes = (size_t)e->passes->slot_count * (size_t)e->channels;
     if (weft_size_mul(planes, e->job->pixels, &values) && weft_size_mul(values, 4, &bytes)) {
-        if (e->job->floats)
+        if (e->m->floats)
             e->floats = calloc(values, sizeof *e->floats);
         else
             e->codes = calloc(values, sizeof *e->codes);
@@ -320,8 +320,7 @@ static enum weft_result create_slots(struct emulator *e, struct weft_multipass_r
 }
 
 // The result slot as GL hands it back: channels interleaved, in the target's own type.
-static enum weft_result finish(const struct emulator *e, float *const pixels[4],
-                               struct weft_multipass_report *report)
+static enum weft_result finish(const struct emulator *e, struct weft_multipass_report *report)
 {
     const size_t channels = (size_t)e->channels;
     const size_t count = e->job->pixels;
@@ -333,67 +332,44 @@ static enum weft_result finish(const struct emulator *e, float *const pixels[4],
     for (int c = 0; c < e->channels; c++) {
         for (size_t i = 0; i < count; i++) {
             const size_t to = i * channels + (size_t)c;
-            if (e->job->floats)
+            if (e->m->floats)
                 ((float *)result)[to] = slot_floats(e, e->passes->result, c)[i];
-            else if (e->job->one <= 0xff)
+            else if (e->m->one <= 0xff)
                 ((uint8_t *)result)[to] = (uint8_t)slot_codes(e, e->passes->result, c)[i];
             else
                 ((uint16_t *)result)[to] = (uint16_t)slot_codes(e, e->passes->result, c)[i];
         }
     }
-    weft_multipass_job_finish(e->job, result, pixels, report);
+    weft_multipass_job_finish(e->job, result, report);
     free(result);
     report->clamps = e->clamps;
     report->largest_clamp = (double)e->largest_clamp;
     return WEFT_OK;
 }
 
-enum weft_result weft_multipass_emulate_work(const struct weft_multipass_work *work,
-                                             const struct weft_multipass_params *params,
-                                             struct weft_multipass_report *report)
-{
-    static const struct weft_job_limits limits = {INT32_MAX, INT_MAX};
-    struct weft_multipass_report figures = {0};
-    struct weft_multipass_job job;
-    struct emulator *e = NULL;
-    const double start = weft_now_seconds();
-    enum weft_result res = weft_multipass_job_create(work, params, &limits, &job);
-    if (res != WEFT_OK)
-        return res;
-    const double prepared = weft_now_seconds();
-    e = calloc(1, sizeof *e);
-    res = WEFT_ERR_MEMORY;
-    if (!e) {
-        weft_error(job.log, "emulation: not enough memory");
-        goto fail;
-    }
-    e->job = &job;
-    e->passes = job.passes;
-    e->progress = params->progress;
-    e->channels = work->channels;
-    res = create_slots(e, &figures);
-    if (res == WEFT_OK)
-        res = run_passes(e);
-    figures.prepare_seconds = prepared - start;
-    figures.pass_seconds = weft_now_seconds() - prepared;
-    if (res == WEFT_OK)
-        res = finish(e, params->pixels, &figures);
-    if (res == WEFT_OK && report)
-        *report = figures;
-fail:
-    if (e) {
-        free(e->codes);
-        free(e->floats);
-        free(e);
-    }
-    weft_multipass_job_destroy(&job);
-    return res;
-}
-
-enum weft_result weft_multipass_emulate(const struct weft_multipass_params *params,
+enum weft_result weft_multipass_cpu_run(const struct weft_multipass_job *job,
                                         struct weft_multipass_report *report)
 {
-    struct weft_multipass_work work;
-    const enum weft_result res = weft_multipass_plan_work(params, &work);
-    return res == WEFT_OK ? weft_multipass_emulate_work(&work, params, report) : res;
+    const struct weft_multipass *m = job->compiled;
+    const double start = weft_now_seconds();
+    struct emulator *e = calloc(1, sizeof *e);
+    if (!e) {
+        weft_error(job->log, "emulation: not enough memory");
+        return WEFT_ERR_MEMORY;
+    }
+    e->job = job;
+    e->m = m;
+    e->passes = m->passes;
+    e->progress = job->params->progress;
+    e->channels = m->work.channels;
+    enum weft_result res = create_slots(e, report);
+    if (res == WEFT_OK)
+        res = run_passes(e);
+    report->pass_seconds = weft_now_seconds() - start;
+    if (res == WEFT_OK)
+        res = finish(e, report);
+    free(e->codes);
+    free(e->floats);
+    free(e);
+    return res;
 }

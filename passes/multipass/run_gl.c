@@ -1,35 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <stdio.h>
-#include <limits.h>
 #include <stdlib.h>
-#include <string.h>
 
-#include "passes/multipass/job.h"
-#include "passes/gl/program.h"
-#include "passes/gl/target.h"
+#include "passes/multipass/gl.h"
 
-enum unit { UNIT_SOURCE, UNIT_TILES, UNIT_ENTRIES, UNIT_LOG_TABLE, UNIT_TARGET };
-
-// Programs of one plan that differ in nothing else: more would drive each other from the cache.
-enum { MAX_DIVISORS = 3 };
+enum { UNIT_SOURCE, UNIT_TILES, UNIT_ENTRIES, UNIT_LOG_TABLE, UNIT_TARGET };
 
 // llvmpipe takes all passes that are queued up through 64 x 64 pixels before it goes on to the next
 // ones. Where the passes' tiles together are more than a core's cache, a pass at a time is faster:
 // up to three times with dot4 on float targets.
 enum { CACHE_BYTES = 1 << 20 };
 
+// A run; g is the compiled plan's m->gl.
 struct runner {
     const struct weft_multipass_job *job;
-    const struct weft_pass_list *passes;
-    weft_context *context;
+    const struct weft_multipass *m;
+    struct weft_multipass_gl *g;
     const GladGLContext *gl;
-    const struct weft_log *log;
-    int channels;
-    bool divisor_is_uniform, has_bias;
-    bool fetches_targets; // GL_EXT_shader_framebuffer_fetch: no copy of what is read
-    struct weft_gl_buffer source, tiles, entries, log_table;
-    int target_count; // the slots' and, if any pass needs it, one more to write beside them
-    struct weft_gl_target *targets;
+    struct weft_multipass_report *report;
 };
 
 static const struct {
@@ -44,104 +31,34 @@ static const struct {
 
 // ---- set-up -------------------------------------------------------------------------------------
 
-static enum weft_result create_buffer(const struct runner *r, GLenum format, const void *data,
-                                      size_t bytes, struct weft_gl_buffer *out)
-{
-    const GladGLContext *gl = r->gl;
-    *out = (struct weft_gl_buffer){.format = format, .size_bytes = bytes};
-    gl->GenBuffers(1, &out->buffer);
-    gl->BindBuffer(GL_TEXTURE_BUFFER, out->buffer);
-    gl->BufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)bytes, data, GL_STATIC_DRAW);
-    gl->GenTextures(1, &out->texture);
-    gl->BindTexture(GL_TEXTURE_BUFFER, out->texture);
-    gl->TexBuffer(GL_TEXTURE_BUFFER, format, out->buffer);
-    return weft_gl_check(r->log, gl, "creating a texture buffer");
-}
-
-static enum weft_result create_values(const struct runner *r, const struct weft_job_values *values,
-                                      struct weft_gl_buffer *out)
-{
-    static const GLenum formats[][2] = {
-        [WEFT_VALUE_UINT8] = {GL_R8UI, GL_RGBA8UI},
-        [WEFT_VALUE_UINT16] = {GL_R16UI, GL_RGBA16UI},
-        [WEFT_VALUE_FLOAT] = {GL_R32F, GL_RGBA32F},
-    };
-    return create_buffer(r, formats[values->type][values->components == 4], values->data,
-                         values->bytes, out);
-}
-
-static enum weft_result upload(struct runner *r)
+static enum weft_result upload(const struct runner *r)
 {
     const struct weft_multipass_job *job = r->job;
-    enum weft_result res = create_values(r, &job->source, &r->source);
+    const size_t bytes = job->pixels * sizeof *job->entries;
+    enum weft_result res = weft_multipass_gl_load(r->job->log, r->gl, &job->source, &r->g->source);
     if (res == WEFT_OK)
-        res = create_values(r, &job->tiles, &r->tiles);
-    if (res == WEFT_OK)
-        res = create_buffer(r, GL_RG32UI, job->entries, job->pixels * sizeof *job->entries,
-                            &r->entries);
-    if (res == WEFT_OK && r->passes->log_table)
         res =
-            create_buffer(r, GL_R32UI, r->passes->log_table,
-                          (2 * (size_t)job->one + 1) * sizeof *r->passes->log_table, &r->log_table);
+            weft_gl_buffer_load(r->job->log, r->gl, GL_RG32UI, job->entries, bytes, &r->g->entries);
+    r->report->uploaded_bytes = job->source.bytes + bytes;
     return res;
 }
 
-static bool has_framebuffer_fetch(const GladGLContext *gl)
+static enum weft_result fit_targets(const struct runner *r)
 {
-    GLint count = 0;
-    gl->GetIntegerv(GL_NUM_EXTENSIONS, &count);
-    for (GLint i = 0; i < count; i++) {
-        const char *name = (const char *)gl->GetStringi(GL_EXTENSIONS, (GLuint)i);
-        if (name && strcmp(name, "GL_EXT_shader_framebuffer_fetch") == 0)
-            return true;
-    }
-    return false;
-}
-
-static bool writes_beside(const struct runner *r)
-{
-    for (int p = 0; p < r->passes->pass_count; p++) {
-        const struct weft_pass *pass = &r->passes->passes[p];
-        if (pass->kind == WEFT_PASS_COMBINE || (pass->reads_target && !r->fetches_targets))
-            return true;
-    }
-    return false;
-}
-
-static enum weft_result create_targets(struct runner *r)
-{
-    const GLenum format = target_formats[r->passes->target].format[r->channels == 4];
+    const int channels = r->m->work.channels;
+    const GLenum format = target_formats[r->m->passes->target].format[channels == 4];
+    const size_t texel = (size_t)channels * target_formats[r->m->passes->target].bytes;
     enum weft_result res = WEFT_OK;
-    r->target_count = r->passes->slot_count + writes_beside(r);
-    r->targets = calloc((size_t)r->target_count, sizeof *r->targets);
-    if (!r->targets) {
-        weft_error(r->log, "convolution: not enough memory for %d targets", r->target_count);
-        return WEFT_ERR_MEMORY;
+    for (int t = 0; res == WEFT_OK && t < r->g->target_count; t++) {
+        const struct weft_gl_target *target = &r->g->targets[t];
+        res = weft_gl_target_fit(r->job->log, r->gl, format, r->job->grid->width,
+                                 r->job->grid->height, &r->g->targets[t]);
+        r->report->target_bytes += (uint64_t)target->width * (uint64_t)target->height * texel;
     }
-    for (int t = 0; res == WEFT_OK && t < r->target_count; t++)
-        res = weft_gl_target_create(r->log, r->gl, format, r->job->grid->width,
-                                    r->job->grid->height, &r->targets[t]);
     return res;
 }
 
-static void choose_defines(struct runner *r)
-{
-    int divisors[MAX_DIVISORS], count = 0;
-    for (int p = 0; p < r->passes->pass_count; p++) {
-        const struct weft_pass *pass = &r->passes->passes[p];
-        if (pass->kind != WEFT_PASS_TAPS)
-            continue;
-        r->has_bias = r->has_bias || pass->bias != 0;
-        int i = 0;
-        while (i < count && divisors[i] != pass->divisor)
-            i++;
-        r->divisor_is_uniform = r->divisor_is_uniform || i == MAX_DIVISORS;
-        if (i == count && count < MAX_DIVISORS)
-            divisors[count++] = pass->divisor;
-    }
-}
-
-static void set_state(struct runner *r)
+static void set_state(const struct runner *r)
 {
     const GladGLContext *gl = r->gl;
     gl->Disable(GL_BLEND);
@@ -150,99 +67,27 @@ static void set_state(struct runner *r)
     gl->Viewport(0, 0, r->job->grid->width, r->job->grid->height);
 }
 
-static void destroy(struct runner *r)
+static void reset_state(const GladGLContext *gl)
 {
-    const GladGLContext *gl = r->gl;
     gl->Disable(GL_BLEND);
     gl->Enable(GL_DITHER);
     gl->BlendFunc(GL_ONE, GL_ZERO);
     gl->BlendEquation(GL_FUNC_ADD);
     gl->UseProgram(0);
-    for (int t = 0; r->targets && t < r->target_count; t++)
-        weft_gl_target_destroy(gl, &r->targets[t]);
-    free(r->targets);
-    weft_gl_buffer_destroy(gl, &r->source);
-    weft_gl_buffer_destroy(gl, &r->tiles);
-    weft_gl_buffer_destroy(gl, &r->entries);
-    weft_gl_buffer_destroy(gl, &r->log_table);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
 // ---- passes that add taps -----------------------------------------------------------------------
-
-static int shader_groups(const struct weft_pass *pass)
-{
-    return pass->group_count > 0 ? pass->group_count : 1; // GLSL has no empty arrays
-}
-
-// Of the components that have a tile. With logarithms those without need their zero, elsewhere
-// their weights are 0.
-static bool common_factor(const struct runner *r, const struct weft_pass *pass,
-                          const struct weft_tap_group *group, int *out)
-{
-    bool any = false;
-    *out = 0;
-    for (int c = 0; c < (r->passes->dot4 ? 4 : 1); c++) {
-        const int factor = weft_multipass_job_factor(r->job, pass, group, c);
-        if (group->tile[c] < 0 && !r->passes->log_table)
-            continue;
-        if (any && factor != *out)
-            return false;
-        any = true;
-        *out = factor;
-    }
-    return true;
-}
-
-static bool has_one_factor(const struct runner *r, const struct weft_pass *pass)
-{
-    int factor;
-    for (int g = pass->group_first; g < pass->group_first + pass->group_count; g++)
-        if (!common_factor(r, pass, &r->passes->groups[g], &factor))
-            return false;
-    return true;
-}
-
-// Blending whole passes that subtract differ from others by factors and blend equation only.
-static bool shader_subtracts(const struct weft_pass *pass)
-{
-    return pass->subtract && (pass->reads_target || pass->part != WEFT_PASS_WHOLE);
-}
-
-static enum weft_result find_program(const struct runner *r, const struct weft_pass *pass,
-                                     GLuint *out)
-{
-    const struct weft_multipass_job *job = r->job;
-    const struct weft_pass_list *l = r->passes;
-    const int reads = !pass->reads_target ? 0 : r->fetches_targets ? 2 : 1;
-    char divisor[16] = "divisor", limit[32] = "", defines[768];
-    if (!r->divisor_is_uniform)
-        snprintf(divisor, sizeof divisor, "%d", pass->divisor);
-    if (job->limit < INT_MAX)
-        snprintf(limit, sizeof limit, "#define LIMIT %d\n", job->limit);
-    snprintf(defines, sizeof defines,
-             "%s#define FLOATS %d\n#define ONE %d\n#define EXTRA_BITS %d\n#define DIVISOR %s\n"
-             "#define GROUPS %d\n#define DOT4 %d\n#define SPLIT_DOT %d\n#define FACTORS %d\n"
-             "#define CHANNELS %d\n#define DIMS %d\n#define PART %d\n#define SUBTRACT %d\n"
-             "#define READS_TARGET %d\n#define EXACT %d\n#define HAS_BIAS %d\n"
-             "#define LOGARITHMS %d\n#define POSITIONS %d\n#define POSITION_BITS %d\n%s",
-             reads > 1 ? "#extension GL_EXT_shader_framebuffer_fetch : require\n" : "", job->floats,
-             job->one, job->extra_bits, divisor, shader_groups(pass), l->dot4, l->dot_width == 3,
-             has_one_factor(r, pass) ? 1 : 4, r->channels, l->dims, (int)pass->part,
-             shader_subtracts(pass), reads, l->exact_inside, r->has_bias, l->log_table != NULL,
-             (int)job->positions, job->position_bits, limit);
-    return weft_program_get(r->context, "convolve", defines, weft_shader_full_target,
-                            weft_shader_convolve, out);
-}
 
 static void set_places(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
     const GladGLContext *gl = r->gl;
     GLint offset[WEFT_PASS_MAX_GROUPS] = {0}, base[WEFT_PASS_MAX_GROUPS] = {0};
     GLint step[WEFT_PASS_MAX_GROUPS][3] = {{0}}, flip[WEFT_PASS_MAX_GROUPS] = {0};
-    const int count = shader_groups(pass);
+    const int count = weft_multipass_shader_groups(pass);
     for (int g = 0; g < pass->group_count; g++) {
-        const struct weft_job_group *place = &r->job->groups[pass->group_first + g];
-        offset[g] = place->source_offset;
+        const struct weft_job_group *place = &r->m->groups[pass->group_first + g];
+        offset[g] = r->job->source_offset[pass->group_first + g];
         base[g] = place->tile_base;
         flip[g] = place->tile_flip;
         for (int a = 0; a < 3; a++)
@@ -259,20 +104,22 @@ static void set_factors(const struct runner *r, GLuint program, const struct wef
 {
     GLint factor[4 * WEFT_PASS_MAX_GROUPS] = {0};
     GLfloat weight[4 * WEFT_PASS_MAX_GROUPS];
-    const int count = shader_groups(pass), components = has_one_factor(r, pass) ? 1 : 4;
+    const int count = weft_multipass_shader_groups(pass),
+              components = weft_multipass_has_one_factor(r->m, pass) ? 1 : 4;
     for (int g = 0; g < pass->group_count; g++) {
-        const struct weft_tap_group *group = &r->passes->groups[pass->group_first + g];
-        if (!common_factor(r, pass, group, &factor[components * g]) || components == 4)
+        const struct weft_tap_group *group = &r->m->passes->groups[pass->group_first + g];
+        if (!weft_multipass_common_factor(r->m, pass, group, &factor[components * g]) ||
+            components == 4)
             for (int c = 0; c < 4; c++)
-                factor[4 * g + c] = weft_multipass_job_factor(r->job, pass, group, c);
+                factor[4 * g + c] = weft_multipass_factor(r->m, pass, group, c);
     }
     for (int i = 0; i < components * count; i++)
-        weight[i] = weft_multipass_job_weight(pass, factor[i]);
+        weight[i] = weft_multipass_weight(pass, factor[i]);
     const GladGLContext *gl = r->gl;
     const GLint at = weft_gl_location(gl, program, "factor");
-    if (r->job->floats && components == 1)
+    if (r->m->floats && components == 1)
         gl->Uniform1fv(at, count, weight);
-    else if (r->job->floats)
+    else if (r->m->floats)
         gl->Uniform4fv(at, count, weight);
     else if (components == 1)
         gl->Uniform1iv(at, count, factor);
@@ -282,11 +129,11 @@ static void set_factors(const struct runner *r, GLuint program, const struct wef
 
 static void set_numbers(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
-    const bool divides = !r->job->floats && r->passes->exact_inside && !r->passes->log_table;
+    const bool divides = !r->m->floats && r->m->passes->exact_inside && !r->m->passes->log_table;
     const int bias = pass->subtract ? -pass->bias : pass->bias;
     const GLint at = weft_gl_location(r->gl, program, "bias");
     r->gl->Uniform1i(weft_gl_location(r->gl, program, "divisor"), pass->divisor);
-    if (r->job->floats)
+    if (r->m->floats)
         r->gl->Uniform1f(at, (GLfloat)bias);
     else
         r->gl->Uniform1i(at, divides ? bias * pass->divisor : bias);
@@ -294,30 +141,30 @@ static void set_numbers(const struct runner *r, GLuint program, const struct wef
 
 static void clear(const struct runner *r, const struct weft_pass *pass)
 {
-    const int one = r->job->floats ? 1 : r->job->one;
+    const int one = r->m->floats ? 1 : r->m->one;
     const GLfloat value = (GLfloat)((double)pass->initial / one);
-    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->targets[pass->target].framebuffer);
+    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->g->targets[pass->target].framebuffer);
     r->gl->ClearColor(value, value, value, value);
     r->gl->Clear(GL_COLOR_BUFFER_BIT);
 }
 
-static void swap_with_scratch(struct runner *r, int slot)
+static void swap_with_scratch(const struct runner *r, int slot)
 {
-    const struct weft_gl_target old = r->targets[slot];
-    r->targets[slot] = r->targets[r->passes->slot_count];
-    r->targets[r->passes->slot_count] = old;
+    const struct weft_gl_target old = r->g->targets[slot];
+    r->g->targets[slot] = r->g->targets[r->m->passes->slot_count];
+    r->g->targets[r->m->passes->slot_count] = old;
 }
 
-static void draw_beside(struct runner *r, int slot)
+static void draw_beside(const struct runner *r, int slot)
 {
-    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->targets[r->passes->slot_count].framebuffer);
+    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->g->targets[r->m->passes->slot_count].framebuffer);
     r->gl->DrawArrays(GL_TRIANGLES, 0, 3);
     swap_with_scratch(r, slot);
 }
 
 static void draw_over(const struct runner *r, int slot)
 {
-    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->targets[slot].framebuffer);
+    r->gl->BindFramebuffer(GL_FRAMEBUFFER, r->g->targets[slot].framebuffer);
     r->gl->DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
@@ -330,50 +177,32 @@ static void draw_blended(const struct runner *r, const struct weft_pass *pass)
     r->gl->Disable(GL_BLEND);
 }
 
-static enum weft_result add_taps(struct runner *r, const struct weft_pass *pass)
+static void add_taps(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
     const GladGLContext *gl = r->gl;
-    GLuint program;
-    const enum weft_result res = find_program(r, pass, &program);
-    if (res != WEFT_OK)
-        return res;
     if (pass->clears)
         clear(r, pass);
     gl->UseProgram(program);
-    weft_gl_bind_buffer(gl, program, UNIT_SOURCE, "source", &r->source);
-    weft_gl_bind_buffer(gl, program, UNIT_TILES, "tiles", &r->tiles);
-    weft_gl_bind_buffer(gl, program, UNIT_ENTRIES, "entries", &r->entries);
-    if (r->passes->log_table)
-        weft_gl_bind_buffer(gl, program, UNIT_LOG_TABLE, "log_table", &r->log_table);
+    weft_gl_bind_buffer(gl, program, UNIT_SOURCE, "source", &r->g->source);
+    weft_gl_bind_buffer(gl, program, UNIT_TILES, "tiles", &r->g->tiles);
+    weft_gl_bind_buffer(gl, program, UNIT_ENTRIES, "entries", &r->g->entries);
+    if (r->m->passes->log_table)
+        weft_gl_bind_buffer(gl, program, UNIT_LOG_TABLE, "log_table", &r->g->log_table);
     set_places(r, program, pass);
     set_factors(r, program, pass);
     set_numbers(r, program, pass);
-    if (pass->reads_target && r->fetches_targets) {
+    if (pass->reads_target && r->g->fetches_targets) {
         draw_over(r, pass->target);
     } else if (pass->reads_target) {
         weft_gl_bind_texture(gl, program, UNIT_TARGET, "target", GL_TEXTURE_2D,
-                             r->targets[pass->target].texture);
+                             r->g->targets[pass->target].texture);
         draw_beside(r, pass->target);
     } else {
         draw_blended(r, pass);
     }
-    return WEFT_OK;
 }
 
 // ---- passes that combine ------------------------------------------------------------------------
-
-static enum weft_result find_combining_program(const struct runner *r, const struct weft_pass *pass,
-                                               GLuint *out)
-{
-    char defines[256];
-    snprintf(defines, sizeof defines,
-             "#define FLOATS %d\n#define INPUTS %d\n#define ONE %d\n#define EXTRA_BITS %d\n"
-             "#define EXACT %d\n#define DENOMINATOR %d\n#define CHANNELS %d\n",
-             r->job->floats, pass->input_count, r->job->one, r->job->extra_bits,
-             r->passes->exact_inside, pass->denominator, r->channels);
-    return weft_program_get(r->context, "combine", defines, weft_shader_full_target,
-                            weft_shader_combine, out);
-}
 
 static void set_inputs(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
@@ -382,142 +211,101 @@ static void set_inputs(const struct runner *r, GLuint program, const struct weft
     GLfloat weight[WEFT_PASS_MAX_INPUTS];
     for (int i = 0; i < pass->input_count; i++) {
         unit[i] = i;
-        factor[i] = weft_multipass_job_numerator(r->job, pass, i);
+        factor[i] = weft_multipass_numerator(r->m, pass, i);
         weight[i] = (GLfloat)((double)pass->numerator[i] / pass->denominator);
         gl->ActiveTexture(GL_TEXTURE0 + (GLenum)i);
-        gl->BindTexture(GL_TEXTURE_2D, r->targets[pass->input[i]].texture);
+        gl->BindTexture(GL_TEXTURE_2D, r->g->targets[pass->input[i]].texture);
     }
     gl->ActiveTexture(GL_TEXTURE0);
     gl->Uniform1iv(weft_gl_location(gl, program, "targets"), pass->input_count, unit);
-    if (r->job->floats) {
+    if (r->m->floats) {
         gl->Uniform1fv(weft_gl_location(gl, program, "factor"), pass->input_count, weight);
         gl->Uniform1f(weft_gl_location(gl, program, "bias"),
                       (GLfloat)((double)pass->bias / pass->denominator));
     } else {
         gl->Uniform1iv(weft_gl_location(gl, program, "factor"), pass->input_count, factor);
-        gl->Uniform1i(weft_gl_location(gl, program, "bias"), weft_multipass_job_bias(r->job, pass));
+        gl->Uniform1i(weft_gl_location(gl, program, "bias"), weft_multipass_bias(r->m, pass));
     }
 }
 
-static enum weft_result combine(struct runner *r, const struct weft_pass *pass)
+static void combine(const struct runner *r, GLuint program, const struct weft_pass *pass)
 {
-    GLuint program;
-    const enum weft_result res = find_combining_program(r, pass, &program);
-    if (res != WEFT_OK)
-        return res;
     r->gl->UseProgram(program);
     set_inputs(r, program, pass);
     draw_beside(r, pass->target);
-    return WEFT_OK;
 }
 
 // ---- running ------------------------------------------------------------------------------------
 
-static enum weft_result draw_passes(struct runner *r, const struct weft_progress *progress)
+static enum weft_result draw_passes(const struct runner *r)
 {
-    for (int p = 0; p < r->passes->pass_count; p++) {
-        const struct weft_pass *pass = &r->passes->passes[p];
-        if (!weft_job_go_on(progress, (double)p / r->passes->pass_count))
+    const struct weft_pass_list *l = r->m->passes;
+    for (int p = 0; p < l->pass_count; p++) {
+        if (!weft_job_go_on(r->job->params->progress, (double)p / l->pass_count))
             return WEFT_ERR_CANCELLED;
-        const enum weft_result res =
-            pass->kind == WEFT_PASS_COMBINE ? combine(r, pass) : add_taps(r, pass);
-        if (res != WEFT_OK)
-            return res;
-        if (r->job->tiles.bytes > CACHE_BYTES)
+        (l->passes[p].kind == WEFT_PASS_COMBINE ? combine : add_taps)(r, r->g->programs[p],
+                                                                      &l->passes[p]);
+        if (r->m->tiles.bytes > CACHE_BYTES)
             r->gl->Flush();
     }
     r->gl->Finish();
-    return weft_gl_check(r->log, r->gl, "drawing the passes");
+    return weft_gl_check(r->job->log, r->gl, "drawing the passes");
 }
 
-static enum weft_result read_back(const struct runner *r, float *const pixels[4],
-                                  struct weft_multipass_report *report)
+static enum weft_result read_back(const struct runner *r)
 {
-    void *result = calloc(r->job->pixels, (size_t)r->channels * sizeof(float));
+    const size_t channels = (size_t)r->m->work.channels;
+    void *result = calloc(r->job->pixels, channels * sizeof(float));
     if (!result) {
-        weft_error(r->log, "convolution: not enough memory for %zu pixels", r->job->pixels);
+        weft_error(r->job->log, "convolution: not enough memory for %zu pixels", r->job->pixels);
         return WEFT_ERR_MEMORY;
     }
     const struct weft_gl_pixels out = {
         .width = r->job->grid->width,
         .height = r->job->grid->height,
-        .type = target_formats[r->passes->target].type,
+        .type = target_formats[r->m->passes->target].type,
         .data = result,
     };
     const enum weft_result res =
-        weft_gl_target_read(r->log, r->gl, &r->targets[r->passes->result], &out);
+        weft_gl_target_read(r->job->log, r->gl, &r->g->targets[r->m->passes->result], &out);
     if (res == WEFT_OK)
-        weft_multipass_job_finish(r->job, result, pixels, report);
+        weft_multipass_job_finish(r->job, result, r->report);
     free(result);
     return res;
 }
 
-static enum weft_result run(struct runner *r, const struct weft_multipass_params *params,
-                            struct weft_multipass_report *report)
+static enum weft_result run(const struct runner *r)
 {
     const double start = weft_now_seconds();
     set_state(r);
-    r->fetches_targets = !r->job->work->portable && has_framebuffer_fetch(r->gl);
     enum weft_result res = upload(r);
     if (res == WEFT_OK)
-        res = create_targets(r);
+        res = fit_targets(r);
     const double uploaded = weft_now_seconds();
     if (res == WEFT_OK)
-        res = draw_passes(r, params->progress);
+        res = draw_passes(r);
     const double drawn = weft_now_seconds();
     if (res == WEFT_OK)
-        res = read_back(r, params->pixels, report);
-    report->upload_seconds = uploaded - start;
-    report->pass_seconds = drawn - uploaded;
-    report->readback_seconds = weft_now_seconds() - drawn;
-    report->target_bytes = (uint64_t)r->target_count * r->job->pixels * (uint64_t)r->channels *
-                           target_formats[r->passes->target].bytes;
+        res = read_back(r);
+    reset_state(r->gl);
+    r->report->upload_seconds = uploaded - start;
+    r->report->pass_seconds = drawn - uploaded;
+    r->report->readback_seconds = weft_now_seconds() - drawn;
     return res;
 }
 
-enum weft_result weft_multipass_run_work(weft_context *context,
-                                         const struct weft_multipass_work *work,
-                                         const struct weft_multipass_params *params,
-                                         struct weft_multipass_report *report)
+enum weft_result weft_multipass_gl_run(const struct weft_multipass_job *job,
+                                       struct weft_multipass_report *report)
 {
-    const struct weft_job_limits limits = {context->info.max_buffer_texels,
-                                           context->info.max_target_size};
-    struct weft_multipass_report figures = {0};
-    struct weft_multipass_job job;
-    const double start = weft_now_seconds();
-    enum weft_result res = weft_multipass_job_create(work, params, &limits, &job);
+    const struct weft_multipass *m = job->compiled;
+    weft_context *context = m->gl->context;
+    const struct runner r = {.job = job, .m = m, .g = m->gl, .gl = &context->gl, .report = report};
+    const int linked = context->programs_linked;
+    enum weft_result res = weft_context_enter(context);
     if (res != WEFT_OK)
         return res;
-    figures.prepare_seconds = weft_now_seconds() - start;
-    struct runner r = {
-        .job = &job,
-        .passes = job.passes,
-        .context = context,
-        .gl = &context->gl,
-        .log = params->log,
-        .channels = work->channels,
-    };
-    choose_defines(&r);
-    res = weft_context_enter(context);
-    if (res != WEFT_OK)
-        goto fail;
-    res = run(&r, params, &figures);
-    destroy(&r);
+    res = run(&r);
     weft_context_leave(context);
-    if (res == WEFT_OK)
-        weft_job_go_on(params->progress, 1.0);
-    if (res == WEFT_OK && report)
-        *report = figures;
-fail:
-    weft_multipass_job_destroy(&job);
+    report->programs_linked = context->programs_linked - linked;
     return res;
-}
-
-enum weft_result weft_multipass_run(weft_context *context,
-                                    const struct weft_multipass_params *params,
-                                    struct weft_multipass_report *report)
-{
-    struct weft_multipass_work work;
-    const enum weft_result res = weft_multipass_plan_work(params, &work);
-    return res == WEFT_OK ? weft_multipass_run_work(context, &work, params, report) : res;
 }

@@ -107,7 +107,7 @@ struct runner {
     struct weft_resample_steps steps;
     enum weft_result (*each)(struct runner *r, struct tile *tile);
     // To run.
-    weft_context *context;
+    weft_multipass *compiled;
     float *const *to;
     struct weft_resample_work *work;
     // To verify.
@@ -218,7 +218,7 @@ struct request {
     struct weft_progress progress;
     struct weft_samples samples;
     struct weft_pixel_grid grid;
-    struct weft_multipass_params params;
+    struct weft_multipass_run_params params;
 };
 
 static void make_request(struct runner *r, struct tile *tile, struct request *q)
@@ -231,8 +231,7 @@ static void make_request(struct runner *r, struct tile *tile, struct request *q)
                  .height = tile->height,
                  .columns = tile->at[0],
                  .rows = tile->at[1]},
-        .params = {.plan = r->plan->passes,
-                   .samples = &q->samples,
+        .params = {.samples = &q->samples,
                    .grid = &q->grid,
                    .progress = &q->progress,
                    .log = r->log},
@@ -266,8 +265,7 @@ static enum weft_result run_tile(struct runner *r, struct tile *tile)
     struct request q;
     struct weft_multipass_report report = {0};
     make_request(r, tile, &q);
-    const enum weft_result res = r->context ? weft_multipass_run(r->context, &q.params, &report)
-                                            : weft_multipass_emulate(&q.params, &report);
+    const enum weft_result res = weft_multipass_run(r->compiled, &q.params, &report);
     if (res != WEFT_OK)
         return res;
     const size_t row = (size_t)tile->width;
@@ -288,7 +286,7 @@ enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
         .source = params->source,
         .log = params->log,
         .each = run_tile,
-        .context = compiled->context,
+        .compiled = compiled->passes,
         .to = params->plane,
         .stride = params->stride,
         .work = work,
@@ -313,7 +311,15 @@ static enum weft_result verify_tile(struct runner *r, struct tile *tile)
         for (size_t i = 0; c < r->count && i < row * (size_t)tile->height; i++)
             finite += isfinite(tile->pixels[c][i]) ? 1.0 : 0.0;
     }
-    const enum weft_result res = weft_multipass_verify(&q.params, &error);
+    const struct weft_multipass_verify_params params = {
+        .plan = r->plan->passes,
+        .samples = &q.samples,
+        .grid = &q.grid,
+        .pixels = {tile->pixels[0], tile->pixels[1], tile->pixels[2], tile->pixels[3]},
+        .progress = &q.progress,
+        .log = r->log,
+    };
+    const enum weft_result res = weft_multipass_verify(&params, &error);
     if (res == WEFT_OK)
         weft_resample_errors_add(&r->errors, &error, finite, tile->x, tile->y, r->first);
     return res;

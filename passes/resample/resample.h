@@ -88,8 +88,8 @@ typedef struct weft_resample_compiled weft_resample_compiled;
 
 // Makes a plan ready. context: where it runs, borrowed for the life of *out as the plan is; NULL:
 // passes run on the CPU, in the same integers as on GL, and half targets are rounded towards zero.
-// Returns WEFT_ERR_ARGUMENT (separable without a context), WEFT_ERR_MEMORY, WEFT_ERR_GL; *out is
-// then NULL.
+// Returns WEFT_ERR_ARGUMENT (separable without a context), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY,
+// WEFT_ERR_GL; *out is then NULL.
 WEFT_API enum weft_result weft_resample_compile(weft_context *context,
                                                 const weft_resample_plan *plan,
                                                 weft_resample_compiled **out);

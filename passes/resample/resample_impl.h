@@ -29,6 +29,7 @@ struct weft_resample_source {
 struct weft_resample_compiled {
     const weft_resample_plan *plan;
     weft_context *context;
+    weft_multipass *passes; // of a plan of passes
 };
 
 // Values read along an axis, and those of a channel, tightly packed.

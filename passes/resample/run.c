@@ -21,14 +21,24 @@ enum weft_result weft_resample_compile(weft_context *context, const weft_resampl
         return WEFT_ERR_MEMORY;
     }
     *compiled = (weft_resample_compiled){.plan = plan, .context = context};
-    *out = compiled;
-    return WEFT_OK;
+    const enum weft_result res =
+        plan->passes
+            ? weft_multipass_compile(context,
+                                     weft_multipass_params(.plan = plan->passes, .log = plan->log),
+                                     &compiled->passes)
+            : WEFT_OK;
+    if (res == WEFT_OK)
+        *out = compiled;
+    else
+        weft_resample_compiled_destroy(&compiled);
+    return res;
 }
 
 void weft_resample_compiled_destroy(weft_resample_compiled **compiled)
 {
     if (!compiled || !*compiled)
         return;
+    weft_multipass_destroy(&(*compiled)->passes);
     free(*compiled);
     *compiled = NULL;
 }

@@ -39,14 +39,13 @@ struct runner {
     const struct weft_slice_multipass_params *p;
     const struct weft_slice_plan *slice;
     const struct weft_pass_plan_info *plan;
-    weft_context *context; // NULL: on the CPU
+    weft_multipass *compiled;
     weft_brick_store *topology;
     uint64_t memory_bytes;
     float *values; // of bricks
     size_t value_bricks;
     float *box;
     size_t box_voxels;
-    float *pixels; // of one rectangle
     uint64_t pixels_done;
     int current_pixels; // of the rectangle that runs
     struct weft_statistics voxels;
@@ -331,7 +330,7 @@ static void add_report(struct runner *r, const struct weft_multipass_report *one
     sum->clamped += one->clamped;
     sum->rectangles++;
     sum->passes += r->plan->passes->pass_count;
-    sum->uploaded_bytes += one->source_bytes + one->tile_bytes + one->position_bytes;
+    sum->uploaded_bytes += one->uploaded_bytes;
     sum->peak_bytes = bytes > sum->peak_bytes ? bytes : sum->peak_bytes;
     sum->prepare_seconds += one->prepare_seconds;
     sum->upload_seconds += one->upload_seconds;
@@ -344,6 +343,7 @@ static void add_report(struct runner *r, const struct weft_multipass_report *one
 static enum weft_result convolve(struct runner *r, const struct rectangle *at,
                                  const struct reach *reach)
 {
+    const size_t width = (size_t)r->slice->grid.index.width;
     const struct weft_samples samples = {
         .size = {reach->size[0], reach->size[1], reach->size[2]},
         .plane = {r->box},
@@ -353,18 +353,17 @@ static enum weft_result convolve(struct runner *r, const struct rectangle *at,
     const struct weft_progress progress = {report_rectangle, r};
     struct weft_pixel_grid grid;
     set_grid(r, at, reach, &grid);
-    const struct weft_multipass_params params = {
-        .plan = r->p->plan,
+    const struct weft_multipass_run_params params = {
         .samples = &samples,
         .grid = &grid,
-        .pixels = {r->pixels},
+        .pixels = {r->p->pixels + (size_t)at->y * width + at->x},
+        .stride = (int64_t)width,
         .progress = &progress,
         .log = r->p->log,
     };
     struct weft_multipass_report report = {0};
     r->current_pixels = at->width * at->height;
-    enum weft_result res = r->context ? weft_multipass_run(r->context, &params, &report)
-                                      : weft_multipass_emulate(&params, &report);
+    const enum weft_result res = weft_multipass_run(r->compiled, &params, &report);
     if (res == WEFT_OK)
         add_report(r, &report,
                    reach->bricks.count * BRICK_BYTES + count_voxels(reach) * sizeof *r->box);
@@ -374,7 +373,6 @@ static enum weft_result convolve(struct runner *r, const struct rectangle *at,
 static enum weft_result run_rectangle(struct runner *r, const struct rectangle *at,
                                       const struct reach *reach)
 {
-    const size_t width = (size_t)r->slice->grid.index.width;
     weft_brick_store *store = NULL;
     enum weft_result res = load_bricks(r, &reach->bricks, &store);
     double start = weft_now_seconds();
@@ -384,9 +382,6 @@ static enum weft_result run_rectangle(struct runner *r, const struct rectangle *
     weft_brick_store_destroy(&store);
     if (res == WEFT_OK)
         res = convolve(r, at, reach);
-    for (int y = 0; res == WEFT_OK && y < at->height; y++)
-        memcpy(r->p->pixels + (size_t)(at->y + y) * width + at->x, r->pixels + y * at->width,
-               (size_t)at->width * sizeof *r->pixels);
     if (res == WEFT_OK)
         r->pixels_done += (uint64_t)at->width * (uint64_t)at->height;
     return res;
@@ -487,6 +482,18 @@ static enum weft_result find_range(struct runner *r)
     return res;
 }
 
+static enum weft_result compile(struct runner *r, weft_context *context)
+{
+    const struct weft_multipass_params params = {.plan = r->p->plan, .log = r->p->log};
+    const enum weft_result res = weft_multipass_compile(context, &params, &r->compiled);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_multipass_info *info = weft_multipass_get_info(r->compiled);
+    r->report.prepare_seconds = info->seconds;
+    r->report.uploaded_bytes = context ? info->tile_bytes : 0;
+    return WEFT_OK;
+}
+
 static bool same_kernel(const struct weft_kernel *a, const struct weft_kernel *b)
 {
     bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
@@ -538,21 +545,18 @@ enum weft_result weft_slice_multipass_run(weft_context *context,
         .p = &p,
         .slice = params->slice,
         .plan = weft_pass_plan_get_info(params->plan),
-        .context = context,
         .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
     };
-    const size_t pixel_bytes = WEFT_GRID_BLOCK * WEFT_GRID_BLOCK * sizeof *r.pixels;
-    r.pixels = malloc(pixel_bytes);
-    if (!r.pixels)
-        return out_of_memory(&r, pixel_bytes, "a rectangle's pixels");
     res = weft_slice_store_create(params->log, weft_volume_get_info(p.volume), &r.slice->topology,
                                   NULL, NULL, &r.topology);
+    if (res == WEFT_OK)
+        res = compile(&r, context);
     if (res == WEFT_OK)
         res = find_range(&r);
     if (res == WEFT_OK)
         res = each_block(&r, cut_rectangle);
     weft_brick_store_destroy(&r.topology);
-    free(r.pixels);
+    weft_multipass_destroy(&r.compiled);
     free(r.values);
     free(r.box);
     if (res != WEFT_OK)

@@ -179,12 +179,18 @@ enum weft_result weft_stability_passes_run(const struct weft_stability_params *p
     if (res != WEFT_OK)
         return res;
     *bounds = weft_pass_plan_get_info(plan)->error;
-    const struct weft_multipass_params convolve = {
+    weft_multipass *compiled = NULL;
+    const struct weft_multipass_run_params run = {
+        .samples = samples, .grid = grid, .pixels = {pixels}, .log = params->log};
+    const struct weft_multipass_verify_params verify = {
         .plan = plan, .samples = samples, .grid = grid, .pixels = {pixels}, .log = params->log};
-    res = params->context ? weft_multipass_run(params->context, &convolve, NULL)
-                          : weft_multipass_emulate(&convolve, NULL);
+    res = weft_multipass_compile(
+        params->context, weft_multipass_params(.plan = plan, .log = params->log), &compiled);
     if (res == WEFT_OK)
-        res = weft_multipass_verify(&convolve, error);
+        res = weft_multipass_run(compiled, &run, NULL);
+    if (res == WEFT_OK)
+        res = weft_multipass_verify(&verify, error);
+    weft_multipass_destroy(&compiled);
     weft_pass_plan_destroy(&plan);
     return res;
 }

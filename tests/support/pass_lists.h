@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "passes/multipass/job.h"
+#include "tests/support/plan_runs.h"
 
 enum {
     HAND_MAX_GROUPS = 256,
@@ -181,7 +182,7 @@ struct hand_request {
     float pixels[4][HAND_MAX_PIXELS];
     struct weft_samples source;
     struct weft_pixel_grid grid;
-    struct weft_multipass_params params;
+    struct weft_multipass_run_params params;
 };
 
 static inline struct hand_request *hand_request_create(const struct hand_list *h, int width,
@@ -192,7 +193,7 @@ static inline struct hand_request *hand_request_create(const struct hand_list *h
     assert_non_null(r);
     r->source = (struct weft_samples){.size = {size_x, size_y, size_z}, .low = 0.0, .high = 1.0};
     r->grid = (struct weft_pixel_grid){.width = width, .height = height};
-    r->params = (struct weft_multipass_params){
+    r->params = (struct weft_multipass_run_params){
         .samples = &r->source, .grid = &r->grid, .log = &log_to_stderr};
     for (int c = 0; c < h->work.channels; c++) {
         r->source.plane[c] = r->samples[c];
@@ -217,6 +218,26 @@ static inline struct hand_request *hand_random_request(const struct hand_list *h
         r->grid.dv[a] = size[a] * (3.0 * random_unit() - 1.0) / r->grid.height;
     }
     return r;
+}
+
+// Compiles a list, for GL or without (NULL), and runs it once.
+static inline enum weft_result hand_run(weft_context *context, const struct hand_list *h,
+                                        const struct hand_request *r,
+                                        struct weft_multipass_report *report)
+{
+    weft_multipass *compiled = NULL;
+    enum weft_result res = weft_multipass_compile_work(context, &h->work, r->params.log, &compiled);
+    if (res == WEFT_OK)
+        res = weft_multipass_run(compiled, &r->params, report);
+    weft_multipass_destroy(&compiled);
+    return res;
+}
+
+static inline enum weft_result hand_verify(const struct hand_list *h, const struct hand_request *r,
+                                           struct weft_multipass_error *error)
+{
+    const struct weft_multipass_verify_params params = verify_params(NULL, &r->params);
+    return weft_multipass_verify_work(&h->work, &params, error);
 }
 
 // ---- random lists -------------------------------------------------------------------------------

@@ -184,7 +184,7 @@ static bool agrees(const struct hand_list *h, struct hand_request *r)
     struct message refusal = {0};
     const struct weft_log log = {keep_message, &refusal};
     r->params.log = &log;
-    const enum weft_result res = weft_multipass_emulate_work(&h->work, &r->params, &report);
+    const enum weft_result res = hand_run(NULL, h, r, &report);
     if (res == WEFT_ERR_LIMIT && strstr(refusal.text, "32 bits"))
         return false;
     assert_string_equal(refusal.text, "");
@@ -233,8 +233,7 @@ static int run_code(struct hand_list *h, int s, struct weft_multipass_report *re
     struct hand_request *r = hand_request_create(h, 1, 1, 1, 1, 1);
     struct weft_multipass_report unused;
     r->samples[0][0] = (float)s / 255.0f;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, report ? report : &unused),
-                     WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, report ? report : &unused), WEFT_OK);
     const int code = code_of(h, r->pixels[0][0]);
     free(r);
     return code;
@@ -373,14 +372,14 @@ static void logarithms_multiply(void **state)
     // 1/2 is the code round(25.4) = 25, twice: 255 * 2^(-50 * 10 / 254) = 65.15.
     struct hand_request *r = hand_request_create(h, 1, 1, 1, 1, 1);
     r->samples[0][0] = 0.5f;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_OK);
     assert_int_equal(code_of(h, r->pixels[0][0]), 65);
     r->samples[0][0] = 0.0f; // has no logarithm
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_OK);
     assert_int_equal(code_of(h, r->pixels[0][0]), 0);
     r->source.low = -1.0;
     r->params.log = NULL;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_ERR_UNSUPPORTED);
+    assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_ERR_UNSUPPORTED);
     free(r);
     hand_list_destroy(h);
 }
@@ -465,7 +464,7 @@ static void floats_reconstruct(void **state)
             r->grid.du[a] = random_below(4) / 4.0;
             r->grid.dv[a] = random_below(5) / 4.0 - 0.25;
         }
-        assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_OK);
+        assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_OK);
         for (int p = 0; p < 11 * 13; p++) {
             double at[3];
             struct plane plane = {r};
@@ -480,7 +479,7 @@ static void floats_reconstruct(void **state)
                       h->list.dims, weft_target_name(h->list.target), largest, bound);
         assert_true(largest <= bound);
         struct weft_multipass_error error;
-        assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         assert_true(error.maximum == largest && error.rms <= largest);
         assert_int_equal(error.not_finite_mismatches, 0);
         free(r);
@@ -505,17 +504,17 @@ static void constants_keep_their_range(void **state)
         r->source.high = -2000.0;
         for (int i = 0; i < 16; i++)
             r->samples[0][i] = -3000.0f;
-        assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_OK);
+        assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_OK);
         struct weft_multipass_error error;
-        assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         // The mapped source is 0: only the value itself is rounded, to a float.
         assert_true(error.maximum <= 3000.0 * 0x1p-23 && error.not_finite_mismatches == 0);
         // No range at all: all samples are one value.
         r->source.low = r->source.high = NAN;
         struct weft_multipass_report report;
-        assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, &report), WEFT_OK);
+        assert_int_equal(hand_run(NULL, h, r, &report), WEFT_OK);
         assert_true(report.low == -3000.0 && report.high == -3000.0 && report.clamped == 0);
-        assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         assert_true(error.maximum <= 3000.0 * 0x1p-23 && error.not_finite_mismatches == 0);
         free(r);
         hand_list_destroy(h);
@@ -533,7 +532,7 @@ static void the_range_is_measured(void **state)
     memcpy(r->samples[0], samples, sizeof samples);
     r->grid.du[0] = 1.0;
     r->source.low = r->source.high = NAN;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, &report), WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, &report), WEFT_OK);
     assert_true(report.low == -2.0 && report.high == 7.0);
     assert_int_equal(report.clamped, 2);
     // At whole positions taps are the pixels' own samples: the next ones' weights are 0.
@@ -541,17 +540,17 @@ static void the_range_is_measured(void **state)
     for (int i = 0; i < 4; i++)
         assert_int_equal(isnan(r->pixels[0][i]), i > 1);
     struct weft_multipass_error error;
-    assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
+    assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
     assert_int_equal(error.not_finite_mismatches, 0);
     // Declared on one side only, beyond what is there.
     r->source.low = 9.0;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, &report), WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, &report), WEFT_OK);
     assert_true(report.low == 9.0 && report.high == 9.0);
     assert_int_equal(report.clamped, 5);
     for (int i = 0; i < 5; i++)
         r->samples[0][i] = NAN;
     r->source.low = NAN;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, &report), WEFT_OK);
+    assert_int_equal(hand_run(NULL, h, r, &report), WEFT_OK);
     assert_int_equal(report.not_finite, 4);
     free(r);
     hand_list_destroy(h);
@@ -586,7 +585,7 @@ static void assert_refused(const struct request *q, int number)
     struct message message = {0};
     const struct weft_log log = {keep_message, &message};
     q->r->params.log = &log;
-    const enum weft_result res = weft_multipass_emulate_work(&q->h->work, &q->r->params, NULL);
+    const enum weft_result res = hand_run(NULL, q->h, q->r, NULL);
     if (res != WEFT_ERR_ARGUMENT || message.count != 1)
         fail_msg("number %d: result %d, '%s'", number, (int)res, message.text);
 }
@@ -595,7 +594,7 @@ static void assert_refused(const struct request *q, int number)
 static void bad_numbers_are_refused(void **state)
 {
     (void)state;
-    enum { INTEGERS = 18, REALS = 6, POINTERS = 4 };
+    enum { INTEGERS = 18, REALS = 6, POINTERS = 5 };
     for (int n = 0; n < INTEGERS + REALS + POINTERS; n++) {
         struct request q = make_request();
         struct weft_pass *pass = &q.h->passes[0];
@@ -628,8 +627,10 @@ static void bad_numbers_are_refused(void **state)
             q.r->params.grid = NULL;
         else if (n == INTEGERS + REALS + 2)
             q.r->source.plane[0] = NULL;
-        else
+        else if (n == INTEGERS + REALS + 3)
             q.r->params.pixels[0] = NULL;
+        else
+            q.r->params.stride = 2; // of 3 pixels
         assert_refused(&q, n);
         destroy_request(&q);
     }
@@ -639,14 +640,16 @@ static void other_bad_requests_are_refused(void **state)
 {
     (void)state;
     struct request q = make_request();
-    assert_int_equal(weft_multipass_emulate_work(&q.h->work, &q.r->params, NULL), WEFT_OK);
+    assert_int_equal(hand_run(NULL, q.h, q.r, NULL), WEFT_OK);
     q.h->work.kernel = kernel_named("linear"); // the tiles are of another
     assert_refused(&q, 0);
     destroy_request(&q);
     struct weft_multipass_error error;
-    assert_int_equal(weft_multipass_emulate(&(struct weft_multipass_params){0}, NULL),
+    weft_multipass *compiled = NULL;
+    assert_int_equal(weft_multipass_compile(NULL, weft_multipass_params(.plan = NULL), &compiled),
                      WEFT_ERR_ARGUMENT);
-    assert_int_equal(weft_multipass_verify(&(struct weft_multipass_params){0}, &error),
+    assert_null(compiled);
+    assert_int_equal(weft_multipass_verify(&(struct weft_multipass_verify_params){0}, &error),
                      WEFT_ERR_ARGUMENT);
 }
 
@@ -664,8 +667,7 @@ static void sums_of_more_than_32_bits_are_refused(void **state)
         hand_add_group(h, tap(1, shift));
         struct hand_request *r = hand_request_create(h, 1, 1, 1, 1, 1);
         r->params.log = &log;
-        assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL),
-                         shift > 1 ? WEFT_ERR_LIMIT : WEFT_OK);
+        assert_int_equal(hand_run(NULL, h, r, NULL), shift > 1 ? WEFT_ERR_LIMIT : WEFT_OK);
         assert_int_equal(message.count, shift > 1);
         free(r);
         hand_list_destroy(h);
@@ -687,10 +689,10 @@ static void progress_can_cancel(void **state)
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);
     r->params.progress = &progress;
-    assert_int_equal(weft_multipass_emulate_work(&h->work, &r->params, NULL), WEFT_ERR_CANCELLED);
+    assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_ERR_CANCELLED);
     calls = 1;
     struct weft_multipass_error error;
-    assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_ERR_CANCELLED);
+    assert_int_equal(hand_verify(h, r, &error), WEFT_ERR_CANCELLED);
     free(r);
     hand_list_destroy(h);
 }

@@ -28,12 +28,12 @@ static double largest_difference(weft_context *context, const struct hand_list *
     struct message refusal = {0};
     const struct weft_log log = {keep_message, &refusal};
     r->params.log = &log;
-    if (weft_multipass_emulate_work(&h->work, &r->params, NULL) != WEFT_OK)
+    if (hand_run(NULL, h, r, NULL) != WEFT_OK)
         return NAN;
     memcpy(emulated, r->pixels, sizeof emulated);
     memset(r->pixels, 0xff, sizeof r->pixels);
     r->params.log = &log_to_stderr;
-    assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, &report), WEFT_OK);
+    assert_int_equal(hand_run(context, h, r, &report), WEFT_OK);
     double largest = 0.0;
     for (int c = 0; c < h->work.channels; c++) {
         for (int p = 0; p < r->grid.width * r->grid.height; p++) {
@@ -344,12 +344,11 @@ static void plans_keep_their_bounds(void **state)
         weft_pass_plan *plan = make_plan(&plan_cases[i]);
         const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
         struct hand_request *r = make_plan_request(info);
-        r->params.plan = plan;
         struct weft_multipass_error error;
         static float emulated[4][HAND_MAX_PIXELS];
-        assert_int_equal(weft_multipass_emulate(&r->params, NULL), WEFT_OK);
+        assert_int_equal(run_plan(NULL, plan, &r->params, NULL), WEFT_OK);
         memcpy(emulated, r->pixels, sizeof emulated);
-        assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
+        assert_int_equal(verify_plan(plan, &r->params, &error), WEFT_OK);
         const double width = r->source.high - r->source.low;
         const double bound = info->error.bound_any * width;
         print_message("%-15s %dD' %d %-10s %-15s %3d passes: error %.4f, rms %.4f, bound %.4f\n",
@@ -359,11 +358,11 @@ static void plans_keep_their_bounds(void **state)
         assert_true(error.maximum <= bound && error.not_finite_mismatches == 0);
         for (int c = 0; c < 2 && contexts[c]; c++) {
             const bool exact = weft_target_bits(info->profile.target) > 0;
-            assert_int_equal(weft_multipass_run(contexts[c], &r->params, NULL), WEFT_OK);
+            assert_int_equal(run_plan(contexts[c], plan, &r->params, NULL), WEFT_OK);
             for (int p = 0; p < 40 * 30 && exact; p++)
                 for (int n = 0; n < info->channels; n++)
                     assert_true(r->pixels[n][p] == emulated[n][p]);
-            assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
+            assert_int_equal(verify_plan(plan, &r->params, &error), WEFT_OK);
             assert_true(error.maximum <= bound && error.not_finite_mismatches == 0);
         }
         free(r);
@@ -406,7 +405,7 @@ static void samples_that_are_not_finite_show(void **state)
         r->grid.du[0] = r->grid.dv[1] = 10.0 / 30.0;
         assert_true(largest_difference(contexts[c], h, r) == 0.0);
         struct weft_multipass_error error;
-        assert_int_equal(weft_multipass_verify_work(&h->work, &r->params, &error), WEFT_OK);
+        assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         assert_int_equal(error.not_finite_mismatches, 0);
         assert_true(error.maximum < 0.1);
         free(r);
@@ -417,12 +416,10 @@ static void samples_that_are_not_finite_show(void **state)
 // Kernels and profiles by turns, 11 x 9 samples thrice as large: every third position is whole.
 enum { FEW_X = 11, FEW_Y = 9, THRICE = 3 };
 
-static struct hand_request *make_thrice(const weft_pass_plan *plan, const double columns[],
-                                        const double rows[])
+static struct hand_request *make_thrice(const double columns[], const double rows[])
 {
     struct hand_request *r = hand_request_create(&(struct hand_list){.work.channels = 1},
                                                  THRICE * FEW_X, THRICE * FEW_Y, FEW_X, FEW_Y, 1);
-    r->params.plan = plan;
     r->grid.columns = columns;
     r->grid.rows = rows;
     r->source.low = r->source.high = NAN;
@@ -446,17 +443,16 @@ static const struct plan_case thrice_cases[] = {
 };
 
 // Emulated and on every context; verified, NANs counted.
-static void check_thrice(struct hand_request *r, const char *what, int nans)
+static void check_thrice(const weft_pass_plan *plan, struct hand_request *r, const char *what,
+                         int nans)
 {
     for (int c = -1; c < 2; c++) {
         struct weft_multipass_error error;
         int count = 0;
         if (c >= 0 && !contexts[c])
             continue;
-        assert_int_equal(c < 0 ? weft_multipass_emulate(&r->params, NULL)
-                               : weft_multipass_run(contexts[c], &r->params, NULL),
-                         WEFT_OK);
-        assert_int_equal(weft_multipass_verify(&r->params, &error), WEFT_OK);
+        assert_int_equal(run_plan(c < 0 ? NULL : contexts[c], plan, &r->params, NULL), WEFT_OK);
+        assert_int_equal(verify_plan(plan, &r->params, &error), WEFT_OK);
         for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
             count += isnan(r->pixels[0][p]);
         if (error.not_finite_mismatches || (nans >= 0 && count != nans))
@@ -474,13 +470,13 @@ static void weights_of_zero_spread_nothing(void **state)
     for (size_t i = 0; i < WEFT_COUNT(thrice_cases); i++) {
         const struct plan_case *k = &thrice_cases[i];
         weft_pass_plan *plan = make_plan(k);
-        struct hand_request *r = make_thrice(plan, columns, rows);
+        struct hand_request *r = make_thrice(columns, rows);
         const bool linear = strcmp(k->kernel, "linear") == 0;
         const bool cubic = strcmp(k->kernel, "catmull-rom") == 0 && k->derivative == 0;
         r->samples[0][4 * FEW_X + 5] = NAN;
         // Around a sample, fractions of two thirds and less on both sides of it; and a sample's
         // own place, where the weights of all others are 0.
-        check_thrice(r, k->kernel, linear ? 5 * 5 : cubic ? 9 * 9 : -1);
+        check_thrice(plan, r, k->kernel, linear ? 5 * 5 : cubic ? 9 * 9 : -1);
         free(r);
         weft_pass_plan_destroy(&plan);
     }
@@ -496,10 +492,10 @@ static void the_largest_floats_stay_finite(void **state)
     for (size_t i = 0; i < 2 * WEFT_COUNT(thrice_cases); i++) {
         const struct plan_case *k = &thrice_cases[i / 2];
         weft_pass_plan *plan = make_plan(k);
-        struct hand_request *r = make_thrice(plan, columns, rows);
+        struct hand_request *r = make_thrice(columns, rows);
         for (int s = 0; s < FEW_X * FEW_Y; s++)
             r->samples[0][s] = s % 5 < 3 ? FLT_MAX : i % 2 ? 1.0f : -FLT_MAX;
-        check_thrice(r, k->kernel, 0);
+        check_thrice(plan, r, k->kernel, 0);
         for (int p = 0; p < THRICE * FEW_X * THRICE * FEW_Y; p++)
             inside += isfinite(r->pixels[0][p]);
         free(r);
@@ -515,13 +511,13 @@ static void limits_are_checked(void **state)
     const struct weft_context_info info = context->info;
     struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
     hand_add_all_tiles(h, true);
-    struct hand_request *r = hand_request_create(h, 30, 20, 9, 9, 1);
+    struct hand_request *r = hand_request_create(h, 30, 20, 13, 13, 1);
     static const struct {
         int side, texels;
         const char *text;
     } cases[] = {
         {29, 100000, "30 x 20 pixels, over the limit of 29"},
-        {30, 100, "source takes 225 texels, over the limit of 100"}, // (9 + 2 * 3)^2
+        {30, 300, "source takes 361 texels, over the limit of 300"}, // (13 + 2 * 3)^2
         {30, 240, "tiles takes 256 texels, over the limit of 240"},  // 4 of 64
         {30, 599, "grid takes 600 texels, over the limit of 599"},
     };
@@ -531,16 +527,110 @@ static void limits_are_checked(void **state)
         r->params.log = &log;
         context->info.max_target_size = cases[i].side;
         context->info.max_buffer_texels = cases[i].texels;
-        assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, NULL),
-                         WEFT_ERR_LIMIT);
+        assert_int_equal(hand_run(context, h, r, NULL), WEFT_ERR_LIMIT);
         if (!strstr(message.text, cases[i].text))
             fail_msg("'%s' instead of '%s'", message.text, cases[i].text);
     }
     context->info = info;
-    assert_int_equal(weft_multipass_run(context, &(struct weft_multipass_params){0}, NULL),
-                     WEFT_ERR_ARGUMENT);
+    weft_multipass *compiled = NULL;
+    assert_int_equal(
+        weft_multipass_compile(context, weft_multipass_params(.plan = NULL), &compiled),
+        WEFT_ERR_ARGUMENT);
+    assert_null(compiled);
     free(r);
     hand_list_destroy(h);
+}
+
+// ---- once means once ----------------------------------------------------------------------------
+
+enum { STRIDE = 37, FEW = 20, MANY = 33 };
+
+// Runs on a grid of side x side pixels and returns a copy of them; tiles and programs stay.
+static float *run_again(weft_multipass *compiled, struct hand_request *r, int side, int stride)
+{
+    struct weft_multipass_report report;
+    float *out = calloc(MANY * STRIDE, sizeof *out);
+    assert_non_null(out);
+    for (int i = 0; i < HAND_MAX_PIXELS; i++)
+        r->pixels[0][i] = -7.0f;
+    r->grid = (struct weft_pixel_grid){
+        .width = side, .height = side, .du = {0.31, 0.02, 0.0}, .dv = {-0.03, 0.29, 0.0}};
+    r->params.stride = stride;
+    assert_int_equal(weft_multipass_run(compiled, &r->params, &report), WEFT_OK);
+    assert_int_equal(report.programs_linked, 0);
+    if (weft_multipass_get_info(compiled)->programs) // on GL
+        assert_int_equal(report.uploaded_bytes, report.source_bytes + report.position_bytes);
+    assert_int_equal(report.tile_bytes, weft_multipass_get_info(compiled)->tile_bytes);
+    const int row = stride ? stride : side;
+    for (int i = 0; i < HAND_MAX_PIXELS; i++)
+        if (i % row >= side || i / row >= side)
+            assert_true(r->pixels[0][i] == -7.0f); // between the rows, and behind
+        else
+            out[i / row * STRIDE + i % row] = r->pixels[0][i];
+    return out;
+}
+
+// Drives from the cache what nobody holds.
+static void fill_program_cache(weft_context *context)
+{
+    assert_int_equal(weft_context_enter(context), WEFT_OK);
+    for (int i = 0; i < WEFT_PROGRAM_CACHE + 3; i++) {
+        char defines[32];
+        GLuint program;
+        snprintf(defines, sizeof defines, "#define UNUSED %d\n", i);
+        assert_int_equal(weft_program_get(context, "constant", defines, weft_shader_full_target,
+                                          constant_fragment, &program),
+                         WEFT_OK);
+    }
+    weft_context_leave(context);
+}
+
+static void assert_same(float *a, float *b)
+{
+    assert_memory_equal(a, b, MANY * STRIDE * sizeof *a);
+    free(b);
+}
+
+static void runs_repeat_nothing_and_agree(void **state)
+{
+    static const struct plan_case cases[] = {
+        {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 2, 0, 1, false},
+        {"catmull-rom", "fp32", WEFT_TECHNIQUE_DOT4, 2, 0, 1, false},
+        {"bspline", "unorm16", WEFT_TECHNIQUE_HIERARCHICAL, 2, 0, 1, false},
+        {"linear", "unorm8", WEFT_TECHNIQUE_LOG, 2, 0, 1, false},
+    };
+    int ran = 0;
+    (void)state;
+    for (size_t k = 0; k < WEFT_COUNT(cases); k++) {
+        for (int c = -1; c < 2; c++) {
+            if (c >= 0 && !contexts[c])
+                continue;
+            weft_context *context = c < 0 ? NULL : contexts[c];
+            weft_pass_plan *plan = make_plan(&cases[k]);
+            weft_multipass *compiled = NULL;
+            struct hand_request *r =
+                hand_request_create(&(struct hand_list){.work.channels = 1}, 1, 1, 9, 9, 1);
+            assert_int_equal(
+                weft_multipass_compile(
+                    context, weft_multipass_params(.plan = plan, .log = &log_to_stderr), &compiled),
+                WEFT_OK);
+            assert_int_equal(weft_multipass_get_info(compiled)->programs > 0, context != NULL);
+            float *few = run_again(compiled, r, FEW, 0);
+            assert_same(few, run_again(compiled, r, FEW, 0));
+            float *many = run_again(compiled, r, MANY, STRIDE); // larger targets
+            if (context)
+                fill_program_cache(context);
+            assert_same(many, run_again(compiled, r, MANY, STRIDE));
+            assert_same(few, run_again(compiled, r, FEW, STRIDE));
+            free(few);
+            free(many);
+            weft_multipass_destroy(&compiled);
+            weft_pass_plan_destroy(&plan);
+            free(r);
+            ran++;
+        }
+    }
+    assert_int_equal(ran, (contexts[1] ? 3 : 2) * (int)WEFT_COUNT(cases));
 }
 
 // Another module's draws are as ever after a run: blending is off.
@@ -551,7 +641,7 @@ static void state_is_left_clean(void **state)
     struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 3, 3, 1);
-    assert_int_equal(weft_multipass_run_work(context, &h->work, &r->params, NULL), WEFT_OK);
+    assert_int_equal(hand_run(context, h, r, NULL), WEFT_OK);
     assert_int_equal(weft_context_enter(context), WEFT_OK);
     GLint equation = 0, framebuffer = -1, alignment = 0;
     context->gl.GetIntegerv(GL_BLEND_EQUATION_RGB, &equation);
@@ -582,8 +672,7 @@ static void progress_can_cancel(void **state)
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);
     r->params.progress = &progress;
-    assert_int_equal(weft_multipass_run_work(contexts[0], &h->work, &r->params, NULL),
-                     WEFT_ERR_CANCELLED);
+    assert_int_equal(hand_run(contexts[0], h, r, NULL), WEFT_ERR_CANCELLED);
     free(r);
     hand_list_destroy(h);
 }
@@ -602,6 +691,7 @@ int main(void)
         cmocka_unit_test(weights_of_zero_spread_nothing),
         cmocka_unit_test(the_largest_floats_stay_finite),
         cmocka_unit_test(limits_are_checked),
+        cmocka_unit_test(runs_repeat_nothing_and_agree),
         cmocka_unit_test(state_is_left_clean),
         cmocka_unit_test(progress_can_cancel),
     };

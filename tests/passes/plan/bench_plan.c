@@ -11,6 +11,7 @@
 
 #include "filter/check.h"
 #include "weft.h"
+#include "tests/support/plan_runs.h"
 
 enum { MAX_RUNS = 99, VERIFIED_SIDE = 96 };
 
@@ -58,8 +59,9 @@ static bool make_samples(struct bench *b)
     return b->samples && b->pixels;
 }
 
-static struct weft_multipass_params job(const struct bench *b, const weft_pass_plan *plan, int side,
-                                        struct weft_samples *samples, struct weft_pixel_grid *grid)
+static struct weft_multipass_run_params job(const struct bench *b, const weft_pass_plan *plan,
+                                            int side, struct weft_samples *samples,
+                                            struct weft_pixel_grid *grid)
 {
     const double n = b->size, step = 0.9 * n / side;
     const int dims = weft_pass_plan_get_info(plan)->dims;
@@ -72,11 +74,8 @@ static struct weft_multipass_params job(const struct bench *b, const weft_pass_p
                                      .origin = {0.05 * n, 0.1 * n, 0.2 * n},
                                      .du = {0.9 * step, 0.1 * step, 0.3 * step},
                                      .dv = {-0.05 * step, 0.85 * step, 0.25 * step}};
-    return (struct weft_multipass_params){.plan = plan,
-                                          .samples = samples,
-                                          .grid = grid,
-                                          .pixels = {b->pixels},
-                                          .log = &log_to_stderr};
+    return (struct weft_multipass_run_params){
+        .samples = samples, .grid = grid, .pixels = {b->pixels}, .log = &log_to_stderr};
 }
 
 static double run_once(struct bench *b, const weft_pass_plan *plan, int side,
@@ -85,9 +84,9 @@ static double run_once(struct bench *b, const weft_pass_plan *plan, int side,
     struct weft_samples samples;
     struct weft_pixel_grid grid;
     struct weft_multipass_report report = {0};
-    const struct weft_multipass_params params = job(b, plan, side, &samples, &grid);
-    if (weft_multipass_run(b->context, &params, &report) != WEFT_OK ||
-        (error && weft_multipass_verify(&params, error) != WEFT_OK))
+    const struct weft_multipass_run_params params = job(b, plan, side, &samples, &grid);
+    if (run_plan(b->context, plan, &params, &report) != WEFT_OK ||
+        (error && verify_plan(plan, &params, error) != WEFT_OK))
         b->failures++;
     return report.pass_seconds;
 }

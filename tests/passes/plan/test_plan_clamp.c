@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
+#include "tests/support/plan_runs.h"
 #include "filter/check.h"
 #include "tests/support/plans.h"
 #include "weft.h"
@@ -52,14 +53,11 @@ static double run(const weft_pass_plan *plan, const float *plane, int size)
     const struct weft_pixel_grid grid = all_positions(info);
     const struct weft_samples samples = {
         .size = {size, size, info->dims > 2 ? size : 1}, .plane = {plane}, .low = 0.0, .high = 1.0};
-    const struct weft_multipass_params params = {.plan = plan,
-                                                 .samples = &samples,
-                                                 .grid = &grid,
-                                                 .pixels = {pixels},
-                                                 .log = &log_to_stderr};
+    const struct weft_multipass_run_params params = {
+        .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &log_to_stderr};
     struct weft_multipass_report report;
     assert_true(grid.width * grid.height <= MOST_PIXELS);
-    assert_int_equal(weft_multipass_emulate(&params, &report), WEFT_OK);
+    assert_int_equal(run_plan(NULL, plan, &params, &report), WEFT_OK);
     return report.largest_clamp;
 }
 

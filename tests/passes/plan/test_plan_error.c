@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
+#include "tests/support/plan_runs.h"
 #include "tests/support/contexts.h"
 #include "filter/check.h"
 #include "weft.h"
@@ -201,14 +202,14 @@ static bool is_coded(const struct job *job)
 }
 
 // On targets of fixed point, GL and emulation agree in every bit.
-static void compare_with_emulation(const struct job *job, const struct weft_multipass_params *drawn,
-                                   int number)
+static void compare_with_emulation(const struct job *job,
+                                   const struct weft_multipass_run_params *drawn, int number)
 {
-    struct weft_multipass_params params = *drawn;
+    struct weft_multipass_run_params params = *drawn;
     float emulated[4][PIXELS * PIXELS];
     for (int c = 0; c < job->params.channels; c++)
         params.pixels[c] = emulated[c];
-    assert_int_equal(weft_multipass_emulate(&params, NULL), WEFT_OK);
+    assert_int_equal(run_plan(NULL, job->plan, &params, NULL), WEFT_OK);
     for (int c = 0; c < job->params.channels; c++)
         if (memcmp(emulated[c], job->pixels[c], sizeof emulated[c]) != 0)
             fail_msg("plan %d: GL and emulation differ\n%s", number,
@@ -219,17 +220,15 @@ static void compare_with_emulation(const struct job *job, const struct weft_mult
 static double check(struct job *job, weft_context *context, bool constant, int number)
 {
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(job->plan);
-    struct weft_multipass_params params = {
-        .plan = job->plan, .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
+    struct weft_multipass_run_params params = {
+        .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
     struct weft_multipass_error error;
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
     fill_samples(job, constant);
-    assert_int_equal(context ? weft_multipass_run(context, &params, NULL)
-                             : weft_multipass_emulate(&params, NULL),
-                     WEFT_OK);
+    assert_int_equal(run_plan(context, job->plan, &params, NULL), WEFT_OK);
     if (context && is_coded(job))
         compare_with_emulation(job, &params, number);
-    assert_int_equal(weft_multipass_verify(&params, &error), WEFT_OK);
+    assert_int_equal(verify_plan(job->plan, &params, &error), WEFT_OK);
     const double width = job->samples.high - job->samples.low;
     const bool declared = constant || job->params.worst_case == WEFT_WORST_ANY;
     const double bound =
@@ -422,13 +421,13 @@ static void make_prefiltered(struct job *job)
 static double check_prefiltered(struct job *job, enum content content, int *nearer)
 {
     const struct weft_pass_plan_error *e = &weft_pass_plan_get_info(job->plan)->error;
-    struct weft_multipass_params params = {
-        .plan = job->plan, .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
+    struct weft_multipass_run_params params = {
+        .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
     struct weft_multipass_error error;
     fill_coefficients(job, content);
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
-    assert_int_equal(weft_multipass_emulate(&params, NULL), WEFT_OK);
-    assert_int_equal(weft_multipass_verify(&params, &error), WEFT_OK);
+    assert_int_equal(run_plan(NULL, job->plan, &params, NULL), WEFT_OK);
+    assert_int_equal(verify_plan(job->plan, &params, &error), WEFT_OK);
     const double width = job->samples.high - job->samples.low;
     const struct weft_bound_values values = {
         .low = job->samples.low, .high = job->samples.high, .sample_low = -1.0, .sample_high = 1.0};

@@ -18,6 +18,7 @@
 #include <jansson.h>
 
 #include "tests/support/common.h"
+#include "tests/support/plan_runs.h"
 #include "filter/check.h"
 #include "tests/support/plans.h"
 #include "tools/plan_json/plan_claims.h"
@@ -81,15 +82,12 @@ static void check_run(const weft_pass_plan *plan, const json_t *root, bool const
         grid.du[a] = a == 1 ? 0.03 : 0.37;
         grid.dv[a] = a == 0 ? 0.05 : 0.41;
     }
-    const struct weft_multipass_params params = {.plan = plan,
-                                                 .samples = &samples,
-                                                 .grid = &grid,
-                                                 .pixels = {pixels},
-                                                 .log = &log_to_stderr};
+    const struct weft_multipass_run_params params = {
+        .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &log_to_stderr};
     struct weft_multipass_report report;
     struct weft_multipass_error found;
-    assert_int_equal(weft_multipass_emulate(&params, &report), WEFT_OK);
-    assert_int_equal(weft_multipass_verify(&params, &found), WEFT_OK);
+    assert_int_equal(run_plan(NULL, plan, &params, &report), WEFT_OK);
+    assert_int_equal(verify_plan(plan, &params, &found), WEFT_OK);
     if (!(found.maximum <= bound + 4.0 * 0x1p-24) || found.not_finite_mismatches ||
         (declared && report.clamps))
         fail_msg("called valid: error %g, bound %g, %d not finite, %d stores clamp\n%s",

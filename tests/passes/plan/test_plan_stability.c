@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
+#include "tests/support/plan_runs.h"
 #include "filter/check.h"
 #include "tests/support/plans.h"
 #include "weft.h"
@@ -39,13 +40,10 @@ static void emulate(const weft_pass_plan *plan, const struct weft_samples *sampl
             samples->size[a] > SIDE ? 0.5 * samples->size[a] - SIDE / 2 + 0.5 * step : 0.5 * step;
     if (samples->size[2] == 1)
         grid.origin[2] = 0.0;
-    const struct weft_multipass_params params = {.plan = plan,
-                                                 .samples = samples,
-                                                 .grid = &grid,
-                                                 .pixels = {out->pixels},
-                                                 .log = &log_to_stderr};
-    assert_int_equal(weft_multipass_emulate(&params, &out->report), WEFT_OK);
-    assert_int_equal(weft_multipass_verify(&params, &out->error), WEFT_OK);
+    const struct weft_multipass_run_params params = {
+        .samples = samples, .grid = &grid, .pixels = {out->pixels}, .log = &log_to_stderr};
+    assert_int_equal(run_plan(NULL, plan, &params, &out->report), WEFT_OK);
+    assert_int_equal(verify_plan(plan, &params, &out->error), WEFT_OK);
     const double low = out->report.low, high = out->report.high;
     const double bound = weft_pass_plan_get_info(plan)->error.bound_any * (high - low) +
                          4.0 * 0x1p-24 * fmax(fabs(low), fabs(high));
