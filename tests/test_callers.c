@@ -1058,6 +1058,52 @@ static void slices(void)
     weft_volume_destroy(&v);
 }
 
+static enum weft_result make_footprint(const struct weft_footprint_params *p)
+{
+    weft_footprint *made = NULL;
+    const enum weft_result res = weft_footprint_create(p, &made);
+    weft_footprint_destroy(&made);
+    return res;
+}
+
+static void footprints(void)
+{
+    weft_volume *v = volume();
+    const struct weft_slice_params slice = slice_params(v);
+    struct weft_footprint_params good = {
+        .volume = v, .space = slice.space, .geometry = slice.geometry, .log = &logger};
+#define CALL make_footprint(&p)
+    KERNELS_REFUSED(good, 1, CALL);
+    BAD_ENUM(good, space, CALL);
+    SET_REFUSED(good, volume, NULL, CALL);
+    SET_REFUSED(good, geometry.width, 0, CALL);
+    SET_REFUSED(good, geometry.height, INT_MAX, CALL);
+    for (int a = 0; a < 3; a++) {
+        ANY_NUMBER(good, geometry.origin[a], CALL);
+        ANY_NUMBER(good, geometry.u[a], CALL);
+        ANY_NUMBER(good, geometry.v[a], CALL);
+    }
+    ANY_INT(good, memory_bytes, CALL);
+#undef CALL
+    weft_footprint *f = NULL;
+    struct weft_slice_statistics statistics;
+    TRUE(weft_footprint_create(&good, &f) == WEFT_OK);
+    TRUE(weft_footprint_statistics(f, NULL, &statistics) == WEFT_OK);
+    TRUE(weft_footprint_get_info(f)->bricks_read > 0);
+    // A plan on it is of its slice.
+    struct weft_slice_params shared = slice;
+    shared.footprint = f;
+#define CALL make_slice(v, &p)
+    ANY_INT(shared, memory_bytes, CALL);
+    SET_REFUSED(shared, geometry.width, slice.geometry.width + 1, CALL);
+    SET_REFUSED(shared, space, WEFT_SPACE_WORLD, CALL);
+#undef CALL
+    weft_footprint_destroy(&f);
+    weft_footprint_destroy(&f);
+    weft_footprint_destroy(NULL);
+    weft_volume_destroy(&v);
+}
+
 static enum weft_result make_method(weft_volume *v, const struct weft_method_params *p)
 {
     weft_method_plan *made = NULL;
@@ -1532,7 +1578,7 @@ static void slice_runs(void)
     struct weft_slice_error error;
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
-    SURVIVED(weft_slice_statistics_compute(slice, v, NULL, &statistics));
+    SURVIVED(weft_footprint_statistics(weft_slice_plan_get_footprint(slice), NULL, &statistics));
     SURVIVED(weft_slice_run(context, slice, v, out, NULL, NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_slice_verify(
@@ -1656,6 +1702,8 @@ static const struct {
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate)}},
     {judgements, {F(pass_plan_judge)}},
+    {footprints,
+     {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
@@ -1681,7 +1729,7 @@ static const struct {
     {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
     {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
-     {F(slice_run), F(slice_verify), F(slice_statistics_compute), F(slice_plan_get_info),
+     {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_multipass_run), F(slice_multipass_bound_terms)}},
     {way_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),

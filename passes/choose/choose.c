@@ -109,11 +109,12 @@ static void predict_fused(const struct chooser *c, const struct weft_slice_plan_
 static void predict_separable(const struct chooser *c, struct weft_slice_plan *request,
                               struct weft_candidate *candidate)
 {
-    const struct weft_slice_tile whole = {.width = c->params->slice.geometry.width,
-                                          .height = c->params->slice.geometry.height};
+    const struct weft_rectangle whole = {.width = c->params->slice.geometry.width,
+                                         .height = c->params->slice.geometry.height};
     const int *order = request->axes.order;
     int32_t min[3], max[3];
-    weft_slice_separable_box(request, &whole, min, max);
+    weft_slice_axes_box(&request->axes, &request->info.kernel, &request->footprint->grid, &whole,
+                        min, max);
     const double columns = max[order[0]] - min[order[0]] + 1;
     const double rows = max[order[1]] - min[order[1]] + 1;
     const double between = fmin(whole.width * rows, whole.height * columns);
@@ -378,8 +379,8 @@ static enum weft_result prepare(struct chooser *c)
         return res;
     c->slope = weft_slice_largest_slope(&c->base->info.kernel);
     if (!c->params->statistics)
-        return weft_slice_statistics_compute(c->base, c->volume, c->params->slice.progress,
-                                             &c->choice->statistics);
+        return weft_footprint_statistics(c->base->footprint, c->params->slice.progress,
+                                         &c->choice->statistics);
     c->choice->statistics = *c->params->statistics;
     return WEFT_OK;
 }

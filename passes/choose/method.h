@@ -48,7 +48,7 @@ struct weft_method_params {
     // method decides (layout, source, lookup, samples, range) is taken from there
     struct weft_slice_params slice;
     struct weft_slice_statistics
-        statistics; // of the voxels in reach (weft_slice_statistics_compute)
+        statistics; // of the voxels in reach (weft_footprint_statistics)
 };
 
 typedef struct weft_method_plan weft_method_plan; // Thread-safety: read-only once made.

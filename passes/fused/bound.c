@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a slice's plan knows of its kernel: axes that need no convolution, and error bounds.
+// What a slice's plan knows of its kernel: error bounds.
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -8,51 +8,6 @@
 #include "filter/analysis/error.h"
 #include "passes/separable/separable.h"
 #include "passes/fused/plan.h"
-
-// ---- axes ---------------------------------------------------------------------------------------
-
-// The axis along which every pixel has the same coordinate; -1: none.
-static int constant_axis(const struct weft_slice_geometry *g)
-{
-    for (int a = 0; a < 3; a++)
-        if (g->u[a] == 0.0 && g->v[a] == 0.0)
-            return a;
-    return -1;
-}
-
-void weft_slice_axes_set(struct weft_slice_plan *plan, bool may_sum)
-{
-    const struct weft_kernel *kernel = &plan->info.kernel;
-    struct weft_slice_axes *axes = &plan->axes;
-    int axis = may_sum ? constant_axis(&plan->grid.index) : -1;
-    *axes = (struct weft_slice_axes){.order = {0, 1, 2}, .summed = axis >= 0};
-    for (int i = 0; i < 3; i++)
-        axes->taps[i] = kernel->width;
-    plan->info.summed_axis = axis;
-    if (axis < 0)
-        return;
-    axes->taps[2] = 1;
-    axes->order[0] = axis == 0 ? 1 : 0;
-    axes->order[1] = axis == 2 ? 1 : 2;
-    axes->order[2] = axis;
-    // The fraction as the shader would have it.
-    struct weft_slice_block block;
-    int32_t whole[3];
-    double fraction[3], weight[WEFT_KERNEL_MAX_WIDTH];
-    weft_slice_grid_block(&plan->grid, 0, 0, &block);
-    weft_slice_grid_pixel(&plan->grid, &block, 0, 0, whole, fraction);
-    weft_kernel_weights(kernel, fraction[axis] - plan->grid.tap_shift, weight);
-    int last = kernel->width - 1;
-    while (axes->first < last && weight[axes->first] == 0.0)
-        axes->first++;
-    while (last > axes->first && weight[last] == 0.0)
-        last--;
-    axes->kept = last - axes->first + 1;
-    for (int i = 0; i < axes->kept; i++)
-        axes->weight[i] = weight[axes->first + i];
-    axes->plane = (int64_t)whole[axis] - plan->grid.tap_offset + axes->first;
-    plan->info.summed_taps = axes->kept;
-}
 
 // ---- error bound --------------------------------------------------------------------------------
 
@@ -105,7 +60,7 @@ static double weight_error(const struct weft_slice_plan *plan, double slope)
     // A fraction times a number of segments that is no power of two is rounded.
     const int segments = plan->kernel_tiles.segments;
     const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
-    const double position = 0x1p-25 + scaled + position_error(&plan->grid);
+    const double position = 0x1p-25 + scaled + position_error(&plan->footprint->grid);
     return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
            position * slope;
 }
@@ -128,7 +83,7 @@ double weft_slice_largest_slope(const struct weft_kernel *kernel)
 double weft_slice_position_bound(const struct weft_slice_plan *plan)
 {
     const double gain = plan->smooth.gain;
-    return 3.0 * gain * gain * position_error(&plan->grid) *
+    return 3.0 * gain * gain * position_error(&plan->footprint->grid) *
            weft_slice_largest_slope(&plan->info.kernel);
 }
 
@@ -155,7 +110,7 @@ static double separable_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
     const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
-    const double position = position_error(&plan->grid);
+    const double position = position_error(&plan->footprint->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
            2.0 * gain * position * weft_slice_largest_slope(kernel);
 }
@@ -266,10 +221,9 @@ static void set_terms(struct weft_slice_plan *plan, double smooth_error)
                             4.0 * UNIT * whole * offset;
 }
 
-void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error,
-                          const struct weft_volume_info *volume)
+void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
 {
     set_terms(plan, smooth_error);
-    set_rounding(plan, volume);
+    set_rounding(plan, weft_volume_get_info(weft_footprint_voxels(plan->footprint)));
     set_stated_bound(&plan->info);
 }

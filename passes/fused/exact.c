@@ -52,7 +52,8 @@ static void load_box(struct painter *p, int64_t number)
     for (int a = 0; a < 3; a++) {
         const bool summed = axes->summed && a == axes->order[2];
         p->min[a] = summed ? (int32_t)axes->plane
-                           : p->map.keys[number].at[a] * WEFT_BRICK_SIZE - p->plan->grid.tap_offset;
+                           : p->map.keys[number].at[a] * WEFT_BRICK_SIZE -
+                                 p->plan->footprint->grid.tap_offset;
         p->size[a] = summed ? axes->kept : WEFT_BRICK_SIZE + p->plan->info.kernel.width - 1;
     }
     weft_brick_store_copy_box(p->store, p->min, p->size, p->size, p->box);
@@ -103,7 +104,7 @@ static void set_taps(const struct painter *p, int a, int32_t whole, double fract
                      struct taps *out)
 {
     const struct weft_slice_axes *axes = &p->plan->axes;
-    const struct weft_slice_grid *grid = &p->plan->grid;
+    const struct weft_slice_grid *grid = &p->plan->footprint->grid;
     const bool summed = axes->summed && a == axes->order[2];
     double own[WEFT_KERNEL_MAX_WIDTH];
     if (!summed)
@@ -178,7 +179,7 @@ static void paint_pixel(struct painter *p, int x, int y, float *out)
     int32_t whole[3];
     double fraction[3];
     struct taps taps[3];
-    weft_slice_grid_pixel(&p->plan->grid, &p->block, x, y, whole, fraction);
+    weft_slice_grid_pixel(&p->plan->footprint->grid, &p->block, x, y, whole, fraction);
     for (int a = 0; a < 3; a++)
         set_taps(p, a, whole[a], fraction[a], &taps[a]);
     if (!reaches_unfit(p, taps))
@@ -205,7 +206,7 @@ static void set_block(struct painter *p, int x, int y)
     const int bx = x / WEFT_GRID_BLOCK, by = y / WEFT_GRID_BLOCK;
     if (bx == p->block_x && by == p->block_y)
         return;
-    weft_slice_grid_block(&p->plan->grid, bx, by, &p->block);
+    weft_slice_grid_block(&p->plan->footprint->grid, bx, by, &p->block);
     p->block_x = bx;
     p->block_y = by;
 }
@@ -222,7 +223,7 @@ static bool paint_run(void *priv, const struct weft_span *run)
     }
     if (p->states[number] == STATE_FIT)
         return true;
-    float *out = p->pixels + (size_t)run->y * (size_t)p->plan->grid.index.width + run->x;
+    float *out = p->pixels + (size_t)run->y * (size_t)p->plan->footprint->grid.index.width + run->x;
     load_box(p, number);
     set_block(p, run->x, run->y);
     for (int i = 0; i < run->count; i++) {
@@ -253,7 +254,8 @@ enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan,
                           .boxed = WEFT_CELL_NONE,
                           .block_x = -1,
                           .row = -1};
-    weft_slice_grid_walk(&plan->grid, tile->x, tile->y, tile->width, tile->height, paint_run, p);
+    weft_slice_grid_walk(&plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
+                         paint_run, p);
     res = p->result;
     *count += p->count;
     weft_cell_map_destroy(&p->map);

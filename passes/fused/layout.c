@@ -36,7 +36,7 @@ enum weft_result weft_slice_layout_create(const struct weft_slice_plan *plan,
         box_span(&plan->axes, &tile->layout, span);
         box = larger(box, product(span));
         block = larger(block, product(tile->layout.span));
-        cells = larger(cells, tile->map.count);
+        cells = larger(cells, tile->cells ? tile->cells->map.count : 0);
     }
     // malloc(0) may be NULL: one more than needed.
     out->box = malloc((box + 1) * sizeof *out->box);
@@ -133,22 +133,6 @@ static bool is_smooth(const struct weft_slice_plan *plan, const struct samples *
     return error + axes * weight * 4.0 * 0x1p-24 * magnitude <= smooth->error;
 }
 
-void weft_slice_sum_planes(const struct weft_slice_axes *axes, const float *box, const int size[3],
-                           const int span[3], float *out, int stride)
-{
-    const int *order = axes->order;
-    const size_t pitch[3] = {1, (size_t)span[0], (size_t)span[0] * (size_t)span[1]};
-    for (int y = 0; y < size[order[1]]; y++) {
-        for (int x = 0; x < size[order[0]]; x++) {
-            const float *at = box + (size_t)y * pitch[order[1]] + (size_t)x * pitch[order[0]];
-            double sum = 0.0;
-            for (int k = 0; k < axes->kept; k++)
-                sum += axes->weight[k] * at[(size_t)k * pitch[order[2]]];
-            out[(size_t)y * (size_t)stride + (size_t)x] = (float)sum;
-        }
-    }
-}
-
 static void replace_unfit(struct weft_slice_layout *l, float *box, const int size[3],
                           const int span[3])
 {
@@ -168,7 +152,7 @@ static void set_constant(struct weft_slice_layout *l, size_t cell, float value)
 // The cell's voxels as they are laid out in l->block, zeros past its own; or its class alone if one
 // value does for all.
 static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_brick_store *store,
-                                       struct weft_cell_key key, const struct weft_slice_cell *cell,
+                                       const struct weft_slice_cells *cells, size_t number,
                                        float *value)
 {
     const struct weft_slice_plan *plan = l->plan;
@@ -176,14 +160,15 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
     const int *order = axes->order, *block_span = l->block_layout.span;
     int32_t min[3], max[3];
     int size[3], span[3], block_size[3] = {1, 1, 1};
-    weft_slice_cell_box(plan, key, cell, min, max);
+    weft_slice_cell_box(plan, cells, number, min, max);
     for (int a = 0; a < 3; a++)
         size[a] = max[a] - min[a] + 1;
     box_span(axes, &l->block_layout, span);
     for (int i = 0; i < (axes->summed ? 2 : 3); i++)
         block_size[i] = size[order[i]];
     // Aligned rows begin where the cell does: zeros before what is in reach.
-    const int lead = l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? cell->low[order[0]] : 0;
+    const int lead =
+        l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? cells->at[number].low[order[0]] : 0;
     float *block = l->block + lead, *box = axes->summed ? l->box : block;
     if (product(block_size) < product(block_span))
         memset(l->block, 0, sizeof *l->block * product(block_span));
@@ -226,12 +211,12 @@ void weft_slice_layout_write(struct weft_slice_layout *l, const struct weft_slic
     memset(source, 0, at * l->block_layout.texel_bytes);
     l->constant_count = 0;
     l->any_unfit = false;
-    for (size_t i = 0; i < tile->map.count; i++) {
-        const struct weft_slice_cell *cell = &tile->cells[i];
-        float value = cell->value;
+    for (size_t i = 0; i < tile->cells->map.count; i++) {
+        const struct weft_slice_cell *cell = &tile->cells->at[i];
+        float value = tile->content[i].value;
         enum weft_cell_class class = WEFT_CELL_CONSTANT;
-        if (!cell->constant) {
-            class = make_block(l, store, tile->map.keys[i], cell, &value);
+        if (!tile->content[i].constant) {
+            class = make_block(l, store, tile->cells, i, &value);
             l->cells_constant += class == WEFT_CELL_CONSTANT;
             l->cells_smooth += class == WEFT_CELL_SMOOTH;
         }

@@ -32,9 +32,4 @@ void weft_slice_layout_write(struct weft_slice_layout *layout,
                              const struct weft_slice_tile_plan *tile, const weft_brick_store *store,
                              char *source);
 
-// Sums a box of voxels, [z][y][x], `span` apart, along the axis where every pixel has the same
-// coordinate: out[y * stride + x], with x and y along order[0] and order[1].
-void weft_slice_sum_planes(const struct weft_slice_axes *axes, const float *box, const int size[3],
-                           const int span[3], float *out, int stride);
-
 #endif

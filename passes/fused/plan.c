@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/kernels/prefilter.h"
-
 const char *const weft_lookup_names[] = {"polynomial", "linear", "nearest", NULL};
 const char *const weft_saving_names[] = {"constant", "axis", "separable", "smooth", NULL};
 
@@ -19,72 +17,18 @@ enum {
     MIN_TILE = 16,          // a tile is cut no smaller
     COMFORTABLE_TILE = 256, // below this the automatic layout gives up interleaving
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
+    CELL_BYTES = sizeof(struct weft_slice_cell) + sizeof(struct weft_slice_content) +
+                 sizeof(struct weft_cell_key) + 16,
 };
 static const int64_t MAX_TEXELS = INT64_C(1) << 26;
 
 // Polynomial tiles are to be as good as single precision.
 static const double TILE_TOLERANCE = 1e-9;
 
-// ---- stores -------------------------------------------------------------------------------------
-
-enum weft_result weft_slice_store_create(const struct weft_log *log,
-                                         const struct weft_volume_info *info,
-                                         const struct weft_brick_list *topology,
-                                         const struct weft_cell_map *bricks, const float *values,
-                                         weft_brick_store **out)
-{
-    // Planning asks only whether a brick is there.
-    static const float unread[WEFT_BRICK_VOXELS];
-    size_t count = bricks ? bricks->count : topology->brick_count;
-    enum weft_result res =
-        weft_brick_store_create(log, count + topology->tile_count, info->background, out);
-    for (size_t i = 0; res == WEFT_OK && i < count; i++) {
-        int32_t origin[3];
-        for (int a = 0; a < 3; a++)
-            origin[a] =
-                bricks ? bricks->keys[i].at[a] * WEFT_BRICK_SIZE : topology->brick_origin[i][a];
-        res = weft_brick_store_add_brick(*out, origin,
-                                         bricks ? values + i * WEFT_BRICK_VOXELS : unread);
-    }
-    for (size_t i = 0; res == WEFT_OK && i < topology->tile_count; i++)
-        res = weft_brick_store_add_tile(*out, &topology->tiles[i]);
-    if (res != WEFT_OK)
-        weft_brick_store_destroy(out);
-    else if (info->clamp_to_edge)
-        weft_brick_store_clamp(*out, info->active_min, info->active_max);
-    return res;
-}
-
-enum weft_result weft_slice_read_bricks(const struct weft_slice_plan *plan, weft_volume *volume,
-                                        const struct weft_cell_map *bricks, float *values)
-{
-    if (bricks->count == 0)
-        return WEFT_OK;
-    int32_t(*origin)[3] = malloc(bricks->count * sizeof *origin);
-    if (!origin) {
-        weft_error(plan->log, "not enough memory for the origins of %zu bricks", bricks->count);
-        return WEFT_ERR_MEMORY;
-    }
-    for (size_t i = 0; i < bricks->count; i++)
-        for (int a = 0; a < 3; a++)
-            origin[i][a] = bricks->keys[i].at[a] * WEFT_BRICK_SIZE;
-    enum weft_result res =
-        weft_volume_read(volume, bricks->count, (const int32_t(*)[3])origin, values);
-    free(origin);
-    return res;
-}
-
-weft_volume *weft_slice_voxels(const struct weft_slice_plan *plan, weft_volume *volume)
-{
-    return plan->coefficients ? plan->coefficients : volume;
-}
-
 // ---- cells of a rectangle -----------------------------------------------------------------------
 
 struct planner {
     struct weft_slice_plan *plan;
-    const struct weft_volume_info *volume;
-    const weft_brick_store *store; // of the topology
     uint64_t memory_bytes;
     int max_tile;
     int64_t max_texels;
@@ -93,164 +37,88 @@ struct planner {
     double fraction;        // last reported; another layout's attempt begins anew
 };
 
-struct collector {
-    struct planner *planner;
-    struct weft_slice_tile_plan *tile;
-    size_t capacity;
-    struct weft_cell_key last;
-    int64_t last_number;
-    int row;
-    bool cancelled;
-};
-
-static bool go_on(struct planner *planner)
+static enum weft_result out_of_memory(const struct weft_slice_plan *plan,
+                                      const struct weft_slice_tile *tile)
 {
-    const struct weft_progress *progress = planner->progress;
-    const struct weft_slice_geometry *g = &planner->plan->grid.index;
-    double pixels = (double)g->width * g->height;
-    planner->fraction = fmax(planner->fraction, (double)planner->planned_pixels / pixels);
-    return !progress || !progress->report || progress->report(progress->priv, planner->fraction);
+    weft_error(plan->log, "not enough memory to plan %d x %d pixels", tile->width, tile->height);
+    return WEFT_ERR_MEMORY;
 }
 
-static bool collect_span(void *priv, const struct weft_span *run)
+void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_slice_cells *cells,
+                         size_t number, int32_t min[3], int32_t max[3])
 {
-    struct collector *c = priv;
-    int64_t number = c->last_number;
-    if (run->y != c->row) {
-        c->row = run->y;
-        c->cancelled = !go_on(c->planner);
-        if (c->cancelled)
-            return false;
-    }
-    if (number == WEFT_CELL_NONE || memcmp(&run->cell, &c->last, sizeof c->last) != 0) {
-        size_t known = c->tile->map.count;
-        number = weft_cell_map_add(&c->tile->map, run->cell);
-        if (number == WEFT_CELL_NONE)
-            return false;
-        if ((size_t)number >= c->capacity) {
-            size_t capacity = c->capacity ? 2 * c->capacity : 256;
-            void *cells = realloc(c->tile->cells, capacity * sizeof *c->tile->cells);
-            if (!cells)
-                return false;
-            c->tile->cells = cells;
-            c->capacity = capacity;
-        }
-        if ((size_t)number == known)
-            c->tile->cells[number] = (struct weft_slice_cell){.low = {7, 7, 7}};
-        c->last = run->cell;
-        c->last_number = number;
-    }
-    struct weft_slice_cell *cell = &c->tile->cells[number];
-    for (int a = 0; a < 3; a++) {
-        cell->low[a] = run->low[a] < cell->low[a] ? run->low[a] : cell->low[a];
-        cell->high[a] = run->high[a] > cell->high[a] ? run->high[a] : cell->high[a];
-    }
-    return true;
+    weft_footprint_cell_box(plan->footprint, cells, number, min, max);
+    weft_slice_axes_narrow(&plan->axes, min, max);
 }
 
-void weft_slice_cell_reach(const struct weft_slice_plan *plan, struct weft_cell_key key,
-                           const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
+// What cells hold, and which bricks are to be read for those that are not constant.
+static bool sort_cells(const struct weft_slice_plan *plan, struct weft_slice_tile_plan *tile,
+                       struct weft_slice_tile *out, int starts[3])
 {
-    for (int a = 0; a < 3; a++) {
-        int32_t start = key.at[a] * WEFT_BRICK_SIZE - plan->grid.tap_offset;
-        min[a] = start + cell->low[a];
-        max[a] = start + cell->high[a] + plan->info.kernel.width - 1;
-    }
-}
-
-void weft_slice_cell_box(const struct weft_slice_plan *plan, struct weft_cell_key key,
-                         const struct weft_slice_cell *cell, int32_t min[3], int32_t max[3])
-{
-    weft_slice_cell_reach(plan, key, cell, min, max);
-    if (plan->axes.summed) {
-        int a = plan->axes.order[2];
-        min[a] += plan->axes.first;
-        max[a] = min[a] + plan->axes.kept - 1;
-    }
-}
-
-// Notes the bricks that hold a box of voxels, those of the clamp box where the volume has one.
-static bool need_bricks(const struct planner *planner, struct weft_cell_map *bricks, int32_t min[3],
-                        int32_t max[3])
-{
-    const struct weft_volume_info *v = planner->volume;
-    struct weft_cell_key from, to, at;
-    for (int a = 0; a < 3; a++) {
-        if (v->clamp_to_edge) {
-            min[a] = min[a] < v->active_min[a]   ? v->active_min[a]
-                     : min[a] > v->active_max[a] ? v->active_max[a]
-                                                 : min[a];
-            max[a] = max[a] > v->active_max[a]   ? v->active_max[a]
-                     : max[a] < v->active_min[a] ? v->active_min[a]
-                                                 : max[a];
-        }
-        from.at[a] = min[a] >> 3;
-        to.at[a] = max[a] >> 3;
-    }
-    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
-        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
-            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
-                int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
-                const float *values;
-                float constant;
-                if (weft_brick_store_find(planner->store, origin, &values, &constant) ==
-                        WEFT_BRICK_VALUES &&
-                    weft_cell_map_add(bricks, at) == WEFT_CELL_NONE)
-                    return false;
-            }
-        }
-    }
-    return true;
-}
-
-// Sorts a tile's cells into constant ones and those with blocks, and sizes everything.
-static bool classify_cells(const struct planner *planner, enum weft_layout layout,
-                           struct weft_slice_tile_plan *tile, struct weft_slice_tile *out)
-{
-    const struct weft_slice_plan *plan = planner->plan;
+    const struct weft_slice_cells *cells = tile->cells;
     const int *order = plan->axes.order;
-    int starts[3] = {1, 1, 1};
-    for (size_t i = 0; i < tile->map.count; i++) {
-        struct weft_slice_cell *cell = &tile->cells[i];
+    for (size_t i = 0; i < cells->map.count; i++) {
+        const struct weft_slice_cell *cell = &cells->at[i];
+        struct weft_slice_content *content = &tile->content[i];
         int32_t min[3], max[3];
-        weft_slice_cell_box(plan, tile->map.keys[i], cell, min, max);
+        weft_slice_cell_box(plan, cells, i, min, max);
         // A constant convolved is that constant only where the weights sum to one.
-        cell->constant = plan->info.savings & WEFT_SAVING_CONSTANT &&
-                         weft_brick_store_box_constant(planner->store, min, max, &cell->value);
-        if (cell->constant)
+        content->constant =
+            plan->info.savings & WEFT_SAVING_CONSTANT &&
+            weft_brick_store_box_constant(plan->footprint->places, min, max, &content->value);
+        if (content->constant)
             continue;
         out->cells_laid_out++;
-        for (int i = 0; i < 3; i++)
-            if (cell->high[order[i]] - cell->low[order[i]] + 1 > starts[i])
-                starts[i] = cell->high[order[i]] - cell->low[order[i]] + 1;
-        if (!need_bricks(planner, &tile->bricks, min, max))
+        for (int a = 0; a < 3; a++)
+            if (cell->high[order[a]] - cell->low[order[a]] + 1 > starts[a])
+                starts[a] = cell->high[order[a]] - cell->low[order[a]] + 1;
+        if (!weft_footprint_note(plan->footprint, min, max, &tile->bricks))
             return false;
     }
+    return true;
+}
+
+// Finds a tile's cells and sizes everything.
+static enum weft_result size_cells(const struct planner *planner, enum weft_layout layout,
+                                   struct weft_slice_tile_plan *tile, struct weft_slice_tile *out)
+{
+    const struct weft_slice_plan *plan = planner->plan;
+    const struct weft_rectangle at = {out->x, out->y, out->width, out->height};
+    int starts[3] = {1, 1, 1};
+    const enum weft_result res = weft_footprint_cells(plan->footprint, &at, planner->progress,
+                                                      planner->fraction, &tile->cells);
+    if (res != WEFT_OK)
+        return res;
+    const size_t count = tile->cells->map.count;
+    tile->content = malloc(count * sizeof *tile->content);
+    if (!tile->content || !sort_cells(plan, tile, out, starts))
+        return out_of_memory(plan, out);
     weft_block_layout_init(&tile->layout, layout, plan->info.source, plan->axes.taps, starts);
     int last = plan->axes.summed ? 0 : 7;
     tile->head_texels = weft_block_layout_offset(&tile->layout, (const int[]){7, 7, last}) + 1;
     tile->source_texels = tile->head_texels + out->cells_laid_out * tile->layout.block_texels;
-    out->cells = tile->map.count;
+    out->cells = count;
     out->bricks_read = tile->bricks.count;
     out->memory_bytes = tile->bricks.count * BRICK_BYTES +
                         tile->source_texels * tile->layout.texel_bytes +
                         (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
-                        tile->map.count * (sizeof *tile->cells + sizeof *tile->map.keys + 16);
-    return true;
+                        count * CELL_BYTES;
+    return WEFT_OK;
 }
 
 // The same for tiles without cells.
-static bool size_plane(const struct planner *planner, struct weft_slice_tile_plan *tile,
-                       struct weft_slice_tile *out)
+static enum weft_result size_plane(const struct planner *planner, struct weft_slice_tile_plan *tile,
+                                   struct weft_slice_tile *out)
 {
     const struct weft_slice_plan *plan = planner->plan;
     const int *order = plan->axes.order;
+    const struct weft_rectangle at = {out->x, out->y, out->width, out->height};
     int32_t min[3], max[3];
-    weft_slice_separable_box(plan, out, min, max);
+    weft_slice_axes_box(&plan->axes, &plan->info.kernel, &plan->footprint->grid, &at, min, max);
     const uint64_t columns = (uint64_t)(max[order[0]] - min[order[0]] + 1);
     const uint64_t rows = (uint64_t)(max[order[1]] - min[order[1]] + 1);
-    if (!need_bricks(planner, &tile->bricks, min, max))
-        return false;
+    if (!weft_footprint_note(plan->footprint, min, max, &tile->bricks))
+        return out_of_memory(plan, out);
     // Samples, what is between the passes, and the result as a target and as it is read back.
     const uint64_t width = (uint64_t)out->width, height = (uint64_t)out->height;
     const uint64_t between = width * rows > height * columns ? width * rows : height * columns;
@@ -261,14 +129,14 @@ static bool size_plane(const struct planner *planner, struct weft_slice_tile_pla
                         columns * (rows + WEFT_BRICK_SIZE * (uint64_t)plan->axes.kept) * 4 +
                         (width + height) * sizeof(double) +
                         (passes < plan->separable_bytes ? passes : plan->separable_bytes);
-    return true;
+    return WEFT_OK;
 }
 
-static void tile_plan_destroy(struct weft_slice_tile_plan *tile)
+static void tile_plan_destroy(const struct weft_slice_plan *plan, struct weft_slice_tile_plan *tile)
 {
-    weft_cell_map_destroy(&tile->map);
+    weft_footprint_release(plan->footprint, &tile->cells);
     weft_cell_map_destroy(&tile->bricks);
-    free(tile->cells);
+    free(tile->content);
     *tile = (struct weft_slice_tile_plan){0};
 }
 
@@ -303,6 +171,15 @@ static int cut(int length)
     return half >= WEFT_GRID_BLOCK ? half / WEFT_GRID_BLOCK * WEFT_GRID_BLOCK : half;
 }
 
+// What is done of all pixels; another layout's attempt begins anew, and tells no less.
+static void note_progress(struct planner *planner, const struct weft_slice_tile *done)
+{
+    const struct weft_slice_geometry *g = &planner->plan->footprint->grid.index;
+    planner->planned_pixels += (int64_t)done->width * done->height;
+    planner->fraction =
+        fmax(planner->fraction, (double)planner->planned_pixels / ((double)g->width * g->height));
+}
+
 static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
                                        int min_tile, struct weft_slice_tile rectangle);
 
@@ -328,51 +205,40 @@ static enum weft_result plan_halves(struct planner *planner, enum weft_layout la
 static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
                                        int min_tile, struct weft_slice_tile rectangle)
 {
-    const bool separable = planner->plan->axes.separable;
+    struct weft_slice_plan *plan = planner->plan;
+    const bool separable = plan->axes.separable;
     if (!separable && (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile))
         return plan_halves(planner, layout, min_tile, &rectangle);
-    struct weft_slice_tile_plan tile = {0};
-    struct collector collector = {
-        .planner = planner, .tile = &tile, .last_number = WEFT_CELL_NONE, .row = -1};
-    if (separable && !size_plane(planner, &tile, &rectangle))
-        goto fail;
-    if (!separable &&
-        (!weft_slice_grid_walk(&planner->plan->grid, rectangle.x, rectangle.y, rectangle.width,
-                               rectangle.height, collect_span, &collector) ||
-         !classify_cells(planner, layout, &tile, &rectangle)))
-        goto fail;
-    if (rectangle.memory_bytes <= planner->memory_bytes &&
-        (int64_t)tile.source_texels <= planner->max_texels) {
-        if (!append_tile(planner->plan, &rectangle, &tile))
-            goto fail;
-        planner->planned_pixels += (int64_t)rectangle.width * rectangle.height;
+    struct weft_slice_tile_plan tile = {.cells = NULL};
+    enum weft_result res = separable ? size_plane(planner, &tile, &rectangle)
+                                     : size_cells(planner, layout, &tile, &rectangle);
+    const bool fits = rectangle.memory_bytes <= planner->memory_bytes &&
+                      (int64_t)tile.source_texels <= planner->max_texels;
+    if (res == WEFT_OK && fits && append_tile(plan, &rectangle, &tile)) {
+        note_progress(planner, &rectangle);
         return WEFT_OK;
     }
-    tile_plan_destroy(&tile);
+    tile_plan_destroy(plan, &tile);
+    if (res != WEFT_OK)
+        return res;
+    if (fits)
+        return out_of_memory(plan, &rectangle);
     int longer = rectangle.width > rectangle.height ? rectangle.width : rectangle.height;
-    if (longer / 2 < min_tile) {
-        weft_debug(planner->plan->log,
-                   "layout %s: a tile of %d x %d pixels needs %" PRIu64 " bytes, over the limit of "
-                   "%" PRIu64,
-                   weft_layout_name(layout), rectangle.width, rectangle.height,
-                   rectangle.memory_bytes, planner->memory_bytes);
-        planner->plan->info.memory_bytes = rectangle.memory_bytes;
-        return WEFT_ERR_LIMIT;
-    }
-    return plan_halves(planner, layout, min_tile, &rectangle);
-fail:
-    tile_plan_destroy(&tile);
-    if (collector.cancelled)
-        return WEFT_ERR_CANCELLED;
-    weft_error(planner->plan->log, "not enough memory to plan %d x %d pixels", rectangle.width,
-               rectangle.height);
-    return WEFT_ERR_MEMORY;
+    if (longer / 2 >= min_tile)
+        return plan_halves(planner, layout, min_tile, &rectangle);
+    weft_debug(plan->log,
+               "layout %s: a tile of %d x %d pixels needs %" PRIu64 " bytes, over the limit of "
+               "%" PRIu64,
+               weft_layout_name(layout), rectangle.width, rectangle.height, rectangle.memory_bytes,
+               planner->memory_bytes);
+    plan->info.memory_bytes = rectangle.memory_bytes;
+    return WEFT_ERR_LIMIT;
 }
 
 static void forget_tiles(struct weft_slice_plan *plan)
 {
     for (int i = 0; i < plan->info.tile_count; i++)
-        tile_plan_destroy(&plan->tile_plans[i]);
+        tile_plan_destroy(plan, &plan->tile_plans[i]);
     plan->info.tile_count = 0;
 }
 
@@ -403,8 +269,9 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
         planner->planned_pixels = 0;
         plan->info.layout = tries[i].layout;
         res = plan_rectangle(planner, tries[i].layout, tries[i].min_tile,
-                             (struct weft_slice_tile){0, 0, plan->grid.index.width,
-                                                      plan->grid.index.height, 0, 0, 0, 0});
+                             (struct weft_slice_tile){0, 0, plan->footprint->grid.index.width,
+                                                      plan->footprint->grid.index.height, 0, 0, 0,
+                                                      0});
     }
     if (res == WEFT_ERR_LIMIT)
         weft_error(plan->log,
@@ -418,11 +285,7 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 
 static enum weft_result check_values(const struct weft_slice_params *p)
 {
-    enum weft_result res = weft_kernel_check(p->log, &p->kernel);
-    if (res != WEFT_OK)
-        return res;
-    res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(p->log, p->space, WEFT_SPACE_INDEX);
+    enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require_enum(p->log, p->layout, WEFT_LAYOUT_PLAIN);
     weft_require_enum(p->log, p->source, WEFT_SOURCE_UNORM8);
     weft_require_enum(p->log, p->lookup, WEFT_LOOKUP_NEAREST);
@@ -461,21 +324,18 @@ static enum weft_result create_kernel_tiles(struct weft_slice_plan *plan,
                                             const struct weft_slice_params *p)
 {
     enum { DEFAULT_SAMPLES = 64 };
+    const struct weft_kernel *kernel = &plan->info.kernel;
     if (p->lookup == WEFT_LOOKUP_POLYNOMIAL)
-        return weft_polynomial_tiles_create(p->log, &p->kernel, TILE_TOLERANCE,
-                                            &plan->kernel_tiles);
-    return weft_polynomial_tiles_sample(p->log, &p->kernel,
-                                        p->samples ? p->samples : DEFAULT_SAMPLES,
+        return weft_polynomial_tiles_create(p->log, kernel, TILE_TOLERANCE, &plan->kernel_tiles);
+    return weft_polynomial_tiles_sample(p->log, kernel, p->samples ? p->samples : DEFAULT_SAMPLES,
                                         p->lookup == WEFT_LOOKUP_LINEAR, &plan->kernel_tiles);
 }
 
 // Everything but what lies where.
-static enum weft_result set_request(struct weft_slice_plan *plan, const struct weft_slice_params *p,
-                                    const struct weft_volume_info *volume)
+static enum weft_result set_request(struct weft_slice_plan *plan, const struct weft_slice_params *p)
 {
     struct weft_slice_plan_info *info = &plan->info;
     enum weft_result res = check_request(p);
-    info->kernel = p->kernel;
     info->source = p->source;
     info->lookup = p->lookup;
     plan->range = (struct weft_source_range){p->low, p->high};
@@ -486,16 +346,20 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
         return res;
     info->samples = plan->kernel_tiles.segments;
     info->weight_vectors = (plan->kernel_tiles.degree + 1) * plan->kernel_tiles.groups;
-    weft_slice_axes_set(plan, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples);
+    const struct weft_slice_grid *grid = &plan->footprint->grid;
+    weft_slice_axes_set(&info->kernel, grid,
+                        !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples, &plan->axes);
+    info->summed_axis = plan->axes.summed ? plan->axes.order[2] : -1;
+    info->summed_taps = plan->axes.kept;
     // It has a layout, a source and weights of its own.
     if (p->layout == WEFT_LAYOUT_AUTO && p->source == WEFT_SOURCE_FLOAT &&
         p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
-        weft_slice_separable_set(plan);
-    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error, volume);
+        weft_slice_axes_separate(&info->kernel, grid, &plan->axes);
+    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
     if (plan->axes.separable)
         info->savings |= WEFT_SAVING_SEPARABLE;
     // A constant convolved is that constant only where the weights sum to one.
-    else if (p->kernel.unit_sum && !(p->without & WEFT_SAVING_CONSTANT))
+    else if (info->kernel.unit_sum && !(p->without & WEFT_SAVING_CONSTANT))
         info->savings |= WEFT_SAVING_CONSTANT;
     if (plan->axes.summed)
         info->savings |= WEFT_SAVING_AXIS;
@@ -511,24 +375,20 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
 {
     for (int i = 0; i < plan->info.tile_count; i++) {
         const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
-        if (plan->axes.separable && (tile->bricks.count || plan->topology.tile_count))
+        if (plan->axes.separable && (tile->bricks.count || plan->footprint->topology.tile_count))
             return false;
-        for (size_t c = 0; c < tile->map.count; c++)
-            if (!tile->cells[c].constant ||
-                memcmp(&tile->cells[c].value, &background, sizeof background) != 0)
+        for (size_t c = 0; tile->cells && c < tile->cells->map.count; c++)
+            if (!tile->content[c].constant ||
+                memcmp(&tile->content[c].value, &background, sizeof background) != 0)
                 return false;
     }
     return true;
 }
 
-static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_params *params,
-                      const struct weft_volume_info *volume)
+static void fill_info(struct weft_slice_plan *plan, const struct weft_volume_info *volume)
 {
     struct weft_slice_plan_info *info = &plan->info;
     int width = info->kernel.width;
-    info->geometry = params->geometry;
-    info->space = params->space;
-    info->index_geometry = plan->grid.index;
     info->fetches_per_pixel =
         plan->axes.separable
             ? 2 * width
@@ -544,41 +404,41 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_slice_para
     info->misses_volume = sees_background_only(plan, volume->background);
 }
 
-void weft_slice_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+// The footprint is the caller's, if it is of this slice, or made here.
+static enum weft_result set_footprint(struct weft_slice_plan *plan, weft_volume *volume,
+                                      const struct weft_slice_params *p)
 {
-    region->slab_count = 0;
-    for (int a = 0; a < 3; a++) {
-        int32_t low = volume->active_min[a], high = volume->active_max[a];
-        region->min[a] = region->min[a] < low ? low : region->min[a] > high ? high : region->min[a];
-        region->max[a] = region->max[a] > high ? high : region->max[a] < low ? low : region->max[a];
-    }
+    if (!p->footprint)
+        return weft_footprint_create(
+            weft_footprint_params(.volume = volume, .kernel = p->kernel, .space = p->space,
+                                  .geometry = p->geometry, .memory_bytes = p->memory_bytes,
+                                  .log = p->log),
+            &plan->footprint);
+    const struct weft_footprint_info *own = &p->footprint->info;
+    weft_require(p->log, p->footprint->volume == volume);
+    weft_require(p->log, !p->kernel.info || weft_kernel_same(&p->kernel, &own->kernel));
+    weft_require(p->log, memcmp(&p->geometry, &own->geometry, sizeof p->geometry) == 0);
+    weft_require(p->log, p->space == own->space);
+    plan->footprint = weft_footprint_hold(p->footprint);
+    return WEFT_OK;
+fail:
+    return WEFT_ERR_ARGUMENT;
 }
 
-static enum weft_result find_topology(struct weft_slice_plan *plan, weft_volume *volume)
+static enum weft_result start_info(struct weft_slice_plan *plan, const struct weft_slice_params *p)
 {
-    const struct weft_volume_info *info = weft_volume_get_info(volume);
-    struct weft_region region;
-    weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
-    if (info->clamp_to_edge)
-        weft_slice_clamp_region(info, &region);
-    return weft_volume_find(volume, &region, &plan->topology);
-}
-
-static enum weft_result create_coefficients(struct weft_slice_plan *plan, weft_volume *volume,
-                                            const struct weft_slice_params *p)
-{
-    struct weft_prefilter prefilter;
-    if (p->clamp_to_samples) {
-        weft_error(p->log,
-                   "kernel %si: coefficients are no samples that pixels could be clamped to",
-                   p->kernel.info->name);
-        return WEFT_ERR_UNSUPPORTED;
-    }
-    enum weft_result res = weft_prefilter_compute(p->log, &p->kernel, &prefilter);
-    if (res != WEFT_OK)
-        return res;
-    plan->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
-    return weft_volume_prefilter(volume, &p->kernel, p->log, &plan->coefficients);
+    struct weft_slice_plan_info *info = &plan->info;
+    const struct weft_footprint_info *reach = &plan->footprint->info;
+    info->kernel = reach->kernel;
+    info->geometry = reach->geometry;
+    info->space = reach->space;
+    info->index_geometry = reach->index_geometry;
+    info->prefilter_overlap = reach->prefilter_overlap;
+    if (!reach->kernel.prefiltered || !p->clamp_to_samples)
+        return WEFT_OK;
+    weft_error(p->log, "kernel %si: coefficients are no samples that pixels could be clamped to",
+               reach->kernel.info->name);
+    return WEFT_ERR_UNSUPPORTED;
 }
 
 enum weft_result weft_slice_request_create(weft_volume *volume,
@@ -586,40 +446,29 @@ enum weft_result weft_slice_request_create(weft_volume *volume,
                                            struct weft_slice_plan **out)
 {
     *out = NULL;
-    enum weft_result res = WEFT_ERR_MEMORY;
-    struct weft_slice_params p = *params;
     struct weft_slice_plan *plan = calloc(1, sizeof *plan);
     if (!plan) {
-        weft_error(p.log, "not enough memory to plan the slice");
-        goto fail;
+        weft_error(params->log, "not enough memory to plan the slice");
+        return WEFT_ERR_MEMORY;
     }
-    plan->log = p.log;
-    if (!p.kernel.info) {
-        res = weft_kernel_parse(p.log, "catmull-rom", &p.kernel);
-        if (res != WEFT_OK)
-            goto fail;
-    }
-    res = check_values(&p);
-    if (res != WEFT_OK)
-        goto fail;
-    if (p.kernel.radial) {
-        weft_error(p.log, "kernel %s is radial: a slice multiplies the weights of three axes",
-                   p.kernel.info->name);
-        res = WEFT_ERR_UNSUPPORTED;
-        goto fail;
-    }
-    res = p.kernel.prefiltered ? create_coefficients(plan, volume, &p) : WEFT_OK;
+    plan->log = params->log;
+    enum weft_result res = check_values(params);
     if (res == WEFT_OK)
-        res = weft_slice_grid_create(p.log, &p, weft_volume_get_info(volume), &plan->grid);
+        res = set_footprint(plan, volume, params);
     if (res == WEFT_OK)
-        res = set_request(plan, &p, weft_volume_get_info(volume));
-    if (res != WEFT_OK)
-        goto fail;
-    *out = plan;
-    return WEFT_OK;
-fail:
-    weft_slice_plan_destroy(&plan);
+        res = start_info(plan, params);
+    if (res == WEFT_OK)
+        res = set_request(plan, params);
+    if (res == WEFT_OK)
+        *out = plan;
+    else
+        weft_slice_plan_destroy(&plan);
     return res;
+}
+
+static int64_t limit_of(int64_t asked, int64_t most)
+{
+    return asked > 0 && asked < most ? asked : most;
 }
 
 enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_slice_params *params,
@@ -627,45 +476,33 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
 {
     *out = NULL;
     const struct weft_slice_params *p = params;
-    weft_brick_store *store = NULL;
     struct weft_slice_plan *plan = NULL;
     enum weft_result res = weft_slice_request_create(volume, params, &plan);
     if (res != WEFT_OK)
         return res;
-    volume = weft_slice_voxels(plan, volume);
-    const struct weft_volume_info *info = weft_volume_get_info(volume);
-    res = find_topology(plan, volume);
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(p->log, info, &plan->topology, NULL, NULL, &store);
-    if (res != WEFT_OK)
-        goto fail;
+    const struct weft_volume_info *info =
+        weft_volume_get_info(weft_footprint_voxels(plan->footprint));
     struct planner planner = {
         .plan = plan,
-        .volume = info,
-        .store = store,
         .progress = p->progress,
         .memory_bytes = p->memory_bytes ? p->memory_bytes : DEFAULT_MEMORY,
-        .max_tile =
-            p->max_target_size > 0 && p->max_target_size < MAX_TILE ? p->max_target_size : MAX_TILE,
-        .max_texels = p->max_buffer_texels > 0 && p->max_buffer_texels < MAX_TEXELS
-                          ? p->max_buffer_texels
-                          : MAX_TEXELS,
+        .max_tile = (int)limit_of(p->max_target_size, MAX_TILE),
+        .max_texels = limit_of(p->max_buffer_texels, MAX_TEXELS),
     };
     plan->separable_bytes = planner.memory_bytes / 2;
     res = plan_tiles(&planner, p->layout);
     if (res != WEFT_OK)
         goto fail;
-    fill_info(plan, p, info);
+    fill_info(plan, info);
     res = weft_slice_text_print(plan, info);
     if (res != WEFT_OK)
         goto fail;
     if (plan->info.misses_volume)
-        weft_slice_miss_report(p->log, plan, p, info);
-    weft_brick_store_destroy(&store);
+        weft_slice_miss_report(p->log, &plan->footprint->grid, &plan->info.geometry,
+                               plan->info.space, plan->info.kernel.width, info);
     *out = plan;
     return WEFT_OK;
 fail:
-    weft_brick_store_destroy(&store);
     weft_slice_plan_destroy(&plan);
     return res;
 }
@@ -678,8 +515,7 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
     free((*plan)->tiles);
     free((*plan)->tile_plans);
     weft_polynomial_tiles_destroy(&(*plan)->kernel_tiles);
-    weft_brick_list_clear(&(*plan)->topology);
-    weft_volume_destroy(&(*plan)->coefficients);
+    weft_footprint_destroy(&(*plan)->footprint);
     free((*plan)->text);
     free(*plan);
     *plan = NULL;
@@ -688,4 +524,9 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
 const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan)
 {
     return &plan->info;
+}
+
+weft_footprint *weft_slice_plan_get_footprint(const weft_slice_plan *plan)
+{
+    return plan->footprint;
 }

@@ -23,13 +23,12 @@ struct runner {
     const struct weft_slice_plan *plan;
     weft_context *context;
     const GladGLContext *gl;
-    weft_volume *volume;
     const struct weft_log *log;
     const struct weft_progress *progress;
     struct weft_slice_report report;
+    uint64_t own_bytes; // beside voxels
 
-    float *values;                  // voxels of the tile's bricks
-    weft_brick_store *store;        // of the tile
+    const weft_brick_store *store;  // of the tile, the footprint's
     struct weft_slice_layout cells; // of the tile
     int32_t *entries;               // by pixel, while the buffer is mapped
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
@@ -81,7 +80,7 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
         const struct weft_slice_tile *tile = &plan->tiles[i];
         const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
         s.bricks = larger(s.bricks, p->bricks.count);
-        s.cells = larger(s.cells, p->map.count);
+        s.cells = larger(s.cells, p->cells->map.count);
         s.source_texels = larger(s.source_texels, p->source_texels);
         s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
         s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
@@ -167,11 +166,9 @@ static GLenum source_format(enum weft_source_format format, enum weft_layout lay
 static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
 {
     GLenum format = source_format(r->plan->info.source, r->plan->info.layout);
-    // malloc(0) may be NULL: one more than needed.
-    r->values = malloc((s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values);
     r->squares = malloc(s->squares * sizeof *r->squares);
-    if (!r->values || !r->squares) {
-        weft_error(r->log, "not enough memory for the voxels of %zu bricks", s->bricks);
+    if (!r->squares) {
+        weft_error(r->log, "not enough memory for %zu squares", s->squares);
         return WEFT_ERR_MEMORY;
     }
     enum weft_result res = weft_slice_layout_create(r->plan, &r->cells);
@@ -185,9 +182,8 @@ static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
         res = create_kernel(r);
     if (res == WEFT_OK)
         res = weft_gl_target_create(r->log, r->gl, GL_R32F, s->width, s->height, &r->target);
-    r->report.peak_bytes = (s->bricks + 1) * WEFT_BRICK_VOXELS * sizeof *r->values +
-                           s->source_bytes + s->entries * 4 + s->cells * 4 +
-                           (size_t)s->width * (size_t)s->height * 4;
+    r->own_bytes =
+        s->source_bytes + s->entries * 4 + s->cells * 4 + (size_t)s->width * (size_t)s->height * 4;
     return res;
 }
 
@@ -200,7 +196,6 @@ static void destroy(struct runner *r)
     weft_gl_buffer_destroy(gl, &r->kernel);
     weft_gl_target_destroy(gl, &r->target);
     weft_slice_layout_destroy(&r->cells);
-    free(r->values);
     free(r->squares);
 }
 
@@ -215,7 +210,7 @@ struct entry_writer {
 static bool write_entries(void *priv, const struct weft_span *run)
 {
     const struct entry_writer *w = priv;
-    int64_t number = weft_cell_map_find(&w->tile_plan->map, run->cell);
+    int64_t number = weft_cell_map_find(&w->tile_plan->cells->map, run->cell);
     int32_t entry = w->r->cells.entries[number];
     uint8_t bit = (uint8_t)(1u << w->r->cells.classes[number]);
     int32_t *out = w->r->entries + (size_t)(run->y - w->tile->y) * (size_t)w->tile->width +
@@ -237,12 +232,18 @@ static void write_constants(struct runner *r)
     }
 }
 
-// Sources of fixed point, which hold a range, have nothing for what is not finite.
+// Sources of fixed point, which hold a range, have nothing for what is not finite. Blocks may hold
+// voxels that no tap reaches.
 static enum weft_result check_source(const struct runner *r)
 {
     const enum weft_source_format source = r->plan->info.source;
+    struct weft_slice_statistics statistics;
     if (!r->cells.any_unfit || source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
         return WEFT_OK;
+    const enum weft_result res =
+        weft_footprint_statistics(r->plan->footprint, r->progress, &statistics);
+    if (res != WEFT_OK || statistics.not_finite == 0)
+        return res;
     weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
                weft_source_format_name(source));
     return WEFT_ERR_UNSUPPORTED;
@@ -253,13 +254,13 @@ static enum weft_result load_tile(struct runner *r, int index)
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
     double start = weft_now_seconds();
-    enum weft_result res = weft_slice_read_bricks(r->plan, r->volume, &p->bricks, r->values);
+    enum weft_result res =
+        weft_footprint_load(r->plan->footprint, &p->bricks, r->own_bytes, &r->store);
     double read = weft_now_seconds();
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(r->log, weft_volume_get_info(r->volume), &r->plan->topology,
-                                      &p->bricks, r->values, &r->store);
     if (res != WEFT_OK)
         return res;
+    const uint64_t bytes = r->own_bytes + r->plan->footprint->info.kept_bytes;
+    r->report.peak_bytes = bytes > r->report.peak_bytes ? bytes : r->report.peak_bytes;
 
     // The layouts are written straight into GL's memory: upload is mapping and unmapping.
     res = WEFT_ERR_GL;
@@ -272,7 +273,7 @@ static enum weft_result load_tile(struct runner *r, int index)
         struct entry_writer writer = {r, p, tile};
         weft_slice_layout_write(&r->cells, p, r->store, source);
         memset(r->squares, 0, square_count(tile));
-        weft_slice_grid_walk(&r->plan->grid, tile->x, tile->y, tile->width, tile->height,
+        weft_slice_grid_walk(&r->plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
         write_constants(r);
     }
@@ -297,7 +298,7 @@ static enum weft_result load_tile(struct runner *r, int index)
 static void set_fixed(const struct runner *r, GLuint program, const char *name,
                       const char *low_name, const int64_t value[3])
 {
-    int low_bits = r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
+    int low_bits = r->plan->footprint->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
     GLint word[3], low[3];
     for (int i = 0; i < 3; i++) {
         int64_t v = value[r->plan->axes.order[i]];
@@ -343,9 +344,9 @@ static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
     gl->Uniform2f(weft_gl_location(r->gl, program, "viewport"), (float)tile->width,
                   (float)tile->height);
     gl->Uniform1i(weft_gl_location(r->gl, program, "low_bits"),
-                  r->plan->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
-    set_fixed(r, program, "du", "du_low", r->plan->grid.du);
-    set_fixed(r, program, "dv", "dv_low", r->plan->grid.dv);
+                  r->plan->footprint->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
+    set_fixed(r, program, "du", "du_low", r->plan->footprint->grid.du);
+    set_fixed(r, program, "dv", "dv_low", r->plan->footprint->grid.dv);
 }
 
 // The shader that a square's classes need, and whether constants are among them.
@@ -432,7 +433,7 @@ static void draw_rectangles(struct runner *r, GLuint program, const struct weft_
                             int bx, int by, const struct rectangles *list)
 {
     struct weft_slice_block block;
-    weft_slice_grid_block(&r->plan->grid, bx, by, &block);
+    weft_slice_grid_block(&r->plan->footprint->grid, bx, by, &block);
     set_fixed(r, program, "origin", "origin_low", block.position);
     r->gl->Uniform2i(weft_gl_location(r->gl, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
                      by * WEFT_GRID_BLOCK - tile->y);
@@ -487,7 +488,7 @@ static enum weft_result draw_tile(struct runner *r, int index)
 static enum weft_result read_back(struct runner *r, int index, float *pixels)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
-    int width = r->plan->grid.index.width;
+    int width = r->plan->footprint->grid.index.width;
     double start = weft_now_seconds();
     const struct weft_gl_pixels out = {
         .width = tile->width,
@@ -510,8 +511,7 @@ static void measure_pixels(const float *pixels, size_t count, struct weft_slice_
     report->not_finite = s.not_finite;
 }
 
-static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan,
-                                  weft_volume *volume, float *pixels,
+static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan, float *pixels,
                                   const struct weft_progress *progress,
                                   struct weft_slice_report *report)
 {
@@ -519,7 +519,6 @@ static enum weft_result run_cells(weft_context *context, const weft_slice_plan *
         .plan = plan,
         .context = context,
         .gl = &context->gl,
-        .volume = weft_slice_voxels(plan, volume),
         .log = plan->log,
         .progress = progress,
     };
@@ -545,7 +544,6 @@ static enum weft_result run_cells(weft_context *context, const weft_slice_plan *
         if (res == WEFT_OK && r.cells.any_unfit)
             res = weft_slice_exact_paint(plan, &plan->tiles[i], r.store, pixels, progress,
                                          (i + 1.0) / plan->info.tile_count, &r.report.exact_pixels);
-        weft_brick_store_destroy(&r.store);
     }
     r.report.cells_constant = r.cells.cells_constant;
     r.report.cells_smooth = r.cells.cells_smooth;
@@ -561,13 +559,14 @@ enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *pl
                                 struct weft_slice_report *report)
 {
     struct weft_slice_report own = {0};
+    (void)volume;
     enum weft_result res = (plan->axes.separable ? weft_slice_separable_run : run_cells)(
-        context, plan, volume, pixels, progress, &own);
+        context, plan, pixels, progress, &own);
     if (res != WEFT_OK)
         return res;
     if (progress && progress->report)
         progress->report(progress->priv, 1.0);
-    const struct weft_slice_geometry *g = &plan->grid.index;
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
     measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &own);
     if (report)
         *report = own;

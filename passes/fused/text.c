@@ -12,7 +12,8 @@ static void print_plane(FILE *out, const struct weft_slice_plan *plan, int i)
     const struct weft_slice_plan_info *info = &plan->info;
     int32_t min[3], max[3];
     const int *order = plan->axes.order, last = info->kernel.width - 1;
-    weft_slice_separable_box(plan, t, min, max);
+    const struct weft_rectangle at = {t->x, t->y, t->width, t->height};
+    weft_slice_axes_box(&plan->axes, &info->kernel, &plan->footprint->grid, &at, min, max);
     fprintf(out,
             "tile %02d: pixels (%d,%d) %dx%d, read %" PRIu64 " bricks, a plane of %dx%d samples, "
             "%.1f MB\n",
@@ -62,7 +63,7 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
     FILE *out = open_memstream(&plan->text, &size);
     if (!out)
         goto fail;
-    const struct weft_slice_geometry *g = &plan->grid.index;
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
     weft_kernel_format(&plan->info.kernel, kernel, sizeof kernel);
     fprintf(out, "slice %dx%d of grid %s (%s, %" PRIu64 " bricks), kernel %s, %d taps\n", g->width,
             g->height, volume->name, volume->type, volume->bricks, kernel,
@@ -77,7 +78,7 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
             weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
             plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
     print_savings(out, plan->info.savings);
-    if (plan->coefficients)
+    if (plan->footprint->coefficients)
         fprintf(out,
                 "prefilter: a coefficient depends on voxels up to %d away along each axis; farther "
                 "ones add %.2g x |voxel| to the bound\n",

@@ -144,16 +144,15 @@ static void set_steps(struct weft_slice_grid *grid)
 }
 
 enum weft_result weft_slice_grid_create(const struct weft_log *log,
-                                        const struct weft_slice_params *params,
-                                        const struct weft_volume_info *info,
+                                        const struct weft_slice_geometry *g, enum weft_space space,
+                                        int taps, const struct weft_volume_info *info,
                                         struct weft_slice_grid *out)
 {
-    const struct weft_slice_geometry *g = &params->geometry;
     enum weft_result res = check_geometry(log, g);
     if (res != WEFT_OK)
         return res;
     *out = (struct weft_slice_grid){.index = *g};
-    if (params->space == WEFT_SPACE_WORLD) {
+    if (space == WEFT_SPACE_WORLD) {
         double inverse[3][4];
         if (!invert(info->index_to_world, inverse)) {
             weft_error(log, "grid %s has a transform without an inverse", info->name);
@@ -174,9 +173,8 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
     res = check_range(log, &out->index);
     if (res != WEFT_OK)
         return res;
-    int width = params->kernel.width;
-    out->tap_shift = width % 2 ? 0.5 : 0.0;
-    out->tap_offset = width % 2 ? (width - 1) / 2 : width / 2 - 1;
+    out->tap_shift = taps % 2 ? 0.5 : 0.0;
+    out->tap_offset = taps % 2 ? (taps - 1) / 2 : taps / 2 - 1;
     set_steps(out);
     return WEFT_OK;
 }

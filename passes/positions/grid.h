@@ -12,7 +12,7 @@
 #ifndef WEFT_PASSES_POSITIONS_GRID_H
 #define WEFT_PASSES_POSITIONS_GRID_H
 
-#include "passes/slice/slice.h"
+#include "passes/positions/geometry.h"
 #include "tiles/volume/cell_map.h"
 
 enum { WEFT_GRID_BLOCK = 256 };
@@ -36,9 +36,17 @@ struct weft_slice_block {
     int64_t position[3];
 };
 
-// Checks and converts a request. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_LIMIT.
+// Pixels from (x, y) on.
+struct weft_rectangle {
+    int x, y, width, height;
+};
+
+// Checks a cut and converts it, for a kernel of `taps` taps along each axis. Returns
+// WEFT_ERR_ARGUMENT (size, edges), WEFT_ERR_FORMAT (a transform that leaves no cut) or
+// WEFT_ERR_LIMIT (index range).
 enum weft_result weft_slice_grid_create(const struct weft_log *log,
-                                        const struct weft_slice_params *params,
+                                        const struct weft_slice_geometry *geometry,
+                                        enum weft_space space, int taps,
                                         const struct weft_volume_info *info,
                                         struct weft_slice_grid *out);
 
@@ -71,5 +79,15 @@ typedef bool (*weft_span_visitor)(void *priv, const struct weft_span *run);
 // Visits a rectangle of pixels row by row, with the GPU's own positions. false if a visit was.
 bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
                           weft_span_visitor visit, void *priv);
+
+// The box of the active voxels' cells (half a voxel around them) in the given space.
+void weft_slice_active_box(const struct weft_volume_info *volume, enum weft_space space,
+                           double low[3], double high[3]);
+// Warns of a cut that sees the background alone: whether it passes the active voxels or only its
+// pixels do, where they lie, and whether the same numbers, which are of `space`, would meet them in
+// index space.
+void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_grid *grid,
+                            const struct weft_slice_geometry *geometry, enum weft_space space,
+                            int taps, const struct weft_volume_info *volume);
 
 #endif

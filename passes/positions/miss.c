@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "filter/check.h"
-#include "passes/fused/plan.h"
+#include "passes/positions/grid.h"
 
 // Whether a planar cut in index space, widened by `reach` voxels, may meet a box: neither the axes
 // nor the plane's normal separate them.
@@ -28,22 +28,22 @@ static bool meets(const struct weft_slice_geometry *cut, const double low[3], co
     return nearest <= margin && farthest >= -margin;
 }
 
-void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_plan *plan,
-                            const struct weft_slice_params *params,
-                            const struct weft_volume_info *volume)
+void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_grid *grid,
+                            const struct weft_slice_geometry *geometry, enum weft_space space,
+                            int taps, const struct weft_volume_info *volume)
 {
-    const double reach = 0.5 * plan->info.kernel.width;
+    const double reach = 0.5 * taps;
     double low[3], high[3];
     weft_slice_active_box(volume, WEFT_SPACE_INDEX, low, high);
-    const bool met = !volume->empty && meets(&plan->info.index_geometry, low, high, reach);
-    const bool other = !volume->empty && !met && params->space == WEFT_SPACE_WORLD &&
-                       meets(&params->geometry, low, high, reach);
-    weft_slice_active_box(volume, params->space, low, high);
+    const bool met = !volume->empty && meets(&grid->index, low, high, reach);
+    const bool other =
+        !volume->empty && !met && space == WEFT_SPACE_WORLD && meets(geometry, low, high, reach);
+    weft_slice_active_box(volume, space, low, high);
     char box[200] = "which has no active voxels";
     if (!volume->empty)
         snprintf(box, sizeof box, "whose active voxels lie from (%g, %g, %g) to (%g, %g, %g) in %s",
                  low[0], low[1], low[2], high[0], high[1], high[2],
-                 params->space == WEFT_SPACE_WORLD ? "world space" : "index space");
+                 space == WEFT_SPACE_WORLD ? "world space" : "index space");
     if (met)
         weft_warn(log,
                   "the slice crosses grid %s, %s, but no pixel comes near one of them: every pixel "

@@ -16,20 +16,12 @@ enum {
     // The box of an oblique rectangle grows with the cube of its side, and most of it is out of
     // reach: larger ones cost more than setting up the passes once more (measured, 2^17 to 2^23).
     COMFORTABLE_VOXELS = 1 << 21,
-    MEASURED_CELLS = 1024, // whose bricks are read together
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
-    MAX_SPAN = WEFT_BRICK_SIZE + WEFT_KERNEL_MAX_WIDTH - 1,
-};
-
-struct rectangle {
-    int x, y, width, height; // within one block of the grid
 };
 
 // What a rectangle's pixels reach: cells, the box of all their taps, and the bricks that hold them.
 struct reach {
-    struct weft_cell_map map;
-    struct weft_slice_cell *cells; // by number
-    size_t capacity;
+    const struct weft_slice_cells *cells; // the footprint's; NULL: not found
     struct weft_cell_map bricks;
     int32_t min[3];
     int size[3];
@@ -37,18 +29,14 @@ struct reach {
 
 struct runner {
     const struct weft_slice_multipass_params *p;
-    const struct weft_slice_plan *slice;
     const struct weft_pass_plan_info *plan;
     weft_multipass *compiled;
-    weft_brick_store *topology;
+    weft_footprint *footprint;
     uint64_t memory_bytes;
-    float *values; // of bricks
-    size_t value_bricks;
     float *box;
     size_t box_voxels;
     uint64_t pixels_done;
     int current_pixels; // of the rectangle that runs
-    struct weft_statistics voxels;
     struct weft_slice_multipass_report report;
 };
 
@@ -61,9 +49,16 @@ static bool go_on(const struct runner *r, double fraction)
 static bool report_rectangle(void *priv, double fraction)
 {
     const struct runner *r = priv;
-    const struct weft_slice_geometry *g = &r->slice->grid.index;
+    const struct weft_slice_geometry *g = &r->footprint->grid.index;
     return go_on(r, ((double)r->pixels_done + fraction * r->current_pixels) /
                         ((double)g->width * g->height));
+}
+
+// While the voxels are measured nothing is done yet.
+static bool report_begun(void *priv, double fraction)
+{
+    (void)fraction;
+    return go_on(priv, 0.0);
 }
 
 static enum weft_result out_of_memory(const struct runner *r, size_t bytes, const char *what)
@@ -74,175 +69,32 @@ static enum weft_result out_of_memory(const struct runner *r, size_t bytes, cons
 
 // ---- what is in reach ---------------------------------------------------------------------------
 
-static void reach_destroy(struct reach *reach)
+static void reach_destroy(const struct runner *r, struct reach *reach)
 {
-    weft_cell_map_destroy(&reach->map);
+    weft_footprint_release(r->footprint, &reach->cells);
     weft_cell_map_destroy(&reach->bricks);
-    free(reach->cells);
-    *reach = (struct reach){0};
+    *reach = (struct reach){.cells = NULL};
 }
 
-static bool collect_span(void *priv, const struct weft_span *run)
+static void set_box(const struct runner *r, const struct weft_rectangle *at, struct reach *reach)
 {
-    struct reach *reach = priv;
-    size_t known = reach->map.count;
-    int64_t number = weft_cell_map_add(&reach->map, run->cell);
-    if (number == WEFT_CELL_NONE)
-        return false;
-    if ((size_t)number >= reach->capacity) {
-        size_t capacity = reach->capacity ? 2 * reach->capacity : 256;
-        void *cells = realloc(reach->cells, capacity * sizeof *reach->cells);
-        if (!cells)
-            return false;
-        reach->cells = cells;
-        reach->capacity = capacity;
-    }
-    struct weft_slice_cell *cell = &reach->cells[number];
-    if ((size_t)number == known)
-        *cell = (struct weft_slice_cell){.low = {7, 7, 7}};
-    for (int a = 0; a < 3; a++) {
-        cell->low[a] = run->low[a] < cell->low[a] ? run->low[a] : cell->low[a];
-        cell->high[a] = run->high[a] > cell->high[a] ? run->high[a] : cell->high[a];
-    }
-    return true;
+    int32_t max[3];
+    weft_footprint_box(r->footprint, at, reach->min, max);
+    for (int a = 0; a < 3; a++)
+        reach->size[a] = max[a] - reach->min[a] + 1;
 }
 
-// Notes the bricks that hold a box of voxels, those of the clamp box where the volume has one.
-static bool note_bricks(const struct runner *r, const int32_t min[3], const int32_t max[3],
-                        struct weft_cell_map *bricks)
+static enum weft_result find_bricks(const struct runner *r, const struct weft_rectangle *at,
+                                    struct reach *reach)
 {
-    const struct weft_volume_info *v = weft_volume_get_info(r->p->volume);
-    struct weft_cell_key from, to, at;
-    for (int a = 0; a < 3; a++) {
-        int32_t low = v->clamp_to_edge ? v->active_min[a] : min[a];
-        int32_t high = v->clamp_to_edge ? v->active_max[a] : max[a];
-        from.at[a] = (min[a] < low ? low : min[a] > high ? high : min[a]) >> 3;
-        to.at[a] = (max[a] < low ? low : max[a] > high ? high : max[a]) >> 3;
-    }
-    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
-        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
-            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
-                const int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
-                const float *values;
-                float constant;
-                if (weft_brick_store_find(r->topology, origin, &values, &constant) ==
-                        WEFT_BRICK_VALUES &&
-                    weft_cell_map_add(bricks, at) == WEFT_CELL_NONE)
-                    return false;
-            }
-        }
-    }
-    return true;
-}
-
-static bool note_cells(const struct runner *r, const struct reach *reach, size_t from, size_t to,
-                       struct weft_cell_map *bricks)
-{
-    for (size_t i = from; i < to; i++) {
+    enum weft_result res = weft_footprint_cells(r->footprint, at, NULL, 0.0, &reach->cells);
+    for (size_t i = 0; res == WEFT_OK && i < reach->cells->map.count; i++) {
         int32_t min[3], max[3];
-        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
-        if (!note_bricks(r, min, max, bricks))
-            return false;
+        weft_footprint_cell_box(r->footprint, reach->cells, i, min, max);
+        if (!weft_footprint_note(r->footprint, min, max, &reach->bricks))
+            res = out_of_memory(r, (reach->bricks.count + 1) * sizeof *reach->bricks.keys,
+                                "a list of bricks");
     }
-    return true;
-}
-
-static void set_box(const struct runner *r, struct reach *reach)
-{
-    int32_t last[3];
-    for (size_t i = 0; i < reach->map.count; i++) {
-        int32_t min[3], max[3];
-        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
-        for (int a = 0; a < 3; a++) {
-            reach->min[a] = i && reach->min[a] < min[a] ? reach->min[a] : min[a];
-            last[a] = i && last[a] > max[a] ? last[a] : max[a];
-            reach->size[a] = last[a] - reach->min[a] + 1;
-        }
-    }
-}
-
-static enum weft_result find_cells(const struct runner *r, const struct rectangle *at,
-                                   struct reach *out)
-{
-    *out = (struct reach){0};
-    if (weft_slice_grid_walk(&r->slice->grid, at->x, at->y, at->width, at->height, collect_span,
-                             out))
-        return WEFT_OK;
-    const size_t bytes = 2 * (out->capacity + 1) * (sizeof *out->cells + sizeof *out->map.keys);
-    reach_destroy(out);
-    return out_of_memory(r, bytes, "the cells of a rectangle");
-}
-
-// A store of these bricks, whose values stay in r->values.
-static enum weft_result load_bricks(struct runner *r, const struct weft_cell_map *bricks,
-                                    weft_brick_store **out)
-{
-    *out = NULL;
-    if (bricks->count > r->value_bricks || !r->values) {
-        const size_t bytes = (bricks->count + 1) * BRICK_BYTES; // malloc(0) may be NULL
-        free(r->values);
-        r->value_bricks = bricks->count;
-        r->values = malloc(bytes);
-        if (!r->values)
-            return out_of_memory(r, bytes, "the voxels of bricks");
-    }
-    double start = weft_now_seconds();
-    enum weft_result res = weft_slice_read_bricks(r->slice, r->p->volume, bricks, r->values);
-    r->report.read_seconds += weft_now_seconds() - start;
-    r->report.bricks_read += bricks->count;
-    if (res != WEFT_OK)
-        return res;
-    return weft_slice_store_create(r->p->log, weft_volume_get_info(r->p->volume),
-                                   &r->slice->topology, bricks, r->values, out);
-}
-
-// ---- the range of the voxels --------------------------------------------------------------------
-
-static void measure_cell(struct runner *r, const weft_brick_store *store, const int32_t min[3],
-                         const int32_t max[3])
-{
-    float voxels[MAX_SPAN * MAX_SPAN * MAX_SPAN];
-    if (weft_brick_store_box_constant(store, min, max, voxels)) {
-        weft_statistics_add(&r->voxels, voxels, 1);
-        return;
-    }
-    const int size[3] = {max[0] - min[0] + 1, max[1] - min[1] + 1, max[2] - min[2] + 1};
-    weft_brick_store_copy_box(store, min, size, size, voxels);
-    weft_statistics_add(&r->voxels, voxels, (size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
-}
-
-static enum weft_result measure_cells(struct runner *r, const struct reach *reach, size_t from,
-                                      size_t to)
-{
-    struct weft_cell_map bricks = {0};
-    weft_brick_store *store = NULL;
-    enum weft_result res =
-        note_cells(r, reach, from, to, &bricks)
-            ? load_bricks(r, &bricks, &store)
-            : out_of_memory(r, (bricks.count + 1) * sizeof *bricks.keys, "a list of bricks");
-    for (size_t i = from; res == WEFT_OK && i < to; i++) {
-        int32_t min[3], max[3];
-        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
-        measure_cell(r, store, min, max);
-    }
-    weft_brick_store_destroy(&store);
-    weft_cell_map_destroy(&bricks);
-    return res;
-}
-
-// Of whole blocks: what their cells reach does not depend on how the slice is cut.
-static enum weft_result measure_block(struct runner *r, const struct rectangle *block)
-{
-    struct reach reach;
-    enum weft_result res = find_cells(r, block, &reach);
-    if (res != WEFT_OK)
-        return res;
-    for (size_t i = 0; res == WEFT_OK && i < reach.map.count; i += MEASURED_CELLS) {
-        const size_t left = reach.map.count - i;
-        const size_t end = i + (left < MEASURED_CELLS ? left : MEASURED_CELLS);
-        res = go_on(r, 0.0) ? measure_cells(r, &reach, i, end) : WEFT_ERR_CANCELLED;
-    }
-    reach_destroy(&reach);
     return res;
 }
 
@@ -254,7 +106,7 @@ static size_t count_voxels(const struct reach *reach)
 }
 
 // What is held while a rectangle runs, staging copies included.
-static uint64_t rectangle_bytes(const struct runner *r, const struct rectangle *at,
+static uint64_t rectangle_bytes(const struct runner *r, const struct weft_rectangle *at,
                                 const struct reach *reach)
 {
     const uint64_t sample = r->plan->passes->dot4 ? 16 : 4;
@@ -263,6 +115,14 @@ static uint64_t rectangle_bytes(const struct runner *r, const struct rectangle *
            (uint64_t)at->width * (uint64_t)at->height *
                (2 * pixel + r->plan->target_bytes_per_pixel) +
            2 * r->plan->tile_bytes;
+}
+
+// Whether the range is known to hold all voxels in reach: then what it does not is not in reach.
+static bool range_holds(const struct runner *r)
+{
+    const weft_footprint *f = r->footprint;
+    return f->measured && f->statistics.not_finite == 0 && r->report.low <= f->statistics.low &&
+           r->report.high >= f->statistics.high;
 }
 
 // The voxels in reach, in a box; what is not in reach there is some value in range.
@@ -280,11 +140,11 @@ static enum weft_result fill_box(struct runner *r, const weft_brick_store *store
     const float unused = (float)(0.5 * r->report.low + 0.5 * r->report.high);
     for (size_t i = 0; i < count; i++)
         r->box[i] = unused;
-    for (size_t i = 0; i < reach->map.count; i++) {
+    for (size_t i = 0; i < reach->cells->map.count; i++) {
         int32_t min[3], max[3];
         int size[3];
         size_t at[3];
-        weft_slice_cell_reach(r->slice, reach->map.keys[i], &reach->cells[i], min, max);
+        weft_footprint_cell_box(r->footprint, reach->cells, i, min, max);
         for (int a = 0; a < 3; a++) {
             size[a] = max[a] - min[a] + 1;
             at[a] = (size_t)(min[a] - reach->min[a]);
@@ -293,15 +153,19 @@ static enum weft_result fill_box(struct runner *r, const weft_brick_store *store
             store, min, size, reach->size,
             r->box + (at[2] * (size_t)reach->size[1] + at[1]) * (size_t)reach->size[0] + at[0]);
     }
+    const bool holds = range_holds(r);
+    for (size_t i = 0; holds && i < count; i++)
+        if (!(r->box[i] >= r->report.low && r->box[i] <= r->report.high))
+            r->box[i] = unused;
     return WEFT_OK;
 }
 
 // The block's fixed-point positions in the box's coordinates, before they are rounded: in double
 // they are exact, and so are their sums with multiples of the steps that stay in the box.
-static void set_grid(const struct runner *r, const struct rectangle *at, const struct reach *reach,
-                     struct weft_pixel_grid *out)
+static void set_grid(const struct runner *r, const struct weft_rectangle *at,
+                     const struct reach *reach, struct weft_pixel_grid *out)
 {
-    const struct weft_slice_grid *grid = &r->slice->grid;
+    const struct weft_slice_grid *grid = &r->footprint->grid;
     const int bx = at->x / WEFT_GRID_BLOCK, by = at->y / WEFT_GRID_BLOCK;
     const int low_bits = grid->fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
     struct weft_slice_block block;
@@ -340,10 +204,10 @@ static void add_report(struct runner *r, const struct weft_multipass_report *one
     sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
 }
 
-static enum weft_result convolve(struct runner *r, const struct rectangle *at,
+static enum weft_result convolve(struct runner *r, const struct weft_rectangle *at,
                                  const struct reach *reach)
 {
-    const size_t width = (size_t)r->slice->grid.index.width;
+    const size_t width = (size_t)r->footprint->grid.index.width;
     const struct weft_samples samples = {
         .size = {reach->size[0], reach->size[1], reach->size[2]},
         .plane = {r->box},
@@ -366,20 +230,22 @@ static enum weft_result convolve(struct runner *r, const struct rectangle *at,
     const enum weft_result res = weft_multipass_run(r->compiled, &params, &report);
     if (res == WEFT_OK)
         add_report(r, &report,
-                   reach->bricks.count * BRICK_BYTES + count_voxels(reach) * sizeof *r->box);
+                   r->footprint->info.kept_bytes + count_voxels(reach) * sizeof *r->box);
     return res;
 }
 
-static enum weft_result run_rectangle(struct runner *r, const struct rectangle *at,
+static enum weft_result run_rectangle(struct runner *r, const struct weft_rectangle *at,
                                       const struct reach *reach)
 {
-    weft_brick_store *store = NULL;
-    enum weft_result res = load_bricks(r, &reach->bricks, &store);
-    double start = weft_now_seconds();
+    const uint64_t other_bytes = rectangle_bytes(r, at, reach) - reach->bricks.count * BRICK_BYTES;
+    const weft_brick_store *store;
+    const double start = weft_now_seconds();
+    enum weft_result res = weft_footprint_load(r->footprint, &reach->bricks, other_bytes, &store);
+    const double read = weft_now_seconds();
     if (res == WEFT_OK)
         res = fill_box(r, store, reach);
-    r->report.layout_seconds += weft_now_seconds() - start;
-    weft_brick_store_destroy(&store);
+    r->report.read_seconds += read - start;
+    r->report.layout_seconds += weft_now_seconds() - read;
     if (res == WEFT_OK)
         res = convolve(r, at, reach);
     if (res == WEFT_OK)
@@ -387,7 +253,7 @@ static enum weft_result run_rectangle(struct runner *r, const struct rectangle *
     return res;
 }
 
-static enum weft_result refuse(const struct runner *r, const struct rectangle *at,
+static enum weft_result refuse(const struct runner *r, const struct weft_rectangle *at,
                                const struct reach *reach, uint64_t bytes)
 {
     weft_error(r->p->log,
@@ -398,11 +264,11 @@ static enum weft_result refuse(const struct runner *r, const struct rectangle *a
     return WEFT_ERR_LIMIT;
 }
 
-static enum weft_result cut_rectangle(struct runner *r, const struct rectangle *whole);
+static enum weft_result cut_rectangle(struct runner *r, const struct weft_rectangle *whole);
 
-static enum weft_result run_halves(struct runner *r, const struct rectangle *whole)
+static enum weft_result run_halves(struct runner *r, const struct weft_rectangle *whole)
 {
-    struct rectangle first = *whole, second = *whole;
+    struct weft_rectangle first = *whole, second = *whole;
     if (whole->width >= whole->height) {
         first.width /= 2;
         second.x += first.width;
@@ -417,29 +283,26 @@ static enum weft_result run_halves(struct runner *r, const struct rectangle *who
 }
 
 // Runs a rectangle, in as many pieces as the size of its box asks for.
-static enum weft_result cut_rectangle(struct runner *r, const struct rectangle *whole)
+static enum weft_result cut_rectangle(struct runner *r, const struct weft_rectangle *whole)
 {
-    struct reach reach;
-    enum weft_result res = find_cells(r, whole, &reach);
-    if (res != WEFT_OK)
-        return res;
-    set_box(r, &reach);
+    struct reach reach = {.cells = NULL};
+    enum weft_result res = WEFT_OK;
+    set_box(r, whole, &reach);
     const int longer = whole->width > whole->height ? whole->width : whole->height;
     const bool can_be_cut = longer / 2 >= MIN_SIDE;
     bool fits = reach.size[0] <= MAX_BOX_SIDE && reach.size[1] <= MAX_BOX_SIDE &&
                 reach.size[2] <= MAX_BOX_SIDE;
     if (fits && can_be_cut)
         fits = count_voxels(&reach) <= COMFORTABLE_VOXELS;
-    if (fits && !note_cells(r, &reach, 0, reach.map.count, &reach.bricks))
-        res = out_of_memory(r, (reach.bricks.count + 1) * sizeof *reach.bricks.keys,
-                            "a list of bricks");
+    if (fits)
+        res = find_bricks(r, whole, &reach);
     const uint64_t bytes = rectangle_bytes(r, whole, &reach);
     const bool runs = fits && bytes <= r->memory_bytes;
     if (res == WEFT_OK && runs)
         res = run_rectangle(r, whole, &reach);
     else if (res == WEFT_OK && !can_be_cut)
         res = refuse(r, whole, &reach, bytes);
-    reach_destroy(&reach);
+    reach_destroy(r, &reach);
     return res == WEFT_OK && !runs ? run_halves(r, whole) : res;
 }
 
@@ -447,13 +310,13 @@ static enum weft_result cut_rectangle(struct runner *r, const struct rectangle *
 
 static enum weft_result each_block(struct runner *r,
                                    enum weft_result (*run)(struct runner *r,
-                                                           const struct rectangle *block))
+                                                           const struct weft_rectangle *block))
 {
-    const struct weft_slice_geometry *g = &r->slice->grid.index;
+    const struct weft_slice_geometry *g = &r->footprint->grid.index;
     enum weft_result res = WEFT_OK;
     for (int y = 0; res == WEFT_OK && y < g->height; y += WEFT_GRID_BLOCK) {
         for (int x = 0; res == WEFT_OK && x < g->width; x += WEFT_GRID_BLOCK) {
-            const struct rectangle block = {
+            const struct weft_rectangle block = {
                 .x = x,
                 .y = y,
                 .width = g->width - x < WEFT_GRID_BLOCK ? g->width - x : WEFT_GRID_BLOCK,
@@ -465,20 +328,20 @@ static enum weft_result each_block(struct runner *r,
     return res;
 }
 
+// The voxels' own range is what the footprint knows, or finds now.
 static enum weft_result find_range(struct runner *r)
 {
+    struct weft_slice_statistics statistics;
     r->report.low = r->p->low;
     r->report.high = r->p->high;
     if (!weft_range_is_open(r->p->low, r->p->low, r->p->high))
         return WEFT_OK;
-    double start = weft_now_seconds();
-    r->voxels = (struct weft_statistics)WEFT_STATISTICS_NONE;
-    enum weft_result res = each_block(r, measure_block);
-    const bool none = isnan(r->voxels.minimum);
-    r->report.low = none ? 0.0 : r->voxels.minimum;
-    r->report.high = none ? 0.0 : r->voxels.maximum;
+    const struct weft_progress begun = {report_begun, r};
+    const double start = weft_now_seconds();
+    const enum weft_result res = weft_footprint_statistics(r->footprint, &begun, &statistics);
+    r->report.low = statistics.low;
+    r->report.high = statistics.high;
     r->report.measure_seconds = weft_now_seconds() - start;
-    r->report.read_seconds = 0.0;
     return res;
 }
 
@@ -494,22 +357,13 @@ static enum weft_result compile(struct runner *r, weft_context *context)
     return WEFT_OK;
 }
 
-static bool same_kernel(const struct weft_kernel *a, const struct weft_kernel *b)
-{
-    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
-                a->prefiltered == b->prefiltered;
-    for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
-        same = same && (!a->info->params[i].name || a->param[i] == b->param[i]);
-    return same;
-}
-
 static enum weft_result check_params(const struct weft_slice_multipass_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->slice && p->plan && p->volume && p->pixels);
     const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(p->plan);
     weft_require(p->log, plan->dims == 3 && plan->channels == 1);
-    weft_require(p->log, same_kernel(&plan->kernel, &p->slice->info.kernel));
+    weft_require(p->log, weft_kernel_same(&plan->kernel, &p->slice->info.kernel));
     if (!(isnan(p->low) && isnan(p->high)) && !(p->low == 0.0 && p->high == 0.0) &&
         !(isfinite(p->low) && isfinite(p->high) && p->low < p->high)) {
         weft_error(p->log, "a source range from %g to %g: it must be finite, and the first less",
@@ -523,7 +377,7 @@ fail:
 
 static void measure_pixels(struct runner *r)
 {
-    const struct weft_slice_geometry *g = &r->slice->grid.index;
+    const struct weft_slice_geometry *g = &r->footprint->grid.index;
     const size_t count = (size_t)g->width * (size_t)g->height;
     struct weft_statistics s = WEFT_STATISTICS_NONE;
     weft_statistics_add(&s, r->p->pixels, count);
@@ -539,25 +393,20 @@ enum weft_result weft_slice_multipass_run(weft_context *context,
     enum weft_result res = check_params(params);
     if (res != WEFT_OK)
         return res;
-    struct weft_slice_multipass_params p = *params;
-    p.volume = weft_slice_voxels(p.slice, p.volume);
     struct runner r = {
-        .p = &p,
-        .slice = params->slice,
+        .p = params,
+        .footprint = params->slice->footprint,
         .plan = weft_pass_plan_get_info(params->plan),
         .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
     };
-    res = weft_slice_store_create(params->log, weft_volume_get_info(p.volume), &r.slice->topology,
-                                  NULL, NULL, &r.topology);
-    if (res == WEFT_OK)
-        res = compile(&r, context);
+    const uint64_t read = r.footprint->info.bricks_read;
+    res = compile(&r, context);
     if (res == WEFT_OK)
         res = find_range(&r);
     if (res == WEFT_OK)
         res = each_block(&r, cut_rectangle);
-    weft_brick_store_destroy(&r.topology);
+    r.report.bricks_read = r.footprint->info.bricks_read - read;
     weft_multipass_destroy(&r.compiled);
-    free(r.values);
     free(r.box);
     if (res != WEFT_OK)
         return res;

@@ -39,7 +39,7 @@ struct weft_slice_multipass_report {
     float minimum, maximum; // of the finite pixels; NAN if there are none
     int rectangles;
     int passes;           // over all rectangles
-    uint64_t bricks_read; // for the range too
+    uint64_t bricks_read; // in this run: those that were not kept already
     uint64_t uploaded_bytes;
     uint64_t peak_bytes; // of bricks, boxes, textures, targets and tiles
     double measure_seconds, read_seconds, layout_seconds;

@@ -1,76 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slices whose rows and columns run along the volume's axes: the voxels in reach become a plane,
 // summed along the third axis, which passes/separable/separable.h magnifies.
-#include <math.h>
 #include <stdlib.h>
 
 #include "passes/separable/separable.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
-
-// A plane of more samples than this, a pixel, is more work than convolving each pixel by itself.
-static const double MAX_SAMPLES_PER_PIXEL = 2.0;
-
-// The one axis along which an edge of the slice runs; -1: it is oblique.
-static int axis_of(const double edge[3])
-{
-    int axis = -1;
-    for (int a = 0; a < 3; a++) {
-        if (edge[a] != 0.0 && axis >= 0)
-            return -1;
-        if (edge[a] != 0.0)
-            axis = a;
-    }
-    return axis;
-}
-
-void weft_slice_separable_set(struct weft_slice_plan *plan)
-{
-    const struct weft_slice_geometry *g = &plan->grid.index;
-    struct weft_slice_axes *axes = &plan->axes;
-    const int row = axis_of(g->u), column = axis_of(g->v);
-    if (!axes->summed || row < 0 || column < 0)
-        return;
-    const double width = plan->info.kernel.width;
-    const double samples = (fabs(g->u[row]) + width) * (fabs(g->v[column]) + width);
-    if (samples > MAX_SAMPLES_PER_PIXEL * g->width * g->height)
-        return;
-    axes->order[0] = row;
-    axes->order[1] = column;
-    axes->separable = true;
-}
-
-// Along axis 0 or 1 of the plane: the coordinate of pixel number i, as the shaders of oblique
-// slices would have it.
-static double coordinate(const struct weft_slice_grid *grid, const struct weft_slice_axes *axes,
-                         int axis, int i)
-{
-    const int a = axes->order[axis], x = axis ? 0 : i, y = axis ? i : 0;
-    struct weft_slice_block block;
-    int32_t whole[3];
-    double fraction[3];
-    weft_slice_grid_block(grid, x / WEFT_GRID_BLOCK, y / WEFT_GRID_BLOCK, &block);
-    weft_slice_grid_pixel(grid, &block, x, y, whole, fraction);
-    return whole[a] + (fraction[a] - grid->tap_shift);
-}
-
-void weft_slice_separable_box(const struct weft_slice_plan *plan,
-                              const struct weft_slice_tile *tile, int32_t min[3], int32_t max[3])
-{
-    const struct weft_slice_axes *axes = &plan->axes;
-    const int from[2] = {tile->x, tile->y}, count[2] = {tile->width, tile->height};
-    for (int i = 0; i < 2; i++) {
-        const double first = coordinate(&plan->grid, axes, i, from[i]);
-        const double last = coordinate(&plan->grid, axes, i, from[i] + count[i] - 1);
-        double fraction;
-        const int a = axes->order[i];
-        min[a] = (int32_t)weft_kernel_first_tap(&plan->info.kernel, fmin(first, last), &fraction);
-        max[a] = (int32_t)weft_kernel_first_tap(&plan->info.kernel, fmax(first, last), &fraction) +
-                 plan->info.kernel.width - 1;
-    }
-    min[axes->order[2]] = (int32_t)axes->plane;
-    max[axes->order[2]] = (int32_t)axes->plane + axes->kept - 1;
-}
 
 // ---- one tile -----------------------------------------------------------------------------------
 
@@ -96,7 +31,8 @@ static enum weft_result plane_create(const struct weft_slice_plan *plan,
 {
     const struct weft_slice_axes *axes = &plan->axes;
     *p = (struct plane){0};
-    weft_slice_separable_box(plan, tile, p->min, p->max);
+    const struct weft_rectangle at = {tile->x, tile->y, tile->width, tile->height};
+    weft_slice_axes_box(axes, &plan->info.kernel, &plan->footprint->grid, &at, p->min, p->max);
     for (int i = 0; i < 2; i++)
         p->size[i] = p->max[axes->order[i]] - p->min[axes->order[i]] + 1;
     const size_t row = (size_t)p->size[0];
@@ -111,9 +47,11 @@ static enum weft_result plane_create(const struct weft_slice_plan *plan,
         return WEFT_ERR_MEMORY;
     }
     for (int i = 0; i < tile->width; i++)
-        p->x[i] = coordinate(&plan->grid, axes, 0, tile->x + i) - p->min[axes->order[0]];
+        p->x[i] = weft_slice_axes_coordinate(axes, &plan->footprint->grid, 0, tile->x + i) -
+                  p->min[axes->order[0]];
     for (int i = 0; i < tile->height; i++)
-        p->y[i] = coordinate(&plan->grid, axes, 1, tile->y + i) - p->min[axes->order[1]];
+        p->y[i] = weft_slice_axes_coordinate(axes, &plan->footprint->grid, 1, tile->y + i) -
+                  p->min[axes->order[1]];
     return WEFT_OK;
 }
 
@@ -155,27 +93,19 @@ static void add_report(const struct weft_separable_report *one, struct weft_slic
 }
 
 static enum weft_result run_tile(weft_context *context, const struct weft_slice_plan *plan,
-                                 int index, weft_volume *volume, float *pixels,
-                                 const struct weft_progress *progress,
+                                 int index, float *pixels, const struct weft_progress *progress,
                                  struct weft_slice_report *report)
 {
     const struct weft_slice_tile *tile = &plan->tiles[index];
     const struct weft_cell_map *bricks = &plan->tile_plans[index].bricks;
-    weft_brick_store *store = NULL;
+    const uint64_t brick_bytes = bricks->count * WEFT_BRICK_VOXELS * sizeof(float);
+    const weft_brick_store *store;
     struct plane plane = {0};
     struct weft_separable_report own;
     const double start = weft_now_seconds();
-    float *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values);
-    enum weft_result res = WEFT_ERR_MEMORY;
-    if (!values) {
-        weft_error(plan->log, "not enough memory for the voxels of %zu bricks", bricks->count);
-        goto fail;
-    }
-    res = weft_slice_read_bricks(plan, volume, bricks, values);
+    enum weft_result res =
+        weft_footprint_load(plan->footprint, bricks, tile->memory_bytes - brick_bytes, &store);
     const double read = weft_now_seconds();
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(plan->log, weft_volume_get_info(volume), &plan->topology,
-                                      bricks, values, &store);
     if (res == WEFT_OK)
         res = plane_create(plan, tile, &plane);
     if (res != WEFT_OK)
@@ -183,7 +113,7 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
     const bool fit = plane_fill(plan, store, &plane);
     report->read_seconds += read - start;
     report->layout_seconds += weft_now_seconds() - read;
-    const int width = plan->grid.index.width;
+    const int width = plan->footprint->grid.index.width;
     const struct weft_separable_params params = {
         .kernel = plan->info.kernel,
         .size = {plane.size[0], plane.size[1]},
@@ -206,13 +136,11 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
         goto fail;
     add_report(&own, report);
     report->fetches += (uint64_t)(own.fetches_per_pixel * tile->width * tile->height);
-    const uint64_t bytes = (bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof *values +
+    const uint64_t bytes = plan->footprint->info.kept_bytes +
                            4 * (uint64_t)plane.size[0] * (uint64_t)plane.size[1] + own.peak_bytes;
     report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;
 fail:
     plane_destroy(&plane);
-    weft_brick_store_destroy(&store);
-    free(values);
     return res;
 }
 
@@ -232,18 +160,16 @@ static bool report_part(void *priv, double fraction)
 }
 
 enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
-                                          weft_volume *volume, float *pixels,
-                                          const struct weft_progress *progress,
+                                          float *pixels, const struct weft_progress *progress,
                                           struct weft_slice_report *report)
 {
     struct part part = {progress, 0, plan->info.tile_count};
     const struct weft_progress own = {report_part, &part};
     enum weft_result res = WEFT_OK;
-    volume = weft_slice_voxels(plan, volume);
     for (; res == WEFT_OK && part.done < part.count; part.done++) {
         res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)
-            res = run_tile(context, plan, part.done, volume, pixels, &own, report);
+            res = run_tile(context, plan, part.done, pixels, &own, report);
     }
     if (res == WEFT_ERR_CANCELLED)
         weft_note(plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);

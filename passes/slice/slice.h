@@ -18,22 +18,11 @@
 #include "../../filter/analysis/bound.h"
 #include "../../filter/statistics.h"
 #include "../gl/context.h"
+#include "../positions/footprint.h"
 #include "../../tiles/volume/layout.h"
 #include "../../tiles/volume/volume.h"
 
 WEFT_BEGIN_DECLS
-
-enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
-
-// The largest slice: pixels along a side, and in all (8 GiB of floats).
-enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };
-#define WEFT_SLICE_MAX_PIXELS (INT64_C(1) << 31)
-
-// origin, u, v are in `space`. All zero u and v: the default slice (see weft_slice_params).
-struct weft_slice_geometry {
-    double origin[3], u[3], v[3];
-    int width, height; // pixels
-};
 
 // How the kernel's weights are had for a fraction: from polynomial tiles, exact to single
 // precision, or from tiles of `samples` samples.
@@ -61,10 +50,13 @@ struct weft_slice_params {
     struct weft_kernel kernel;           // default (info NULL): catmull-rom
     enum weft_space space;               // of the geometry
     struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
+    // What these three and the volume reach, made before and shared with other plans, which so read
+    // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
+    weft_footprint *footprint;
     enum weft_layout layout;
     enum weft_source_format source;
     double low, high; // of a source that is not float: the range it holds, finite and low < high;
-                      // voxels outside are clamped to it (see weft_slice_statistics_compute)
+                      // voxels outside are clamped to it (see weft_footprint_statistics)
     enum weft_lookup lookup;
     int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
     unsigned without;      // bits of enum weft_saving
@@ -79,23 +71,6 @@ struct weft_slice_params {
     const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
-
-// Chooses what is 0 of width and height: 1024 along the longer edge (in world space) if both are,
-// and pixels that are square in world space. Returns WEFT_ERR_ARGUMENT (edges without a length).
-WEFT_API enum weft_result weft_slice_size_compute(const struct weft_log *log,
-                                                  const weft_volume *volume, enum weft_space space,
-                                                  struct weft_slice_geometry *geometry);
-
-// The axis-aligned slice through the active box of a volume at `coordinate` along `axis` (0, 1, 2)
-// in the given space (NAN: the middle of the box). It covers the active box with half a voxel
-// around it; u and v run along the other two axes in order (x y, x z, y z). width and height of 0
-// are chosen as weft_slice_size_compute does.
-// In world space the axes are the world's, and the box is the world box of the active voxels.
-// Returns WEFT_ERR_ARGUMENT (axis, size, coordinate not finite).
-WEFT_API enum weft_result weft_slice_axis_geometry(const struct weft_log *log,
-                                                   const weft_volume *volume, enum weft_space space,
-                                                   int axis, double coordinate, int width,
-                                                   int height, struct weft_slice_geometry *out);
 
 // One rectangle of the output, with the data it needs resident at once.
 struct weft_slice_tile {
@@ -158,29 +133,9 @@ WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  weft_slice_plan **out);
 WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
 WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
-
-// What the voxels in reach of a slice are, as far as plans depend on it.
-struct weft_slice_statistics {
-    double low, high;    // of the finite voxels, or coefficients; 0 where there are none
-    uint64_t voxels;     // of the bricks read
-    uint64_t not_finite; // of those, of constant tiles and of the background
-    // Of the finite voxels themselves, those included that coefficients depend on.
-    double voxel_low, voxel_high;
-    // Prefiltered kernels: the largest |voxel| farther away, for error_beyond. Voxels count the
-    // less the farther they are, as inverse filters fall, and not at all where these are below
-    // 2^-80: neither do they in the exact result then. 0 for others.
-    double beyond;
-    // Largest |n-th difference| along an axis, n = 1 to 4, of neighbouring voxels in a brick:
-    // derivatives of the signal, as far as it is sampled well.
-    double difference[WEFT_STATISTICS_DIFFERENCES];
-};
-// Reads all bricks of the plan's tiles, and for prefiltered kernels the voxels around (43 on either
-// side for cubics, up to 96). Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
-// weft_volume_read returns.
-WEFT_API enum weft_result weft_slice_statistics_compute(const weft_slice_plan *plan,
-                                                        weft_volume *volume,
-                                                        const struct weft_progress *progress,
-                                                        struct weft_slice_statistics *out);
+// What the plan's slice reaches, with the statistics of the voxels there: the plan's own, to be
+// used and not destroyed.
+WEFT_API weft_footprint *weft_slice_plan_get_footprint(const weft_slice_plan *plan);
 
 struct weft_slice_report {
     double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;

@@ -89,13 +89,13 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     plain.prefiltered = false;
     s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);
     struct weft_region region;
-    weft_slice_grid_region(&plan->grid, s->kernel.width, &region);
+    weft_slice_grid_region(&plan->footprint->grid, s->kernel.width, &region);
     region = weft_region_widen(&region, s->overlap);
     if (info->clamp_to_edge)
-        weft_slice_clamp_region(info, &region);
+        weft_footprint_clamp_region(info, &region);
     res = weft_volume_find(volume, &region, &s->topology);
     if (res == WEFT_OK)
-        res = weft_slice_store_create(plan->log, info, &s->topology, NULL, NULL, &s->store);
+        res = weft_footprint_places(plan->log, info, &s->topology, &s->store);
     if (res != WEFT_OK)
         goto fail;
     *out = s;

@@ -10,7 +10,7 @@
 typedef struct weft_slice_samples weft_slice_samples;
 
 // Finds which of the volume's bricks the plan's slice depends on; they are read when needed, and
-// kept up to 64 MiB. measure and shells are what weft_slice_statistics_shells gives: voxels count
+// kept up to 64 MiB. statistics and shells are the footprint's: voxels count
 // out to where what is left out is below some 2^-30 of the largest one at the taps. plan and volume
 // are borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are not prefiltered, WEFT_ERR_MEMORY,
 // and what weft_volume_find returns.

@@ -17,7 +17,7 @@ struct verifier {
     const struct weft_slice_verify_params *params;
     const float *pixels;
     struct weft_brick_cursor cursor;
-    struct weft_brick_list rest_topology; // of what floats lack, where it is verified
+    weft_footprint *rest; // of what floats lack, where it is verified
     struct weft_brick_cursor rest_cursor;
     weft_slice_samples *samples; // of prefiltered kernels, in place of the cursor
     enum weft_result failure;    // of reading them
@@ -38,7 +38,7 @@ static double fetch(void *priv, const int64_t index[3])
         return 0.0;
     const int32_t x = (int32_t)index[0], y = (int32_t)index[1], z = (int32_t)index[2];
     const double value = weft_brick_cursor_voxel(&v->cursor, x, y, z);
-    return v->params->rest ? value + weft_brick_cursor_voxel(&v->rest_cursor, x, y, z) : value;
+    return v->rest ? value + weft_brick_cursor_voxel(&v->rest_cursor, x, y, z) : value;
 }
 
 // Clamps the reference as the plan does: to the samples next to the position.
@@ -104,7 +104,7 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, float
 {
     const struct weft_kernel *kernel = &v->plan->info.kernel;
     double position[3];
-    weft_slice_grid_position(&v->plan->grid, x, y, NULL, position);
+    weft_slice_grid_position(&v->plan->footprint->grid, x, y, NULL, position);
     struct weft_reference_value best = refer_at(v, position, isfinite(value));
     if (difference(value, best.value) <= CLOSE * best.magnitude)
         return best;
@@ -113,13 +113,13 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, float
     if (v->samples && !jumps) // they reach farther than one voxel more
         return best;
     // Jumps inside a tile are met by fractions of 24 bits, times a number of segments.
-    const double margin = fmax(weft_slice_grid_margin(&v->plan->grid, position),
+    const double margin = fmax(weft_slice_grid_margin(&v->plan->footprint->grid, position),
                                kernel->continuity < 0 ? 0x1p-23 : 0.0);
     for (int corner = 0; corner < 8; corner++) {
         double moved[3], at[3];
         for (int a = 0; a < 3; a++)
             moved[a] = corner >> a & 1 ? margin : -margin;
-        weft_slice_grid_position(&v->plan->grid, x, y, moved, at);
+        weft_slice_grid_position(&v->plan->footprint->grid, x, y, moved, at);
         struct weft_reference_value other = refer_at(v, at, isfinite(value));
         best.magnitude = fmax(best.magnitude, other.magnitude);
         if (jumps && difference(value, other.value) < difference(value, best.value))
@@ -131,7 +131,8 @@ static struct weft_reference_value refer(struct verifier *v, int x, int y, float
 static void check_pixel(struct verifier *v, int x, int y)
 {
     struct weft_slice_error *e = &v->error;
-    const float value = v->pixels[(size_t)y * (size_t)v->plan->grid.index.width + (size_t)x];
+    const float value =
+        v->pixels[(size_t)y * (size_t)v->plan->footprint->grid.index.width + (size_t)x];
     const struct weft_reference_value reference = refer(v, x, y, value);
     bool mismatch;
     const double error = weft_pixel_error(value, reference.value, &mismatch);
@@ -176,37 +177,18 @@ static bool go_on(const struct verifier *v, double fraction)
     return !progress || !progress->report || progress->report(progress->priv, fraction);
 }
 
-// A tile's voxels; on success the values, which the store borrows, are the caller's to free.
-static enum weft_result make_store(const struct verifier *v, weft_volume *volume,
-                                   const struct weft_brick_list *topology,
-                                   const struct weft_cell_map *bricks, float **values,
-                                   weft_brick_store **store)
-{
-    *values = malloc((bricks->count + 1) * WEFT_BRICK_VOXELS * sizeof **values);
-    if (!*values) {
-        weft_error(v->plan->log, "not enough memory for %zu bricks", bricks->count);
-        return WEFT_ERR_MEMORY;
-    }
-    enum weft_result res = weft_slice_read_bricks(v->plan, volume, bricks, *values);
-    if (res == WEFT_OK)
-        res = weft_slice_store_create(v->plan->log, weft_volume_get_info(volume), topology, bricks,
-                                      *values, store);
-    return res;
-}
-
 static enum weft_result check_tile(struct verifier *v, int index)
 {
     const struct weft_slice_tile *tile = &v->plan->tiles[index];
     // Samples are read as they are needed.
     static const struct weft_cell_map none;
     const struct weft_cell_map *bricks = v->samples ? &none : &v->plan->tile_plans[index].bricks;
-    weft_brick_store *store = NULL, *rest = NULL;
-    float *values = NULL, *rest_values = NULL;
-    enum weft_result res = make_store(v, v->volume, &v->plan->topology, bricks, &values, &store);
-    if (res == WEFT_OK && v->params->rest)
-        res = make_store(v, v->params->rest, &v->rest_topology, bricks, &rest_values, &rest);
+    const weft_brick_store *store = NULL, *rest = NULL;
+    enum weft_result res = weft_footprint_load(v->plan->footprint, bricks, 0, &store);
+    if (res == WEFT_OK && v->rest)
+        res = weft_footprint_load(v->rest, bricks, 0, &rest);
     if (res != WEFT_OK)
-        goto fail;
+        return res;
     v->cursor = (struct weft_brick_cursor){.store = store};
     v->rest_cursor = (struct weft_brick_cursor){.store = rest};
     for (int y = tile->y; y < tile->y + tile->height; y++) {
@@ -216,7 +198,7 @@ static enum weft_result check_tile(struct verifier *v, int index)
         if (res == WEFT_OK)
             res = v->failure;
         if (res != WEFT_OK)
-            goto fail;
+            return res;
         for (int x = tile->x; x < tile->x + tile->width; x++) {
             if (v->share >= 1.0 || pixel_random(x, y) < v->share) {
                 check_pixel(v, x, y);
@@ -224,30 +206,25 @@ static enum weft_result check_tile(struct verifier *v, int index)
             }
         }
     }
-fail:
-    weft_brick_store_destroy(&store);
-    weft_brick_store_destroy(&rest);
-    free(values);
-    free(rest_values);
-    return res;
+    return WEFT_OK;
 }
 
 // What prefiltered kernels are verified against: how far voxels count, and the bound of all.
 static enum weft_result set_samples(struct verifier *v)
 {
-    struct weft_slice_statistics statistics;
-    struct weft_slice_shells shells;
-    enum weft_result res =
-        weft_slice_statistics_shells(v->plan, v->volume, v->params->progress, &statistics, &shells);
+    const weft_footprint *footprint = v->plan->footprint;
+    enum weft_result res = weft_footprint_measure(v->plan->footprint, v->params->progress);
     if (res == WEFT_OK)
-        res = weft_slice_samples_create(v->plan, v->volume, &statistics, &shells, &v->samples);
+        res = weft_slice_samples_create(v->plan, v->volume, &footprint->statistics,
+                                        &footprint->shells, &v->samples);
     if (res != WEFT_OK)
         return res;
-    const struct weft_bound_values values = {.low = statistics.low,
-                                             .high = statistics.high,
-                                             .sample_low = statistics.voxel_low,
-                                             .sample_high = statistics.voxel_high,
-                                             .beyond = statistics.beyond};
+    const struct weft_slice_statistics *statistics = &footprint->statistics;
+    const struct weft_bound_values values = {.low = statistics->low,
+                                             .high = statistics->high,
+                                             .sample_low = statistics->voxel_low,
+                                             .sample_high = statistics->voxel_high,
+                                             .beyond = statistics->beyond};
     v->error.bound = weft_bound_compute(&v->plan->info.bound, &values).total;
     v->share =
         time_limit(v) / (weft_slice_samples_seconds(v->samples) * (double)v->error.pixels_total);
@@ -260,7 +237,7 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
                                    struct weft_slice_error *out)
 {
     static const struct weft_slice_verify_params defaults;
-    const struct weft_slice_geometry *g = &plan->grid.index;
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
     struct verifier v = {
         .plan = plan,
         .volume = volume,
@@ -273,15 +250,16 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
     v.started = weft_now_seconds();
     if (plan->info.kernel.prefiltered)
         res = set_samples(&v);
-    if (res == WEFT_OK && v.params->rest) {
-        struct weft_region region;
-        weft_slice_grid_region(&plan->grid, plan->info.kernel.width, &region);
-        res = weft_volume_find(v.params->rest, &region, &v.rest_topology);
-    }
+    else if (v.params->rest)
+        res = weft_footprint_create(
+            weft_footprint_params(.volume = v.params->rest, .kernel = plan->info.kernel,
+                                  .space = plan->info.space, .geometry = plan->info.geometry,
+                                  .log = plan->log),
+            &v.rest);
     for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
         res = check_tile(&v, i);
     res = res == WEFT_OK ? v.failure : res;
-    weft_brick_list_clear(&v.rest_topology);
+    weft_footprint_destroy(&v.rest);
     weft_slice_samples_destroy(&v.samples);
     if (res != WEFT_OK)
         return res;

@@ -279,7 +279,7 @@ static enum weft_result measure_voxels(struct bench *b, int kernel,
         res = WEFT_ERR_ARGUMENT;
     }
     if (res == WEFT_OK)
-        res = weft_slice_statistics_compute(plan, b->scene->volume, &progress, out);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan), &progress, out);
     if (res != WEFT_OK && b->reason_is_error)
         report_error("%s", b->reason);
     weft_slice_plan_destroy(&plan);

@@ -77,7 +77,7 @@ enum weft_result slice_choose(struct slice_job *job)
     if (res == WEFT_OK && profile_text->given)
         res = weft_profile_parse(report_log(), profile_text->text, &profile);
     if (res == WEFT_OK)
-        res = weft_slice_statistics_compute(job->plan, job->volume, report_progress("measuring"),
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
                                             &job->choice.statistics);
     if (res != WEFT_OK)
         return res;

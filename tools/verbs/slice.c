@@ -331,7 +331,7 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
     struct weft_slice_statistics statistics = {0};
     if (res == WEFT_OK)
-        res = weft_slice_statistics_compute(plan, job->volume, report_progress("measuring"),
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan), report_progress("measuring"),
                                             &statistics);
     weft_slice_plan_destroy(&plan);
     params->low = statistics.low;
@@ -495,7 +495,7 @@ static enum weft_result set_passes_report(struct slice_job *job)
     const bool measured = job->choice.plan || job->kernel.prefiltered;
     enum weft_result res = WEFT_OK;
     if (!job->choice.plan && job->kernel.prefiltered)
-        res = weft_slice_statistics_compute(job->plan, job->volume, report_progress("measuring"),
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
                                             &statistics);
     const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(job->plan, job->passes);
     const struct weft_bound_values values = {

@@ -143,7 +143,7 @@ static enum weft_result run_slice(struct bench *b, const char *kernel, bool obli
     if (res == WEFT_OK)
         res = weft_slice_plan_create(b->volume, &params.slice, &plan);
     if (res == WEFT_OK)
-        res = weft_slice_statistics_compute(plan, b->volume, NULL, &params.statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &params.statistics);
     if (res == WEFT_OK)
         res = weft_method_list(&log_to_stderr, &methods, &count);
     printf("%s, %s: %d x %d pixels of %d^3 voxels\n  %-44s %9s %9s %6s\n", kernel,

@@ -133,7 +133,7 @@ static enum weft_result plan_method(const struct bench *b, const struct saving *
     struct weft_slice_statistics statistics;
     enum weft_result res = weft_slice_plan_create(b->volume, &params, &way->plan);
     if (res == WEFT_OK && s->budget > 0.0) {
-        res = weft_slice_statistics_compute(way->plan, b->volume, NULL, &statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(way->plan), NULL, &statistics);
         params.smooth_error = s->budget * (statistics.high - statistics.low);
         weft_slice_plan_destroy(&way->plan);
         if (res == WEFT_OK)

@@ -511,7 +511,8 @@ static void grid_positions_follow_the_double_ones(void **state)
                                            .geometry =
                                                oblique(lengths[i], -lengths[i] / 2, 600, 500)};
         struct weft_slice_grid grid;
-        assert_int_equal(weft_slice_grid_create(NULL, &params, &info, &grid), WEFT_OK);
+        assert_int_equal(weft_slice_grid_create(NULL, &params.geometry, params.space,
+                                                params.kernel.width, &info, &grid), WEFT_OK);
         const double step = ldexp(1.0, -grid.fraction_bits);
         for (int y = 0; y < 500; y += 31) {
             for (int x = 0; x < 600; x += 29) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "passes/positions/geometry.h"
+
 #include <math.h>
 
 #include "filter/check.h"
-#include "passes/fused/plan.h"
+#include "passes/positions/grid.h"
 
 enum { DEFAULT_SIDE = 1024 };
 

@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/positions/footprint_impl.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/kernels/prefilter.h"
+
+static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
+enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
+
+// ---- making and holding -------------------------------------------------------------------------
+
+weft_volume *weft_footprint_voxels(const weft_footprint *footprint)
+{
+    return footprint->coefficients ? footprint->coefficients : footprint->volume;
+}
+
+bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b)
+{
+    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
+                a->prefiltered == b->prefiltered;
+    for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
+        same = same && (!a->info->params[i].name || a->param[i] == b->param[i]);
+    return same;
+}
+
+static enum weft_result check_kernel(const struct weft_log *log, const struct weft_kernel *kernel)
+{
+    const enum weft_result res = weft_kernel_check(log, kernel);
+    if (res != WEFT_OK || !kernel->radial)
+        return res;
+    weft_error(log, "kernel %s is radial: a slice multiplies the weights of three axes",
+               kernel->info->name);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+static enum weft_result create_coefficients(weft_footprint *f)
+{
+    struct weft_prefilter prefilter;
+    enum weft_result res = weft_prefilter_compute(f->log, &f->info.kernel, &prefilter);
+    if (res != WEFT_OK)
+        return res;
+    f->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
+    return weft_volume_prefilter(f->volume, &f->info.kernel, f->log, &f->coefficients);
+}
+
+void weft_footprint_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+{
+    region->slab_count = 0;
+    for (int a = 0; a < 3; a++) {
+        int32_t low = volume->active_min[a], high = volume->active_max[a];
+        region->min[a] = region->min[a] < low ? low : region->min[a] > high ? high : region->min[a];
+        region->max[a] = region->max[a] > high ? high : region->max[a] < low ? low : region->max[a];
+    }
+}
+
+static enum weft_result add_tiles(const struct weft_volume_info *info,
+                                  const struct weft_brick_list *topology, weft_brick_store *store)
+{
+    enum weft_result res = WEFT_OK;
+    for (size_t i = 0; res == WEFT_OK && i < topology->tile_count; i++)
+        res = weft_brick_store_add_tile(store, &topology->tiles[i]);
+    if (res == WEFT_OK && info->clamp_to_edge)
+        weft_brick_store_clamp(store, info->active_min, info->active_max);
+    return res;
+}
+
+enum weft_result weft_footprint_places(const struct weft_log *log,
+                                       const struct weft_volume_info *info,
+                                       const struct weft_brick_list *topology,
+                                       weft_brick_store **out)
+{
+    static const float unread[WEFT_BRICK_VOXELS];
+    enum weft_result res = weft_brick_store_create(
+        log, topology->brick_count + topology->tile_count, info->background, out);
+    for (size_t i = 0; res == WEFT_OK && i < topology->brick_count; i++)
+        res = weft_brick_store_add_brick(*out, topology->brick_origin[i], unread);
+    if (res == WEFT_OK)
+        res = add_tiles(info, topology, *out);
+    if (res != WEFT_OK)
+        weft_brick_store_destroy(out);
+    return res;
+}
+
+static enum weft_result find_topology(weft_footprint *f)
+{
+    weft_volume *voxels = weft_footprint_voxels(f);
+    const struct weft_volume_info *info = weft_volume_get_info(voxels);
+    struct weft_region region;
+    weft_slice_grid_region(&f->grid, f->info.kernel.width, &region);
+    if (info->clamp_to_edge)
+        weft_footprint_clamp_region(info, &region);
+    const enum weft_result res = weft_volume_find(voxels, &region, &f->topology);
+    return res == WEFT_OK ? weft_footprint_places(f->log, info, &f->topology, &f->places) : res;
+}
+
+static enum weft_result fill(weft_footprint *f)
+{
+    struct weft_footprint_info *info = &f->info;
+    enum weft_result res = WEFT_OK;
+    if (!info->kernel.info)
+        res = weft_kernel_parse(f->log, "catmull-rom", &info->kernel);
+    if (res == WEFT_OK)
+        res = check_kernel(f->log, &info->kernel);
+    if (res == WEFT_OK && info->kernel.prefiltered)
+        res = create_coefficients(f);
+    if (res == WEFT_OK)
+        res = weft_slice_grid_create(f->log, &info->geometry, info->space, info->kernel.width,
+                                     weft_volume_get_info(f->volume), &f->grid);
+    info->index_geometry = f->grid.index;
+    return res == WEFT_OK ? find_topology(f) : res;
+}
+
+enum weft_result weft_footprint_create(const struct weft_footprint_params *params,
+                                       weft_footprint **out)
+{
+    *out = NULL;
+    weft_footprint *f = NULL;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(params->log, params->volume != NULL);
+    weft_require_enum(params->log, params->space, WEFT_SPACE_INDEX);
+    f = calloc(1, sizeof *f);
+    if (!f) {
+        weft_error(params->log, "not enough memory for a slice's footprint");
+        return WEFT_ERR_MEMORY;
+    }
+    *f = (struct weft_footprint){
+        .info = {.kernel = params->kernel, .space = params->space, .geometry = params->geometry},
+        .log = params->log,
+        .holders = 1,
+        .volume = params->volume,
+        .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
+    };
+    res = fill(f);
+    if (res != WEFT_OK)
+        goto fail;
+    *out = f;
+    return WEFT_OK;
+fail:
+    weft_footprint_destroy(&f);
+    return res;
+}
+
+weft_footprint *weft_footprint_hold(weft_footprint *footprint)
+{
+    footprint->holders++;
+    return footprint;
+}
+
+static void drop_bricks(weft_footprint *f)
+{
+    weft_brick_store_destroy(&f->store);
+    for (size_t i = 0; i < f->block_count; i++)
+        free(f->blocks[i]);
+    f->block_count = 0;
+    f->info.kept_bytes = 0;
+}
+
+static void cells_destroy(struct weft_slice_cells *cells)
+{
+    weft_cell_map_destroy(&cells->map);
+    free(cells->at);
+    free(cells);
+}
+
+void weft_footprint_destroy(weft_footprint **footprint)
+{
+    weft_footprint *f = footprint ? *footprint : NULL;
+    if (!f)
+        return;
+    *footprint = NULL;
+    if (--f->holders > 0)
+        return;
+    drop_bricks(f);
+    free(f->blocks);
+    for (size_t i = 0; i < f->cells_count; i++)
+        cells_destroy(f->cells[i]);
+    free(f->cells);
+    weft_brick_store_destroy(&f->places);
+    weft_brick_list_clear(&f->topology);
+    weft_volume_destroy(&f->coefficients);
+    free(f);
+}
+
+const struct weft_footprint_info *weft_footprint_get_info(const weft_footprint *footprint)
+{
+    return &footprint->info;
+}
+
+// ---- cells --------------------------------------------------------------------------------------
+
+struct collector {
+    struct weft_slice_cells *cells;
+    const struct weft_progress *progress;
+    double fraction;
+    struct weft_cell_key last;
+    int64_t last_number;
+    int row;
+    bool cancelled;
+};
+
+static bool go_on(struct collector *c, int row)
+{
+    const struct weft_progress *p = c->progress;
+    if (row == c->row)
+        return true;
+    c->row = row;
+    c->cancelled = p && p->report && !p->report(p->priv, c->fraction);
+    return !c->cancelled;
+}
+
+// The number of a cell, which has no pixel yet where it is new; WEFT_CELL_NONE: out of memory.
+static int64_t add_cell(struct weft_slice_cells *cells, struct weft_cell_key key)
+{
+    const size_t known = cells->map.count;
+    const int64_t number = weft_cell_map_add(&cells->map, key);
+    if (number == WEFT_CELL_NONE || (size_t)number < known)
+        return number;
+    if ((size_t)number >= cells->capacity) {
+        const size_t capacity = cells->capacity ? 2 * cells->capacity : 256;
+        void *at = realloc(cells->at, capacity * sizeof *cells->at);
+        if (!at)
+            return WEFT_CELL_NONE;
+        cells->at = at;
+        cells->capacity = capacity;
+    }
+    cells->at[number] = (struct weft_slice_cell){.low = {7, 7, 7}};
+    return number;
+}
+
+static bool collect_span(void *priv, const struct weft_span *span)
+{
+    struct collector *c = priv;
+    if (!go_on(c, span->y))
+        return false;
+    if (c->last_number == WEFT_CELL_NONE || memcmp(&span->cell, &c->last, sizeof c->last) != 0) {
+        c->last_number = add_cell(c->cells, span->cell);
+        c->last = span->cell;
+        if (c->last_number == WEFT_CELL_NONE)
+            return false;
+    }
+    struct weft_slice_cell *cell = &c->cells->at[c->last_number];
+    for (int a = 0; a < 3; a++) {
+        cell->low[a] = span->low[a] < cell->low[a] ? span->low[a] : cell->low[a];
+        cell->high[a] = span->high[a] > cell->high[a] ? span->high[a] : cell->high[a];
+    }
+    return true;
+}
+
+static struct weft_slice_cells *find_cells(const weft_footprint *f,
+                                           const struct weft_rectangle *rectangle)
+{
+    for (size_t i = 0; i < f->cells_count; i++)
+        if (memcmp(&f->cells[i]->rectangle, rectangle, sizeof *rectangle) == 0)
+            return f->cells[i];
+    return NULL;
+}
+
+static bool keep_cells(weft_footprint *f, struct weft_slice_cells *cells)
+{
+    if (f->cells_count == f->cells_capacity) {
+        const size_t capacity = f->cells_capacity ? 2 * f->cells_capacity : 16;
+        void *list = realloc(f->cells, capacity * sizeof *f->cells);
+        if (!list)
+            return false;
+        f->cells = list;
+        f->cells_capacity = capacity;
+    }
+    f->cells[f->cells_count++] = cells;
+    return true;
+}
+
+enum weft_result weft_footprint_cells(weft_footprint *f, const struct weft_rectangle *rectangle,
+                                      const struct weft_progress *progress, double fraction,
+                                      const struct weft_slice_cells **out)
+{
+    struct weft_slice_cells *cells = find_cells(f, rectangle);
+    *out = cells;
+    if (cells) {
+        cells->holders++;
+        return WEFT_OK;
+    }
+    struct collector c = {
+        .progress = progress, .fraction = fraction, .last_number = WEFT_CELL_NONE, .row = -1};
+    cells = c.cells = calloc(1, sizeof *cells);
+    if (cells)
+        *cells = (struct weft_slice_cells){.rectangle = *rectangle, .holders = 1};
+    if (cells &&
+        weft_slice_grid_walk(&f->grid, rectangle->x, rectangle->y, rectangle->width,
+                             rectangle->height, collect_span, &c) &&
+        keep_cells(f, cells)) {
+        *out = cells;
+        return WEFT_OK;
+    }
+    if (cells)
+        cells_destroy(cells);
+    if (c.cancelled)
+        return WEFT_ERR_CANCELLED;
+    weft_error(f->log, "not enough memory for the cells of %d x %d pixels", rectangle->width,
+               rectangle->height);
+    return WEFT_ERR_MEMORY;
+}
+
+// Those of the whole are kept: every plan begins with them.
+static bool is_whole(const weft_footprint *f, const struct weft_rectangle *rectangle)
+{
+    return rectangle->width == f->grid.index.width && rectangle->height == f->grid.index.height;
+}
+
+void weft_footprint_release(weft_footprint *f, const struct weft_slice_cells **cells)
+{
+    struct weft_slice_cells *own = *cells ? find_cells(f, &(*cells)->rectangle) : NULL;
+    *cells = NULL;
+    if (!own || --own->holders > 0 || is_whole(f, &own->rectangle))
+        return;
+    for (size_t i = 0; i < f->cells_count; i++)
+        if (f->cells[i] == own)
+            f->cells[i] = f->cells[--f->cells_count];
+    cells_destroy(own);
+}
+
+// ---- boxes --------------------------------------------------------------------------------------
+
+void weft_footprint_cell_box(const weft_footprint *f, const struct weft_slice_cells *cells,
+                             size_t i, int32_t min[3], int32_t max[3])
+{
+    const struct weft_slice_cell *cell = &cells->at[i];
+    for (int a = 0; a < 3; a++) {
+        const int32_t start = cells->map.keys[i].at[a] * WEFT_BRICK_SIZE - f->grid.tap_offset;
+        min[a] = start + cell->low[a];
+        max[a] = start + cell->high[a] + f->info.kernel.width - 1;
+    }
+}
+
+// Widens a box by the taps of one pixel.
+static void add_pixel(const weft_footprint *f, const struct weft_slice_block *block, int x, int y,
+                      bool first, int32_t min[3], int32_t max[3])
+{
+    int32_t whole[3];
+    double fraction[3];
+    weft_slice_grid_pixel(&f->grid, block, x, y, whole, fraction);
+    for (int a = 0; a < 3; a++) {
+        const int32_t low = whole[a] - f->grid.tap_offset, high = low + f->info.kernel.width - 1;
+        min[a] = first || low < min[a] ? low : min[a];
+        max[a] = first || high > max[a] ? high : max[a];
+    }
+}
+
+static int last_of_block(int from, int end)
+{
+    const int next = (from / WEFT_GRID_BLOCK + 1) * WEFT_GRID_BLOCK;
+    return (next < end ? next : end) - 1;
+}
+
+void weft_footprint_box(const weft_footprint *f, const struct weft_rectangle *r, int32_t min[3],
+                        int32_t max[3])
+{
+    const int end_x = r->x + r->width, end_y = r->y + r->height;
+    bool first = true;
+    for (int y = r->y, y1; y < end_y; y = y1 + 1) {
+        y1 = last_of_block(y, end_y);
+        for (int x = r->x, x1; x < end_x; x = x1 + 1) {
+            struct weft_slice_block block;
+            x1 = last_of_block(x, end_x);
+            weft_slice_grid_block(&f->grid, x / WEFT_GRID_BLOCK, y / WEFT_GRID_BLOCK, &block);
+            for (int corner = 0; corner < 4; corner++, first = false)
+                add_pixel(f, &block, corner & 1 ? x1 : x, corner & 2 ? y1 : y, first, min, max);
+        }
+    }
+}
+
+void weft_footprint_bricks(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
+                           struct weft_cell_key *from, struct weft_cell_key *to)
+{
+    const struct weft_volume_info *v = weft_volume_get_info(weft_footprint_voxels(f));
+    for (int a = 0; a < 3; a++) {
+        const int32_t low = v->clamp_to_edge ? v->active_min[a] : min[a];
+        const int32_t high = v->clamp_to_edge ? v->active_max[a] : max[a];
+        from->at[a] = (min[a] < low ? low : min[a] > high ? high : min[a]) >> 3;
+        to->at[a] = (max[a] < low ? low : max[a] > high ? high : max[a]) >> 3;
+    }
+}
+
+bool weft_footprint_note(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
+                         struct weft_cell_map *bricks)
+{
+    struct weft_cell_key from, to, at;
+    weft_footprint_bricks(f, min, max, &from, &to);
+    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
+        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
+            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
+                const int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
+                const float *values;
+                float constant;
+                if (weft_brick_store_find(f->places, origin, &values, &constant) ==
+                        WEFT_BRICK_VALUES &&
+                    weft_cell_map_add(bricks, at) == WEFT_CELL_NONE)
+                    return false;
+            }
+        }
+    }
+    return true;
+}
+
+// ---- voxels -------------------------------------------------------------------------------------
+
+static enum weft_result create_store(weft_footprint *f)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(weft_footprint_voxels(f));
+    enum weft_result res =
+        weft_brick_store_create(f->log, f->topology.tile_count, info->background, &f->store);
+    if (res == WEFT_OK)
+        res = add_tiles(info, &f->topology, f->store);
+    if (res != WEFT_OK)
+        weft_brick_store_destroy(&f->store);
+    return res;
+}
+
+static bool is_kept(const weft_footprint *f, const struct weft_cell_key *key)
+{
+    const int32_t origin[3] = {key->at[0] * 8, key->at[1] * 8, key->at[2] * 8};
+    const float *values;
+    float constant;
+    return f->store &&
+           weft_brick_store_find(f->store, origin, &values, &constant) == WEFT_BRICK_VALUES;
+}
+
+static size_t count_missing(const weft_footprint *f, const struct weft_cell_map *bricks)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < bricks->count; i++)
+        count += !is_kept(f, &bricks->keys[i]);
+    return count;
+}
+
+// A place among the blocks for one more; NULL: out of memory.
+static float *add_block(weft_footprint *f, size_t bricks)
+{
+    if (f->block_count == f->block_capacity) {
+        const size_t capacity = f->block_capacity ? 2 * f->block_capacity : 16;
+        void *blocks = realloc(f->blocks, capacity * sizeof *f->blocks);
+        if (!blocks)
+            return NULL;
+        f->blocks = blocks;
+        f->block_capacity = capacity;
+    }
+    float *values = malloc(bricks * BRICK_BYTES);
+    if (values)
+        f->blocks[f->block_count++] = values;
+    return values;
+}
+
+static enum weft_result read_missing(weft_footprint *f, const struct weft_cell_map *bricks,
+                                     size_t count)
+{
+    enum weft_result res = WEFT_ERR_MEMORY;
+    int32_t(*origin)[3] = malloc(count * sizeof *origin);
+    float *values = origin ? add_block(f, count) : NULL;
+    if (!values) {
+        weft_error(f->log, "not enough memory for the voxels of %zu bricks", count);
+        goto fail;
+    }
+    size_t n = 0;
+    for (size_t i = 0; i < bricks->count; i++) {
+        if (is_kept(f, &bricks->keys[i]))
+            continue;
+        for (int a = 0; a < 3; a++)
+            origin[n][a] = bricks->keys[i].at[a] * WEFT_BRICK_SIZE;
+        n++;
+    }
+    const double start = weft_now_seconds();
+    res = weft_volume_read(weft_footprint_voxels(f), count, (const int32_t(*)[3])origin, values);
+    f->info.read_seconds += weft_now_seconds() - start;
+    if (res != WEFT_OK)
+        goto fail;
+    f->info.bricks_read += count;
+    f->info.kept_bytes += count * BRICK_BYTES;
+    for (size_t i = 0; res == WEFT_OK && i < count; i++)
+        res = weft_brick_store_add_brick(f->store, origin[i], values + i * WEFT_BRICK_VOXELS);
+fail:
+    free(origin);
+    if (res != WEFT_OK)
+        drop_bricks(f);
+    return res;
+}
+
+enum weft_result weft_footprint_load(weft_footprint *f, const struct weft_cell_map *bricks,
+                                     uint64_t other_bytes, const weft_brick_store **out)
+{
+    *out = NULL;
+    size_t missing = count_missing(f, bricks);
+    if (f->info.kept_bytes && missing &&
+        f->info.kept_bytes + missing * BRICK_BYTES + other_bytes > f->memory_bytes) {
+        drop_bricks(f);
+        missing = bricks->count;
+    }
+    enum weft_result res = f->store ? WEFT_OK : create_store(f);
+    if (res == WEFT_OK && missing)
+        res = read_missing(f, bricks, missing);
+    if (res == WEFT_OK)
+        *out = f->store;
+    return res;
+}
