@@ -251,7 +251,7 @@ static void statistics_are_those_of_the_taps(void **state)
         for (int32_t offset = -3; offset <= 5; offset += 8) {
             weft_volume *volume = make_volume(offset, backgrounds[b]);
             for (size_t c = 0; c < WEFT_COUNT(cuts); c++) {
-                for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
+                for (size_t k = c % 2; k < WEFT_COUNT(kernels); k += 2) {
                     weft_footprint *f = make_footprint(volume, &cuts[c], kernels[k], offset, 0);
                     struct weft_slice_statistics own, exact = statistics_by_hand(f, volume, offset);
                     assert_int_equal(weft_footprint_statistics(f, NULL, &own), WEFT_OK);
