@@ -51,6 +51,7 @@ struct slice_job {
 
     struct weft_slice_geometry geometry; // as asked, with the size chosen
     weft_volume *volume;
+    weft_footprint *footprint;             // of every plan
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
     weft_pass_plan *own_passes;
