@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+const char *const weft_fixed_rounding_names[] = {"nearest", "truncated", NULL};
+
 int64_t weft_fixed_quantise(double x, int bits, enum weft_fixed_rounding rounding)
 {
     if (!(fabs(x) < 0x1p32))

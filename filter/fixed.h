@@ -15,6 +15,8 @@ enum weft_fixed_rounding {
     WEFT_FIXED_ROUND,    // to the nearest, halves away from zero
     WEFT_FIXED_TRUNCATE, // towards zero
 };
+// NULL-ended, in the order of the enum: "nearest", "truncated".
+WEFT_API extern const char *const weft_fixed_rounding_names[];
 
 // Bits are 1 to WEFT_FIXED_MAX_BITS everywhere. For others integers are 0 and numbers NAN.
 

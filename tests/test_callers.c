@@ -538,11 +538,9 @@ static void tile_questions(void)
 
 static void layouts(void)
 {
-    enum weft_layout layout;
     enum weft_context_kind kind;
     struct weft_profile profile;
     struct weft_cost_model model;
-    REFUSED(weft_layout_parse(&logger, "", &layout));
     REFUSED(weft_context_kind_parse(&logger, "", &kind));
     REFUSED(weft_profile_parse(&logger, "", &profile));
     REFUSED(weft_profile_parse(&logger, "bits=1e99", &profile));
@@ -866,6 +864,10 @@ static void ranges(void)
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
         REFUSED(weft_range_simulate(&logger, &good, (enum weft_worst_case)bad_enums[i], NULL, NULL,
                                     &report));
+    TRUE(weft_pass_list_check(&logger, &good) == WEFT_OK);
+    BAD_ENUM(good, target, weft_pass_list_check(&logger, &p));
+    SET_REFUSED(good, passes, NULL, weft_pass_list_check(&logger, &p));
+    SET_REFUSED(good, slot_count, 0, weft_pass_list_check(&logger, &p));
     BAD_ENUM(good, target, CALL);
     ANY_INT(good, dims, CALL);
     ANY_INT(good, dot_width, CALL);
@@ -1685,7 +1687,7 @@ static const struct {
      {F(kernel_tiles_get_info), F(kernel_tiles_get), F(kernel_tiles_find), F(kernel_tiles_position),
       F(kernel_tiles_value), F(kernel_tiles_integer), F(kernel_tiles_exact), F(kernel_tiles_split),
       F(tile_group_create), F(tile_group_create_taps), F(tile_group_value), F(tile_group_destroy)}},
-    {layouts, {F(layout_parse), F(context_kind_parse), F(profile_parse), F(cost_parse)}},
+    {layouts, {F(context_kind_parse), F(profile_parse), F(cost_parse)}},
     {volumes, {F(volume_create), F(volume_create_bricks), F(volume_destroy)}},
     {volume_files,
      {F(volume_open), F(file_save), F(unfinished_discard), F(volume_list_load),
@@ -1700,7 +1702,7 @@ static const struct {
     {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
     {plan_questions, {F(pass_plan_get_info), F(pass_plan_tile_name)}},
     {profiles, {F(profile_check)}},
-    {ranges, {F(range_simulate)}},
+    {ranges, {F(range_simulate), F(pass_list_check)}},
     {judgements, {F(pass_plan_judge)}},
     {footprints,
      {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics)}},

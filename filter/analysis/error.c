@@ -12,6 +12,9 @@
 #include "filter/check.h"
 #include "filter/kernels/kernel_nd.h"
 
+const char *const weft_error_lookup_names[] = {"nearest", "linear", NULL};
+const char *const weft_error_convention_names[] = {"eq4", "wscg2003", NULL};
+
 // The tensor product makes everything about a location a product of what is in one column per axis,
 // so no tile is ever stored: texels are products too, quantised where they are used. The loops run
 // over columns a <= b <= c, the innermost over many c at once.

@@ -12,6 +12,8 @@
 WEFT_BEGIN_DECLS
 
 enum weft_error_lookup { WEFT_ERROR_NEAREST, WEFT_ERROR_LINEAR };
+// NULL-ended, in the order of the enum: "nearest", "linear".
+WEFT_API extern const char *const weft_error_lookup_names[];
 
 enum weft_error_convention {
     // Eq. 4 by its plain definition: all width^dims weights; a tile per tap with M samples per axis
@@ -28,6 +30,8 @@ enum weft_error_convention {
     // weights too, and once more after interpolation. Needs a whole half-width.
     WEFT_ERROR_WSCG2003,
 };
+// Likewise: "eq4", "wscg2003".
+WEFT_API extern const char *const weft_error_convention_names[];
 
 struct weft_error_kernel_params {
     struct weft_kernel kernel;

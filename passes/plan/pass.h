@@ -51,6 +51,9 @@ struct weft_tap_group {
 
 enum weft_pass_kind { WEFT_PASS_TAPS, WEFT_PASS_COMBINE };
 enum weft_pass_part { WEFT_PASS_WHOLE, WEFT_PASS_HIGH, WEFT_PASS_LOW };
+// NULL-ended, in the order of the enums: "taps", "combine"; "whole", "high", "low".
+WEFT_API extern const char *const weft_pass_kind_names[];
+WEFT_API extern const char *const weft_pass_part_names[];
 
 struct weft_pass {
     enum weft_pass_kind kind;
@@ -94,6 +97,12 @@ struct weft_pass_list {
     const uint32_t *log_table;
     double log_octaves;
 };
+
+// Checks that a list is one: numbers are in their ranges, tiles and slots exist, and no pass reads
+// a slot that holds nothing. Ranges of sums are weft_range_simulate's. Returns WEFT_ERR_ARGUMENT,
+// with the pass and the number in the log, or WEFT_ERR_MEMORY. Thread-safe.
+WEFT_API enum weft_result weft_pass_list_check(const struct weft_log *log,
+                                               const struct weft_pass_list *list);
 
 WEFT_END_DECLS
 #endif

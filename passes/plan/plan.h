@@ -32,6 +32,8 @@ enum weft_order {
     WEFT_ORDER_NATURAL, // tap by tap, as naive code would: may clamp
     WEFT_ORDER_GIVEN,   // `steps`: may clamp
 };
+// NULL-ended, in the order of the enum: "planned", "greedy", "natural", "given".
+WEFT_API extern const char *const weft_order_names[];
 
 // One tile of a tap. A tile that was split has several pieces, numbered from 0 in the order in
 // which the splits are made.

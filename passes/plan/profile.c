@@ -81,19 +81,11 @@ const struct weft_profile *weft_profile_find(const char *name)
 
 // ---- targets ------------------------------------------------------------------------------------
 
-static const struct {
-    const char *name;
-    int bits;
-} targets[] = {
-    [WEFT_TARGET_UNORM8] = {"unorm8", 8},
-    [WEFT_TARGET_UNORM16] = {"unorm16", 16},
-    [WEFT_TARGET_HALF] = {"half", 0},
-    [WEFT_TARGET_FLOAT] = {"float", 0},
-};
+const char *const weft_target_names[] = {"unorm8", "unorm16", "half", "float", NULL};
 
 int weft_target_bits(enum weft_target_format target)
 {
-    return (size_t)target < WEFT_COUNT(targets) ? targets[target].bits : 0;
+    return target == WEFT_TARGET_UNORM8 ? 8 : target == WEFT_TARGET_UNORM16 ? 16 : 0;
 }
 
 int weft_target_one(enum weft_target_format target)
@@ -103,7 +95,7 @@ int weft_target_one(enum weft_target_format target)
 
 const char *weft_target_name(enum weft_target_format target)
 {
-    return (size_t)target < WEFT_COUNT(targets) ? targets[target].name : "unknown";
+    return weft_name(weft_target_names, (unsigned)target);
 }
 
 // ---- a user's own -------------------------------------------------------------------------------
@@ -139,8 +131,8 @@ static bool read_integer(const struct reader *r, const char *key, const char *te
 
 static bool read_target(const struct reader *r, const char *key, const char *text)
 {
-    for (size_t i = 0; i < WEFT_COUNT(targets); i++) {
-        if (strcmp(text, targets[i].name) == 0) {
+    for (int i = 0; weft_target_names[i]; i++) {
+        if (strcmp(text, weft_target_names[i]) == 0) {
             r->profile->target = (enum weft_target_format)i;
             return true;
         }

@@ -18,6 +18,8 @@ enum weft_target_format {
     WEFT_TARGET_HALF,
     WEFT_TARGET_FLOAT,
 };
+// NULL-ended, in the order of the enum: "unorm8", "unorm16", "half", "float".
+WEFT_API extern const char *const weft_target_names[];
 
 struct weft_profile {
     char name[64]; // "radeon8500"; of a user's own as it was written

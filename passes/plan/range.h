@@ -33,6 +33,8 @@ enum weft_worst_case {
     WEFT_WORST_CONSTANT, // one code everywhere, every one there is (the paper's: 1.0)
     WEFT_WORST_ANY,      // every input sample anywhere in [0, 1], independently in every pass
 };
+// NULL-ended, in the order of the enum: "constant", "any".
+WEFT_API extern const char *const weft_worst_case_names[];
 
 // Of the target of a pass, after it, over all sample positions and inputs; what is outside [0, 1]
 // clamps, but later passes are followed as if it had not. Half and float targets never leave their

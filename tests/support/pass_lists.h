@@ -258,7 +258,8 @@ static inline struct weft_tap_group random_group(const struct hand_list *h, bool
     return group;
 }
 
-static inline void add_random_taps(struct hand_list *h, bool ping_pong)
+// holds: by slot, whether there is something in it; a slot that was combined is free.
+static inline void add_random_taps(struct hand_list *h, bool ping_pong, bool *holds)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(h->tiles);
     const bool reads = ping_pong && one_in(2), floats = weft_target_bits(h->list.target) == 0;
@@ -280,13 +281,24 @@ static inline void add_random_taps(struct hand_list *h, bool ping_pong)
         .bias = bias,
         .divisor = floats ? 1 << random_below(2) : 1 + (int)info->one * share[0] / share[1],
     };
+    pass.clears = pass.clears || !holds[pass.target];
+    holds[pass.target] = true;
     hand_add_pass(h, pass);
     const int count = one_in(10) ? 0 : 1 + random_below(one_in(3) ? 5 : 2);
     for (int g = 0; g < count; g++)
         hand_add_group(h, random_group(h, !reads, sign));
 }
 
-static inline void add_random_combination(struct hand_list *h)
+static inline int random_held(const struct hand_list *h, const bool *holds)
+{
+    int slot;
+    do
+        slot = random_below(h->list.slot_count);
+    while (!holds[slot]);
+    return slot;
+}
+
+static inline void add_random_combination(struct hand_list *h, bool *holds)
 {
     const int one = weft_target_bits(h->list.target) ? weft_target_one(h->list.target) : 1;
     struct weft_pass pass = {.kind = WEFT_PASS_COMBINE,
@@ -294,9 +306,14 @@ static inline void add_random_combination(struct hand_list *h)
                              .input_count = 1 + random_below(one_in(4) ? 16 : 3),
                              .denominator = 1 + random_below(one_in(2) ? 4 : 100)};
     for (int i = 0; i < pass.input_count; i++) {
-        pass.input[i] = random_below(h->list.slot_count);
-        pass.numerator[i] = random_below(2 * pass.denominator) - pass.denominator / 2;
+        pass.input[i] = random_held(h, holds);
+        do
+            pass.numerator[i] = random_below(2 * pass.denominator) - pass.denominator / 2;
+        while (pass.numerator[i] == 0);
     }
+    for (int i = 0; i < pass.input_count; i++)
+        holds[pass.input[i]] = false;
+    holds[pass.target] = true;
     pass.bias = one_in(2) ? (random_below(one + 1) - one / 2) * pass.denominator / 2 : 0;
     hand_add_pass(h, pass);
 }
@@ -334,8 +351,8 @@ static inline struct hand_list *hand_random_list(enum weft_target_format target)
     const struct hand_params p = random_params(target);
     struct hand_list *h = hand_list_create(&p);
     h->work.portable = one_in(2);
+    bool holds[4] = {true, true, true, true};
     h->list.slot_count = 1 + random_below(4);
-    h->list.result = random_below(h->list.slot_count);
     h->list.dot4 = p.channels == 1 && one_in(2);
     h->list.dot_width = one_in(3) ? 3 : 4;
     for (int c = 0; h->list.dot4 && c < 4; c++)
@@ -351,10 +368,11 @@ static inline struct hand_list *hand_random_list(enum weft_target_format target)
                          });
     for (int n = 3 + random_below(10); n > 0; n--) {
         if (one_in(5))
-            add_random_combination(h);
+            add_random_combination(h, holds);
         else
-            add_random_taps(h, ping_pong);
+            add_random_taps(h, ping_pong, holds);
     }
+    h->list.result = random_held(h, holds);
     return h;
 }
 

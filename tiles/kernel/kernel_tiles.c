@@ -7,6 +7,13 @@
 
 #include "tiles/kernel/kernel_tiles_impl.h"
 
+const char *const weft_tile_format_names[] = {"unorm", "snorm", "half", "float", NULL};
+const char *const weft_tile_rounding_names[] = {"nearest", "truncated", "sum-preserving", NULL};
+const char *const weft_tile_placement_names[] = {"centres", "ends", NULL};
+const char *const weft_tile_signs_names[] = {"auto", "signed", "separate", NULL};
+const char *const weft_tile_scaling_names[] = {"none", "set", "each", NULL};
+const char *const weft_tile_part_names[] = {"whole", "+", "-", NULL};
+
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 static const double HALF_MAX = 65504.0;
 

@@ -22,6 +22,8 @@ enum weft_tile_format {
     WEFT_TILE_HALF,  // held as float, each value a half
     WEFT_TILE_FLOAT, // held as float
 };
+// NULL-ended, in the order of the enum: "unorm", "snorm", "half", "float".
+WEFT_API extern const char *const weft_tile_format_names[];
 
 enum weft_tile_rounding {
     WEFT_TILE_NEAREST,   // each weight by itself, halves away from zero (half and float: to even)
@@ -31,11 +33,15 @@ enum weft_tile_rounding {
     // one.
     WEFT_TILE_SUM_PRESERVING,
 };
+// Likewise: "nearest", "truncated", "sum-preserving".
+WEFT_API extern const char *const weft_tile_rounding_names[];
 
 enum weft_tile_placement {
     WEFT_TILE_CENTRES, // sample k at (k + 0.5) / M
     WEFT_TILE_ENDS,    // sample k at k / (M - 1), the limits from inside the tile; M >= 2
 };
+// Likewise: "centres", "ends".
+WEFT_API extern const char *const weft_tile_placement_names[];
 
 enum weft_tile_signs {
     WEFT_TILE_SIGNS_AUTO, // separate for unorm, else signed
@@ -43,14 +49,20 @@ enum weft_tile_signs {
     WEFT_TILE_SEPARATE,   // a tile of the positive and one of the negative weights, as magnitudes;
                           // one that is zero everywhere before quantisation is left out
 };
+// Likewise: "auto", "signed", "separate".
+WEFT_API extern const char *const weft_tile_signs_names[];
 
 enum weft_tile_scaling {
     WEFT_TILE_UNSCALED,
     WEFT_TILE_SCALE_SET,  // one factor makes the largest weight of the set full range
     WEFT_TILE_SCALE_EACH, // a factor for every tile; not with WEFT_TILE_SUM_PRESERVING
 };
+// Likewise: "none", "set", "each".
+WEFT_API extern const char *const weft_tile_scaling_names[];
 
 enum weft_tile_part { WEFT_TILE_WHOLE, WEFT_TILE_POSITIVE, WEFT_TILE_NEGATIVE };
+// Likewise: "whole", "+", "-".
+WEFT_API extern const char *const weft_tile_part_names[];
 
 struct weft_kernel_tiles_params {
     struct weft_kernel kernel; // required

@@ -3,24 +3,12 @@
 
 #include <string.h>
 
-static const char *const layout_names[] = {"auto", "interleaved", "aligned", "plain"};
+const char *const weft_layout_names[] = {"auto", "interleaved", "aligned", "plain", NULL};
+const char *const weft_source_format_names[] = {"32f", "16f", "unorm16", "unorm8", NULL};
 
 const char *weft_layout_name(enum weft_layout layout)
 {
-    return (size_t)layout < WEFT_COUNT(layout_names) ? layout_names[layout] : "unknown";
-}
-
-enum weft_result weft_layout_parse(const struct weft_log *log, const char *text,
-                                   enum weft_layout *out)
-{
-    for (size_t i = 0; i < WEFT_COUNT(layout_names); i++) {
-        if (strcmp(text, layout_names[i]) == 0) {
-            *out = (enum weft_layout)i;
-            return WEFT_OK;
-        }
-    }
-    weft_error(log, "unknown layout '%.64s'; there are: auto, interleaved, aligned, plain", text);
-    return WEFT_ERR_ARGUMENT;
+    return weft_name(weft_layout_names, (unsigned)layout);
 }
 
 int weft_layout_row_fetches(enum weft_layout kind, int width)
@@ -74,21 +62,20 @@ size_t weft_block_layout_offset(const struct weft_block_layout *layout, const in
 // ---- formats ------------------------------------------------------------------------------------
 
 static const struct {
-    const char *name;
     int bytes;
     double error;
 } formats[WEFT_SOURCE_FORMATS] = {
-    [WEFT_SOURCE_FLOAT] = {"32f", 4, 0.0},
+    [WEFT_SOURCE_FLOAT] = {4, 0.0},
     // Halves in [1/2, 1] are 2^-11 apart, and 1 stands for half the width. Mapped in single
     // precision: 2^-23 more, in all.
-    [WEFT_SOURCE_HALF] = {"16f", 2, 0x1p-13 + 0x1p-23},
-    [WEFT_SOURCE_UNORM16] = {"unorm16", 2, 0.5 / 65535 + 0x1p-23},
-    [WEFT_SOURCE_UNORM8] = {"unorm8", 1, 0.5 / 255 + 0x1p-23},
+    [WEFT_SOURCE_HALF] = {2, 0x1p-13 + 0x1p-23},
+    [WEFT_SOURCE_UNORM16] = {2, 0.5 / 65535 + 0x1p-23},
+    [WEFT_SOURCE_UNORM8] = {1, 0.5 / 255 + 0x1p-23},
 };
 
 const char *weft_source_format_name(enum weft_source_format format)
 {
-    return (size_t)format < WEFT_COUNT(formats) ? formats[format].name : "unknown";
+    return weft_name(weft_source_format_names, (unsigned)format);
 }
 
 int weft_source_format_bytes(enum weft_source_format format)

@@ -14,12 +14,10 @@ enum weft_layout {
     WEFT_LAYOUT_PLAIN,       // R: one sample per texel
 };
 
-// "interleaved"; static storage, never NULL.
+// NULL-ended, in the order of the enum: "auto", "interleaved", "aligned", "plain".
+WEFT_API extern const char *const weft_layout_names[];
+// One of them; "unknown" for other values.
 WEFT_API const char *weft_layout_name(enum weft_layout layout);
-
-// Returns WEFT_ERR_ARGUMENT, with the list of names in the log.
-WEFT_API enum weft_result weft_layout_parse(const struct weft_log *log, const char *text,
-                                            enum weft_layout *out);
 
 // Formats other than float hold a range mapped to [0, 1] (unorm) or [-1, 1] (half). They take less
 // memory; a software GL gains no time from them.
@@ -31,7 +29,9 @@ enum weft_source_format {
 };
 enum { WEFT_SOURCE_FORMATS = 4 };
 
-// "32f", "16f", "unorm16", "unorm8"; static storage, never NULL.
+// NULL-ended, in the order of the enum: "32f", "16f", "unorm16", "unorm8".
+WEFT_API extern const char *const weft_source_format_names[];
+// One of them; "unknown" for other values.
 WEFT_API const char *weft_source_format_name(enum weft_source_format format);
 WEFT_API int weft_source_format_bytes(enum weft_source_format format); // of one sample
 

@@ -83,7 +83,8 @@ static enum weft_result read_points(const char *path, FILE *file, struct chart *
     for (int number = 1; fgets(line, sizeof line, file); number++) {
         struct chart_point point;
         line[strcspn(line, "\r\n")] = 0;
-        if (number == 1 ? strcmp(weft_text_skip_mark(line), header) != 0 : *line && !parse_point(line, &point)) {
+        if (number == 1 ? strcmp(weft_text_skip_mark(line), header) != 0
+                        : *line && !parse_point(line, &point)) {
             report_error("%s, line %d: not %s", path, number,
                          number == 1 ? header : "two texts and four numbers from 0 on");
             return WEFT_ERR_FORMAT;

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "tools/chart/chart.h"
-#include "tools/verbs/verb.h"
 
 enum { WAYS_VOXELS = 128, QUICK_WAYS_VOXELS = 64, DEFAULT_SIZE = 512, QUICK_SIZE = 256 };
 

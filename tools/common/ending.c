@@ -5,12 +5,13 @@
 #include <stddef.h>
 #include <unistd.h>
 
-#include "tools/common/report.h"
+#include "weft.h"
 
 static const int ending_signals[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGPIPE,   SIGALRM, SIGTERM,
                                      SIGUSR1, SIGUSR2, SIGXCPU, SIGVTALRM, SIGPROF, SIGXFSZ};
 
 static volatile sig_atomic_t child, deferred, due;
+static void (*clean_up_screen)(void);
 
 static void die(int number)
 {
@@ -31,12 +32,13 @@ static void on_signal(int number)
     if (child)
         kill(-(pid_t)child, SIGKILL);
     weft_unfinished_discard();
-    report_erase_progress();
+    clean_up_screen();
     die(number);
 }
 
-void ending_start(void)
+void ending_start(void (*clean_up)(void))
 {
+    clean_up_screen = clean_up;
     struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART}, old;
     sigfillset(&action.sa_mask);
     for (size_t i = 0; i < sizeof ending_signals / sizeof *ending_signals; i++)
@@ -63,6 +65,6 @@ void ending_finish(void)
 {
     if (!due)
         return;
-    report_erase_progress();
+    clean_up_screen();
     die(SIGINT);
 }

@@ -9,8 +9,9 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
-// Catches what ends a process by default; a signal that is ignored stays so (nohup).
-void ending_start(void);
+// Catches what ends a process by default; a signal that is ignored stays so (nohup). clean_up is
+// called before the process dies of one, and must be async-signal-safe.
+void ending_start(void (*clean_up)(void));
 
 // A program to be killed with us, the leader of its process group; 0: it has ended.
 void ending_set_child(pid_t leader);

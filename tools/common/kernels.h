@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/kernels.h - kernels as the command's users name them: NAME[:p,q][+unit] or table:FILE.
+// tools/common/kernels.h - kernels as the command's users name them: NAME[:p,q][+unit] or
+// table:FILE.
 #ifndef WEFT_TOOLS_COMMON_KERNELS_H
 #define WEFT_TOOLS_COMMON_KERNELS_H
 
@@ -21,7 +22,7 @@ enum weft_result kernels_load_filter(const char *text, int axes, struct weft_ker
 extern const char *const kernels_normalise_choices[];
 #define KERNELS_NORMALISE_OPTION                                                                   \
     {                                                                                              \
-        .name = "normalise", 0, OPTION_CHOICE, "on|off",                                           \
+        .name = "normalise", 0, OPTION_CHOICE, NULL,                                               \
         "divide the kernel's weights by their sum, so that white stays white (default: on, but "   \
         "for table:FILE, which is taken as it is; kernels whose weights add up to 1 stay as "      \
         "they are)",                                                                               \

@@ -11,6 +11,8 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 
+enum { MAX_CHOICES = 16, MAX_CHOICES_TEXT = 256 };
+
 // How the types that are lists of numbers are written.
 static const struct list_form {
     char separator;
@@ -95,22 +97,45 @@ static bool parse_bytes(const char *text, int64_t *out)
     return true;
 }
 
+static bool is_choice(const struct option_spec *spec, int index)
+{
+    return spec->choices[index] && (!spec->choice_count || index < spec->choice_count);
+}
+
+static const char *list_choices(const struct option_spec *spec, const char *separator,
+                                char words[MAX_CHOICES_TEXT])
+{
+    *words = '\0';
+    for (int i = 0; is_choice(spec, i); i++) {
+        const size_t used = strlen(words);
+        snprintf(words + used, MAX_CHOICES_TEXT - used, "%s%s", i ? separator : "",
+                 spec->choices[i]);
+    }
+    return words;
+}
+
 static bool parse_choice(const struct option_spec *spec, const char *text,
                          struct option_value *value)
 {
-    char words[256] = "";
-    for (int i = 0; spec->choices[i]; i++) {
-        if (strcmp(spec->choices[i], text) == 0) {
-            value->integer[0] = i;
+    char words[MAX_CHOICES_TEXT];
+    const char *names[MAX_CHOICES + 1] = {NULL};
+    for (int i = 0; i < MAX_CHOICES && is_choice(spec, i); i++) {
+        names[i] = spec->choices[i];
+        value->integer[0] = i;
+        if (strcmp(names[i], text) == 0)
             return true;
-        }
-        size_t used = strlen(words);
-        snprintf(words + used, sizeof words - used, "%s%s", i ? ", " : "", spec->choices[i]);
     }
-    const char *meant = weft_closest_find(text, strlen(text), spec->choices);
-    report_error("--%s: '%s' is not one of: %s%s%s%s", spec->name, text, words,
-                 meant ? "; did you mean " : "", meant ? meant : "", meant ? "?" : "");
+    const char *meant = weft_closest_find(text, strlen(text), names);
+    report_error("--%s: '%s' is not one of: %s%s%s%s", spec->name, text,
+                 list_choices(spec, ", ", words), meant ? "; did you mean " : "",
+                 meant ? meant : "", meant ? "?" : "");
     return false;
+}
+
+// How help and messages write the value.
+static const char *value_form(const struct option_spec *spec, char words[MAX_CHOICES_TEXT])
+{
+    return spec->type == OPTION_CHOICE ? list_choices(spec, "|", words) : spec->value;
 }
 
 // "svg or png" for messages.
@@ -281,7 +306,9 @@ static bool parse_option(struct option_parse *parse, int argc, char **argv, int 
     else if (*at + 1 < argc && !looks_like_option(argv[*at + 1]))
         text = argv[++*at];
     if (!text) {
-        report_error("--%s needs a value: --%s %s", spec->name, spec->name, spec->value);
+        char words[MAX_CHOICES_TEXT];
+        report_error("--%s needs a value: --%s %s", spec->name, spec->name,
+                     value_form(spec, words));
         return false;
     }
     return parse_value(parse, spec, text, &parse->values[index]);
@@ -358,11 +385,11 @@ void options_print(const struct option_spec *options, int option_count)
 {
     for (int i = 0; i < option_count; i++) {
         const struct option_spec *spec = &options[i];
-        char letter[4] = "   ";
+        char letter[4] = "   ", words[MAX_CHOICES_TEXT];
+        const char *value = value_form(spec, words);
         if (spec->letter)
             snprintf(letter, sizeof letter, "-%c,", spec->letter);
-        printf("  %s --%s%s%s\n", letter, spec->name, spec->value ? " " : "",
-               spec->value ? spec->value : "");
+        printf("  %s --%s%s%s\n", letter, spec->name, value ? " " : "", value ? value : "");
         options_print_wrapped(spec->help, 10);
     }
 }

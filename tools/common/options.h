@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/options.h - one option parser for all verbs: each verb declares its options as a table, and
-// the same table prints its help.
-// Written as `--name value`, `--name=value`, or `-n value` where the option has a letter. An option
-// given twice is an error, so that nothing is ignored in silence; flags may be repeated. So are two
-// outputs, or an output and a flag --json, for standard output. A value
-// that starts with '-' and is not a number is taken only as `--name=value`. `--` ends the options.
+// tools/common/options.h - one option parser for all verbs: each verb declares its options as a
+// table, and the same table prints its help. Written as `--name value`, `--name=value`, or `-n
+// value` where the option has a letter. An option given twice is an error, so that nothing is
+// ignored in silence; flags may be repeated. So are two outputs, or an output and a flag --json,
+// for standard output. A value that starts with '-' and is not a number is taken only as
+// `--name=value`. `--` ends the options.
 #ifndef WEFT_TOOLS_COMMON_OPTIONS_H
 #define WEFT_TOOLS_COMMON_OPTIONS_H
 
@@ -31,9 +31,11 @@ struct option_spec {
     const char *name; // without the dashes
     char letter;      // 0: none
     enum option_type type;
-    const char *value; // how help writes the value: "OUT.exr"; NULL for flags
+    const char *value; // how help writes the value: "OUT.exr"; NULL for flags, and for choices,
+                       // which are written "x|y|z"
     const char *help;  // wrapped when printed
     const char *const *choices; // words, or endings as ".exr"
+    int choice_count;           // the first so many of them; 0: all
 };
 
 struct option_value {

@@ -8,10 +8,6 @@
 #include "tools/common/plan_options.h"
 #include "tools/common/report.h"
 
-// In the order of enum weft_order.
-const char *const resample_plan_orders[] = {"planned", "greedy", "natural", NULL};
-static const char *const worst_cases[] = {"constant", "any"}; // likewise
-
 // ---- options ------------------------------------------------------------------------------------
 
 // The same options as `weft plan` has them.
@@ -115,12 +111,12 @@ json_t *resample_plan_json(const weft_pass_plan *plan)
     return json_pack(
         "{s:o,s:s,s:s,s:s,s:i,s:i,s:i,s:i,s:i,s:i,s:i,s:b,s:o,s:o,s:o,s:o,s:o}", "profile",
         json_text(info->profile.name), "technique", weft_technique_names[info->technique],
-        "worst_case", worst_cases[info->worst_case], "order", resample_plan_orders[info->order],
-        "resolution", info->samples, "bits", info->bits, "channels", info->channels, "passes",
-        info->passes->pass_count, "tiles", info->tile_count, "splits", info->split_count, "fetches",
-        info->fetches, "valid", info->valid, "scale_bits", json_number(info->scale_bits),
-        "tile_bytes", json_count(info->tile_bytes), "relative_error", error, "search_seconds",
-        json_number(info->search_seconds), "text", json_text(info->text));
+        "worst_case", weft_worst_case_names[info->worst_case], "order",
+        weft_order_names[info->order], "resolution", info->samples, "bits", info->bits, "channels",
+        info->channels, "passes", info->passes->pass_count, "tiles", info->tile_count, "splits",
+        info->split_count, "fetches", info->fetches, "valid", info->valid, "scale_bits",
+        json_number(info->scale_bits), "tile_bytes", json_count(info->tile_bytes), "relative_error",
+        error, "search_seconds", json_number(info->search_seconds), "text", json_text(info->text));
 }
 
 const char *resample_plan_summary(const weft_pass_plan *plan, char text[RESAMPLE_PLAN_TEXT])
@@ -128,7 +124,7 @@ const char *resample_plan_summary(const weft_pass_plan *plan, char text[RESAMPLE
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     snprintf(text, RESAMPLE_PLAN_TEXT,
              "%s order, %d passes, %d tiles of %d samples an axis, %d fetches",
-             resample_plan_orders[info->order], info->passes->pass_count, info->tile_count,
+             weft_order_names[info->order], info->passes->pass_count, info->tile_count,
              info->samples, info->fetches);
     return text;
 }

@@ -32,9 +32,9 @@ enum resample_plan_option {
             RESAMPLE_PLAN_TECHNIQUE] = {.name = "technique",                                       \
                                         0,                                                         \
                                         OPTION_CHOICE,                                             \
-                                        "plain|dot4|split-precision|hierarchical|log",             \
+                                        NULL,                                                      \
                                         "how taps become passes (default plain), as in weft plan", \
-                                        plan_technique_choices},                                   \
+                                        weft_technique_names},                                     \
         [first +                                                                                   \
             RESAMPLE_PLAN_RESOLUTION] = {.name = "resolution",                                     \
                                          'm',                                                      \
@@ -59,19 +59,20 @@ enum resample_plan_option {
         [first + RESAMPLE_PLAN_WORST_CASE] = {.name = "worst-case",                                \
                                               'w',                                                 \
                                               OPTION_CHOICE,                                       \
-                                              "constant|any",                                      \
+                                              NULL,                                                \
                                               "input for which no store may clamp: constants of "  \
                                               "any level (default), or samples anywhere in range", \
-                                              plan_worst_case_choices},                            \
+                                              weft_worst_case_names},                              \
         [first +                                                                                   \
             RESAMPLE_PLAN_ORDER] = {.name = "order",                                               \
                                     0,                                                             \
                                     OPTION_CHOICE,                                                 \
-                                    "planned|greedy|natural",                                      \
+                                    NULL,                                                          \
                                     "of the passes: searched for so that no store clamps "         \
                                     "(default), or, where results may clamp, what comes first "    \
                                     "and fits, or tap by tap",                                     \
-                                    resample_plan_orders},                                         \
+                                    weft_order_names,                                              \
+                                    WEFT_ORDER_GIVEN},                                             \
         [first + RESAMPLE_PLAN_SOURCE_RANGE] = {                                                   \
             .name = "source-range",                                                                \
             0,                                                                                     \
@@ -79,8 +80,6 @@ enum resample_plan_option {
             "LO,HI",                                                                               \
             "values mapped to 0 and 1 and back; what is outside is clamped (default: smallest "    \
             "and largest)"}
-
-extern const char *const resample_plan_orders[];
 
 enum { RESAMPLE_PLAN_TEXT = 160 }; // of the texts below
 

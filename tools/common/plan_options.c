@@ -13,10 +13,6 @@
 const char *const plan_dims_choices[] = {"2", "3", NULL};
 const char *const plan_derivative_choices[] = {"x", "y", "z", NULL};
 const char *const plan_channels_choices[] = {"1", "4", NULL};
-const char *const plan_worst_case_choices[] = {"constant", "any", NULL}; // enum weft_worst_case
-// weft_technique_names; a shared library's data is no constant.
-const char *const plan_technique_choices[] = {"plain",        "dot4", "split-precision",
-                                              "hierarchical", "log",  NULL};
 
 // ---- help ---------------------------------------------------------------------------------------
 

@@ -41,13 +41,13 @@ enum plan_option {
     [PLAN_DIMS] = {.name = "dims",                                                                 \
                    'd',                                                                            \
                    OPTION_CHOICE,                                                                  \
-                   "2|3",                                                                          \
+                   NULL,                                                                           \
                    "dimensions of the source (default 2)",                                         \
                    plan_dims_choices},                                                             \
     [PLAN_DERIVATIVE] = {.name = "derivative",                                                     \
                          0,                                                                        \
                          OPTION_CHOICE,                                                            \
-                         "x|y|z",                                                                  \
+                         NULL,                                                                     \
                          "reconstruct this component of the gradient instead",                     \
                          plan_derivative_choices},                                                 \
     [PLAN_PROFILE] = {.name = "profile",                                                           \
@@ -77,11 +77,11 @@ enum plan_option {
     [PLAN_TECHNIQUE] = {.name = "technique",                                                       \
                         0,                                                                         \
                         OPTION_CHOICE,                                                             \
-                        "plain|dot4|split-precision|hierarchical|log",                             \
+                        NULL,                                                                      \
                         "plain: a tap per fetch (default); dot4: four; split-precision: twice "    \
                         "the passes keep the bits that the target loses; hierarchical: small "     \
                         "weights in targets of their own; log: sums of logarithms for products",   \
-                        plan_technique_choices},                                                   \
+                        weft_technique_names},                                                     \
     [PLAN_ROUND_SINGLY] = {.name = "round-singly",                                                 \
                            0,                                                                      \
                            OPTION_FLAG,                                                            \
@@ -106,16 +106,16 @@ enum plan_option {
     [PLAN_CHANNELS] = {.name = "channels",                                                         \
                        0,                                                                          \
                        OPTION_CHOICE,                                                              \
-                       "1|4",                                                                      \
+                       NULL,                                                                       \
                        "of the source that are filtered together (default 1); not with dot4",      \
                        plan_channels_choices},                                                     \
     [PLAN_WORST_CASE] = {.name = "worst-case",                                                     \
                          'w',                                                                      \
                          OPTION_CHOICE,                                                            \
-                         "constant|any",                                                           \
+                         NULL,                                                                     \
                          "input for which no store may clamp: constants of any level (default), "  \
                          "or samples anywhere in [0, 1]",                                          \
-                         plan_worst_case_choices},                                                 \
+                         weft_worst_case_names},                                                   \
     [PLAN_MEMORY] = {.name = "memory",                                                             \
                      0,                                                                            \
                      OPTION_BYTES,                                                                 \
@@ -126,9 +126,7 @@ enum plan_option {
     [PLAN_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"}
 
 extern const char *const plan_dims_choices[], *const plan_derivative_choices[],
-                                                  *const plan_technique_choices[],
-                                                      *const plan_channels_choices[],
-                                                          *const plan_worst_case_choices[];
+                                                  *const plan_channels_choices[];
 
 // `--kernel help` and `--profile help`: prints the list and returns true.
 bool plan_options_help(const struct option_value *options);

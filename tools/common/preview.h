@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/preview.h - what verbs that write a picture share: its colours, range and file names.
+// tools/common/preview.h - what verbs that write a picture share: its colours, range and file
+// names.
 #ifndef WEFT_TOOLS_COMMON_PREVIEW_H
 #define WEFT_TOOLS_COMMON_PREVIEW_H
 

@@ -18,7 +18,6 @@ struct check {
     int count;           // of terms of a slot: the tiles, and behind them the constant 1
     struct terms *slots; // [slot_count][count]
     struct terms *sum;   // of one combining pass
-    bool *written;
 };
 
 static const double tolerance = 1e-9;
@@ -43,7 +42,6 @@ static void add_taps(const struct check *check, const struct weft_pass *pass)
     if (pass->clears) {
         memset(slot, 0, (size_t)check->count * sizeof *slot);
         constant->part[0] = constant->part[1] = pass->initial;
-        check->written[pass->target] = true;
     }
     add(constant, pass->part, ldexp(pass->bias, -list->extra_bits), list->extra_bits);
     for (int i = 0; i < pass->group_count; i++) {
@@ -68,42 +66,21 @@ static void combine(const struct check *check, const struct weft_pass *pass)
         for (int k = 0; k < check->count; k++)
             for (int p = 0; p < 2; p++)
                 sum[k].part[p] += share * pass->numerator[i] * input[k].part[p];
-        check->written[pass->input[i]] = false;
     }
     for (int p = 0; p < 2; p++)
         sum[check->count - 1].part[p] += share * pass->bias;
     memcpy(slot_of(check, pass->target), sum, (size_t)check->count * sizeof *sum);
-    check->written[pass->target] = true;
 }
 
-static int unwritten_slot(const struct check *check, const struct weft_pass *pass)
-{
-    if (pass->kind == WEFT_PASS_TAPS)
-        return pass->clears || check->written[pass->target] ? -1 : pass->target;
-    for (int i = 0; i < pass->input_count; i++)
-        if (!check->written[pass->input[i]])
-            return pass->input[i];
-    return -1;
-}
-
-static enum weft_result run_passes(const struct check *check)
+static void run_passes(const struct check *check)
 {
     for (int i = 0; i < check->list->pass_count; i++) {
         const struct weft_pass *pass = &check->list->passes[i];
-        const int slot = unwritten_slot(check, pass);
-        if (slot >= 0) {
-            report_error("pass %02d reads slot %d, which holds nothing", i, slot);
-            return WEFT_ERR_FORMAT;
-        }
         if (pass->kind == WEFT_PASS_TAPS)
             add_taps(check, pass);
         else
             combine(check, pass);
     }
-    if (check->written[check->list->result])
-        return WEFT_OK;
-    report_error("slot %d, the result, holds nothing", check->list->result);
-    return WEFT_ERR_FORMAT;
 }
 
 static bool is_wrong(const struct terms *terms, double expected, double margin, double *found)
@@ -165,22 +142,21 @@ static void find_fault(const struct check *check, struct plan_fault *out)
 
 enum weft_result plan_check(const struct weft_pass_list *list, struct plan_fault *out)
 {
-    enum weft_result res = WEFT_ERR_MEMORY;
+    enum weft_result res = weft_pass_list_check(report_log(), list);
+    if (res != WEFT_OK)
+        return res == WEFT_ERR_ARGUMENT ? WEFT_ERR_FORMAT : res;
     struct check check = {.list = list};
     check.count = weft_kernel_tiles_get_info(list->tiles)->tile_count + 1;
     check.slots = calloc((size_t)list->slot_count * (size_t)check.count, sizeof *check.slots);
     check.sum = calloc((size_t)check.count, sizeof *check.sum);
-    check.written = calloc((size_t)list->slot_count, sizeof *check.written);
-    if (!check.slots || !check.sum || !check.written) {
-        report_error("out of memory for %d slots of %d tiles", list->slot_count, check.count);
-        goto fail;
-    }
-    res = run_passes(&check);
-    if (res == WEFT_OK)
+    if (check.slots && check.sum) {
+        run_passes(&check);
         find_fault(&check, out);
-fail:
+    } else {
+        report_error("out of memory for %d slots of %d tiles", list->slot_count, check.count);
+        res = WEFT_ERR_MEMORY;
+    }
     free(check.slots);
     free(check.sum);
-    free(check.written);
     return res;
 }

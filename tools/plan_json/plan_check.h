@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/plan_json/plan_check.h - whether passes compute what the tiles say: every tile of the set once, at
-// one scale. Ranges are passes/plan/range.h's.
+// tools/plan_json/plan_check.h - whether passes compute what the tiles say: every tile of the set
+// once, at one scale. Ranges are passes/plan/range.h's.
 #ifndef WEFT_TOOLS_PLAN_JSON_PLAN_CHECK_H
 #define WEFT_TOOLS_PLAN_JSON_PLAN_CHECK_H
 
@@ -17,8 +17,7 @@ struct plan_fault {
     double times;
 };
 
-// The list's numbers are in the ranges that plan_file_load checks. Returns WEFT_ERR_FORMAT (a slot
-// is read that holds nothing), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED after an error line.
+// Returns WEFT_ERR_FORMAT (weft_pass_list_check) or WEFT_ERR_MEMORY after an error line.
 enum weft_result plan_check(const struct weft_pass_list *list, struct plan_fault *out);
 
 #endif

@@ -7,14 +7,8 @@
 #include "tools/common/json.h"
 #include "tools/plan_json/plan_steps.h"
 
-// The words of the enums, each list NULL-ended.
-struct plan_words {
-    const char *const targets[5], *const tile_formats[5], *const tile_parts[4];
-    const char *const roundings[4], *const placements[3], *const signs[4], *const scalings[4];
-    const char *const derivatives[5], *const worst_cases[3], *const orders[5];
-    const char *const pass_kinds[3], *const pass_parts[4];
-};
-extern const struct plan_words plan_words;
+// Of the component of a gradient, NULL-ended; other words are those of the library's enums.
+extern const char *const plan_derivative_words[];
 
 // Everything of a plan; NULL: no memory.
 json_t *plan_json(const weft_pass_plan *plan);

@@ -184,7 +184,7 @@ static void read_step(struct reader *r, const json_t *from, struct weft_tile_nam
     const int dims = r->out->list.dims;
     *step = (struct weft_tile_name){0};
     check_integers(r, member(r, from, "tap"), "tap", dims, 0, WEFT_KERNEL_MAX_WIDTH - 1, step->tap);
-    step->part = (enum weft_tile_part)read_word(r, from, "part", plan_words.tile_parts);
+    step->part = (enum weft_tile_part)read_word(r, from, "part", weft_tile_part_names);
     step->piece = read_integer(r, from, "piece", 0, MAX_SPLITS);
 }
 
@@ -277,14 +277,15 @@ static void read_tile_params(struct reader *r, const json_t *root, const json_t 
     static const double unlimited = 0.0;
     p->dims = r->out->list.dims;
     p->samples = read_integer(r, root, "resolution", 1, WEFT_TILES_MAX_SAMPLES);
-    p->derivative = read_word(r, root, "derivative", plan_words.derivatives);
+    p->derivative = read_word(r, root, "derivative", plan_derivative_words);
     locate(r, "tile_set.", 0, 0);
-    p->format = (enum weft_tile_format)read_word(r, from, "format", plan_words.tile_formats);
+    p->format = (enum weft_tile_format)read_word(r, from, "format", weft_tile_format_names);
     p->bits = read_integer(r, from, "bits", 0, 32);
-    p->rounding = (enum weft_tile_rounding)read_word(r, from, "rounding", plan_words.roundings);
-    p->placement = (enum weft_tile_placement)read_word(r, from, "placement", plan_words.placements);
-    p->signs = (enum weft_tile_signs)read_word(r, from, "signs", plan_words.signs);
-    p->scaling = (enum weft_tile_scaling)read_word(r, from, "scaling", plan_words.scalings);
+    p->rounding = (enum weft_tile_rounding)read_word(r, from, "rounding", weft_tile_rounding_names);
+    p->placement =
+        (enum weft_tile_placement)read_word(r, from, "placement", weft_tile_placement_names);
+    p->signs = (enum weft_tile_signs)read_word(r, from, "signs", weft_tile_signs_names);
+    p->scaling = (enum weft_tile_scaling)read_word(r, from, "scaling", weft_tile_scaling_names);
     p->exact_scale = read_flag(r, from, "exact_scale");
     p->max_scale = read_number(r, from, "max_scale", 0.0, 1e9, &unlimited);
     p->store_all = !read_flag(r, from, "mirror");
@@ -384,7 +385,7 @@ static void read_targets(struct reader *r, const json_t *root)
     struct weft_pass_list *list = &r->out->list;
     const json_t *from = member(r, root, "targets");
     locate(r, "targets.", 0, 0);
-    list->target = (enum weft_target_format)read_word(r, from, "target", plan_words.targets);
+    list->target = (enum weft_target_format)read_word(r, from, "target", weft_target_names);
     if (list->target != r->out->profile.target)
         refuse(r, "target", "is not the profile's, %s", weft_target_name(r->out->profile.target));
     const struct weft_profile *profile = &r->out->profile;
@@ -466,7 +467,7 @@ static void read_taps(struct reader *r, const json_t *from, int number, struct w
     struct weft_pass_list *list = &r->out->list;
     const int most = r->out->profile.taps_per_pass;
     pass->initial = read_integer(r, from, "initial", 0, 65535);
-    pass->part = (enum weft_pass_part)read_word(r, from, "part", plan_words.pass_parts);
+    pass->part = (enum weft_pass_part)read_word(r, from, "part", weft_pass_part_names);
     pass->subtract = read_flag(r, from, "subtract");
     pass->reads_target = read_flag(r, from, "ping_pong");
     pass->bias = read_integer(r, from, "bias", -MAX_FACTOR, MAX_FACTOR);
@@ -503,7 +504,7 @@ static void read_inputs(struct reader *r, const json_t *from, int number, struct
 static void read_pass(struct reader *r, const json_t *from, int number, struct weft_pass *pass)
 {
     locate(r, "passes[%d].", number, 0);
-    pass->kind = (enum weft_pass_kind)read_word(r, from, "kind", plan_words.pass_kinds);
+    pass->kind = (enum weft_pass_kind)read_word(r, from, "kind", weft_pass_kind_names);
     pass->target = read_integer(r, from, "slot", 0, r->out->list.slot_count - 1);
     pass->clears = read_flag(r, from, "clears");
     if (pass->kind == WEFT_PASS_TAPS)
@@ -544,13 +545,12 @@ static void read_plan(struct reader *r, const json_t *root)
     out->params.dims = out->list.dims = read_integer(r, root, "dims", 2, 3);
     out->params.technique =
         (enum weft_technique)read_word(r, root, "technique", weft_technique_names);
-    out->params.order = (enum weft_order)read_word(r, root, "order", plan_words.orders);
+    out->params.order = (enum weft_order)read_word(r, root, "order", weft_order_names);
     out->params.channels = read_integer(r, root, "channels", 1, 4);
     out->params.bits = read_integer(r, root, "bits", 4, 16);
     out->params.memory_bytes = r->memory_bytes;
     out->params.log = report_log();
-    out->worst_case =
-        (enum weft_worst_case)read_word(r, root, "worst_case", plan_words.worst_cases);
+    out->worst_case = (enum weft_worst_case)read_word(r, root, "worst_case", weft_worst_case_names);
     if (good(r))
         read_profile(r, root);
     if (good(r))

@@ -7,20 +7,7 @@
 
 #include "tools/common/kernels.h"
 
-const struct plan_words plan_words = {
-    .targets = {"unorm8", "unorm16", "half", "float", NULL},
-    .tile_formats = {"unorm", "snorm", "half", "float", NULL},
-    .tile_parts = {"whole", "+", "-", NULL},
-    .roundings = {"nearest", "truncated", "sum-preserving", NULL},
-    .placements = {"centres", "ends", NULL},
-    .signs = {"auto", "signed", "separate", NULL},
-    .scalings = {"none", "set", "each", NULL},
-    .derivatives = {"none", "x", "y", "z", NULL},
-    .worst_cases = {"constant", "any", NULL},
-    .orders = {"planned", "greedy", "natural", "given", NULL},
-    .pass_kinds = {"taps", "combine", NULL},
-    .pass_parts = {"whole", "high", "low", NULL},
-};
+const char *const plan_derivative_words[] = {"none", "x", "y", "z", NULL};
 
 json_t *plan_integers_json(const int *value, int count)
 {
@@ -42,7 +29,7 @@ static json_t *profile_json(const struct weft_profile *p)
 {
     return json_pack("{s:o,s:o,s:s,s:i,s:o,s:i,s:i,s:i,s:b}", "name", json_text(p->name),
                      "description", json_text(p->description), "target",
-                     plan_words.targets[p->target], "internal_bits", p->internal_bits, "range",
+                     weft_target_names[p->target], "internal_bits", p->internal_bits, "range",
                      json_number(p->internal_range), "taps", p->taps_per_pass, "dot", p->dot_width,
                      "max_scale", p->max_scale, "ping_pong", p->ping_pong);
 }
@@ -75,7 +62,7 @@ static json_t *report_json(const struct weft_pass_plan_info *info)
 static json_t *step_json(const struct weft_tile_name *step, int dims)
 {
     return json_pack("{s:o,s:s,s:i}", "tap", plan_integers_json(step->tap, dims), "part",
-                     plan_words.tile_parts[step->part], "piece", step->piece);
+                     weft_tile_part_names[step->part], "piece", step->piece);
 }
 
 static json_t *splits_json(const struct weft_pass_plan_info *info)
@@ -102,13 +89,13 @@ static json_t *tiles_json(const struct weft_pass_plan_info *info,
         json_object_set_new(entry, "maximum", json_number(tile->maximum));
         json_array_append_new(tiles, entry);
     }
-    return json_pack("{s:s,s:i,s:s,s:s,s:s,s:s,s:b,s:o,s:b,s:b,s:o,s:o}", "format",
-                     plan_words.tile_formats[p->format], "bits", p->bits, "rounding",
-                     plan_words.roundings[p->rounding], "placement",
-                     plan_words.placements[p->placement], "signs", plan_words.signs[p->signs],
-                     "scaling", plan_words.scalings[p->scaling], "exact_scale", p->exact_scale,
-                     "max_scale", json_number(p->max_scale), "normalise", p->normalise, "mirror",
-                     !p->store_all, "splits", splits_json(info), "tiles", tiles);
+    return json_pack(
+        "{s:s,s:i,s:s,s:s,s:s,s:s,s:b,s:o,s:b,s:b,s:o,s:o}", "format",
+        weft_tile_format_names[p->format], "bits", p->bits, "rounding",
+        weft_tile_rounding_names[p->rounding], "placement", weft_tile_placement_names[p->placement],
+        "signs", weft_tile_signs_names[p->signs], "scaling", weft_tile_scaling_names[p->scaling],
+        "exact_scale", p->exact_scale, "max_scale", json_number(p->max_scale), "normalise",
+        p->normalise, "mirror", !p->store_all, "splits", splits_json(info), "tiles", tiles);
 }
 
 // ---- passes -------------------------------------------------------------------------------------
@@ -138,7 +125,7 @@ static void set_taps(json_t *out, const struct weft_pass_list *list, const struc
         json_array_append_new(groups,
                               group_json(list, &list->groups[pass->group_first + i], steps));
     json_object_set_new(out, "initial", json_integer(pass->initial));
-    json_object_set_new(out, "part", json_string(plan_words.pass_parts[pass->part]));
+    json_object_set_new(out, "part", json_string(weft_pass_part_names[pass->part]));
     json_object_set_new(out, "subtract", json_boolean(pass->subtract));
     json_object_set_new(out, "ping_pong", json_boolean(pass->reads_target));
     json_object_set_new(out, "bias", json_integer(pass->bias));
@@ -164,7 +151,7 @@ static json_t *passes_json(const struct weft_pass_plan_info *info,
     json_t *passes = json_array();
     for (int i = 0; i < list->pass_count; i++) {
         const struct weft_pass *pass = &list->passes[i];
-        json_t *out = json_pack("{s:s,s:i,s:b}", "kind", plan_words.pass_kinds[pass->kind], "slot",
+        json_t *out = json_pack("{s:s,s:i,s:b}", "kind", weft_pass_kind_names[pass->kind], "slot",
                                 pass->target, "clears", pass->clears);
         if (pass->kind == WEFT_PASS_TAPS)
             set_taps(out, list, pass, steps);
@@ -184,7 +171,7 @@ static json_t *list_json(const struct weft_pass_list *list)
     for (int i = 0; list->log_table && i <= 2 * weft_target_one(list->target); i++)
         json_array_append_new(table, json_integer(list->log_table[i]));
     return json_pack("{s:s,s:b,s:i,s:o,s:b,s:i,s:o,s:i,s:i,s:i,s:o,s:o,s:o,s:o}", "target",
-                     plan_words.targets[list->target], "dot4", list->dot4, "dot_width",
+                     weft_target_names[list->target], "dot4", list->dot4, "dot_width",
                      list->dot_width, "pattern", pattern, "exact_inside", list->exact_inside,
                      "extra_bits", list->extra_bits, "range", json_number(list->range), "slots",
                      list->slot_count, "scratch", list->scratch_count, "result", list->result,
@@ -201,11 +188,11 @@ static json_t *head_json(const struct weft_pass_plan_info *info)
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
     return json_pack("{s:s,s:i,s:o,s:i,s:s,s:o,s:i,s:i,s:i,s:s,s:s,s:s,s:b}", "format", "weft-plan",
                      "version", 1, "kernel", json_text(kernel), "dims", info->dims, "derivative",
-                     plan_words.derivatives[info->derivative], "profile",
+                     plan_derivative_words[info->derivative], "profile",
                      profile_json(&info->profile), "bits", info->bits, "resolution", info->samples,
                      "channels", info->channels, "technique", weft_technique_names[info->technique],
-                     "worst_case", plan_words.worst_cases[info->worst_case], "order",
-                     plan_words.orders[info->order], "valid", info->valid);
+                     "worst_case", weft_worst_case_names[info->worst_case], "order",
+                     weft_order_names[info->order], "valid", info->valid);
 }
 
 static void set_figures(json_t *root, const struct weft_pass_plan_info *info)

@@ -79,7 +79,14 @@ struct table_job {
     int cell_count;
 };
 
-const char *table_lookup_name(const struct table_job *job, enum weft_error_lookup lookup);
+// What --scale asks for, of every kernel in every dimension. Returns WEFT_ERR_ARGUMENT after an
+// error line.
+enum weft_result table_set_scales(struct table_job *job);
+// All cells: every kernel at every resolution, dimension and look-up. Returns WEFT_ERR_MEMORY, or
+// what weft_error_kernel_compute returns.
+enum weft_result table_cells_compute(struct table_job *job);
+
+// Resampling locations per axis: as asked for, or the default of the dimension.
 int table_locations(const struct table_job *job, int dims);
 
 // One cell, divided by the scale; `locations` per axis.

@@ -23,12 +23,12 @@ static const char *lookup_label(enum weft_error_lookup lookup)
 
 static const char *convention_name(const struct table_job *job)
 {
-    return job->convention == WEFT_ERROR_EQ4 ? "eq4" : "wscg2003";
+    return weft_error_convention_names[job->convention];
 }
 
 static const char *rounding_name(const struct table_job *job)
 {
-    return job->rounding == WEFT_FIXED_ROUND ? "nearest" : "truncated";
+    return weft_fixed_rounding_names[job->rounding];
 }
 
 static bool is_target(const struct table_job *job)
@@ -236,7 +236,7 @@ static bool fill_csv(const struct table_job *job, struct cells *cells)
         good = cells_set(cells, row, 0, "%s", kernel_name(job, c)) &&
                cells_set(cells, row, 1, "%d", c->dims) &&
                cells_set(cells, row, 2, "%d", c->samples) &&
-               cells_set(cells, row, 3, "%s", table_lookup_name(job, c->lookup)) &&
+               cells_set(cells, row, 3, "%s", weft_error_lookup_names[c->lookup]) &&
                cells_set(cells, row, 4, "%d", c->bits) &&
                cells_set(cells, row, 5, "%s", rounding_name(job)) &&
                cells_set(cells, row, 6, "%.17g", factor_of(job, c)) &&
@@ -273,7 +273,7 @@ static bool fill_target(const struct table_job *job, struct cells *cells)
         good = cells_set(cells, row, 0, "%s", kernel_name(job, c)) &&
                cells_set(cells, row, 1, "%d", c->dims) &&
                cells_set(cells, row, 2, "%s",
-                         csv ? table_lookup_name(job, c->lookup) : lookup_label(c->lookup)) &&
+                         csv ? weft_error_lookup_names[c->lookup] : lookup_label(c->lookup)) &&
                cells_set(cells, row, 3, "%d", c->bits);
         if (good && c->missed) {
             good = csv || cells_set(cells, row, 4, "> %d", c->samples);
@@ -296,7 +296,7 @@ static json_t *target_json(const struct table_job *job, const struct table_cell 
 {
     return json_pack("{s:o,s:i,s:s,s:i,s:b,s:o,s:o,s:o,s:b}", "kernel",
                      json_text(kernel_name(job, c)), "dims", c->dims, "lookup",
-                     table_lookup_name(job, c->lookup), "bits", c->bits, "reached", !c->missed,
+                     weft_error_lookup_names[c->lookup], "bits", c->bits, "reached", !c->missed,
                      "samples", c->missed ? json_null() : json_integer(c->samples), "error",
                      c->missed ? json_null() : json_number(c->error.maximum), "bytes",
                      c->missed ? json_null() : json_number(bytes_of(job, c)), "least", c->least);
@@ -306,7 +306,7 @@ static json_t *cell_json(const struct table_job *job, const struct table_cell *c
 {
     json_t *object = json_pack(
         "{s:o,s:i,s:i,s:s,s:i,s:i,s:o,s:o,s:o}", "kernel", json_text(kernel_name(job, c)), "dims",
-        c->dims, "samples", c->samples, "lookup", table_lookup_name(job, c->lookup), "bits",
+        c->dims, "samples", c->samples, "lookup", weft_error_lookup_names[c->lookup], "bits",
         c->bits, "locations", locations_of(job, c), "scale", json_number(factor_of(job, c)),
         "error", json_number(c->error.maximum), "scaled",
         json_number(c->error.scale * c->error.maximum));

@@ -11,18 +11,17 @@
 
 enum { PLAN_ORDER = PLAN_COMMON_COUNT, PLAN_NO_SPLITS, PLAN_OPTION_COUNT };
 
-static const char *const orders[] = {"planned", "greedy", "natural", NULL}; // enum weft_order
-
 static const struct option_spec options[PLAN_OPTION_COUNT] = {
     PLAN_COMMON_OPTIONS,
     [PLAN_ORDER] = {.name = "order",
                     'o',
                     OPTION_CHOICE,
-                    "planned|greedy|natural",
+                    NULL,
                     "of the passes. planned: searched for, so that no store clamps (default); "
                     "greedy: the first tap that fits comes next, the baseline; natural: tap by "
                     "tap, as naive code has it. The last two may clamp, and the plan says so",
-                    orders},
+                    weft_order_names,
+                    WEFT_ORDER_GIVEN},
     [PLAN_NO_SPLITS] = {.name = "no-splits",
                         0,
                         OPTION_FLAG,

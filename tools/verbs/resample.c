@@ -16,8 +16,6 @@
 
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
-// Those of enum weft_image_compression that are written.
-static const char *const compressions[] = {"zip", "zips", "rle", "none", "piz", NULL};
 
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
@@ -60,17 +58,18 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_TYPE] = {.name = "type",
                        0,
                        OPTION_CHOICE,
-                       "float|half|uint",
+                       NULL,
                        "of the channels written (default: as they are; uint stays so with kernel "
                        "nearest, and becomes float where it is filtered)",
                        weft_pixel_type_names},
     [RESAMPLE_COMPRESSION] = {.name = "compression",
                               0,
                               OPTION_CHOICE,
-                              "zip|zips|rle|none|piz",
+                              NULL,
                               "of the file (default: the input's, or zip where weft does not write "
                               "it)",
-                              compressions},
+                              weft_image_compression_names,
+                              WEFT_IMAGE_PIZ + 1},
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,

@@ -15,8 +15,6 @@
 
 static const char *const axes[] = {"x", "y", "z", NULL};
 static const char *const spaces[] = {"world", "index", NULL}; // in the order of enum weft_space
-static const char *const sources[] = {"32f", "16f", "unorm16", "unorm8", NULL};         // likewise
-static const char *const layouts[] = {"auto", "interleaved", "aligned", "plain", NULL}; // likewise
 
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
@@ -49,7 +47,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_AXIS] = {.name = "axis",
                     0,
                     OPTION_CHOICE,
-                    "x|y|z",
+                    NULL,
                     "cut across this axis, the active box and half a voxel around it "
                     "(default z)",
                     axes},
@@ -69,7 +67,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_SPACE] = {.name = "space",
                      0,
                      OPTION_CHOICE,
-                     "world|index",
+                     NULL,
                      "what the coordinates above mean (default world)",
                      spaces},
     [SLICE_CONTEXT] = {.name = "context",
@@ -81,21 +79,21 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_LAYOUT] = {.name = "layout",
                       0,
                       OPTION_CHOICE,
-                      "auto|interleaved|aligned|plain",
+                      NULL,
                       "how voxels lie in the texture buffer: fastest with 4 times the memory, "
                       "a row of four at a time, one by one (default auto, by memory)",
-                      layouts},
+                      weft_layout_names},
     [SLICE_SOURCE] = {.name = "source",
                       0,
                       OPTION_CHOICE,
-                      "32f|16f|unorm16|unorm8",
+                      NULL,
                       "how voxels are stored there (default 32f); the others hold the range of the "
                       "voxels in reach, or --source-range",
-                      sources},
+                      weft_source_format_names},
     [SLICE_LOOKUP] = {.name = "lookup",
                       0,
                       OPTION_CHOICE,
-                      "polynomial|linear|nearest",
+                      NULL,
                       "how the kernel's weights are had: exactly (default), or from tiles of "
                       "--resolution M samples an axis",
                       weft_lookup_names},

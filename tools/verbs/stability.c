@@ -184,9 +184,8 @@ static json_t *text_or_null(const char *text)
 static json_t *case_json(const struct weft_stability_case *c)
 {
     return json_pack("{s:s,s:s,s:s,s:s,s:o,s:o,s:b}", "name", c->name, "failure", c->failure,
-                     "naive_way", c->naive, "our_way", c->ours, "source",
-                     text_or_null(c->source), "image", text_or_null(c->image), "needs_context",
-                     c->needs_context);
+                     "naive_way", c->naive, "our_way", c->ours, "source", text_or_null(c->source),
+                     "image", text_or_null(c->image), "needs_context", c->needs_context);
 }
 
 // null for an error that is infinite.

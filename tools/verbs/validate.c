@@ -214,7 +214,7 @@ static enum weft_result print_json(const struct verdict *v)
     for (int i = 0; v->ranges && i < v->list->pass_count; i++)
         json_array_append_new(ranges, plan_range_json(&v->ranges[i], v->list->dims));
     return json_print(json_pack("{s:b,s:s,s:i,s:o,s:o,s:o}", "valid", is_valid(v), "worst_case",
-                                plan_words.worst_cases[v->worst_case], "pass_count",
+                                weft_worst_case_names[v->worst_case], "pass_count",
                                 v->list->pass_count, "overflow", json_number(v->report.overflow),
                                 "problem", problem_json(v), "ranges", ranges));
 }

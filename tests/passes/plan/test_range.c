@@ -195,8 +195,8 @@ static void weigh(const struct list *l, const struct weft_pass *p, const int at[
     }
 }
 
-// The integers of passes/plan/pass.h for one input: a constant of code s, or where s < 0 the one that
-// makes every pass's n smallest, and the one that makes it largest.
+// The integers of passes/plan/pass.h for one input: a constant of code s, or where s < 0 the one
+// that makes every pass's n smallest, and the one that makes it largest.
 static void follow(const struct list *l, const int64_t weights[MAX_PASSES][2], int64_t s,
                    const int at[3], struct expected *expected)
 {
@@ -1153,7 +1153,11 @@ static void bad_lists_are_refused(void **state)
     const struct {
         int first, last;
         const char *text;
-    } cases[] = {{0, 12, "pass 1"}, {13, 19, "pass 33"}, {20, 27, "required"}};
+    } cases[] = {{0, 3, "group 01"},
+                 {4, 12, "pass 01"},
+                 {13, 18, "pass 33"},
+                 {19, 19, "slot 0, the result"},
+                 {20, 27, "required"}};
     int order[16];
     weft_kernel_tiles *set = make_unorm8("catmull-rom", 2, 4, WEFT_TILE_NEAREST);
     shuffle(order, 16);
@@ -1196,7 +1200,7 @@ static void a_slot_that_was_read_is_free(void **state)
     add_combine(l, 2, 2, 1, 0, 1, 1);
     assert_int_equal(weft_range_simulate(&log, &l->list, WEFT_WORST_ANY, NULL, NULL, &report),
                      WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(message.text, "pass 3: slot 0"));
+    assert_non_null(strstr(message.text, "pass 03 reads slot 0"));
     weft_kernel_tiles_destroy(&set);
 }
 
