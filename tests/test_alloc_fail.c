@@ -18,6 +18,7 @@
 #include "passes/multipass/multipass.h"
 #include "passes/separable/separable.h"
 #include "passes/slice/slice.h"
+#include "passes/verify/verify.h"
 #include "tiles/image/image.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output_file.h"
@@ -115,7 +116,7 @@ static enum weft_result slice_volume(void)
     weft_volume *volume = NULL;
     weft_slice_plan *plan = NULL;
     struct weft_slice_params params = {.max_target_size = 200, .log = &test_log};
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
     if (res == WEFT_OK)
         res = create_volume(&volume);

@@ -457,6 +457,10 @@ static void reference(void)
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
         weft_reference_compute(&good, ints[i], (double[3]){NAN, INFINITY, 1e300}, one, NULL);
     TRUE(isnan(weft_reference_compute(&good, 0, NULL, one, NULL).value));
+    EACH_BAD_KERNEL(0, weft_reference_compute_axes((struct weft_kernel[3]){good, kernel, kernel}, 3,
+                                                   (double[3]){0}, one, NULL))
+    const struct weft_kernel axes[3] = {good, good, good};
+    TRUE(isnan(weft_reference_compute_axes(axes, 0, NULL, one, NULL).value));
 }
 
 // ---- tiles/ -------------------------------------------------------------------------------------
@@ -1239,7 +1243,7 @@ static void convolutions(weft_context *context)
         .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
     const struct weft_multipass_verify_params verify = {
         .plan = made, .samples = &s, .grid = &g, .pixels = {out}, .log = &logger};
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     weft_multipass *compiled = NULL;
     REFUSED(weft_multipass_compile(context, weft_multipass_params(.log = &logger), &compiled));
     assert_int_equal(weft_multipass_compile(
@@ -1289,7 +1293,7 @@ static void separable(void)
     weft_context *context = open_context();
     float out[16];
     static double at[4] = {0.0, 1.0, 2.0, 3.0};
-    struct weft_separable_error error;
+    struct weft_verify_report error;
     struct weft_separable_params good = {.size = {4, 4},
                                          .samples = voxels,
                                          .width = 4,
@@ -1321,9 +1325,10 @@ static void separable(void)
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
         at[2] = numbers[n];
         SURVIVED(weft_separable_run(context, &good, NULL));
-        SURVIVED(weft_separable_verify(&good, 0.0, &error));
+        SURVIVED(weft_separable_verify(&good, NULL, &error));
         at[2] = 2.0;
-        SURVIVED(weft_separable_verify(&good, numbers[n], &error));
+        SURVIVED(weft_separable_verify(
+            &good, &(struct weft_verify_params){.max_seconds = numbers[n]}, &error));
     }
 #undef CALL
     EACH_BAD_KERNEL(
@@ -1448,7 +1453,7 @@ static void resample_runs(void)
     weft_resample_source *source = NULL, *small = NULL, *spline = NULL;
     struct weft_resample_params params = resample_params();
     struct weft_resample_source_params from = source_params();
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     struct weft_resample_work sum = {0};
     float out[15] = {0};
     SURVIVED(weft_resample_plan_create(&params, &plan));
@@ -1499,7 +1504,7 @@ static void resample_integers(void)
     static const uint32_t codes[16] = {7, UINT32_MAX};
     weft_resample_plan *plan = NULL, *filter = NULL;
     struct weft_resample_params params = resample_params();
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     uint32_t out[15], range[2];
     SURVIVED(weft_resample_plan_create(&params, &filter));
     params.kernel = named("nearest");
@@ -1507,7 +1512,7 @@ static void resample_integers(void)
     EACH_BAD_KERNEL(0, weft_resample_moves(&kernel))
     struct weft_resample_integers good = {.width = 4, .height = 4, .plane = codes};
 #define MOVE(plan, stride)                                                                         \
-    (weft_resample_move_verify(plan, &p, out, stride, &error),                                     \
+    (weft_resample_move_verify(plan, &p, out, stride, NULL, &error),                               \
      weft_resample_integer_range(&p, range), weft_resample_move(plan, &p, out, stride))
     SET_REFUSED(good, width, 0, MOVE(plan, 0));
     SET_REFUSED(good, height, 5, MOVE(plan, 0));
@@ -1520,7 +1525,7 @@ static void resample_integers(void)
     weft_resample_integer_range(&good, range);
     TRUE(range[0] == 0 && range[1] == UINT32_MAX);
     SURVIVED(weft_resample_move(plan, &good, out, 0));
-    SURVIVED(weft_resample_move_verify(plan, &good, out, 5, &error));
+    SURVIVED(weft_resample_move_verify(plan, &good, out, 5, NULL, &error));
     TRUE(error.maximum == 0.0);
     weft_resample_plan_destroy(&plan);
     weft_resample_plan_destroy(&filter);
@@ -1555,6 +1560,50 @@ static void resample_choices(void)
     weft_resample_source_destroy(&source);
 }
 
+static void pixel_errors(void)
+{
+    float out[16] = {0};
+    const struct weft_pixel_grid grid = {
+        .width = 4, .height = 4, .du = {1.0, 0.0, 0.0}, .dv = {0.0, 1.0, 0.0}};
+    struct weft_pixel_grid g = grid;
+    struct weft_verify_report error;
+    struct weft_pixels_verify_params good = {.kernel = {named("bspline")},
+                                             .grid = &g,
+                                             .size = {8, 8},
+                                             .samples = {{voxels}},
+                                             .pixels = {{out}},
+                                             .log = &logger};
+#define CALL weft_pixels_verify(&p, &error)
+    TRUE(weft_pixels_verify(&good, &error) == WEFT_OK && error.pixels_checked == 16);
+    SET_REFUSED(good, dims, -1, CALL);
+    SET_REFUSED(good, dims, 4, CALL);
+    SET_REFUSED(good, size[0], 0, CALL);
+    SET_REFUSED(good, size[1], INT_MIN, CALL);
+    SET_REFUSED(good, channels, 5, CALL);
+    SET_REFUSED(good, channels, 2, CALL); // without planes
+    SET_REFUSED(good, samples[0].values, NULL, CALL);
+    SET_REFUSED(good, samples[0].stride, 7, CALL);
+    SET_REFUSED(good, pixels[0].values, NULL, CALL);
+    SET_REFUSED(good, pixels[0].stride, -1, CALL);
+    SET_REFUSED(good, kernel[0].info, NULL, CALL);
+    SET_REFUSED(good, cardinal, true, CALL); // of a kernel without a prefilter
+    BAD_ENUM(good, pixels[0].type, CALL);
+    BAD_ENUM(good, samples[0].type, CALL);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        struct weft_pixels_verify_params p = good;
+        p.how.max_seconds = numbers[n];
+        SURVIVED(CALL);
+        g.origin[1] = numbers[n];
+        SURVIVED(CALL);
+        g = grid;
+        p.bound_relative = numbers[n];
+        SURVIVED(CALL);
+        const struct weft_reference_value reference = {numbers[n], numbers[n]};
+        weft_verify_add(&error, 0, 0, 0, numbers[(n + 1) % WEFT_COUNT(numbers)], &reference);
+    }
+#undef CALL
+}
+
 static void tile_errors(void)
 {
     weft_context *context = open_context();
@@ -1577,7 +1626,7 @@ static void slice_runs(void)
     struct weft_slice_params params = slice_params(v);
     float out[16];
     struct weft_slice_statistics statistics;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
     SURVIVED(weft_footprint_statistics(weft_slice_plan_get_footprint(slice), NULL, &statistics));
@@ -1681,7 +1730,7 @@ static const struct {
     {prefilters,
      {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
       F(prefilter_is_missing), F(prefilter_error), F(prefilter_axis_set), F(prefilter_weights)}},
-    {reference, {F(reference_compute)}},
+    {reference, {F(reference_compute), F(reference_compute_axes)}},
     {tile_sets, {F(kernel_tiles_create), F(kernel_tiles_destroy)}},
     {tile_questions,
      {F(kernel_tiles_get_info), F(kernel_tiles_get), F(kernel_tiles_find), F(kernel_tiles_position),
@@ -1729,6 +1778,7 @@ static const struct {
     {resample_integers,
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
     {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
+    {pixel_errors, {F(pixels_verify), F(verify_add)}},
     {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),

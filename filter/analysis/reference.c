@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "filter/kernels/kernel_nd.h"
+#include "filter/kernels/kernel_records.h"
 
 // Neumaier (1974): the sum and what its roundings lost.
 struct sum {
@@ -20,19 +21,15 @@ static void add(struct sum *sum, double term)
     sum->total = next;
 }
 
-struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel, int dims,
-                                                   const double *position,
-                                                   weft_reference_fetch fetch, void *priv)
+// Over all taps: `width` along each of dims axes.
+static struct weft_reference_value sum_taps(int width, int dims, const double *weight,
+                                            const int64_t first[3], weft_reference_fetch fetch,
+                                            void *priv)
 {
-    double weights[WEFT_KERNEL_MAX_WEIGHTS];
-    int64_t first[3];
-    if (weft_kernel_weights_nd(kernel, dims, position, weights, first) == 0)
-        return (struct weft_reference_value){.value = NAN};
     // An unused dimension is one tap at index 0.
-    const int width = kernel->width, rows = dims > 1 ? width : 1, planes = dims > 2 ? width : 1;
+    const int rows = dims > 1 ? width : 1, planes = dims > 2 ? width : 1;
     struct sum sum = {0};
     double magnitude = 0.0;
-    const double *weight = weights;
     for (int k = 0; k < planes; k++) {
         for (int j = 0; j < rows; j++) {
             for (int i = 0; i < width; i++) {
@@ -48,4 +45,35 @@ struct weft_reference_value weft_reference_compute(const struct weft_kernel *ker
     // With an infinity in the sum, what was lost is inf - inf.
     const double value = isfinite(sum.total) ? sum.total + sum.lost : sum.total;
     return (struct weft_reference_value){.value = value, .magnitude = magnitude};
+}
+
+struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel, int dims,
+                                                   const double *position,
+                                                   weft_reference_fetch fetch, void *priv)
+{
+    double weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3];
+    if (weft_kernel_weights_nd(kernel, dims, position, weights, first) == 0)
+        return (struct weft_reference_value){.value = NAN};
+    return sum_taps(kernel->width, dims, weights, first, fetch, priv);
+}
+
+struct weft_reference_value weft_reference_compute_axes(const struct weft_kernel kernel[3],
+                                                        int dims, const double *position,
+                                                        weft_reference_fetch fetch, void *priv)
+{
+    double axis[3][WEFT_KERNEL_MAX_WIDTH], weights[WEFT_KERNEL_MAX_WEIGHTS];
+    int64_t first[3] = {0};
+    bool usable = dims >= 1 && dims <= 3;
+    for (int a = 0; usable && a < dims; a++) {
+        usable = weft_kernel_usable(&kernel[a]) && !weft_kernel_is_radial(&kernel[a], dims) &&
+                 kernel[a].width == kernel[0].width;
+        if (usable)
+            first[a] = weft_kernel_weights(&kernel[a], position[a], axis[a]);
+    }
+    if (!usable)
+        return (struct weft_reference_value){.value = NAN};
+    weft_kernel_combine(&kernel[0], dims, (const double *const[3]){axis[0], axis[1], axis[2]},
+                        weights);
+    return sum_taps(kernel[0].width, dims, weights, first, fetch, priv);
 }

@@ -28,5 +28,12 @@ WEFT_API struct weft_reference_value weft_reference_compute(const struct weft_ke
                                                             int dims, const double *position,
                                                             weft_reference_fetch fetch, void *priv);
 
+// The same with a kernel for each axis, all of one width and none radial: a derivative along one of
+// them, say. NAN for others.
+WEFT_API struct weft_reference_value weft_reference_compute_axes(const struct weft_kernel kernel[3],
+                                                                 int dims, const double *position,
+                                                                 weft_reference_fetch fetch,
+                                                                 void *priv);
+
 WEFT_END_DECLS
 #endif

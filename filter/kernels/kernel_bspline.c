@@ -17,21 +17,16 @@ static double value(int degree, double x)
     // Mirrored where that changes nothing but the rounding. Just below the right end the sum rounds
     // up to it.
     const double position = (degree > 0 ? -fabs(x) : x) + radius;
-    const int whole = (int)position, knot = whole < degree ? whole : degree;
-    const double u = position - knot;
-    // b[i]: the piece of B_d that is i knots from its start, for d = 0..degree; of those that
-    // b[knot] is made of.
+    const double knot = fmin(floor(position), degree), u = position - knot;
+    // b[i]: the piece of B_d that is i knots from its start, for d = 0..degree.
     double b[MAX_DEGREE + 1] = {1.0};
     for (int d = 1; d <= degree; d++) {
-        const int first = knot - (degree - d), last = knot < d ? knot : d - 1;
-        if (knot >= d)
-            b[d] = (1.0 - u) * b[d - 1] / d;
-        for (int i = last; i > 0 && i >= first; i--)
+        b[d] = (1.0 - u) * b[d - 1] / d;
+        for (int i = d - 1; i > 0; i--)
             b[i] = ((u + i) * b[i] + (d - i + 1 - u) * b[i - 1]) / d;
-        if (first <= 0)
-            b[0] = u * b[0] / d;
+        b[0] = u * b[0] / d;
     }
-    return b[knot];
+    return b[(int)knot];
 }
 
 // The n-th derivative is the n-th central difference of the B-spline n degrees lower.

@@ -112,29 +112,5 @@ WEFT_API enum weft_result weft_multipass_run(weft_multipass *compiled,
                                              const struct weft_multipass_run_params *params,
                                              struct weft_multipass_report *report);
 
-// ---- verifying ----------------------------------------------------------------------------------
-
-struct weft_multipass_verify_params {
-    const weft_pass_plan *plan; // required, as are samples and grid: those of the run
-    const struct weft_samples *samples;
-    const struct weft_pixel_grid *grid;
-    const float *pixels[4];               // as a run left them
-    int64_t stride;                       // floats from row to row (default the grid's width)
-    const struct weft_progress *progress; // may be NULL
-    const struct weft_log *log;
-};
-
-// |pixel - reference| over all pixels where both are finite. The reference is
-// filter/analysis/reference.h's at the exact positions, along one axis with the derived kernel
-// where the plan has a derivative. Where that is beyond the range of floats, the range's end and
-// infinity are right. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT or WEFT_ERR_CANCELLED.
-struct weft_multipass_error {
-    double maximum, rms; // in the samples' units
-    int at_x, at_y, channel;
-    uint64_t not_finite_mismatches;
-};
-WEFT_API enum weft_result weft_multipass_verify(const struct weft_multipass_verify_params *params,
-                                                struct weft_multipass_error *out);
-
 WEFT_END_DECLS
 #endif

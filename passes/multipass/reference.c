@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <math.h>
-
 #include "filter/check.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/analysis/reference.h"
@@ -58,37 +56,14 @@ static double fetch(void *priv, const int64_t index[3])
         plane->samples->plane[plane->channel][weft_multipass_sample(plane->samples, index)];
 }
 
-// Sums as Neumaier (1974); taps of weight 0 do not count, as in the reference.
-static double derivative_at(const struct weft_multipass_work *work,
-                            const struct weft_axis_kernels *axes, const double position[3],
-                            struct plane *plane)
-{
-    const int width = work->kernel.width, dims = work->passes->dims;
-    const int rows = dims > 1 ? width : 1;
-    double weights[WEFT_KERNEL_MAX_WEIGHTS];
-    int64_t first[3];
-    const int count = weft_multipass_weights(work, axes, position, weights, first);
-    double total = 0.0, lost = 0.0;
-    for (int i = 0; i < count; i++) {
-        if (weights[i] == 0.0)
-            continue;
-        const int64_t index[3] = {first[0] + i % width, first[1] + i / width % rows,
-                                  first[2] + i / width / rows};
-        const double term = weights[i] * fetch(plane, index);
-        const double next = total + term;
-        lost += fabs(total) >= fabs(term) ? (total - next) + term : (term - next) + total;
-        total = next;
-    }
-    return isfinite(total) ? total + lost : total;
-}
-
 double weft_multipass_refer(const struct weft_multipass_work *work,
                             const struct weft_axis_kernels *axes,
                             const struct weft_samples *samples, int channel,
                             const double position[3])
 {
     struct plane plane = {samples, channel};
+    const int dims = work->passes->dims;
     if (work->derivative)
-        return derivative_at(work, axes, position, &plane);
-    return weft_reference_compute(&work->kernel, work->passes->dims, position, fetch, &plane).value;
+        return weft_reference_compute_axes(axes->kernel, dims, position, fetch, &plane).value;
+    return weft_reference_compute(&work->kernel, dims, position, fetch, &plane).value;
 }

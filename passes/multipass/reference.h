@@ -84,9 +84,4 @@ static inline bool weft_job_go_on(const struct weft_progress *progress, double f
     return !progress || !progress->report || progress->report(progress->priv, fraction);
 }
 
-// Errors as of weft_multipass_verify; the params' plan is not looked at.
-enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,
-                                            const struct weft_multipass_verify_params *params,
-                                            struct weft_multipass_error *out);
-
 #endif

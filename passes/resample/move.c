@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Unsigned integers that are moved, not filtered.
-#include <math.h>
 #include <stdlib.h>
 
 #include "passes/resample/resample_impl.h"
@@ -36,9 +35,9 @@ void weft_resample_integer_range(const struct weft_resample_integers *source, ui
     }
 }
 
-static enum weft_result check(const weft_resample_plan *plan,
-                              const struct weft_resample_integers *source, const uint32_t *pixels,
-                              int64_t stride)
+enum weft_result weft_resample_check_move(const weft_resample_plan *plan,
+                                          const struct weft_resample_integers *source,
+                                          const uint32_t *pixels, int64_t stride)
 {
     const struct weft_resample_info *info = &plan->info;
     enum weft_result res = WEFT_ERR_ARGUMENT;
@@ -84,7 +83,7 @@ enum weft_result weft_resample_move(const weft_resample_plan *plan,
                                     int64_t stride)
 {
     stride = stride ? stride : plan->info.width;
-    enum weft_result res = check(plan, source, pixels, stride);
+    enum weft_result res = weft_resample_check_move(plan, source, pixels, stride);
     if (res != WEFT_OK)
         return res;
     int *columns = find_samples(plan, 0), *rows = find_samples(plan, 1);
@@ -100,33 +99,5 @@ enum weft_result weft_resample_move(const weft_resample_plan *plan,
     }
     free(columns);
     free(rows);
-    return res;
-}
-
-enum weft_result weft_resample_move_verify(const weft_resample_plan *plan,
-                                           const struct weft_resample_integers *source,
-                                           const uint32_t *pixels, int64_t stride,
-                                           struct weft_multipass_error *out)
-{
-    const struct weft_resample_info *info = &plan->info;
-    double squares = 0.0;
-    stride = stride ? stride : info->width;
-    *out = (struct weft_multipass_error){.maximum = 0.0};
-    const enum weft_result res = check(plan, source, pixels, stride);
-    for (int y = 0; res == WEFT_OK && y < info->height; y++) {
-        const int row = clamp(weft_window_map_square(&info->map[1], y), source->height);
-        const uint32_t *from = source->plane + row * stride_of(source);
-        for (int x = 0; x < info->width; x++) {
-            const int column = clamp(weft_window_map_square(&info->map[0], x), source->width);
-            const double difference = fabs((double)pixels[y * stride + x] - (double)from[column]);
-            squares += difference * difference;
-            if (difference <= out->maximum)
-                continue;
-            out->maximum = difference;
-            out->at_x = x;
-            out->at_y = y;
-        }
-    }
-    out->rms = sqrt(squares / ((double)info->width * info->height));
     return res;
 }

@@ -105,14 +105,9 @@ struct runner {
     const struct weft_log *log;
     int first, count; // of the source's channels
     struct weft_resample_steps steps;
-    enum weft_result (*each)(struct runner *r, struct tile *tile);
-    // To run.
     weft_multipass *compiled;
     float *const *to;
     struct weft_resample_work *work;
-    // To verify.
-    const float *const *of;
-    struct weft_resample_errors errors;
     int64_t stride;
 };
 
@@ -177,39 +172,6 @@ static void destroy_tile(struct tile *tile)
         free(tile->values[c]);
         free(tile->pixels[c]);
     }
-}
-
-static enum weft_result visit_tile(struct runner *r, int column, int row)
-{
-    struct tile tile;
-    enum weft_result res = create_tile(r, column, row, &tile);
-    if (res == WEFT_OK)
-        res = r->each(r, &tile);
-    destroy_tile(&tile);
-    r->steps.step++;
-    return res;
-}
-
-// Of one set of channels after the other.
-static enum weft_result visit_tiles(struct runner *r, const struct weft_progress *progress)
-{
-    const int columns = r->plan->count[0], tiles = r->plan->info.tiles;
-    const int together = r->plan->info.passes->channels, channels = r->source->info.channels;
-    r->steps = (struct weft_resample_steps){
-        .outer = progress, .steps = (double)tiles * ((channels + together - 1) / together)};
-    for (r->first = 0; r->first < channels; r->first += together) {
-        r->count = channels - r->first < together ? channels - r->first : together;
-        for (int i = 0; i < tiles; i++) {
-            if (!weft_resample_report_step(&r->steps, 0.0)) {
-                weft_note(r->log, "resampling was cancelled at tile %d of %d", i, tiles);
-                return WEFT_ERR_CANCELLED;
-            }
-            const enum weft_result res = visit_tile(r, i % columns, i / columns);
-            if (res != WEFT_OK)
-                return res;
-        }
-    }
-    return WEFT_OK;
 }
 
 // ---- the engine ---------------------------------------------------------------------------------
@@ -277,6 +239,39 @@ static enum weft_result run_tile(struct runner *r, struct tile *tile)
     return WEFT_OK;
 }
 
+static enum weft_result visit_tile(struct runner *r, int column, int row)
+{
+    struct tile tile;
+    enum weft_result res = create_tile(r, column, row, &tile);
+    if (res == WEFT_OK)
+        res = run_tile(r, &tile);
+    destroy_tile(&tile);
+    r->steps.step++;
+    return res;
+}
+
+// Of one set of channels after the other.
+static enum weft_result visit_tiles(struct runner *r, const struct weft_progress *progress)
+{
+    const int columns = r->plan->count[0], tiles = r->plan->info.tiles;
+    const int together = r->plan->info.passes->channels, channels = r->source->info.channels;
+    r->steps = (struct weft_resample_steps){
+        .outer = progress, .steps = (double)tiles * ((channels + together - 1) / together)};
+    for (r->first = 0; r->first < channels; r->first += together) {
+        r->count = channels - r->first < together ? channels - r->first : together;
+        for (int i = 0; i < tiles; i++) {
+            if (!weft_resample_report_step(&r->steps, 0.0)) {
+                weft_note(r->log, "resampling was cancelled at tile %d of %d", i, tiles);
+                return WEFT_ERR_CANCELLED;
+            }
+            const enum weft_result res = visit_tile(r, i % columns, i / columns);
+            if (res != WEFT_OK)
+                return res;
+        }
+    }
+    return WEFT_OK;
+}
+
 enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
                                           const struct weft_resample_run_params *params,
                                           struct weft_resample_work *work)
@@ -285,60 +280,10 @@ enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
         .plan = compiled->plan,
         .source = params->source,
         .log = params->log,
-        .each = run_tile,
         .compiled = compiled->passes,
         .to = params->plane,
         .stride = params->stride,
         .work = work,
     };
     return visit_tiles(&r, params->progress);
-}
-
-// ---- verifying ----------------------------------------------------------------------------------
-
-static enum weft_result verify_tile(struct runner *r, struct tile *tile)
-{
-    const size_t row = (size_t)tile->width;
-    struct request q;
-    struct weft_multipass_error error = {0};
-    double finite = 0.0;
-    make_request(r, tile, &q);
-    for (int c = 0; c < tile->channels; c++) {
-        const float *pixels = r->of[c < r->count ? r->first + c : r->first];
-        for (int y = 0; y < tile->height; y++)
-            memcpy(tile->pixels[c] + (size_t)y * row, pixels + (tile->y + y) * r->stride + tile->x,
-                   row * sizeof(float));
-        for (size_t i = 0; c < r->count && i < row * (size_t)tile->height; i++)
-            finite += isfinite(tile->pixels[c][i]) ? 1.0 : 0.0;
-    }
-    const struct weft_multipass_verify_params params = {
-        .plan = r->plan->passes,
-        .samples = &q.samples,
-        .grid = &q.grid,
-        .pixels = {tile->pixels[0], tile->pixels[1], tile->pixels[2], tile->pixels[3]},
-        .progress = &q.progress,
-        .log = r->log,
-    };
-    const enum weft_result res = weft_multipass_verify(&params, &error);
-    if (res == WEFT_OK)
-        weft_resample_errors_add(&r->errors, &error, finite, tile->x, tile->y, r->first);
-    return res;
-}
-
-enum weft_result weft_resample_verify_passes(const weft_resample_plan *plan,
-                                             const struct weft_resample_verify_params *params,
-                                             struct weft_multipass_error *out)
-{
-    struct runner r = {
-        .plan = plan,
-        .source = params->source,
-        .log = params->log,
-        .each = verify_tile,
-        .of = params->plane,
-        .stride = params->stride,
-    };
-    const enum weft_result res = visit_tiles(&r, params->progress);
-    if (res == WEFT_OK)
-        *out = r.errors.sum;
-    return res;
 }

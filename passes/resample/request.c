@@ -50,23 +50,6 @@ bool weft_resample_report_step(void *priv, double fraction)
            s->outer->report(s->outer->priv, (s->step + fraction) / s->steps);
 }
 
-void weft_resample_errors_add(struct weft_resample_errors *errors,
-                              const struct weft_multipass_error *one, double finite, int x, int y,
-                              int channel)
-{
-    struct weft_multipass_error *sum = &errors->sum;
-    errors->square_sum += one->rms * one->rms * finite;
-    errors->finite += finite;
-    sum->rms = errors->finite > 0.0 ? sqrt(errors->square_sum / errors->finite) : 0.0;
-    sum->not_finite_mismatches += one->not_finite_mismatches;
-    if (!(one->maximum > sum->maximum))
-        return;
-    sum->maximum = one->maximum;
-    sum->at_x = x + one->at_x;
-    sum->at_y = y + one->at_y;
-    sum->channel = channel + one->channel;
-}
-
 static uint64_t larger(uint64_t a, uint64_t b)
 {
     return a > b ? a : b;

@@ -27,6 +27,7 @@
 #include "../multipass/multipass.h"
 #include "../plan/plan.h"
 #include "../positions/window_map.h"
+#include "../verify/verify.h"
 
 WEFT_BEGIN_DECLS
 
@@ -207,17 +208,18 @@ struct weft_resample_verify_params {
     // What a run made of it, as in struct weft_resample_run_params; borrowed until the call
     // returns.
     const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
-    int64_t stride;                       // default width
-    const struct weft_progress *progress; // may be NULL
-    const struct weft_log *log;           // may be NULL
+    int64_t stride;                // default width
+    struct weft_verify_params how; // for how long, with what progress
+    const struct weft_log *log;    // may be NULL
 };
 
-// Compares pixels with the kernel's exact values in double: of prefiltered kernels with the
-// cardinal spline over the samples themselves, so that what coefficients got wrong is found, too.
-// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+// Verifies pixels against the source's samples (passes/verify/verify.h): of prefiltered kernels by
+// the cardinal spline over the samples themselves, so that what coefficients got wrong is found,
+// too. The bound is weft_resample_bound's for any result; it does not hold where a range that was
+// asked for clamps. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result weft_resample_verify(const weft_resample_plan *plan,
                                                const struct weft_resample_verify_params *params,
-                                               struct weft_multipass_error *out);
+                                               struct weft_verify_report *out);
 
 // ---- integers -----------------------------------------------------------------------------------
 
@@ -243,12 +245,14 @@ WEFT_API enum weft_result weft_resample_move(const weft_resample_plan *plan,
                                              const struct weft_resample_integers *source,
                                              uint32_t *pixels, int64_t stride);
 
-// Compares what was moved with the sample in whose square each pixel's centre lies, found in whole
-// numbers. Returns WEFT_ERR_ARGUMENT.
+// Verifies what was moved against the sample in whose square each pixel's centre lies, found in
+// whole numbers. The bound is 0. how may be NULL. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_MEMORY or
+// WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result weft_resample_move_verify(const weft_resample_plan *plan,
                                                     const struct weft_resample_integers *source,
                                                     const uint32_t *pixels, int64_t stride,
-                                                    struct weft_multipass_error *out);
+                                                    const struct weft_verify_params *how,
+                                                    struct weft_verify_report *out);
 
 WEFT_END_DECLS
 #endif

@@ -50,6 +50,11 @@ enum weft_result weft_resample_check_request(const struct weft_log *log,
                                              const weft_resample_source *source,
                                              const float *const *plane, int64_t *stride);
 
+// Whether integers, pixels and a stride suit a plan. Returns WEFT_ERR_ARGUMENT.
+enum weft_result weft_resample_check_move(const weft_resample_plan *plan,
+                                          const struct weft_resample_integers *source,
+                                          const uint32_t *pixels, int64_t stride);
+
 // Cuts a plan of passes into tiles, by its sizes alone, and checks what the largest takes. Returns
 // WEFT_ERR_LIMIT.
 enum weft_result weft_resample_plan_tiles(weft_resample_plan *plan);
@@ -67,32 +72,12 @@ struct weft_resample_steps {
 // For struct weft_progress: priv is struct weft_resample_steps.
 bool weft_resample_report_step(void *priv, double fraction);
 
-// The engines, and what compares their pixels with the values they read. The request is checked.
+// The engines. The request is checked.
 enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
                                           const struct weft_resample_run_params *params,
                                           struct weft_resample_work *work);
 enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                              const struct weft_resample_run_params *params,
                                              struct weft_resample_work *work);
-enum weft_result weft_resample_verify_passes(const weft_resample_plan *plan,
-                                             const struct weft_resample_verify_params *params,
-                                             struct weft_multipass_error *out);
-enum weft_result weft_resample_verify_separable(const weft_resample_plan *plan,
-                                                const struct weft_resample_verify_params *params,
-                                                struct weft_multipass_error *out);
-// Of prefiltered kernels: by the cardinal spline over the samples.
-enum weft_result weft_resample_verify_cardinal(const weft_resample_plan *plan,
-                                               const struct weft_resample_verify_params *params,
-                                               struct weft_multipass_error *out);
-
-// Sums errors of parts up; `finite` weighs their mean squares.
-struct weft_resample_errors {
-    struct weft_multipass_error sum;
-    double square_sum, finite;
-};
-// one: of the pixels from (x, y) on and the channels from `channel` on.
-void weft_resample_errors_add(struct weft_resample_errors *errors,
-                              const struct weft_multipass_error *one, double finite, int x, int y,
-                              int channel);
 
 #endif

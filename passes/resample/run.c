@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Compiled plans, run and verified by whichever engine they are for.
+// Compiled plans, run by whichever engine they are for.
 #include <stdlib.h>
 
 #include "passes/resample/resample_impl.h"
@@ -43,7 +43,7 @@ void weft_resample_compiled_destroy(weft_resample_compiled **compiled)
     *compiled = NULL;
 }
 
-// ---- run and verify -----------------------------------------------------------------------------
+// ---- run ----------------------------------------------------------------------------------------
 
 static struct weft_statistics measure(const weft_resample_plan *plan,
                                       const struct weft_resample_run_params *params)
@@ -73,20 +73,4 @@ enum weft_result weft_resample_run(weft_resample_compiled *compiled,
     if (report)
         *report = done;
     return res;
-}
-
-enum weft_result weft_resample_verify(const weft_resample_plan *plan,
-                                      const struct weft_resample_verify_params *params,
-                                      struct weft_multipass_error *out)
-{
-    struct weft_resample_verify_params p = *params;
-    *out = (struct weft_multipass_error){.maximum = 0.0};
-    const enum weft_result res =
-        weft_resample_check_request(p.log, plan, p.source, p.plane, &p.stride);
-    if (res != WEFT_OK)
-        return res;
-    if (plan->info.kernel.prefiltered)
-        return weft_resample_verify_cardinal(plan, &p, out);
-    return plan->passes ? weft_resample_verify_passes(plan, &p, out)
-                        : weft_resample_verify_separable(plan, &p, out);
 }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Resampling along one axis and then the other, in single precision, channel by channel.
-#include <math.h>
-
 #include "passes/resample/resample_impl.h"
 #include "passes/separable/separable.h"
 
@@ -56,49 +54,6 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
         res = weft_separable_run(compiled->context, &request, &report);
         if (res == WEFT_OK)
             add_work(work, &report);
-    }
-    return res;
-}
-
-static double count_finite(const weft_resample_plan *plan, const float *plane, int64_t stride)
-{
-    double finite = 0.0;
-    for (int64_t y = 0; y < plan->info.height; y++)
-        for (int64_t x = 0; x < plan->info.width; x++)
-            finite += isfinite(plane[y * stride + x]) ? 1.0 : 0.0;
-    return finite;
-}
-
-enum weft_result weft_resample_verify_separable(const weft_resample_plan *plan,
-                                                const struct weft_resample_verify_params *params,
-                                                struct weft_multipass_error *out)
-{
-    const int channels = params->source->info.channels;
-    struct weft_resample_steps steps = {.outer = params->progress, .steps = channels};
-    const struct weft_progress progress = {weft_resample_report_step, &steps};
-    struct weft_resample_errors errors = {.finite = 0.0};
-    enum weft_result res = WEFT_OK;
-    for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
-        struct weft_separable_params request;
-        struct weft_separable_error error;
-        make_request(plan, params->source, c, &request);
-        request.pixels = (float *)params->plane[c]; // only read
-        request.stride = params->stride;
-        request.progress = &progress;
-        request.log = params->log;
-        res = weft_separable_verify(&request, 0.0, &error);
-        const struct weft_multipass_error one = {
-            .maximum = error.maximum,
-            .rms = error.rms,
-            .at_x = error.at_x,
-            .at_y = error.at_y,
-            .not_finite_mismatches = error.not_finite_mismatches,
-        };
-        if (res != WEFT_OK)
-            return res;
-        weft_resample_errors_add(&errors, &one,
-                                 count_finite(plan, params->plane[c], params->stride), 0, 0, c);
-        *out = channels == 1 ? one : errors.sum;
     }
     return res;
 }

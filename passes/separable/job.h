@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/separable/job.h - what running and verifying separable filters share (not installed).
+// passes/separable/job.h - what checking and running separable filters share (not installed).
 #ifndef WEFT_PASSES_SEPARABLE_JOB_H
 #define WEFT_PASSES_SEPARABLE_JOB_H
 

@@ -74,22 +74,5 @@ WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
 WEFT_API struct weft_bound_terms weft_separable_bound_terms(const struct weft_kernel *kernel,
                                                             double largest, double cut);
 
-struct weft_separable_error {
-    uint64_t pixels_checked, pixels_total;
-    double maximum, rms;     // |pixel - reference|
-    double relative_maximum; // largest |pixel - reference| / largest |sample| in that pixel's reach
-    int at_x, at_y;          // of the maximum
-    // Finite here and not there, or the other way round. A result beyond the range of floats may be
-    // infinite or that range's end.
-    uint64_t not_finite_mismatches;
-};
-
-// Compares params->pixels with filter/analysis/reference.h's values. Those of all pixels are
-// computed, or after max_seconds (0: no limit) of as many as there was time for, spread over the
-// image. Errors as of weft_separable_run.
-WEFT_API enum weft_result weft_separable_verify(const struct weft_separable_params *params,
-                                                double max_seconds,
-                                                struct weft_separable_error *out);
-
 WEFT_END_DECLS
 #endif

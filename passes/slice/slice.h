@@ -159,37 +159,5 @@ WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice
                                          const struct weft_progress *progress,
                                          struct weft_slice_report *report);
 
-struct weft_slice_verify_params {
-    double max_seconds; // sample pixels when all would take longer (default 10)
-    weft_volume
-        *rest; // the same grid opened with .rest: the reference is of both sums then, that is
-               // of the stored values (default NULL: of floats; prefiltered kernels: always)
-    const struct weft_progress *progress;
-};
-
-struct weft_slice_error {
-    uint64_t pixels_checked, pixels_total; // fewer checked: a random sample, seeded, repeatable
-    double maximum, rms;                   // |pixel - reference|
-    double relative_maximum; // largest |pixel - reference| / largest |voxel| in that pixel's reach
-    double magnitude;        // largest |voxel| in reach of any checked pixel, by whole bricks
-    int at_x, at_y;          // of the maximum
-    double at_value, at_reference;
-    uint64_t not_finite_mismatches; // finite here and not there, or the other way round
-    double bound; // of |pixel - reference| for what was read: by the plan's error_bound and the
-                  // magnitude, or by the coefficients and what is measured of voxels
-};
-
-// Recomputes pixels by filter/analysis/reference.h from the volume's voxels (read again, without
-// the layouts or the GPU's positions) and compares. Where a position is within 2^-32 voxels of
-// being rounded the other way, a pixel may be on either side of a jump, or of where a tap counts
-// that is not finite. For prefiltered kernels the reference trusts no coefficient: it is the sum
-// over the volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off
-// at 2^-32, or farther out where voxels there are so much larger that they count), which takes
-// hundreds of times as long, so that fewer pixels are checked.
-WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
-                                            const float *pixels,
-                                            const struct weft_slice_verify_params *params,
-                                            struct weft_slice_error *out);
-
 WEFT_END_DECLS
 #endif

@@ -3,10 +3,9 @@
 #ifndef WEFT_PASSES_STABILITY_CASES_H
 #define WEFT_PASSES_STABILITY_CASES_H
 
-#include "passes/multipass/multipass.h"
-#include "passes/slice/slice.h"
-#include "passes/stability/stability.h"
 #include "passes/gl/gl.h"
+#include "passes/stability/stability.h"
+#include "passes/verify/verify.h"
 
 extern const struct weft_stability_case weft_stability_order_2d, weft_stability_order_3d,
     weft_stability_gradient_bias, weft_stability_ripple_2d, weft_stability_ripple_3d;
@@ -53,21 +52,12 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
                                           const struct weft_stability_slice *slice, float *pixels,
                                           struct weft_stability_bound *bound);
 
-// From filter/analysis/reference.h's pixels. What is beyond the range of floats there counts
-// nowhere.
-struct weft_stability_error {
-    double relative;     // to the largest voxel in reach
-    double share;        // of the bound, the largest of any pixel
-    uint64_t mismatches; // pixels that are finite here and not there
-};
-// bound: NULL where `share` is not asked for.
+// Verifies all pixels. bound: NULL where `share` is not asked for.
 enum weft_result weft_stability_compare(const struct weft_log *log,
                                         const struct weft_stability_slice *slice,
                                         const float *pixels,
                                         const struct weft_stability_bound *bound,
-                                        struct weft_stability_error *out);
-// INFINITY with mismatches.
-double weft_stability_relative(const struct weft_stability_error *error);
+                                        struct weft_verify_report *out);
 
 // ---- passes of plans ----------------------------------------------------------------------------
 
@@ -76,7 +66,7 @@ enum weft_result weft_stability_passes_run(const struct weft_stability_params *p
                                            const struct weft_pass_plan_params *plan_params,
                                            const struct weft_samples *samples,
                                            const struct weft_pixel_grid *grid, float *pixels,
-                                           struct weft_multipass_error *error,
+                                           struct weft_verify_report *error,
                                            struct weft_pass_plan_error *bounds);
 
 // ---- naive ways ---------------------------------------------------------------------------------
@@ -101,7 +91,7 @@ enum weft_result weft_naive_slice_run(const struct weft_stability_params *params
 
 // A slice by weft's way and by the naive one, each against the reference. pixels: room for one.
 struct weft_stability_ways {
-    struct weft_stability_error ours, naive;
+    struct weft_verify_report ours, naive;
     struct weft_stability_bound bound; // of ours
 };
 enum weft_result weft_stability_compare_ways(const struct weft_stability_params *params,

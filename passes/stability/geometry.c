@@ -30,8 +30,8 @@ static enum weft_result measure_far_away(const struct weft_stability_params *par
     struct weft_stability_ways ways;
     memcpy(slice.first, first, sizeof first);
     const enum weft_result res = weft_stability_compare_ways(params, &slice, &naive, pixels, &ways);
-    result->ours = weft_stability_relative(&ways.ours);
-    result->naive = weft_stability_relative(&ways.naive);
+    result->ours = ways.ours.relative_maximum;
+    result->naive = ways.naive.relative_maximum;
     result->limit = ways.bound.relative; // what the slice's plan promises anywhere
     free(data);
     weft_stability_say(result, "relative",
@@ -59,7 +59,7 @@ static enum weft_result compare_small(const struct weft_stability_params *params
 {
     enum { SHOWN = 16 };
     float data[200], pixels[SHOWN * SHOWN];
-    struct weft_stability_error naive = {0}, ours = {0};
+    struct weft_verify_report naive = {0}, ours = {0};
     struct weft_stability_bound bound = {0};
     struct weft_stability_slice slice = {
         .kernel = kernel,
@@ -77,8 +77,8 @@ static enum weft_result compare_small(const struct weft_stability_params *params
         res = weft_naive_convolve(params->log, &slice, mistake, pixels);
     if (res == WEFT_OK)
         res = weft_stability_compare(params->log, &slice, pixels, NULL, &naive);
-    result->naive = fmax(result->naive, weft_stability_relative(&naive));
-    result->ours = fmax(result->ours, weft_stability_relative(&ours));
+    result->naive = fmax(result->naive, naive.relative_maximum);
+    result->ours = fmax(result->ours, ours.relative_maximum);
     result->limit = fmax(result->limit, bound.relative);
     return res;
 }

@@ -15,8 +15,8 @@ static enum weft_result compare_naive(const struct weft_stability_params *params
     struct weft_stability_ways ways;
     const enum weft_result res = weft_stability_compare_ways(params, slice, naive, pixels, &ways);
     result->limit = ways.bound.relative;
-    result->ours = weft_stability_relative(&ways.ours);
-    result->naive = weft_stability_relative(&ways.naive);
+    result->ours = ways.ours.relative_maximum;
+    result->naive = ways.naive.relative_maximum;
     return res;
 }
 
@@ -176,7 +176,7 @@ static enum weft_result measure_odd_width(const struct weft_stability_params *pa
     weft_stability_fill_noise(data, size);
     result->naive = result->ours = result->limit = 0.0;
     for (size_t k = 0; res == WEFT_OK && k < WEFT_COUNT(kernels); k++) {
-        struct weft_stability_error naive = {0}, ours = {0};
+        struct weft_verify_report naive = {0}, ours = {0};
         struct weft_stability_bound bound = {0};
         slice.kernel = kernels[k];
         res = weft_stability_slice_run(params, &slice, pixels, &bound);
@@ -186,8 +186,8 @@ static enum weft_result measure_odd_width(const struct weft_stability_params *pa
             res = weft_naive_convolve(params->log, &slice, WEFT_NAIVE_FLOOR, pixels);
         if (res == WEFT_OK)
             res = weft_stability_compare(params->log, &slice, pixels, NULL, &naive);
-        result->naive = fmax(result->naive, weft_stability_relative(&naive));
-        result->ours = fmax(result->ours, weft_stability_relative(&ours));
+        result->naive = fmax(result->naive, naive.relative_maximum);
+        result->ours = fmax(result->ours, ours.relative_maximum);
         // What the plans promise, the largest of the three.
         result->limit = fmax(result->limit, bound.relative);
     }

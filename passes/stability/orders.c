@@ -27,7 +27,7 @@ static enum weft_result run_constant(const struct weft_stability_params *params,
         .origin = {0.5 * step, 0.5 * step, plan->dims > 2 ? 0.5 * step : 0.0},
         .du = {step},
         .dv = {0, step}};
-    struct weft_multipass_error error = {0};
+    struct weft_verify_report error = {0};
     float *plane = malloc((SIDE * SIDE * SIDE + PIXELS) * sizeof *plane);
     if (!plane)
         return WEFT_ERR_MEMORY;

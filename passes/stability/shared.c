@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <float.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -7,7 +6,6 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "filter/analysis/reference.h"
 #include "passes/stability/cases.h"
 
 void weft_stability_say(struct weft_stability_result *result, const char *unit, const char *format,
@@ -102,49 +100,38 @@ static void pixel_position(const struct weft_slice_geometry *g, int x, int y, do
             g->origin[a] + (x + 0.5) / g->width * g->u[a] + (y + 0.5) / g->height * g->v[a];
 }
 
-static void compare_pixel(double value, const struct weft_reference_value *reference,
-                          const struct weft_stability_bound *bound, struct weft_stability_error *e)
+// In coordinates from the first voxel on, which are exact where index coordinates are large.
+static struct weft_pixel_grid grid_of(const struct weft_stability_slice *slice)
 {
-    const double difference = fabs(value - reference->value);
-    if (isfinite(reference->value) && fabs(reference->value) > (double)FLT_MAX)
-        return;
-    if (!isfinite(value) || !isfinite(reference->value)) {
-        e->mismatches += isfinite(value) != isfinite(reference->value);
-        return;
+    const struct weft_slice_geometry *g = &slice->geometry;
+    struct weft_pixel_grid grid = {.width = g->width, .height = g->height};
+    for (int a = 0; a < 3; a++) {
+        grid.du[a] = g->u[a] / g->width;
+        grid.dv[a] = g->v[a] / g->height;
+        grid.origin[a] = (g->origin[a] - slice->first[a]) + 0.5 * grid.du[a] + 0.5 * grid.dv[a];
     }
-    if (!(difference > 0.0))
-        return;
-    e->relative = fmax(e->relative, difference / reference->magnitude);
-    if (bound)
-        e->share =
-            fmax(e->share, difference / (bound->relative * reference->magnitude + bound->absolute));
+    return grid;
 }
 
 enum weft_result weft_stability_compare(const struct weft_log *log,
                                         const struct weft_stability_slice *slice,
                                         const float *pixels,
                                         const struct weft_stability_bound *bound,
-                                        struct weft_stability_error *out)
+                                        struct weft_verify_report *out)
 {
-    struct weft_stability_slice s = *slice;
-    struct weft_kernel kernel;
-    enum weft_result res = weft_kernel_parse(log, s.kernel, &kernel);
-    *out = (struct weft_stability_error){0};
-    for (int y = 0; res == WEFT_OK && y < s.geometry.height; y++) {
-        for (int x = 0; x < s.geometry.width; x++) {
-            double position[3];
-            pixel_position(&s.geometry, x, y, position);
-            const struct weft_reference_value reference =
-                weft_reference_compute(&kernel, 3, position, fetch, &s);
-            compare_pixel((double)*pixels++, &reference, bound, out);
-        }
+    const struct weft_pixel_grid grid = grid_of(slice);
+    struct weft_pixels_verify_params *params =
+        weft_pixels_verify_params(.dims = 3, .grid = &grid,
+                                  .size = {slice->size[0], slice->size[1], slice->size[2]},
+                                  .samples = {{slice->data}}, .pixels = {{pixels}},
+                                  .how = {.max_seconds = INFINITY}, .log = log);
+    *out = (struct weft_verify_report){0};
+    if (bound) {
+        params->bound_relative = bound->relative;
+        params->bound_absolute = bound->absolute;
     }
-    return res;
-}
-
-double weft_stability_relative(const struct weft_stability_error *error)
-{
-    return error->mismatches ? (double)INFINITY : error->relative;
+    const enum weft_result res = weft_kernel_parse(log, slice->kernel, &params->kernel[0]);
+    return res == WEFT_OK ? weft_pixels_verify(params, out) : res;
 }
 
 enum weft_result weft_stability_compare_ways(const struct weft_stability_params *params,
@@ -169,7 +156,7 @@ enum weft_result weft_stability_passes_run(const struct weft_stability_params *p
                                            const struct weft_pass_plan_params *plan_params,
                                            const struct weft_samples *samples,
                                            const struct weft_pixel_grid *grid, float *pixels,
-                                           struct weft_multipass_error *error,
+                                           struct weft_verify_report *error,
                                            struct weft_pass_plan_error *bounds)
 {
     struct weft_pass_plan_params p = *plan_params;
@@ -182,8 +169,12 @@ enum weft_result weft_stability_passes_run(const struct weft_stability_params *p
     weft_multipass *compiled = NULL;
     const struct weft_multipass_run_params run = {
         .samples = samples, .grid = grid, .pixels = {pixels}, .log = params->log};
-    const struct weft_multipass_verify_params verify = {
-        .plan = plan, .samples = samples, .grid = grid, .pixels = {pixels}, .log = params->log};
+    const struct weft_multipass_verify_params verify = {.plan = plan,
+                                                        .samples = samples,
+                                                        .grid = grid,
+                                                        .pixels = {pixels},
+                                                        .how = {.max_seconds = INFINITY},
+                                                        .log = params->log};
     res = weft_multipass_compile(
         params->context, weft_multipass_params(.plan = plan, .log = params->log), &compiled);
     if (res == WEFT_OK)

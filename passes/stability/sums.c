@@ -206,7 +206,7 @@ enum { SIDE = 16, SHIFTED = 48, PIXELS = SHIFTED * SHIFTED };
 // On the fp16 profile, so many taps a pass.
 static enum weft_result run_half(const struct weft_stability_params *params, int taps_per_pass,
                                  const float *plane, float *pixels,
-                                 struct weft_multipass_error *error)
+                                 struct weft_verify_report *error)
 {
     struct weft_pass_plan_error bounds;
     const struct weft_samples samples = {
@@ -230,7 +230,7 @@ static enum weft_result measure_half_passes(const struct weft_stability_params *
                                             struct weft_stability_result *result)
 {
     const int size[3] = {SIDE, SIDE, SIDE};
-    struct weft_multipass_error many = {0}, few = {0};
+    struct weft_verify_report many = {0}, few = {0};
     float *plane = malloc((SIDE * SIDE * SIDE + PIXELS) * sizeof *plane);
     if (!plane)
         return WEFT_ERR_MEMORY;
@@ -283,11 +283,11 @@ static enum weft_result half_naive(const struct weft_stability_params *params, c
                                                             .width = SHOWN,
                                                             .height = SHOWN}};
     const struct weft_naive_slice naive = {.source = GL_R16F, .target = GL_R16F};
-    struct weft_stability_error e = {0};
+    struct weft_verify_report e = {0};
     enum weft_result res = weft_naive_slice_run(params, &slice, &naive, pixels);
     if (res == WEFT_OK)
         res = weft_stability_compare(params->log, &slice, pixels, NULL, &e);
-    *error = weft_stability_relative(&e);
+    *error = e.relative_maximum;
     return res;
 }
 
@@ -302,7 +302,7 @@ static enum weft_result half_ours(const struct weft_stability_params *params, co
                                          .origin = {2.0 + 0.5 * step, 2.0 + 0.5 * step},
                                          .du = {step},
                                          .dv = {0, step}};
-    struct weft_multipass_error error = {0};
+    struct weft_verify_report error = {0};
     struct weft_pass_plan_error bounds = {0};
     const enum weft_result res = weft_stability_passes_run(
         params, weft_pass_plan_params(.profile = *weft_profile_find("fp16")), &samples, &grid,

@@ -79,8 +79,8 @@ static enum weft_result compare_plane(const struct weft_stability_params *params
                                                             .height = shown}};
     struct weft_stability_ways ways;
     const enum weft_result res = weft_stability_compare_ways(params, &slice, naive, pixels, &ways);
-    result->ours = ways.ours.mismatches ? (double)INFINITY : ways.ours.share;
-    result->naive = ways.naive.mismatches ? (double)INFINITY : ways.naive.share;
+    result->ours = ways.ours.share;
+    result->naive = ways.naive.share;
     result->limit = 1.0;
     return res;
 }
@@ -175,8 +175,8 @@ static enum weft_result count_mismatches(const struct weft_stability_params *par
                                                .geometry = *geometry};
     struct weft_stability_ways ways;
     const enum weft_result res = weft_stability_compare_ways(params, &slice, &naive, pixels, &ways);
-    result->ours = (double)ways.ours.mismatches;
-    result->naive = (double)ways.naive.mismatches;
+    result->ours = (double)ways.ours.not_finite_mismatches;
+    result->naive = (double)ways.naive.not_finite_mismatches;
     result->limit = 0.0; // exactly what eq. 1 of the kernel reaches with a weight that is not 0
     return res;
 }

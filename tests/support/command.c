@@ -242,18 +242,9 @@ void command_write_file(const char *path, const void *data, size_t size)
     assert_int_equal(fclose(file), 0);
 }
 
-// A job in the background ignores signals that tests send, and so does all that it starts.
-static void heed_signals(void)
-{
-    static const int signals[] = {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGPIPE};
-    for (size_t i = 0; i < sizeof signals / sizeof *signals; i++)
-        signal(signals[i], SIG_DFL);
-}
-
 int command_setup_folder(void **state)
 {
     (void)state;
-    heed_signals();
     snprintf(mark, sizeof mark, "WEFT_TEST_MARK=%ld.%ld", (long)getpid(), (long)time(NULL));
     // An allocation that is too large fails under AddressSanitizer as it does elsewhere.
     setenv("ASAN_OPTIONS", "allocator_may_return_null=1", 0);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "passes/multipass/job.h"
+#include "passes/verify/verifier.h"
 #include "tests/support/plan_runs.h"
 
 enum {
@@ -234,7 +235,7 @@ static inline enum weft_result hand_run(weft_context *context, const struct hand
 }
 
 static inline enum weft_result hand_verify(const struct hand_list *h, const struct hand_request *r,
-                                           struct weft_multipass_error *error)
+                                           struct weft_verify_report *error)
 {
     const struct weft_multipass_verify_params params = verify_params(NULL, &r->params);
     return weft_multipass_verify_work(&h->work, &params, error);

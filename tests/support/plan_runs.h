@@ -3,7 +3,7 @@
 #ifndef WEFT_TESTS_SUPPORT_PLAN_RUNS_H
 #define WEFT_TESTS_SUPPORT_PLAN_RUNS_H
 
-#include "passes/multipass/multipass.h"
+#include "passes/verify/verify.h"
 
 // Compiles a plan, for GL or for the CPU (NULL), runs it once and ends it.
 static inline enum weft_result run_plan(weft_context *context, const weft_pass_plan *plan,
@@ -29,14 +29,14 @@ verify_params(const weft_pass_plan *plan, const struct weft_multipass_run_params
         .grid = run->grid,
         .pixels = {run->pixels[0], run->pixels[1], run->pixels[2], run->pixels[3]},
         .stride = run->stride,
-        .progress = run->progress,
+        .how = {.progress = run->progress},
         .log = run->log,
     };
 }
 
 static inline enum weft_result verify_plan(const weft_pass_plan *plan,
                                            const struct weft_multipass_run_params *run,
-                                           struct weft_multipass_error *error)
+                                           struct weft_verify_report *error)
 {
     const struct weft_multipass_verify_params params = verify_params(plan, run);
     return weft_multipass_verify(&params, error);

@@ -106,40 +106,43 @@ static enum weft_result run_method(struct bench *b, const weft_method_plan *plan
     return WEFT_OK;
 }
 
+static void set_errors(struct chart_point *point, const struct weft_verify_report *error,
+                       double bound)
+{
+    point->max_error = error->maximum;
+    point->rms_error = error->rms;
+    point->pixels_checked = error->pixels_checked;
+    point->not_finite_mismatches = error->not_finite_mismatches;
+    point->bound = bound;
+}
+
 static enum weft_result verify_kernel(struct bench *b, const weft_method_plan *plan,
                                       const struct weft_progress *progress,
                                       struct chart_point *point)
 {
     const struct weft_slice_verify_params params = {.max_seconds = VERIFY_SECONDS,
                                                     .progress = progress};
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     enum weft_result res = weft_slice_verify(weft_method_plan_get_slice(plan), b->scene->volume,
                                              b->pixels, &params, &error);
-    if (res != WEFT_OK)
-        return res;
-    point->max_error = error.maximum;
-    point->rms_error = error.rms;
-    point->pixels_checked = error.pixels_checked;
-    point->not_finite_mismatches = error.not_finite_mismatches;
-    point->bound = weft_method_plan_get_info(plan)->bound;
-    return WEFT_OK;
+    if (res == WEFT_OK)
+        set_errors(point, &error, weft_method_plan_get_info(plan)->bound);
+    return res;
 }
 
 static void verify_truth(const struct bench *b, struct chart_point *point)
 {
     const struct weft_slice_geometry *g = &b->scene->geometry;
-    double squares = 0.0;
+    struct weft_verify_report error = {.bound_absolute = NAN};
     for (int y = 0; y < g->height; y++) {
         for (int x = 0; x < g->width; x++) {
             const double value = b->pixels[(size_t)y * (size_t)g->width + (size_t)x];
-            const double error = fabs(value - chart_scene_truth(b->scene, x, y));
-            point->max_error = fmax(point->max_error, error);
-            squares += error * error;
+            const struct weft_reference_value truth = {.value = chart_scene_truth(b->scene, x, y)};
+            weft_verify_add(&error, x, y, 0, value, &truth);
+            error.pixels_checked++;
         }
     }
-    point->pixels_checked = (uint64_t)g->width * (uint64_t)g->height;
-    point->rms_error = sqrt(squares / (double)point->pixels_checked);
-    point->bound = NAN;
+    set_errors(point, &error, NAN);
 }
 
 static struct weft_slice_params slice_params(const struct bench *b, int kernel,

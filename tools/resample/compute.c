@@ -54,7 +54,9 @@ static enum weft_result verify_group(struct resample_job *job, struct resample_g
 {
     const struct weft_progress progress = {report_step, steps};
     struct weft_resample_verify_params params = {
-        .source = group->source, .progress = &progress, .log = report_log()};
+        .source = group->source,
+        .how = {.max_seconds = INFINITY, .progress = &progress},
+        .log = report_log()};
     for (int c = 0; c < group->count; c++)
         params.plane[c] = job->result.channels[group->channel[c]].plane;
     return weft_resample_verify(group->plan, &params, &group->error);
@@ -78,8 +80,10 @@ static enum weft_result move_group(struct resample_job *job, struct resample_gro
     weft_resample_integer_range(&result, range);
     group->minimum = range[0];
     group->maximum = range[1];
+    const struct weft_verify_params how = {.max_seconds = INFINITY};
     return job->option[RESAMPLE_VERIFY].given
-               ? weft_resample_move_verify(group->plan, &source, to->integers, 0, &group->error)
+               ? weft_resample_move_verify(group->plan, &source, to->integers, 0, &how,
+                                           &group->error)
                : WEFT_OK;
 }
 

@@ -46,7 +46,7 @@ struct resample_group {
     double minimum, maximum;        // of the finite pixels; NAN if there are none
     uint64_t not_finite;            // values of pixels
     struct weft_bound bound;
-    struct weft_multipass_error error; // with --verify
+    struct weft_verify_report error; // with --verify
 };
 
 struct resample_job {

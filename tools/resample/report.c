@@ -108,10 +108,10 @@ static json_t *names_json(const struct resample_job *job, const struct resample_
 
 static json_t *error_json(const struct resample_job *job, const struct resample_group *group)
 {
-    const struct weft_multipass_error *e = &group->error;
+    const struct weft_verify_report *e = &group->error;
     return json_pack("{s:o,s:o,s:i,s:i,s:o,s:o}", "maximum", json_number(e->maximum), "rms",
                      json_number(e->rms), "at_x", e->at_x, "at_y", e->at_y, "at_channel",
-                     json_text(job->result.channels[group->channel[e->channel]].name),
+                     json_text(job->result.channels[group->channel[e->at_channel]].name),
                      "not_finite_mismatches", json_count(e->not_finite_mismatches));
 }
 
@@ -373,7 +373,7 @@ static void explain(const struct resample_job *job)
 
 static void print_error(const struct resample_job *job, const struct resample_group *group)
 {
-    const struct weft_multipass_error *e = &group->error;
+    const struct weft_verify_report *e = &group->error;
     char name[300], bound[RESAMPLE_PLAN_TEXT];
     resample_group_name(job, group, name, sizeof name);
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "

@@ -22,20 +22,10 @@ static void load_model(struct slice_job *job)
     weft_context_destroy(&own);
 }
 
-// What integers lose that no float holds; any plan knows it.
-static double find_rounding(struct slice_job *job)
-{
-    struct weft_slice_params params = job->slice_params;
-    params.log = NULL;
-    if (weft_slice_plan_create(job->volume, &params, &job->own_plan) != WEFT_OK)
-        return 0.0;
-    return weft_slice_plan_get_info(job->own_plan)->bound.absolute_rounding;
-}
-
 static enum weft_result report_none(struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
-    const double rounding = find_rounding(job);
+    const double rounding = weft_slice_plan_get_info(job->plan)->bound.absolute_rounding;
     char rounded[80] = "";
     if (rounding > 0.0)
         snprintf(rounded, sizeof rounded, ", %.3g of it by integers that no float holds", rounding);
@@ -87,8 +77,8 @@ enum weft_result slice_choose(struct slice_job *job)
     if (res == WEFT_OK && profile_text->given)
         res = weft_profile_parse(report_log(), profile_text->text, &profile);
     if (res == WEFT_OK)
-        res = weft_footprint_statistics(job->footprint, report_progress("measuring"),
-                                        &job->choice.statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
+                                            &job->choice.statistics);
     if (res != WEFT_OK)
         return res;
     load_model(job);

@@ -51,7 +51,6 @@ struct slice_job {
 
     struct weft_slice_geometry geometry; // as asked, with the size chosen
     weft_volume *volume;
-    weft_footprint *footprint;             // of every plan
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
     weft_pass_plan *own_passes;
@@ -68,7 +67,7 @@ struct slice_job {
     struct weft_slice_report report;
     struct weft_slice_multipass_report passes_report; // with --profile: what is not in `report`
     struct weft_bound bound;                          // likewise
-    struct weft_slice_error error;                    // with --verify
+    struct weft_verify_report error;                  // with --verify
     float preview_range[2];                           // with --preview
     struct weft_image_save_report saved;              // with -o
     double start;                                     // monotonic seconds

@@ -25,12 +25,6 @@ static uint64_t sum_cells(const struct weft_slice_plan_info *plan, bool laid_out
     return sum;
 }
 
-// Really read from the volume, for whatever it was: to choose, to run, to verify.
-static uint64_t bricks_read(const struct slice_job *job)
-{
-    return weft_footprint_get_info(job->footprint)->bricks_read;
-}
-
 // ---- EXR attributes -----------------------------------------------------------------------------
 
 static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
@@ -178,7 +172,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
     json_object_set_new(root, "error_bound", json_number(plan->error_bound));
-    json_object_set_new(root, "bricks_read", json_count(bricks_read(job)));
+    json_object_set_new(root, "bricks_read", json_count(plan->bricks_read));
     json_object_set_new(root, "cells", json_count(sum_cells(plan, false)));
     json_object_set_new(root, "cells_laid_out", json_count(sum_cells(plan, true)));
     json_object_set_new(root, "tile_memory_bytes", json_count(plan->memory_bytes));
@@ -219,7 +213,7 @@ static json_t *seconds_json(const struct slice_job *job)
 // The bound of passes is told beside.
 static json_t *error_json(const struct slice_job *job)
 {
-    const struct weft_slice_error *e = &job->error;
+    const struct weft_verify_report *e = &job->error;
     json_t *object =
         json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "pixels_checked",
                   json_count(e->pixels_checked), "pixels_total", json_count(e->pixels_total),
@@ -241,7 +235,7 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
                                   json_number(r->high), "clamped", json_count(r->clamped)));
     json_object_set_new(root, "bound", resample_bound_json(&job->bound));
     json_object_set_new(root, "rectangles", json_integer(r->rectangles));
-    json_object_set_new(root, "bricks_read", json_count(bricks_read(job)));
+    json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
 }
 
 static void set_run(json_t *root, const struct slice_job *job)
@@ -295,7 +289,7 @@ enum weft_result slice_print_json(const struct slice_job *job)
 
 // ---- text ---------------------------------------------------------------------------------------
 
-static void print_error(const struct weft_slice_error *e)
+static void print_error(const struct weft_verify_report *e)
 {
     printf("verified: %llu of %llu pixels against double precision\n"
            "max error: %.3g (%.3g of the largest |voxel| in reach) at pixel (%d, %d): %.9g instead "

@@ -312,29 +312,12 @@ static enum weft_result read_without(const char *text, unsigned *out)
     return WEFT_OK;
 }
 
-// What the slice reaches, for every plan of it, its run and its verification.
-static enum weft_result make_footprint(struct slice_job *job)
-{
-    const double start = report_now_seconds();
-    const struct option_value *o = job->option;
-    const struct weft_footprint_params params = {
-        .volume = job->volume,
-        .kernel = job->kernel,
-        .space = (enum weft_space)o[SLICE_SPACE].integer[0],
-        .geometry = job->geometry,
-        .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
-        .log = report_log(),
-    };
-    const enum weft_result res = weft_footprint_create(&params, &job->footprint);
-    job->plan_seconds = report_now_seconds() - start;
-    return res;
-}
-
 // A source that is not float needs the voxels' range before it is planned.
 static enum weft_result find_range(struct slice_job *job, struct weft_slice_params *params)
 {
     const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
-    struct weft_slice_statistics statistics = {0};
+    struct weft_slice_params plain = *params;
+    weft_slice_plan *plan = NULL;
     if (params->source == WEFT_SOURCE_FLOAT)
         return WEFT_OK;
     if (range->given) {
@@ -342,24 +325,27 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
         params->high = range->number[1];
         return WEFT_OK;
     }
-    const enum weft_result res =
-        weft_footprint_statistics(job->footprint, report_progress("measuring"), &statistics);
+    plain.source = WEFT_SOURCE_FLOAT;
+    enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
+    struct weft_slice_statistics statistics = {0};
+    if (res == WEFT_OK)
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan), report_progress("measuring"),
+                                            &statistics);
+    weft_slice_plan_destroy(&plan);
     params->low = statistics.low;
     params->high = statistics.high > statistics.low ? statistics.high : statistics.low + 1.0;
     return res;
 }
 
-// As the options ask for, and within what the context can do.
-static enum weft_result set_slice_params(struct slice_job *job)
+static enum weft_result make_plan(struct slice_job *job)
 {
+    double start = report_now_seconds();
     const struct option_value *o = job->option;
-    const struct weft_footprint_info *reach = weft_footprint_get_info(job->footprint);
     struct weft_slice_params *params = &job->slice_params;
     *params = (struct weft_slice_params){
-        .kernel = reach->kernel,
-        .space = reach->space,
-        .geometry = reach->geometry,
-        .footprint = job->footprint,
+        .kernel = job->kernel,
+        .space = (enum weft_space)o[SLICE_SPACE].integer[0],
+        .geometry = job->geometry,
         .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
         .source = (enum weft_source_format)o[SLICE_SOURCE].integer[0],
         .lookup = (enum weft_lookup)o[SLICE_LOOKUP].integer[0],
@@ -369,30 +355,16 @@ static enum weft_result set_slice_params(struct slice_job *job)
         .progress = report_progress("planning"),
         .log = report_log(),
     };
-    if (job->context) {
-        params->max_target_size = weft_context_get_info(job->context)->max_target_size;
-        params->max_buffer_texels = weft_context_get_info(job->context)->max_buffer_texels;
-    }
-    return read_without(o[SLICE_WITHOUT].text, &params->without);
-}
-
-// The plan asked for; a budget makes its own.
-static enum weft_result make_plan(struct slice_job *job)
-{
-    double start = report_now_seconds();
-    struct weft_slice_params *params = &job->slice_params;
-    enum weft_result res = set_slice_params(job);
+    enum weft_result res = read_without(o[SLICE_WITHOUT].text, &params->without);
     // Passes take every tap's voxels, whatever its weight.
-    if (job->option[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+    if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
         params->without |= WEFT_SAVING_AXIS;
-    if (res == WEFT_OK && job->option[SLICE_MAX_ERROR].given)
-        return WEFT_OK;
     if (res == WEFT_OK)
         res = find_range(job, params);
     if (res == WEFT_OK)
         res = weft_slice_plan_create(job->volume, params, &job->own_plan);
     job->plan = job->own_plan;
-    job->plan_seconds += report_now_seconds() - start;
+    job->plan_seconds = report_now_seconds() - start;
     return res;
 }
 
@@ -436,10 +408,11 @@ static enum weft_result create_context(struct slice_job *job)
     return res;
 }
 
-// Plans are made for the context that they run on; one that is only explained, for any.
-static enum weft_result create_context_to_plan(struct slice_job *job)
+// What a way costs depends on where it would run.
+static enum weft_result create_context_for_choice(struct slice_job *job)
 {
-    return job->option[SLICE_EXPLAIN].given ? WEFT_OK : create_context(job);
+    const struct option_value *o = job->option;
+    return o[SLICE_MAX_ERROR].given && !o[SLICE_EXPLAIN].given ? create_context(job) : WEFT_OK;
 }
 
 // The part of the grid's integers that floats lack, so that they are verified as they are stored.
@@ -520,8 +493,8 @@ static enum weft_result set_passes_report(struct slice_job *job)
     const bool measured = job->choice.plan || job->kernel.prefiltered;
     enum weft_result res = WEFT_OK;
     if (!job->choice.plan && job->kernel.prefiltered)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan),
-                                        report_progress("measuring"), &statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
+                                            &statistics);
     const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(job->plan, job->passes);
     const struct weft_bound_values values = {
         .low = r->low,
@@ -596,18 +569,12 @@ static enum weft_result check_values(struct slice_job *job)
 static enum weft_result run_stages(struct slice_job *job)
 {
     typedef enum weft_result (*stage)(struct slice_job * job);
-    static const stage planning[] = {check_options,
-                                     check_outputs,
-                                     open_volume,
-                                     choose_geometry,
-                                     allocate_pixels,
-                                     make_footprint,
-                                     create_context_to_plan,
-                                     make_plan,
-                                     plan_passes,
-                                     slice_choose,
-                                     NULL};
-    static const stage computing[] = {run_slice, check_values, verify, write_outputs, NULL};
+    static const stage planning[] = {
+        check_options,   check_outputs, open_volume, choose_geometry,
+        allocate_pixels, make_plan,     plan_passes, create_context_for_choice,
+        slice_choose,    NULL};
+    static const stage computing[] = {create_context, run_slice,     check_values,
+                                      verify,         write_outputs, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
@@ -643,7 +610,6 @@ static int run(const char *operand, const struct option_value *values)
     weft_choice_clear(&job.choice);
     weft_pass_plan_destroy(&job.own_passes);
     weft_slice_plan_destroy(&job.own_plan);
-    weft_footprint_destroy(&job.footprint);
     weft_volume_destroy(&job.volume);
     weft_kernel_file_destroy(&job.kernel_file);
     const int code = report_finish(res);

@@ -42,7 +42,7 @@ static double error_of(weft_context *context, const struct job *job, const struc
 {
     const struct weft_slice_geometry *g = &job->params.slice.geometry;
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     assert_non_null(pixels);
     assert_int_equal(weft_method_run(context, c->plan, job->volume, pixels, NULL, NULL), WEFT_OK);
     assert_int_equal(

@@ -48,7 +48,7 @@ static bool check(weft_context *context, const struct job *job, const char *what
     const struct weft_slice_geometry *g = &job->params.slice.geometry;
     const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     assert_non_null(pixels);
     assert_int_equal(weft_method_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
     assert_int_equal(

@@ -478,7 +478,7 @@ static void floats_reconstruct(void **state)
         print_message("%-12s %dD %s: %.3g from the reference, bound %.3g\n", kernels[i % 4],
                       h->list.dims, weft_target_name(h->list.target), largest, bound);
         assert_true(largest <= bound);
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         assert_true(error.maximum == largest && error.rms <= largest);
         assert_int_equal(error.not_finite_mismatches, 0);
@@ -505,7 +505,7 @@ static void constants_keep_their_range(void **state)
         for (int i = 0; i < 16; i++)
             r->samples[0][i] = -3000.0f;
         assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_OK);
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         // The mapped source is 0: only the value itself is rounded, to a float.
         assert_true(error.maximum <= 3000.0 * 0x1p-23 && error.not_finite_mismatches == 0);
@@ -539,7 +539,7 @@ static void the_range_is_measured(void **state)
     assert_int_equal(report.not_finite, 2);
     for (int i = 0; i < 4; i++)
         assert_int_equal(isnan(r->pixels[0][i]), i > 1);
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
     assert_int_equal(error.not_finite_mismatches, 0);
     // Declared on one side only, beyond what is there.
@@ -644,7 +644,7 @@ static void other_bad_requests_are_refused(void **state)
     q.h->work.kernel = kernel_named("linear"); // the tiles are of another
     assert_refused(&q, 0);
     destroy_request(&q);
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     weft_multipass *compiled = NULL;
     assert_int_equal(weft_multipass_compile(NULL, weft_multipass_params(.plan = NULL), &compiled),
                      WEFT_ERR_ARGUMENT);
@@ -691,7 +691,7 @@ static void progress_can_cancel(void **state)
     r->params.progress = &progress;
     assert_int_equal(hand_run(NULL, h, r, NULL), WEFT_ERR_CANCELLED);
     calls = 1;
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     assert_int_equal(hand_verify(h, r, &error), WEFT_ERR_CANCELLED);
     free(r);
     hand_list_destroy(h);

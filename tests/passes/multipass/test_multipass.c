@@ -344,7 +344,7 @@ static void plans_keep_their_bounds(void **state)
         weft_pass_plan *plan = make_plan(&plan_cases[i]);
         const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
         struct hand_request *r = make_plan_request(info);
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         static float emulated[4][HAND_MAX_PIXELS];
         assert_int_equal(run_plan(NULL, plan, &r->params, NULL), WEFT_OK);
         memcpy(emulated, r->pixels, sizeof emulated);
@@ -404,7 +404,7 @@ static void samples_that_are_not_finite_show(void **state)
         r->grid.origin[0] = r->grid.origin[1] = -1.0;
         r->grid.du[0] = r->grid.dv[1] = 10.0 / 30.0;
         assert_true(largest_difference(contexts[c], h, r) == 0.0);
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         assert_int_equal(hand_verify(h, r, &error), WEFT_OK);
         assert_int_equal(error.not_finite_mismatches, 0);
         assert_true(error.maximum < 0.1);
@@ -447,7 +447,7 @@ static void check_thrice(const weft_pass_plan *plan, struct hand_request *r, con
                          int nans)
 {
     for (int c = -1; c < 2; c++) {
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         int count = 0;
         if (c >= 0 && !contexts[c])
             continue;

@@ -79,7 +79,7 @@ static struct weft_multipass_run_params job(const struct bench *b, const weft_pa
 }
 
 static double run_once(struct bench *b, const weft_pass_plan *plan, int side,
-                       struct weft_multipass_error *error)
+                       struct weft_verify_report *error)
 {
     struct weft_samples samples;
     struct weft_pixel_grid grid;
@@ -110,7 +110,7 @@ static bool has_technique(const struct weft_profile *profile, int technique)
 static void print_technique(struct bench *b, const struct weft_profile *profile, int technique)
 {
     double seconds[MAX_RUNS];
-    struct weft_multipass_error error = {0};
+    struct weft_verify_report error = {0};
     weft_pass_plan *plan =
         make(b, weft_pass_plan_params(.dims = 3, .profile = *profile,
                                       .technique = (enum weft_technique)technique));

@@ -222,7 +222,7 @@ static double check(struct job *job, weft_context *context, bool constant, int n
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(job->plan);
     struct weft_multipass_run_params params = {
         .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
     fill_samples(job, constant);
     assert_int_equal(run_plan(context, job->plan, &params, NULL), WEFT_OK);
@@ -237,7 +237,7 @@ static double check(struct job *job, weft_context *context, bool constant, int n
         print_error("plan %d, %s: %.6g is beyond the bound %.6g (range %.3g) at (%d, %d) channel "
                     "%d, or %d not finite; order %d%s%s, singly %d\n%s",
                     number, constant ? "constant" : "noise", error.maximum, bound, width,
-                    error.at_x, error.at_y, error.channel, (int)error.not_finite_mismatches,
+                    error.at_x, error.at_y, error.at_channel, (int)error.not_finite_mismatches,
                     (int)job->params.order, job->params.blend_only ? ", blend only" : "",
                     job->params.channels == 4 ? ", 4 channels" : "", job->params.round_singly,
                     info->text);
@@ -423,7 +423,7 @@ static double check_prefiltered(struct job *job, enum content content, int *near
     const struct weft_pass_plan_error *e = &weft_pass_plan_get_info(job->plan)->error;
     struct weft_multipass_run_params params = {
         .samples = &job->samples, .grid = &job->grid, .log = &log_to_stderr};
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     fill_coefficients(job, content);
     memcpy(params.pixels, job->pixels, sizeof params.pixels);
     assert_int_equal(run_plan(NULL, job->plan, &params, NULL), WEFT_OK);

@@ -85,7 +85,7 @@ static void check_run(const weft_pass_plan *plan, const json_t *root, bool const
     const struct weft_multipass_run_params params = {
         .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &log_to_stderr};
     struct weft_multipass_report report;
-    struct weft_multipass_error found;
+    struct weft_verify_report found;
     assert_int_equal(run_plan(NULL, plan, &params, &report), WEFT_OK);
     assert_int_equal(verify_plan(plan, &params, &found), WEFT_OK);
     if (!(found.maximum <= bound + 4.0 * 0x1p-24) || found.not_finite_mismatches ||

@@ -24,7 +24,7 @@ enum { SIDE = 8, M = 8, SHIFTED = SIDE * M };
 struct result {
     float pixels[SHIFTED * SHIFTED];
     struct weft_multipass_report report;
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
 };
 
 // M pixels a sample, at the centres of the tiles' samples: what is looked up is the weight itself.

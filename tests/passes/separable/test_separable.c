@@ -67,17 +67,17 @@ static struct request *make_request(const char *kernel, int nx, int ny, int widt
 }
 
 // Runs and compares every pixel with the reference.
-static struct weft_separable_error run(weft_context *context, struct request *r,
-                                       struct weft_separable_report *report)
+static struct weft_verify_report run(weft_context *context, struct request *r,
+                                     struct weft_separable_report *report)
 {
-    struct weft_separable_error error;
+    struct weft_verify_report error;
     assert_int_equal(weft_separable_run(context, &r->params, report), WEFT_OK);
-    assert_int_equal(weft_separable_verify(&r->params, 0.0, &error), WEFT_OK);
+    assert_int_equal(weft_separable_verify(&r->params, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, r->params.width * r->params.height);
     return error;
 }
 
-static void assert_within_bound(const struct weft_separable_error *error, const struct request *r,
+static void assert_within_bound(const struct weft_verify_report *error, const struct request *r,
                                 const char *what)
 {
     const double bound = weft_separable_error_bound(&r->params.kernel);
@@ -95,7 +95,7 @@ static void every_kernel_meets_the_reference(void **state)
     for (int c = 0; c < 2 && contexts[c]; c++) {
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             struct request *r = make_request((*k)->name, 23, 19, 93, 61);
-            const struct weft_separable_error error = run(contexts[c], r, NULL);
+            const struct weft_verify_report error = run(contexts[c], r, NULL);
             assert_within_bound(&error, r, (*k)->name);
             closest = fmax(closest,
                            error.relative_maximum / weft_separable_error_bound(&r->params.kernel));
@@ -134,7 +134,7 @@ static void every_shape_meets_the_reference(void **state)
             const struct shape *s = &shapes[i];
             struct weft_separable_report report;
             struct request *r = make_request(s->kernel, s->nx, s->ny, s->width, s->height);
-            const struct weft_separable_error error = run(contexts[c], r, &report);
+            const struct weft_verify_report error = run(contexts[c], r, &report);
             assert_within_bound(&error, r, s->what);
             if (s->first_axis >= 0 && report.first_axis != s->first_axis)
                 fail_msg("%s: axis %d went first", s->what, report.first_axis);
@@ -155,7 +155,7 @@ static void positions_may_be_anywhere(void **state)
         r->y[i] = i % 3 ? 20.0 * noise((uint32_t)~i) : far[(size_t)i % WEFT_COUNT(far)];
     }
     for (int c = 0; c < 2 && contexts[c]; c++) {
-        const struct weft_separable_error error = run(contexts[c], r, NULL);
+        const struct weft_verify_report error = run(contexts[c], r, NULL);
         assert_within_bound(&error, r, "positions in any order");
     }
     free(r);
@@ -233,7 +233,7 @@ static void not_finite_samples_stay_where_they_count(void **state)
                     values[i / WEFT_COUNT(kernels) / WEFT_COUNT(sizes)];
             for (int x = 0; size[0] == 160 && x < 40; x++)
                 r->x[x] = x;
-            const struct weft_separable_error error = run(contexts[c], r, NULL);
+            const struct weft_verify_report error = run(contexts[c], r, NULL);
             const int count = check_not_finite(r, bad, kernel);
             assert_in_range(count, size[0] < 40 ? 0 : 1, size[0] * size[1] / 4);
             if (size[0] == 40 && r->params.kernel.interpolating)
@@ -294,7 +294,7 @@ static void the_largest_floats_do_not_overflow(void **state)
         for (int s = 0; s < 24 * 18; s++)
             r->samples[s] = fill[noise((uint32_t)s) > 0.0];
         for (int c = 0; c < 2 && contexts[c]; c++) {
-            const struct weft_separable_error error = run(contexts[c], r, NULL);
+            const struct weft_verify_report error = run(contexts[c], r, NULL);
             assert_within_bound(&error, r, kernel);
             for (int p = 0; p < 83 * 71; p++) {
                 assert_false(isnan(r->pixels[p]));
@@ -346,7 +346,7 @@ static void only_the_pixels_are_written(void **state)
         r->params.memory_bytes = i % 2 ? 20000 : 0;
         for (size_t p = 0; p < WEFT_COUNT(r->pixels); p++)
             r->pixels[p] = 77.0f;
-        const struct weft_separable_error error = run(contexts[0], r, NULL);
+        const struct weft_verify_report error = run(contexts[0], r, NULL);
         assert_within_bound(&error, r, "stride");
         for (int p = 0; p < MAX_SIDE * MAX_SIDE; p++)
             if (p % r->params.stride >= width || p / r->params.stride >= 50)
@@ -364,7 +364,7 @@ static void only_samples_in_reach_are_uploaded(void **state)
         r->x[i] = i < 4 ? 10.5 : 390.25; // eight columns of samples
         r->y[i] = i < 4 ? 5.5 : 250.25;  // and eight rows
     }
-    const struct weft_separable_error error = run(contexts[0], r, &report);
+    const struct weft_verify_report error = run(contexts[0], r, &report);
     assert_within_bound(&error, r, "two places");
     // And a texel of weights and a first tap for all positions.
     assert_int_equal(report.uploaded_bytes, 8 * 8 * 4 + 16 * (16 + 4));
@@ -449,14 +449,14 @@ static void bad_requests_are_refused(void **state)
         const struct refusal *refusal = &refusals[i];
         struct message message[2] = {{.count = 0}, {.count = 0}};
         struct weft_log log = {keep_message, &message[0]};
-        struct weft_separable_error error;
+        struct weft_verify_report error;
         struct request *r = make_request("catmull-rom", 10, 10, 30, 20);
         r->params.log = &log;
         refusal->change(r);
         assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), refusal->result);
         log.priv = &message[1];
         if (!refusal->run_only)
-            assert_int_equal(weft_separable_verify(&r->params, 0.0, &error), refusal->result);
+            assert_int_equal(weft_separable_verify(&r->params, NULL, &error), refusal->result);
         for (int m = 0; m < (refusal->run_only ? 1 : 2); m++) {
             assert_int_equal(message[m].count, 1);
             if (!strstr(message[m].text, refusal->text))
@@ -485,7 +485,7 @@ static void progress_can_cancel(void **state)
     struct request *r = make_request("linear", 20, 20, 100, 100);
     r->params.memory_bytes = 20000;
     struct weft_separable_report report;
-    struct weft_separable_error error;
+    struct weft_verify_report error;
     assert_int_equal(weft_separable_run(contexts[0], &r->params, &report), WEFT_OK);
     for (int calls = 0; calls < report.rectangles; calls += 3) {
         struct patience patience = {calls, 0.0};
@@ -499,7 +499,7 @@ static void progress_can_cancel(void **state)
     assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_OK);
     assert_true(patience.last == 1.0);
     patience = (struct patience){1, 0.0};
-    assert_int_equal(weft_separable_verify(&r->params, 0.0, &error), WEFT_ERR_CANCELLED);
+    assert_int_equal(weft_separable_verify(&r->params, NULL, &error), WEFT_ERR_CANCELLED);
     free(r);
 }
 
@@ -507,10 +507,12 @@ static void progress_can_cancel(void **state)
 static void verifying_may_be_short(void **state)
 {
     (void)state;
-    struct weft_separable_error error;
+    struct weft_verify_report error;
     struct request *r = make_request("lanczos:8", 20, 20, 399, 301);
     assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_OK);
-    assert_int_equal(weft_separable_verify(&r->params, 1e-9, &error), WEFT_OK);
+    assert_int_equal(weft_separable_verify(
+                         &r->params, &(struct weft_verify_params){.max_seconds = 1e-9}, &error),
+                     WEFT_OK);
     assert_int_equal(error.pixels_total, 399 * 301);
     assert_in_range(error.pixels_checked, 1, 399 * 301 - 1);
     for (int i = 0; i < 10; i++) {
@@ -518,7 +520,7 @@ static void verifying_may_be_short(void **state)
         struct request *small = make_request("linear", 10, 10, 10, 10);
         assert_int_equal(weft_separable_run(contexts[0], &small->params, NULL), WEFT_OK);
         small->pixels[at] += 1.0f;
-        assert_int_equal(weft_separable_verify(&small->params, 60.0, &error), WEFT_OK);
+        assert_int_equal(weft_separable_verify(&small->params, NULL, &error), WEFT_OK);
         assert_int_equal(error.at_y * 10 + error.at_x, at);
         assert_near(error.maximum, 1.0, 1e-6, "an error of one");
         assert_near(error.rms, 0.1, 1e-6, "of one pixel in a hundred");

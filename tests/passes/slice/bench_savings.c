@@ -58,7 +58,7 @@ struct way {
     float *pixels;
     double seconds[MAX_RUNS];
     struct weft_slice_report report;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
 };
 
 static int compare(const void *a, const void *b)

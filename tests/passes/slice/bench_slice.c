@@ -145,7 +145,7 @@ struct way {
     weft_slice_plan *plan;
     double seconds[MAX_RUNS], whole_seconds[MAX_RUNS], ratio[MAX_RUNS];
     struct weft_slice_report report;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
 };
 
 static enum weft_result make_plan(const struct job *job, weft_volume *volume,

@@ -68,7 +68,7 @@ static struct weft_slice_geometry oblique(double n, double offset, int width, in
 
 // Plans, runs and verifies; returns the pixels (to be freed).
 static float *run_slice(weft_context *context, weft_volume *volume,
-                        const struct weft_slice_params *params, struct weft_slice_error *error,
+                        const struct weft_slice_params *params, struct weft_verify_report *error,
                         struct weft_slice_report *report)
 {
     weft_slice_plan *plan = NULL;
@@ -83,7 +83,7 @@ static float *run_slice(weft_context *context, weft_volume *volume,
     return pixels;
 }
 
-static void assert_within(const struct weft_slice_error *error, double tolerance, const char *what)
+static void assert_within(const struct weft_verify_report *error, double tolerance, const char *what)
 {
     if (!(error->relative_maximum <= tolerance) || error->not_finite_mismatches)
         fail_msg("%s: error %.3g at (%d, %d): %.9g instead of %.9g; %d not finite", what,
@@ -91,7 +91,7 @@ static void assert_within(const struct weft_slice_error *error, double tolerance
                  error->at_reference, (int)error->not_finite_mismatches);
 }
 
-static void assert_accurate(const struct weft_slice_error *error, const char *what)
+static void assert_accurate(const struct weft_verify_report *error, const char *what)
 {
     assert_within(error, TOLERANCE, what);
 }
@@ -116,7 +116,7 @@ static void every_kernel_layout_and_context_meets_the_reference(void **state)
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int l = WEFT_LAYOUT_AUTO; l <= WEFT_LAYOUT_PLAIN; l++) {
                 char what[128];
-                struct weft_slice_error error;
+                struct weft_verify_report error;
                 struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                    .space = WEFT_SPACE_INDEX,
                                                    .geometry = oblique(30, 0, 83, 71),
@@ -144,7 +144,7 @@ static void axis_slices_meet_the_reference(void **state)
         const double at[] = {3.0, 3.5, NAN, -5.0, -6.25, 100.0};
         for (size_t i = 0; i < WEFT_COUNT(at); i++) {
             for (int l = WEFT_LAYOUT_INTERLEAVED; l <= WEFT_LAYOUT_PLAIN; l++) {
-                struct weft_slice_error error;
+                struct weft_verify_report error;
                 struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                                    .layout = (enum weft_layout)l};
                 assert_int_equal(weft_slice_axis_geometry(NULL, volume, WEFT_SPACE_INDEX, axis,
@@ -188,7 +188,7 @@ static void far_offsets_cost_no_accuracy(void **state)
     const int32_t offsets[] = {0, 1000000, -1000003, 500000000};
     for (size_t i = 0; i < WEFT_COUNT(offsets); i++) {
         weft_volume *volume = make_volume(30, 30, 30, offsets[i], 0.0f, NULL);
-        struct weft_slice_error error;
+        struct weft_verify_report error;
         struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                            .geometry = oblique(30, offsets[i], 90, 90)};
         free(run_slice(contexts[0], volume, &params, &error, NULL));
@@ -223,7 +223,7 @@ static void any_affine_transform_is_inverted(void **state)
             world.geometry.u[r] = out[1];
             world.geometry.v[r] = out[2];
         }
-        struct weft_slice_error error;
+        struct weft_verify_report error;
         float *a = run_slice(contexts[0], volume, &index, NULL, NULL);
         float *b = run_slice(contexts[0], volume, &world, &error, NULL);
         assert_accurate(&error, "world space");
@@ -328,7 +328,7 @@ static void not_finite_voxels_stay_in_reach(void **state)
         weft_volume *volume = NULL;
         assert_int_equal(weft_volume_create(&volume_params, &volume), WEFT_OK);
         for (int l = WEFT_LAYOUT_INTERLEAVED; l <= WEFT_LAYOUT_PLAIN; l++) {
-            struct weft_slice_error error;
+            struct weft_verify_report error;
             struct weft_slice_report report;
             struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                                .geometry = oblique(N, 0, 128, 128),
@@ -347,7 +347,7 @@ static void a_clamped_volume_holds_its_edge(void **state)
 {
     (void)state;
     weft_volume *volume = make_volume(13, 9, 11, 3, NAN, NULL);
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                        .geometry = oblique(60, -15, 128, 128)};
     free(run_slice(contexts[0], volume, &params, &error, NULL));
@@ -386,7 +386,7 @@ static void thin_volumes_and_wide_steps_work(void **state)
     for (size_t s = 0; s < WEFT_COUNT(sizes); s++) {
         weft_volume *volume = make_volume(sizes[s][0], sizes[s][1], sizes[s][2], 0, 0.0f, NULL);
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
-            struct weft_slice_error error;
+            struct weft_verify_report error;
             struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                .space = WEFT_SPACE_INDEX,
                                                .geometry = oblique(8, -3, 40, 40)};
@@ -401,7 +401,7 @@ static void thin_volumes_and_wide_steps_work(void **state)
     weft_volume *volume = make_volume(30, 30, 30, 0, 0.0f, NULL);
     const double lengths[] = {300, 1e5, 1e8};
     for (size_t i = 0; i < WEFT_COUNT(lengths); i++) {
-        struct weft_slice_error error;
+        struct weft_verify_report error;
         struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                            .geometry =
                                                oblique(lengths[i], 15 - lengths[i] / 2, 65, 65)};
@@ -417,7 +417,7 @@ static void a_slice_of_one_pixel_and_odd_sizes_work(void **state)
     weft_volume *volume = make_volume(20, 20, 20, 0, 0.0f, NULL);
     const int sizes[][2] = {{1, 1}, {1, 300}, {300, 1}, {257, 255}, {513, 2}};
     for (size_t i = 0; i < WEFT_COUNT(sizes); i++) {
-        struct weft_slice_error error;
+        struct weft_verify_report error;
         struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
                                            .geometry = oblique(20, 0, sizes[i][0], sizes[i][1])};
         free(run_slice(contexts[0], volume, &params, &error, NULL));
@@ -483,7 +483,7 @@ static void runs_and_verification_can_be_cancelled(void **state)
                                        .geometry = oblique(16, 0, 32, 32)};
     float pixels[32 * 32] = {0};
     weft_slice_plan *plan = NULL;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     params.progress = &progress;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_ERR_CANCELLED);
     assert_null(plan);
@@ -558,7 +558,7 @@ static void real_volumes_meet_the_reference(void **state)
             oblique(info->active_max[1] - info->active_min[1], info->active_min[1], 128, 128);
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int p = 0; p < 2; p++) {
-                struct weft_slice_error error;
+                struct weft_verify_report error;
                 struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                    .space = WEFT_SPACE_INDEX,
                                                    .geometry = planes[p]};
@@ -607,7 +607,7 @@ static void any_parameters_can_be_sliced(void **state)
                 const double tenths = round(10.0 * (low + (high - low) * (rand() % 1000) / 1e3));
                 p[n] = i == 0 ? low : i == 1 ? high : fmax(low, 0.1 * tenths);
             }
-            struct weft_slice_error error;
+            struct weft_verify_report error;
             char name[100];
             assert_int_equal(weft_kernel_create(NULL, info, p, &params.kernel), WEFT_OK);
             weft_kernel_format(&params.kernel, name, sizeof name);

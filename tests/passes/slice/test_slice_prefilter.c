@@ -74,7 +74,7 @@ struct result {
     float *pixels;          // to be freed
     double bound, absolute; // of the source's format, in values
     int overlap, tiles;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
 };
 
 static struct result slice(weft_context *context, weft_volume *volume,
@@ -101,7 +101,7 @@ static struct result slice(weft_context *context, weft_volume *volume,
 // Within the bounds of the plan and of the coefficients, and a relative error that was measured.
 static void assert_within(const struct result *r, double measured, const char *what)
 {
-    const struct weft_slice_error *e = &r->error;
+    const struct weft_verify_report *e = &r->error;
     const bool floats = r->absolute == 0.0;
     if (!(e->relative_maximum <= (floats ? fmin(measured, r->bound) : measured) &&
           e->maximum <= e->bound) ||
@@ -216,7 +216,7 @@ static void finite_pixels_know_nothing_of_missing_voxels(void **state)
             assert_within(&r, INFINITY, kernels[k]);
             // Pixels made as if nothing were missing are wrong.
             weft_slice_plan *plan = NULL;
-            struct weft_slice_error error;
+            struct weft_verify_report error;
             assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
             assert_int_equal(weft_slice_verify(plan, volume, full.pixels, NULL, &error), WEFT_OK);
             assert_true(error.not_finite_mismatches > 100);
@@ -239,7 +239,7 @@ static void verification_sees_blur(void **state)
                                        .geometry = oblique(N, 40, 40)};
     struct result plain = slice(contexts[0], volume, &params, false);
     weft_slice_plan *plan = NULL;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     params.kernel = kernel_named("bspline3i");
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     assert_int_equal(weft_slice_verify(plan, volume, plain.pixels, NULL, &error), WEFT_OK);
@@ -472,7 +472,7 @@ static void check_far(const struct weft_kernel *kernel, int axis, int away, floa
     at[axis] = FAR_MIDDLE + kernel->width / 2 + overlap + away;
     weft_volume *volume = make_bar(axis, at, value, data, size);
     weft_slice_plan *plan = NULL;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
     assert_int_equal(info->prefilter_overlap, overlap);
@@ -558,7 +558,7 @@ static void passes_run_on_coefficients(void **state)
         float pixels[20 * 20];
         weft_pass_plan *plan = NULL;
         struct weft_slice_multipass_report report;
-        struct weft_slice_error error;
+        struct weft_verify_report error;
         struct weft_pass_plan_params *plan_params =
             weft_pass_plan_params(.kernel = params.kernel, .dims = 3, .samples = cases[i].samples);
         assert_int_equal(weft_profile_parse(NULL, cases[i].profile, &plan_params->profile),

@@ -94,7 +94,7 @@ static struct weft_slice_report run(weft_context *context, weft_volume *volume,
 {
     weft_slice_plan *plan = NULL;
     struct weft_slice_report report;
-    struct weft_slice_error error = {0};
+    struct weft_verify_report error = {0};
     assert_true(params->geometry.width * params->geometry.height <= MAX_PIXELS);
     assert_int_equal(weft_slice_plan_create(volume, params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
@@ -475,7 +475,7 @@ static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *
     weft_slice_plan *plan = NULL;
     weft_method_plan *method = NULL;
     struct weft_method_report report;
-    struct weft_slice_error error;
+    struct weft_verify_report error;
     assert_int_equal(weft_slice_plan_create(volume, &params.slice, &plan), WEFT_OK);
     assert_int_equal(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &params.statistics),
                      WEFT_OK);

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Images for the verifier: a grid's positions, samples and pixels in memory.
+#include <math.h>
+
+#include "passes/separable/job.h"
+#include "passes/verify/planes.h"
+#include "passes/verify/verifier.h"
+
+// About what a tap, and all that is not a tap, takes of a reference.
+static const double TAP_SECONDS = 8e-9, OTHER_SECONDS = 1.5e-7;
+
+struct subject {
+    struct weft_pixels_verify_params p; // with its defaults filled in
+    bool derived;                       // kernels differ between axes
+    int channel;                        // that is fetched
+    weft_cardinal *cardinal;            // where it is asked for
+};
+
+// ---- positions, samples and pixels --------------------------------------------------------------
+
+static void position(void *priv, int x, int y, const double moved[3], double out[3])
+{
+    const struct subject *s = priv;
+    (void)moved; // engines take these positions as they are
+    weft_multipass_position(s->p.grid, x, y, out);
+}
+
+static double pixel(void *priv, int channel, int x, int y)
+{
+    const struct subject *s = priv;
+    const struct weft_verify_plane *plane = &s->p.pixels[channel];
+    return weft_verify_value(plane, y * plane->stride + x);
+}
+
+static int64_t nearest(int64_t i, int size)
+{
+    return i < 0 ? 0 : i >= size ? size - 1 : i;
+}
+
+static double fetch(void *priv, const int64_t index[3])
+{
+    const struct subject *s = priv;
+    const struct weft_verify_plane *plane = &s->p.samples[s->channel];
+    const int *size = s->p.size;
+    const int64_t row = nearest(index[2], size[2]) * size[1] + nearest(index[1], size[1]);
+    return weft_verify_value(plane, row * plane->stride + nearest(index[0], size[0]));
+}
+
+static enum weft_result refer(void *priv, int channel, const double at[3], bool finite,
+                              struct weft_reference_value *out)
+{
+    struct subject *s = priv;
+    s->channel = channel;
+    if (s->cardinal)
+        *out = weft_cardinal_compute(s->cardinal, channel, at, finite);
+    else if (s->derived)
+        *out = weft_reference_compute_axes(s->p.kernel, s->p.dims, at, fetch, s);
+    else
+        *out = weft_reference_compute(s->p.kernel, s->p.dims, at, fetch, s);
+    return WEFT_OK;
+}
+
+// ---- the request --------------------------------------------------------------------------------
+
+static void fill_defaults(struct subject *s)
+{
+    struct weft_pixels_verify_params *p = &s->p;
+    p->dims = p->dims ? p->dims : 2;
+    p->channels = p->channels ? p->channels : 1;
+    for (int a = 1; a < 3; a++) {
+        s->derived = s->derived || (a < p->dims && p->kernel[a].info);
+        p->kernel[a] = p->kernel[a].info ? p->kernel[a] : p->kernel[0];
+    }
+    for (int a = p->dims > 0 ? p->dims : 1; a < 3; a++)
+        p->size[a] = 1;
+    for (int c = 0; c < 4; c++) {
+        p->samples[c].stride = p->samples[c].stride ? p->samples[c].stride : p->size[0];
+        p->pixels[c].stride = p->pixels[c].stride ? p->pixels[c].stride : p->grid->width;
+    }
+}
+
+static enum weft_result check(const struct subject *s)
+{
+    const struct weft_pixels_verify_params *p = &s->p;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->dims >= 1 && p->dims <= 3);
+    weft_require(p->log, p->channels >= 1 && p->channels <= 4);
+    weft_require(p->log, p->grid->width > 0 && p->grid->height > 0);
+    for (int a = 0; a < 3; a++) {
+        weft_require(p->log, p->size[a] > 0);
+        weft_require(p->log, p->kernel[a].width == p->kernel[0].width);
+        weft_require(p->log, !p->cardinal || p->kernel[a].prefiltered);
+        res = weft_kernel_check(p->log, &p->kernel[a]);
+        if (res != WEFT_OK)
+            return res;
+        res = WEFT_ERR_ARGUMENT;
+    }
+    for (int c = 0; c < p->channels; c++) {
+        weft_require(p->log, p->samples[c].values && p->pixels[c].values);
+        weft_require_enum(p->log, p->samples[c].type, WEFT_VERIFY_UINT32);
+        weft_require_enum(p->log, p->pixels[c].type, WEFT_VERIFY_UINT32);
+        weft_require(p->log, p->samples[c].stride >= p->size[0]);
+        weft_require(p->log, p->pixels[c].stride >= p->grid->width);
+    }
+    if (p->cardinal && p->dims != 2) {
+        weft_error(p->log, "verifying: cardinal splines are for 2D here, not %dD", p->dims);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static double seconds_of(const struct subject *s)
+{
+    return s->cardinal ? weft_cardinal_seconds(s->cardinal)
+                       : OTHER_SECONDS + TAP_SECONDS * pow(s->p.kernel[0].width, s->p.dims);
+}
+
+enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *params,
+                                    struct weft_verify_report *out)
+{
+    struct subject s = {.p = *params};
+    *out = (struct weft_verify_report){0};
+    fill_defaults(&s);
+    enum weft_result res = check(&s);
+    if (res == WEFT_OK && s.p.cardinal)
+        res = weft_cardinal_create(s.p.log, s.p.kernel, s.p.channels, s.p.samples, s.p.size,
+                                   &s.cardinal);
+    const struct weft_verifier v = {
+        .width = s.p.grid->width,
+        .height = s.p.grid->height,
+        .channels = s.p.channels,
+        .priv = &s,
+        .position = position,
+        .refer = refer,
+        .pixel = pixel,
+        .seconds = seconds_of(&s),
+        .bound_relative = s.p.bound_relative,
+        .bound_absolute = s.p.bound_absolute,
+        .how = s.p.how,
+        .log = s.p.log,
+    };
+    if (res == WEFT_OK)
+        res = weft_verifier_run(&v, out);
+    weft_cardinal_destroy(&s.cardinal);
+    return res;
+}
+
+// ---- the engines' own requests ------------------------------------------------------------------
+
+static struct weft_verify_params how_of(const struct weft_verify_params *params,
+                                        const struct weft_progress *progress)
+{
+    struct weft_verify_params how = params ? *params : (struct weft_verify_params){0};
+    how.progress = how.progress ? how.progress : progress;
+    return how;
+}
+
+enum weft_result weft_separable_verify(const struct weft_separable_params *request,
+                                       const struct weft_verify_params *params,
+                                       struct weft_verify_report *out)
+{
+    struct weft_separable_params r;
+    *out = (struct weft_verify_report){0};
+    const enum weft_result res = weft_separable_check(request, &r);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_pixel_grid grid = {
+        .width = r.width, .height = r.height, .columns = r.x, .rows = r.y};
+    return weft_pixels_verify(
+        weft_pixels_verify_params(.kernel = {r.kernel}, .grid = &grid,
+                                  .size = {r.size[0], r.size[1]}, .samples = {{r.samples}},
+                                  .pixels = {{r.pixels, .stride = r.stride}},
+                                  .bound_relative = weft_separable_error_bound(&r.kernel),
+                                  .bound_absolute = 0.0, .how = how_of(params, r.progress),
+                                  .log = r.log),
+        out);
+}
+
+enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,
+                                            const struct weft_multipass_verify_params *params,
+                                            struct weft_verify_report *out)
+{
+    const struct weft_multipass_request request = {
+        .samples = params->samples,
+        .grid = params->grid,
+        .pixels = {params->pixels[0], params->pixels[1], params->pixels[2], params->pixels[3]},
+        .stride = params->stride,
+    };
+    *out = (struct weft_verify_report){0};
+    enum weft_result res = weft_multipass_check_list(params->log, work);
+    if (res == WEFT_OK)
+        res = weft_multipass_check_request(params->log, work, &request);
+    if (res != WEFT_OK)
+        return res;
+    struct weft_pixels_verify_params p =
+        *weft_pixels_verify_params(.kernel = {work->kernel}, .dims = work->passes->dims,
+                                   .grid = params->grid, .channels = work->channels,
+                                   .how = params->how, .log = params->log);
+    for (int a = 0; a < 3; a++)
+        p.size[a] = params->samples->size[a];
+    for (int c = 0; c < work->channels; c++) {
+        p.samples[c].values = params->samples->plane[c];
+        p.pixels[c] =
+            (struct weft_verify_plane){.values = params->pixels[c], .stride = params->stride};
+    }
+    if (work->derivative) {
+        p.kernel[1] = p.kernel[2] = work->kernel;
+        res = weft_kernel_derive(params->log, &work->kernel, &p.kernel[work->derivative - 1]);
+    }
+    return res == WEFT_OK ? weft_pixels_verify(&p, out) : res;
+}
+
+enum weft_result weft_multipass_verify(const struct weft_multipass_verify_params *params,
+                                       struct weft_verify_report *out)
+{
+    struct weft_multipass_work work;
+    *out = (struct weft_verify_report){0};
+    const enum weft_result res = weft_multipass_plan_work(params->log, params->plan, &work);
+    return res == WEFT_OK ? weft_multipass_verify_work(&work, params, out) : res;
+}
