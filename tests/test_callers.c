@@ -1469,6 +1469,7 @@ static void resample_runs(void)
     TRUE(weft_resample_bound(plan, &weft_resample_source_get_info(source)->statistics, 0.0).total >=
          0.0);
     weft_resample_bound(plan, &none, -1.0);
+    TRUE(weft_resample_e1(source) > 0.0);
     REFUSED(weft_resample_compile(NULL, plan, &compiled)); // separable runs on GL alone
     SURVIVED(weft_resample_compile(context, plan, &compiled));
     struct weft_resample_run_params good = {.source = source, .plane = {out}, .log = &logger};
@@ -1773,7 +1774,7 @@ static const struct {
     {resample_sources, {F(resample_source_create), F(resample_source_destroy)}},
     {resample_runs,
      {F(resample_compile), F(resample_compiled_destroy), F(resample_run), F(resample_verify),
-      F(resample_plan_get_info), F(resample_source_get_info), F(resample_bound),
+      F(resample_plan_get_info), F(resample_source_get_info), F(resample_bound), F(resample_e1),
       F(resample_work_add)}},
     {resample_integers,
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},

@@ -125,10 +125,9 @@ struct weft_resample_statistics {
     // coefficients of prefiltered kernels and samples else; both 0 where there are none.
     double low, high;
     uint64_t clamped; // values read that are outside it, or not finite
-    // Leading term of the kernel's own error (weft_error_e1), with the largest difference of the
-    // kernel's order between neighbours along x and y as the signal's derivative; NAN for kernels
-    // of order 0 or above WEFT_STATISTICS_DIFFERENCES, and radial ones.
-    double e1;
+    // Largest difference of the kernel's order between neighbours along x and along y, in place of
+    // the signal's derivative; NAN for kernels of order 0 or above WEFT_STATISTICS_DIFFERENCES.
+    double difference;
 };
 
 struct weft_resample_source_info {
@@ -149,6 +148,11 @@ weft_resample_source_create(const struct weft_resample_source_params *params,
 WEFT_API void weft_resample_source_destroy(weft_resample_source **source); // accepts &NULL
 WEFT_API const struct weft_resample_source_info *
 weft_resample_source_get_info(const weft_resample_source *source);
+
+// Leading term of the kernel's own error, which no engine is to blame for: weft_error_e1 for a
+// signal that changes as the samples do. NAN where `difference` is, and for radial kernels. The
+// kernel is analysed anew in every call, which takes tens of milliseconds.
+WEFT_API double weft_resample_e1(const weft_resample_source *source);
 
 // How far results may be off, the largest of which is `result` (0: not known yet), in the source's
 // values: the plan's terms, by weft_bound_compute. Integers that are moved have no error.

@@ -115,9 +115,9 @@ static void measure_samples(weft_resample_source *s)
             weft_statistics_add_differences(&samples, s->plane[c] + x, height, (size_t)s->stride);
     }
     set_ends(&samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
-    s->info.statistics.e1 = order < 1 || order > WEFT_STATISTICS_DIFFERENCES
-                                ? (double)NAN
-                                : weft_error_e1(&s->info.kernel, 2, samples.difference[order - 1]);
+    s->info.statistics.difference = order < 1 || order > WEFT_STATISTICS_DIFFERENCES
+                                        ? (double)NAN
+                                        : samples.difference[order - 1];
 }
 
 static uint64_t count_outside(const float *values, size_t count, double low, double high)
@@ -210,7 +210,13 @@ weft_resample_source_get_info(const weft_resample_source *source)
     return &source->info;
 }
 
-// ---- bounds -------------------------------------------------------------------------------------
+// ---- errors -------------------------------------------------------------------------------------
+
+double weft_resample_e1(const weft_resample_source *source)
+{
+    const double difference = source->info.statistics.difference;
+    return isnan(difference) ? (double)NAN : weft_error_e1(&source->info.kernel, 2, difference);
+}
 
 // The border's samples hold beyond it: none are out of reach.
 struct weft_bound weft_resample_bound_of(const struct weft_bound_terms *terms,

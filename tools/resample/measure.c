@@ -41,6 +41,7 @@ static enum weft_result create_source(struct resample_job *job, struct resample_
         return res;
     const struct weft_resample_source_info *info = weft_resample_source_get_info(group->source);
     group->statistics = info->statistics;
+    group->e1 = weft_resample_e1(group->source);
     job->work.prepare_seconds += info->prefilter_seconds;
     if (group->exact)
         set_exact_range(job, group);

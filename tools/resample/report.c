@@ -134,7 +134,7 @@ static json_t *groups_json(const struct resample_job *job)
                       json_count(of->clamped), "minimum", json_number(group->minimum), "maximum",
                       json_number(group->maximum), "not_finite", json_count(group->not_finite),
                       "bound", resample_bound_json(&group->bound)));
-        json_object_set_new(one, "e1", json_number(of->e1));
+        json_object_set_new(one, "e1", json_number(group->e1));
         if (job->option[RESAMPLE_MAX_ERROR].given)
             json_object_set_new(one, "max_error", json_number(group->max_error));
         if (job->option[RESAMPLE_VERIFY].given)
@@ -344,7 +344,7 @@ static void explain_budget(const struct resample_job *job)
         const struct weft_resample_statistics *of = &group->statistics;
         const struct weft_bound bound = resample_group_bound(group, 0.0);
         printf("%s: samples from %.9g to %.9g; bound %.3g, --max-error %.3g, E1 %.3g\n", name,
-               of->sample_low, of->sample_high, bound.total, group->max_error, of->e1);
+               of->sample_low, of->sample_high, bound.total, group->max_error, group->e1);
     }
 }
 
@@ -379,7 +379,7 @@ static void print_error(const struct resample_job *job, const struct resample_gr
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
            "%.9g; E1 %.3g\n",
            name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
-           group->statistics.sample_low, group->statistics.sample_high, group->statistics.e1);
+           group->statistics.sample_low, group->statistics.sample_high, group->e1);
     if (e->not_finite_mismatches)
         printf("%s: finite on one side only: %llu values\n", name,
                (unsigned long long)e->not_finite_mismatches);
