@@ -74,11 +74,62 @@ static void cut_slice(void)
     weft_volume_destroy(&volume);
 }
 
+// README.md's second example, smaller.
+static enum weft_result enlarge(weft_context *context, const float *const plane[3],
+                                float *const out[3])
+{
+    weft_resample_plan *plan = NULL;
+    weft_resample_compiled *compiled = NULL;
+    weft_resample_source *source = NULL;
+    enum weft_result res = weft_resample_plan_create(
+        weft_resample_params(.size = {3, 2}, .width = 9, .height = 6), &plan);
+    if (res == WEFT_OK)
+        res = weft_resample_compile(context, plan, &compiled);
+    if (res == WEFT_OK)
+        res = weft_resample_source_create(
+            weft_resample_source_params(.width = 3, .height = 2, .stride = 4, .channels = 3,
+                                        .plane = {plane[0], plane[1], plane[2]}),
+            &source);
+    if (res == WEFT_OK)
+        res = weft_resample_run(
+            compiled,
+            &(struct weft_resample_run_params){
+                .source = source, .stride = 10, .plane = {out[0], out[1], out[2]}},
+            NULL);
+    weft_resample_source_destroy(&source);
+    weft_resample_compiled_destroy(&compiled);
+    weft_resample_plan_destroy(&plan);
+    return res;
+}
+
+static void resample_planes(void)
+{
+    static const float samples[3][8] = {
+        {1, 2, 3, -9, 4, 5, 6, -9}, {7, 7, 7, -9, 7, 7, 7, -9}, {0, 1, 0, -9, 1, 0, 1, -9}};
+    float pixels[3][60];
+    weft_context *context = NULL;
+    const struct weft_context_params any = {.kind = WEFT_CONTEXT_AUTO, .log = &logger};
+    if (weft_context_create(&any, &context) != WEFT_OK)
+        return;
+    must(enlarge(context, (const float *const[]){samples[0], samples[1], samples[2]},
+                 (float *const[]){pixels[0], pixels[1], pixels[2]}),
+         "enlarge");
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < 6; i++) { // every third pixel lies on a sample
+            const float pixel = pixels[c][(3 * (i / 3) + 1) * 10 + 3 * (i % 3) + 1];
+            if (!(fabsf(pixel - samples[c][i / 3 * 4 + i % 3]) <= 1e-5f))
+                must(WEFT_ERR_GL, "the pixels' values");
+        }
+    puts("three planes resampled");
+    weft_context_destroy(&context);
+}
+
 int main(void)
 {
     printf("weft %s, the first of its kernels: %s\n", weft_version(), weft_kernel_list[0]->name);
     plan_passes();
     write_images();
     cut_slice();
+    resample_planes();
     return 0;
 }
