@@ -16,6 +16,7 @@
 #include "filter/check.h"
 #include "passes/accumulate/tree.h"
 #include "passes/multipass/multipass.h"
+#include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
 #include "passes/slice/slice.h"
 #include "passes/verify/verify.h"
@@ -154,6 +155,49 @@ static enum weft_result filter_plane(void)
                                                               .memory_bytes = 40000,
                                                               .log = &test_log},
                               NULL);
+}
+
+static const char *resample_kernel;
+static bool resample_passes;
+
+// Two channels whose rows lie apart.
+static enum weft_result resample_planes(void)
+{
+    enum { PIXELS = 50 };
+    static float pixels[2][PIXELS * PIXELS];
+    weft_pass_plan *passes = NULL;
+    weft_resample_plan *plan = NULL;
+    weft_resample_compiled *compiled = NULL;
+    weft_resample_source *source = NULL;
+    struct weft_kernel kernel;
+    enum weft_result res = weft_kernel_parse(&test_log, resample_kernel, &kernel);
+    if (res == WEFT_OK && resample_passes)
+        res = weft_pass_plan_create(
+            weft_pass_plan_params(.kernel = kernel, .samples = 16, .log = &test_log), &passes);
+    if (res == WEFT_OK)
+        res = weft_resample_plan_create(
+            weft_resample_params(.passes = passes, .kernel = kernel, .size = {SIDE - 1, SIDE},
+                                 .width = PIXELS, .height = PIXELS, .log = &test_log),
+            &plan);
+    if (res == WEFT_OK)
+        res = weft_resample_compile(passes ? NULL : context, plan, &compiled);
+    if (res == WEFT_OK)
+        res = weft_resample_source_create(
+            weft_resample_source_params(.kernel = kernel, .width = SIDE - 1, .height = SIDE,
+                                        .stride = SIDE, .channels = 2, .plane = {plane, plane},
+                                        .log = &test_log),
+            &source);
+    if (res == WEFT_OK)
+        res = weft_resample_run(compiled,
+                                &(struct weft_resample_run_params){.source = source,
+                                                                   .plane = {pixels[0], pixels[1]},
+                                                                   .log = &test_log},
+                                NULL);
+    weft_resample_source_destroy(&source);
+    weft_resample_compiled_destroy(&compiled);
+    weft_resample_plan_destroy(&plan);
+    weft_pass_plan_destroy(&passes);
+    return res;
 }
 
 static enum weft_result save_volume(void)
@@ -309,6 +353,23 @@ static void test_slices(void **state)
     weft_context_destroy(&context);
 }
 
+static void test_resampling(void **state)
+{
+    static const char *const kernels[] = {"catmull-rom", "bspline3i"};
+    (void)state;
+    const struct weft_context_params params = {.kind = WEFT_CONTEXT_AUTO, .log = &test_log};
+    if (weft_context_create(&params, &context) != WEFT_OK)
+        print_message("[  SKIPPED ] no GL context: planes are resampled on the CPU only\n");
+    for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
+        resample_kernel = kernels[k];
+        for (int passes = context ? 0 : 1; passes < 2; passes++) {
+            resample_passes = passes;
+            run(passes ? "weft_resample, by passes" : "weft_resample", resample_planes);
+        }
+    }
+    weft_context_destroy(&context);
+}
+
 static void test_plans(void **state)
 {
     (void)state;
@@ -332,8 +393,9 @@ int main(void)
     for (int i = 0; i < SIDE * SIDE; i++)
         plane[i] = (float)i;
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_outputs), IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
-        IN_FOLDER(test_volumes), IN_FOLDER(test_slices), IN_FOLDER(test_plans),
+        IN_FOLDER(test_outputs),    IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
+        IN_FOLDER(test_volumes),    IN_FOLDER(test_slices), IN_FOLDER(test_plans),
+        IN_FOLDER(test_resampling),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
