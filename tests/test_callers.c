@@ -1472,6 +1472,7 @@ static void resample_runs(void)
     TRUE(weft_resample_e1(source) > 0.0);
     REFUSED(weft_resample_compile(NULL, plan, &compiled)); // separable runs on GL alone
     SURVIVED(weft_resample_compile(context, plan, &compiled));
+    TRUE(weft_resample_compiled_get_info(compiled)->tile_bytes == 0);
     struct weft_resample_run_params good = {.source = source, .plane = {out}, .log = &logger};
 #define CALL weft_resample_run(compiled, &p, NULL)
     SET_REFUSED(good, source, NULL, CALL);
@@ -1773,9 +1774,9 @@ static const struct {
     {resample_plans, {F(resample_plan_create), F(resample_plan_destroy)}},
     {resample_sources, {F(resample_source_create), F(resample_source_destroy)}},
     {resample_runs,
-     {F(resample_compile), F(resample_compiled_destroy), F(resample_run), F(resample_verify),
-      F(resample_plan_get_info), F(resample_source_get_info), F(resample_bound), F(resample_e1),
-      F(resample_work_add)}},
+     {F(resample_compile), F(resample_compiled_destroy), F(resample_compiled_get_info),
+      F(resample_run), F(resample_verify), F(resample_plan_get_info), F(resample_source_get_info),
+      F(resample_bound), F(resample_e1), F(resample_work_add)}},
     {resample_integers,
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
     {resample_choices, {F(resample_choose), F(resample_choice_clear)}},

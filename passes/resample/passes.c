@@ -61,13 +61,14 @@ static int largest_reach(const weft_resample_plan *plan, int axis)
     return largest;
 }
 
-// Values as they are copied and as a texture, pixels as they are read back, and targets.
+// Values as they are copied and as a texture, pixels of channels that nobody asked for, and
+// targets.
 static double tile_bytes(const weft_resample_plan *plan)
 {
     const struct weft_pass_plan_info *passes = plan->info.passes;
     const double values = (double)largest_reach(plan, 0) * largest_reach(plan, 1);
     const double pixels = (double)tile_size(plan, 0, 0) * tile_size(plan, 1, 0);
-    return 2.0 * sizeof(float) * passes->channels * (values + pixels) +
+    return sizeof(float) * (2.0 * passes->channels * values + pixels) +
            (double)passes->target_bytes_per_pixel * pixels;
 }
 
@@ -96,7 +97,8 @@ struct tile {
     int from[2], size[2];    // of the values that it reaches
     double *at[2];           // of its columns and rows, in those values
     int channels;            // of the passes; those past the source's repeat its first
-    float *values[WEFT_RESAMPLE_MAX_CHANNELS], *pixels[WEFT_RESAMPLE_MAX_CHANNELS];
+    float *values[WEFT_RESAMPLE_MAX_CHANNELS];
+    float *unused; // their pixels; NULL where there are none
 };
 
 struct runner {
@@ -119,11 +121,12 @@ static bool allocate_tile(const struct runner *r, struct tile *tile)
         done = (tile->at[a] = malloc((size_t)(a ? tile->height : tile->width) *
                                      sizeof *tile->at[a])) != NULL &&
                done;
-    for (int c = 0; c < tile->channels; c++) {
-        tile->values[c] = malloc(values * sizeof(float));
-        tile->pixels[c] = malloc((size_t)tile->width * (size_t)tile->height * sizeof(float));
-        done = done && tile->values[c] && tile->pixels[c];
-    }
+    for (int c = 0; c < tile->channels; c++)
+        done = (tile->values[c] = malloc(values * sizeof(float))) != NULL && done;
+    if (r->count < tile->channels)
+        done = (tile->unused = malloc((size_t)tile->height * (size_t)r->stride * sizeof(float))) !=
+                   NULL &&
+               done;
     if (!done)
         weft_error(r->log, "out of memory: a tile of %d x %d pixels from %d x %d samples",
                    tile->width, tile->height, tile->size[0], tile->size[1]);
@@ -168,10 +171,9 @@ static void destroy_tile(struct tile *tile)
 {
     free(tile->at[0]);
     free(tile->at[1]);
-    for (int c = 0; c < WEFT_RESAMPLE_MAX_CHANNELS; c++) {
+    for (int c = 0; c < WEFT_RESAMPLE_MAX_CHANNELS; c++)
         free(tile->values[c]);
-        free(tile->pixels[c]);
-    }
+    free(tile->unused);
 }
 
 // ---- the engine ---------------------------------------------------------------------------------
@@ -195,12 +197,14 @@ static void make_request(struct runner *r, struct tile *tile, struct request *q)
                  .rows = tile->at[1]},
         .params = {.samples = &q->samples,
                    .grid = &q->grid,
+                   .stride = r->stride,
                    .progress = &q->progress,
                    .log = r->log},
     };
     for (int c = 0; c < tile->channels; c++) {
         q->samples.plane[c] = tile->values[c];
-        q->params.pixels[c] = tile->pixels[c];
+        q->params.pixels[c] =
+            c < r->count ? r->to[r->first + c] + tile->y * r->stride + tile->x : tile->unused;
     }
 }
 
@@ -216,6 +220,7 @@ static void add_work(struct weft_resample_work *sum, const struct weft_multipass
         .tile_bytes = one->tile_bytes,
         .target_bytes = one->target_bytes,
         .position_bytes = one->position_bytes,
+        .uploaded_bytes = one->uploaded_bytes,
         .clamps = one->clamps,
         .largest_clamp = one->largest_clamp,
     };
@@ -228,15 +233,9 @@ static enum weft_result run_tile(struct runner *r, struct tile *tile)
     struct weft_multipass_report report = {0};
     make_request(r, tile, &q);
     const enum weft_result res = weft_multipass_run(r->compiled, &q.params, &report);
-    if (res != WEFT_OK)
-        return res;
-    const size_t row = (size_t)tile->width;
-    for (int c = 0; c < r->count; c++)
-        for (int y = 0; y < tile->height; y++)
-            memcpy(r->to[r->first + c] + (tile->y + y) * r->stride + tile->x,
-                   tile->pixels[c] + (size_t)y * row, row * sizeof(float));
-    add_work(r->work, &report);
-    return WEFT_OK;
+    if (res == WEFT_OK)
+        add_work(r->work, &report);
+    return res;
 }
 
 static enum weft_result visit_tile(struct runner *r, int column, int row)

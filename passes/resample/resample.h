@@ -96,6 +96,15 @@ WEFT_API enum weft_result weft_resample_compile(weft_context *context,
                                                 weft_resample_compiled **out);
 WEFT_API void weft_resample_compiled_destroy(weft_resample_compiled **compiled); // accepts &NULL
 
+// What compiling cost; valid while the compiled plan lives.
+struct weft_resample_compiled_info {
+    double seconds;
+    uint64_t tile_bytes; // of the kernel's tiles; separable: 0
+    int programs;        // on GL
+};
+WEFT_API const struct weft_resample_compiled_info *
+weft_resample_compiled_get_info(const weft_resample_compiled *compiled);
+
 // ---- source -------------------------------------------------------------------------------------
 
 struct weft_resample_source_params {
@@ -176,13 +185,14 @@ struct weft_resample_run_params {
 struct weft_resample_work {
     int tiles; // of passes; of separable work rectangles; over all channels
     double prepare_seconds, upload_seconds, pass_seconds, readback_seconds;
+    uint64_t uploaded_bytes; // of all: samples and positions; separable: weights
     // Passes: bytes in textures and buffers.
     uint64_t source_bytes, tile_bytes, target_bytes, position_bytes;
     // Passes on the CPU: stores that clamped, and by how many codes at most.
     uint64_t clamps;
     double largest_clamp;
-    // Separable: bytes over all rectangles, and at once, draws, and as in weft_separable_report.
-    uint64_t uploaded_bytes, peak_bytes;
+    // Separable: as in struct weft_separable_report.
+    uint64_t peak_bytes;
     int draws, first_axis;
     double fetches_per_pixel;
 };

@@ -30,6 +30,7 @@ struct weft_resample_compiled {
     const weft_resample_plan *plan;
     weft_context *context;
     weft_multipass *passes; // of a plan of passes
+    struct weft_resample_compiled_info info;
 };
 
 // Values read along an axis, and those of a channel, tightly packed.

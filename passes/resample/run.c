@@ -6,6 +6,20 @@
 
 // ---- compile ------------------------------------------------------------------------------------
 
+static enum weft_result compile_passes(weft_resample_compiled *compiled)
+{
+    const weft_resample_plan *plan = compiled->plan;
+    const enum weft_result res = weft_multipass_compile(
+        compiled->context, weft_multipass_params(.plan = plan->passes, .log = plan->log),
+        &compiled->passes);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_multipass_info *info = weft_multipass_get_info(compiled->passes);
+    compiled->info = (struct weft_resample_compiled_info){
+        .seconds = info->seconds, .tile_bytes = info->tile_bytes, .programs = info->programs};
+    return WEFT_OK;
+}
+
 enum weft_result weft_resample_compile(weft_context *context, const weft_resample_plan *plan,
                                        weft_resample_compiled **out)
 {
@@ -21,12 +35,7 @@ enum weft_result weft_resample_compile(weft_context *context, const weft_resampl
         return WEFT_ERR_MEMORY;
     }
     *compiled = (weft_resample_compiled){.plan = plan, .context = context};
-    const enum weft_result res =
-        plan->passes
-            ? weft_multipass_compile(context,
-                                     weft_multipass_params(.plan = plan->passes, .log = plan->log),
-                                     &compiled->passes)
-            : WEFT_OK;
+    const enum weft_result res = plan->passes ? compile_passes(compiled) : WEFT_OK;
     if (res == WEFT_OK)
         *out = compiled;
     else
@@ -41,6 +50,12 @@ void weft_resample_compiled_destroy(weft_resample_compiled **compiled)
     weft_multipass_destroy(&(*compiled)->passes);
     free(*compiled);
     *compiled = NULL;
+}
+
+const struct weft_resample_compiled_info *
+weft_resample_compiled_get_info(const weft_resample_compiled *compiled)
+{
+    return &compiled->info;
 }
 
 // ---- run ----------------------------------------------------------------------------------------

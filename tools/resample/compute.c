@@ -18,10 +18,19 @@ static bool report_step(void *priv, double fraction)
     return outer->report(outer->priv, (s->step + fraction) / s->steps);
 }
 
-static weft_resample_compiled **compiled_of(struct resample_job *job,
-                                            const struct resample_group *group)
+// The group's plan, compiled by the first group that has it.
+static enum weft_result compile_group(struct resample_job *job, const struct resample_group *group,
+                                      weft_resample_compiled **out)
 {
-    return &job->compiled[group->plan != job->plan[0]];
+    weft_resample_compiled **compiled = &job->compiled[group->plan != job->plan[0]];
+    enum weft_result res = WEFT_OK;
+    if (!*compiled) {
+        res = weft_resample_compile(job->context, group->plan, compiled);
+        if (res == WEFT_OK)
+            job->work.prepare_seconds += weft_resample_compiled_get_info(*compiled)->seconds;
+    }
+    *out = *compiled;
+    return res;
 }
 
 static enum weft_result run_group(struct resample_job *job, struct resample_group *group,
@@ -31,14 +40,12 @@ static enum weft_result run_group(struct resample_job *job, struct resample_grou
     struct weft_resample_run_params params = {
         .source = group->source, .progress = &progress, .log = report_log()};
     struct weft_resample_report report;
-    weft_resample_compiled **compiled = compiled_of(job, group);
-    enum weft_result res = WEFT_OK;
+    weft_resample_compiled *compiled;
+    enum weft_result res = compile_group(job, group, &compiled);
     for (int c = 0; c < group->count; c++)
         params.plane[c] = job->result.channels[group->channel[c]].plane;
-    if (!*compiled)
-        res = weft_resample_compile(job->context, group->plan, compiled);
     if (res == WEFT_OK)
-        res = weft_resample_run(*compiled, &params, &report);
+        res = weft_resample_run(compiled, &params, &report);
     if (res != WEFT_OK)
         return res;
     weft_resample_work_add(&job->work, &report.work);

@@ -450,8 +450,15 @@ static void compiled_plans_run_often(void **state)
         struct work w = resample(engine == 2 ? NULL : contexts[0], &kernel,
                                  engine ? passes_of(&p) : NULL, &shapes[0], 2);
         const size_t bytes = (size_t)(w.pixels.stride * w.pixels.height) * sizeof(float);
+        const uint64_t uploaded = w.report.work.uploaded_bytes;
         struct picture again = make_picture(w.pixels.width, w.pixels.height, 2);
         assert_int_equal(run_to(&w, &again, NULL), WEFT_OK);
+        assert_int_equal(w.report.work.uploaded_bytes, uploaded);
+        if (engine == 1) { // samples of four channels and positions, and no tiles
+            const struct weft_resample_work *work = &w.report.work;
+            assert_true(uploaded > 0 && uploaded <= work->source_bytes + work->position_bytes);
+            assert_true(weft_resample_compiled_get_info(w.compiled)->programs > 0);
+        }
         for (int c = 0; c < 2; c++)
             assert_memory_equal(again.plane[c], w.pixels.plane[c], bytes);
         // The source borrows its planes: another one takes their place.
@@ -502,9 +509,9 @@ static void progress_stops_the_work(void **state)
             assert_true(res == WEFT_ERR_CANCELLED || (res == WEFT_OK && counter.last == 1.0));
             stopped += res == WEFT_ERR_CANCELLED;
         }
-        struct weft_multipass_error error;
+        struct weft_verify_report error;
         struct weft_resample_verify_params verify = {
-            .source = w.source, .stride = w.pixels.stride, .progress = &progress};
+            .source = w.source, .stride = w.pixels.stride, .how = {.progress = &progress}};
         for (int c = 0; c < 3; c++)
             verify.plane[c] = w.pixels.plane[c];
         counter = (struct counter){.stop = 1};
@@ -611,9 +618,9 @@ static void coefficients_have_a_range(void **state)
 
 // ---- verifying ----------------------------------------------------------------------------------
 
-static struct weft_multipass_error verify(const struct work *w)
+static struct weft_verify_report verify(const struct work *w)
 {
-    struct weft_multipass_error error;
+    struct weft_verify_report error;
     struct weft_resample_verify_params params = {
         .source = w->source, .stride = w->pixels.stride, .log = &log_to_stderr};
     for (int c = 0; c < w->pixels.channels; c++)
@@ -636,7 +643,7 @@ static void errors_are_found(void **state)
         const struct weft_kernel kernel = kernel_named(engines[i].kernel);
         struct work w = resample(separable ? contexts[0] : NULL, &kernel,
                                  separable ? NULL : passes_of(&engines[i]), &shapes[7], 3);
-        struct weft_multipass_error error = verify(&w);
+        struct weft_verify_report error = verify(&w);
         const double own =
             largest_error(weft_resample_plan_get_info(w.plan), &w.samples, &w.pixels, 1);
         // The verifier's cardinal spline is cut off at 2^-32 of samples up to 5.
@@ -648,7 +655,7 @@ static void errors_are_found(void **state)
         assert_true(error.maximum > 99.0);
         assert_int_equal(error.at_x, 7);
         assert_int_equal(error.at_y, 5);
-        assert_int_equal(error.channel, 2);
+        assert_int_equal(error.at_channel, 2);
         w.pixels.plane[1][0] = NAN;
         assert_int_equal(verify(&w).not_finite_mismatches, 1);
         clear(&w);
@@ -726,11 +733,13 @@ static void integers_are_moved_exactly(void **state)
             for (int64_t x = shape->width; x < stride; x++)
                 assert_int_equal(to[y * stride + x], 42);
         }
-        struct weft_multipass_error error;
-        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, &error), WEFT_OK);
+        struct weft_verify_report error;
+        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, NULL, &error),
+                         WEFT_OK);
         assert_true(error.maximum == 0.0 && error.rms == 0.0);
         to[0] ^= 1u;
-        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, &error), WEFT_OK);
+        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, NULL, &error),
+                         WEFT_OK);
         assert_true(error.maximum == 1.0 && error.at_x == 0 && error.at_y == 0);
         weft_resample_plan_destroy(&plan);
         free(from);
