@@ -200,18 +200,6 @@ static void more_work_costs_more(void **state)
 
 // ---- calibration --------------------------------------------------------------------------------
 
-static void calibration_gives_positive_numbers(void **state)
-{
-    (void)state;
-    struct weft_cost_model model;
-    assert_int_equal(weft_cost_calibrate(&log_to_stderr, contexts[0], NULL, &model), WEFT_OK);
-    size_t count;
-    const double *values = numbers(&model, &count);
-    for (size_t i = 0; i < count; i++)
-        assert_true(isfinite(values[i]) && values[i] > 0.0);
-    assert_string_equal(model.renderer, weft_context_get_info(contexts[0])->renderer);
-}
-
 struct stop {
     int calls, last;
     double fraction;
@@ -247,7 +235,6 @@ int main(void)
         cmocka_unit_test(damaged_texts_are_refused),
         cmocka_unit_test(more_pixels_cost_more),
         cmocka_unit_test(more_work_costs_more),
-        cmocka_unit_test(calibration_gives_positive_numbers),
         cmocka_unit_test(calibration_can_be_cancelled),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
