@@ -26,6 +26,7 @@
 #include "passes/plan/plan.h"
 #include "passes/plan/profile.h"
 #include "passes/plan/range.h"
+#include "passes/plan/tile_name.h"
 #include "passes/positions/footprint.h"
 #include "passes/positions/geometry.h"
 #include "passes/positions/window_map.h"

@@ -806,19 +806,19 @@ static void plans(void)
     struct weft_pass_plan_params endless = own;
     memset(endless.profile.name, 'x', sizeof endless.profile.name);
     REFUSED(make_plan(&endless));
-    struct weft_tile_name steps[1] = {{{0}, WEFT_TILE_WHOLE, 0}};
+    struct weft_tile_name names[1] = {{{0}, WEFT_TILE_WHOLE, 0}};
     const struct weft_pass_plan_split splits[1] = {
         {{{99, -1, INT_MAX}, (enum weft_tile_part)77, -5}, NAN}};
     struct weft_pass_plan_params given = good;
     given.order = WEFT_ORDER_GIVEN;
-    given.steps = steps;
-    given.step_count = 1;
+    given.tile_order = names;
+    given.tile_order_count = 1;
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
-        steps[0] = (struct weft_tile_name){{ints[i], 0, 0}, WEFT_TILE_WHOLE, ints[i]};
+        names[0] = (struct weft_tile_name){{ints[i], 0, 0}, WEFT_TILE_WHOLE, ints[i]};
         SURVIVED(make_plan(&given));
     }
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
-        steps[0].part = (enum weft_tile_part)bad_enums[i];
+        names[0].part = (enum weft_tile_part)bad_enums[i];
         REFUSED(make_plan(&given));
     }
     struct weft_pass_plan_params split = good;
@@ -844,8 +844,20 @@ static void plan_questions(void)
 {
     weft_pass_plan *made = plan(2);
     TRUE(weft_pass_plan_get_info(made)->tile_count > 0);
-    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
-        weft_pass_plan_tile_name(made, ints[i]);
+    const weft_kernel_tiles *tiles = weft_pass_plan_get_info(made)->passes->tiles;
+    char text[WEFT_TILE_NAME_TEXT];
+    struct weft_tile_name name;
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        name = weft_tile_name_of(tiles, ints[i], i % 2);
+        TRUE(weft_tile_name_format(&name, ints[i], text) == text);
+        name = (struct weft_tile_name){
+            {ints[i], ints[i], ints[i]}, (enum weft_tile_part)ints[i], ints[i]};
+        TRUE(weft_tile_name_format(&name, ints[i], text) == text);
+        TRUE(weft_tile_name_find(tiles, &name) < weft_pass_plan_get_info(made)->tile_count);
+        weft_tile_name_parse("1,2,3-/4", ints[i], &name);
+    }
+    TRUE(!weft_tile_name_parse("", 2, &name) && !weft_tile_name_parse("1,-2", 2, &name));
+    TRUE(!weft_tile_name_parse("1,100000", 2, &name) && !weft_tile_name_parse("1,2/", 2, &name));
     weft_pass_plan_destroy(&made);
 }
 
@@ -1751,7 +1763,9 @@ static const struct {
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
     {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
-    {plan_questions, {F(pass_plan_get_info), F(pass_plan_tile_name)}},
+    {plan_questions,
+     {F(pass_plan_get_info), F(tile_name_of), F(tile_name_find), F(tile_name_format),
+      F(tile_name_parse)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate), F(pass_list_check)}},
     {judgements, {F(pass_plan_judge)}},

@@ -68,7 +68,7 @@ static enum weft_result check_ranges(const struct weft_pass_plan_params *p)
     weft_require_enum(p->log, p->worst_case, WEFT_WORST_ANY);
     weft_require_enum(p->log, p->order, WEFT_ORDER_GIVEN);
     weft_require(p->log, p->derivative >= 0 && p->derivative <= p->dims);
-    weft_require(p->log, p->order != WEFT_ORDER_GIVEN || p->steps);
+    weft_require(p->log, p->order != WEFT_ORDER_GIVEN || p->tile_order);
     if (p->taps_per_pass < 1 || p->taps_per_pass > p->profile.taps_per_pass) {
         weft_error(p->log, "plan: profile %s takes 1 to %d taps per pass, not %d", p->profile.name,
                    p->profile.taps_per_pass, p->taps_per_pass);
@@ -501,7 +501,7 @@ enum weft_result weft_pass_plan_judge(const struct weft_pass_plan_params *params
     *out = NULL;
     weft_require(p.log, passes && passes->passes && passes->pass_count > 0);
     weft_require(p.log, passes->result_scale > 0.0);
-    p.order = WEFT_ORDER_PLANNED; // the others need steps
+    p.order = WEFT_ORDER_PLANNED; // others need an order of tiles
     return create(&p, passes, params->order, out);
 fail:
     return res;

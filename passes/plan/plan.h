@@ -9,6 +9,7 @@
 #include "../../filter/analysis/bound.h"
 #include "pass.h"
 #include "range.h"
+#include "tile_name.h"
 
 WEFT_BEGIN_DECLS
 
@@ -30,18 +31,11 @@ enum weft_order {
     WEFT_ORDER_PLANNED,
     WEFT_ORDER_GREEDY,  // the first tile that fits comes next, as long as one does: the baseline
     WEFT_ORDER_NATURAL, // tap by tap, as naive code would: may clamp
-    WEFT_ORDER_GIVEN,   // `steps`: may clamp
+    WEFT_ORDER_GIVEN,   // `tile_order`: may clamp
 };
 // NULL-ended, in the order of the enum: "planned", "greedy", "natural", "given".
 WEFT_API extern const char *const weft_order_names[];
 
-// One tile of a tap. A tile that was split has several pieces, numbered from 0 in the order in
-// which the splits are made.
-struct weft_tile_name {
-    int tap[3];
-    enum weft_tile_part part; // WHOLE: the only part that the tap has
-    int piece;
-};
 struct weft_pass_plan_split {
     struct weft_tile_name tile; // keeps weights >= threshold; the rest is its tap's next piece
     double threshold;           // NAN: the middle of the weights' range
@@ -73,8 +67,8 @@ struct weft_pass_plan_params {
     uint64_t memory_bytes; // of tiles (default 1 GiB)
     // Of WEFT_ORDER_GIVEN: every tile once, but those that are 0 everywhere; neighbours of one sign
     // share passes, up to taps_per_pass. Not with dot4 or hierarchical.
-    const struct weft_tile_name *steps;
-    size_t step_count;
+    const struct weft_tile_name *tile_order;
+    size_t tile_order_count;
     const struct weft_pass_plan_split *splits; // made first, in order
     size_t split_count;
     const struct weft_progress *progress; // asked now and then, its fraction stays 0; may be NULL
@@ -154,10 +148,6 @@ WEFT_API enum weft_result weft_pass_plan_judge(const struct weft_pass_plan_param
                                                weft_pass_plan **out);
 WEFT_API void weft_pass_plan_destroy(weft_pass_plan **plan); // accepts &NULL, leaves NULL behind
 WEFT_API const struct weft_pass_plan_info *weft_pass_plan_get_info(const weft_pass_plan *plan);
-
-// The step that names a tile of the plan's set, for printing and for WEFT_ORDER_GIVEN; all -1 where
-// there is no such tile.
-WEFT_API struct weft_tile_name weft_pass_plan_tile_name(const weft_pass_plan *plan, int tile);
 
 WEFT_END_DECLS
 #endif

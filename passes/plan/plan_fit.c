@@ -250,6 +250,6 @@ enum weft_result weft_planner_fit(struct weft_planner *planner, struct weft_pass
     bool found; // or not: the simulator will tell
     enum weft_result res = WEFT_OK;
     if (planner->p.order == WEFT_ORDER_GIVEN)
-        res = weft_planner_apply_steps(planner);
+        res = weft_planner_apply_order(planner);
     return res == WEFT_OK ? order_items(planner, 0, false, order, &found) : res;
 }

@@ -75,7 +75,7 @@ static inline struct weft_progress weft_planner_watch(struct weft_planner *plann
 // As the parameters say, with the splits that are given.
 enum weft_result weft_planner_make_tiles(struct weft_planner *planner);
 // Brings the items into the given order. Returns WEFT_ERR_ARGUMENT where that is none of all tiles.
-enum weft_result weft_planner_apply_steps(struct weft_planner *planner);
+enum weft_result weft_planner_apply_order(struct weft_planner *planner);
 // Splits a tile and notes it. NAN: the middle of its range.
 enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile, double threshold);
 

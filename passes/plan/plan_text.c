@@ -20,21 +20,9 @@ static char slot_letter(int slot)
 
 static void print_tap(FILE *out, const struct weft_planner *planner, int tile)
 {
-    const struct weft_kernel_tile *t = weft_kernel_tiles_get(planner->plan->tiles, tile);
-    const struct weft_tile_name step = weft_pass_plan_tile_name(planner->plan, tile);
-    fprintf(out, "(%d,%d", t->tap[0], t->tap[1]);
-    if (planner->p.dims > 2)
-        fprintf(out, ",%d", t->tap[2]);
-    fputc(')', out);
-    const struct weft_tile_name other = {{t->tap[0], t->tap[1], t->tap[2]},
-                                         t->part == WEFT_TILE_POSITIVE ? WEFT_TILE_NEGATIVE
-                                                                       : WEFT_TILE_POSITIVE,
-                                         0};
-    if (t->part != WEFT_TILE_WHOLE &&
-        weft_kernel_tiles_find(planner->plan->tiles, other.tap, other.part) >= 0)
-        fputc(t->part == WEFT_TILE_POSITIVE ? '+' : '-', out);
-    if (step.piece)
-        fprintf(out, "/%d", step.piece);
+    char text[WEFT_TILE_NAME_TEXT];
+    const struct weft_tile_name name = weft_tile_name_of(planner->plan->tiles, tile, true);
+    fputs(weft_tile_name_format(&name, planner->p.dims, text), out);
 }
 
 static void print_group(FILE *out, const struct weft_planner *planner,

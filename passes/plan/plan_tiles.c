@@ -36,34 +36,12 @@ static enum weft_result make_set(struct weft_planner *planner)
     return res;
 }
 
-// The tile of a step, -1 if there is none.
-static int find_step(const weft_kernel_tiles *tiles, const struct weft_tile_name *step)
+static enum weft_result no_such_tile(const struct weft_planner *planner,
+                                     const struct weft_tile_name *name)
 {
-    const int count = weft_kernel_tiles_get_info(tiles)->tile_count;
-    int piece = 0;
-    for (int i = 0; i < count; i++) {
-        const struct weft_kernel_tile *tile = weft_kernel_tiles_get(tiles, i);
-        if (memcmp(tile->tap, step->tap, sizeof tile->tap) != 0)
-            continue;
-        if (step->part != WEFT_TILE_WHOLE && tile->part != step->part)
-            continue;
-        if (piece++ == step->piece)
-            return i;
-    }
-    return -1;
-}
-
-static const char *part_text(enum weft_tile_part part)
-{
-    return part == WEFT_TILE_POSITIVE ? "+" : part == WEFT_TILE_NEGATIVE ? "-" : "";
-}
-
-static enum weft_result no_such_step(const struct weft_planner *planner,
-                                     const struct weft_tile_name *step)
-{
-    weft_error(planner->p.log, "plan: there is no tile (%d,%d,%d)%s piece %d of kernel %s",
-               step->tap[0], step->tap[1], step->tap[2], part_text(step->part), step->piece,
-               planner->p.kernel.info->name);
+    char text[WEFT_TILE_NAME_TEXT];
+    weft_error(planner->p.log, "plan: there is no tile %s of kernel %s",
+               weft_tile_name_format(name, planner->p.dims, text), planner->p.kernel.info->name);
     return WEFT_ERR_ARGUMENT;
 }
 
@@ -82,7 +60,7 @@ enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile,
     }
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(plan->tiles, tile);
     const struct weft_pass_plan_split split = {
-        .tile = weft_pass_plan_tile_name(plan, tile),
+        .tile = weft_tile_name_of(plan->tiles, tile, false),
         .threshold = isnan(threshold) ? 0.5 * (t->minimum + t->maximum) : threshold};
     enum weft_result res = weft_kernel_tiles_split(plan->tiles, tile, threshold);
     if (res == WEFT_OK)
@@ -95,9 +73,9 @@ static enum weft_result make_given_splits(struct weft_planner *planner)
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; res == WEFT_OK && i < planner->p.split_count; i++) {
         const struct weft_pass_plan_split *split = &planner->p.splits[i];
-        const int tile = find_step(planner->plan->tiles, &split->tile);
+        const int tile = weft_tile_name_find(planner->plan->tiles, &split->tile);
         if (tile < 0)
-            return no_such_step(planner, &split->tile);
+            return no_such_tile(planner, &split->tile);
         res = weft_planner_split_tile(planner, tile, split->threshold);
         planner->plan->info.split_count++;
     }
@@ -113,33 +91,33 @@ enum weft_result weft_planner_make_tiles(struct weft_planner *planner)
 
 // ---- orders that are given ----------------------------------------------------------------------
 
-enum weft_result weft_planner_apply_steps(struct weft_planner *planner)
+enum weft_result weft_planner_apply_order(struct weft_planner *planner)
 {
     const struct weft_pass_plan_params *p = &planner->p;
     struct weft_pass_plan_item *items = planner->items;
-    for (size_t n = 0; n < p->step_count; n++) {
-        const int tile = find_step(planner->plan->tiles, &p->steps[n]);
+    char text[WEFT_TILE_NAME_TEXT];
+    for (size_t n = 0; n < p->tile_order_count; n++) {
+        const int tile = weft_tile_name_find(planner->plan->tiles, &p->tile_order[n]);
         int at = 0;
         if (tile < 0)
-            return no_such_step(planner, &p->steps[n]);
+            return no_such_tile(planner, &p->tile_order[n]);
         while (at < planner->item_count && items[at].group.tile[0] != tile)
             at++;
         if (at < (int)n || at == planner->item_count) {
-            weft_error(p->log, "plan: tile (%d,%d,%d)%s piece %d comes twice", p->steps[n].tap[0],
-                       p->steps[n].tap[1], p->steps[n].tap[2], part_text(p->steps[n].part),
-                       p->steps[n].piece);
+            weft_error(p->log, "plan: tile %s comes twice",
+                       weft_tile_name_format(&p->tile_order[n], p->dims, text));
             return WEFT_ERR_ARGUMENT;
         }
         const struct weft_pass_plan_item moved = items[at];
         items[at] = items[n];
         items[n] = moved;
     }
-    if (p->step_count == (size_t)planner->item_count)
+    if (p->tile_order_count == (size_t)planner->item_count)
         return WEFT_OK;
-    const struct weft_kernel_tile *missing =
-        weft_kernel_tiles_get(planner->plan->tiles, items[p->step_count].group.tile[0]);
-    weft_error(p->log, "plan: %zu tiles in the order of %d; tap (%d,%d,%d)%s is missing",
-               p->step_count, planner->item_count, missing->tap[0], missing->tap[1],
-               missing->tap[2], part_text(missing->part));
+    const struct weft_tile_name missing =
+        weft_tile_name_of(planner->plan->tiles, items[p->tile_order_count].group.tile[0], false);
+    weft_error(p->log, "plan: %zu tiles in the order of %d; tile %s is missing",
+               p->tile_order_count, planner->item_count,
+               weft_tile_name_format(&missing, p->dims, text));
     return WEFT_ERR_ARGUMENT;
 }

@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_PLAN_JSON_PLAN_CHECK_H
 #define WEFT_TOOLS_PLAN_JSON_PLAN_CHECK_H
 
-#include "tools/plan_json/plan_steps.h"
+#include "weft.h"
 
 enum plan_fault_kind { PLAN_FAULT_NONE, PLAN_FAULT_TILE, PLAN_FAULT_SCALE, PLAN_FAULT_BIAS };
 

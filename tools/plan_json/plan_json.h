@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_PLAN_JSON_PLAN_JSON_H
 
 #include "tools/common/json.h"
-#include "tools/plan_json/plan_steps.h"
+#include "weft.h"
 
 // Of the component of a gradient, NULL-ended; other words are those of the library's enums.
 extern const char *const plan_derivative_words[];
@@ -28,7 +28,6 @@ struct plan_file {
     struct weft_pass_plan_params params; // for weft_pass_plan_judge; splits are owned
     struct weft_pass_plan_split *splits;
     weft_kernel_tiles *tiles;
-    struct weft_tile_name *steps; // of the tiles
     struct weft_profile profile;
     enum weft_worst_case worst_case;
     struct weft_pass_list list; // points into what follows

@@ -179,13 +179,13 @@ static void read_profile(struct reader *r, const json_t *root)
     locate(r, "", 0, 0);
 }
 
-static void read_step(struct reader *r, const json_t *from, struct weft_tile_name *step)
+static void read_name(struct reader *r, const json_t *from, struct weft_tile_name *name)
 {
     const int dims = r->out->list.dims;
-    *step = (struct weft_tile_name){0};
-    check_integers(r, member(r, from, "tap"), "tap", dims, 0, WEFT_KERNEL_MAX_WIDTH - 1, step->tap);
-    step->part = (enum weft_tile_part)read_word(r, from, "part", weft_tile_part_names);
-    step->piece = read_integer(r, from, "piece", 0, MAX_SPLITS);
+    *name = (struct weft_tile_name){0};
+    check_integers(r, member(r, from, "tap"), "tap", dims, 0, WEFT_KERNEL_MAX_WIDTH - 1, name->tap);
+    name->part = (enum weft_tile_part)read_word(r, from, "part", weft_tile_part_names);
+    name->piece = read_integer(r, from, "piece", 0, MAX_SPLITS);
 }
 
 static int tap_number(const struct reader *r, const int tap[3])
@@ -200,16 +200,16 @@ static int tap_number(const struct reader *r, const int tap[3])
     return number;
 }
 
-static int find_tile(struct reader *r, const struct weft_tile_name *step)
+static int find_tile(struct reader *r, const struct weft_tile_name *name)
 {
-    char text[PLAN_STEP_TEXT];
-    const int number = tap_number(r, step->tap);
-    int tile = number < 0 ? -1 : r->taps[number].first[step->part];
-    for (int piece = 0; piece < step->piece && tile >= 0; piece++)
+    char text[WEFT_TILE_NAME_TEXT];
+    const int number = tap_number(r, name->tap);
+    int tile = number < 0 ? -1 : r->taps[number].first[name->part];
+    for (int piece = 0; piece < name->piece && tile >= 0; piece++)
         tile = r->next[tile];
     if (tile < 0)
         refuse(r, "tap", "and part and piece %s are no tile of the set",
-               plan_step_format(step, r->out->list.dims, text));
+               weft_tile_name_format(name, r->out->list.dims, text));
     return tile;
 }
 
@@ -256,15 +256,15 @@ static void split_tiles(struct reader *r, const json_t *from)
         fail(r, WEFT_ERR_MEMORY);
     for (int i = 0; i < count && good(r); i++) {
         const json_t *split = json_array_get(splits, (size_t)i);
-        struct weft_tile_name step;
+        struct weft_tile_name name;
         locate(r, "tile_set.splits[%d].", i, 0);
-        read_step(r, split, &step);
+        read_name(r, split, &name);
         const double threshold = read_number(r, split, "threshold", -1e6, 1e6, &middle);
-        const int tile = good(r) ? find_tile(r, &step) : -1;
+        const int tile = good(r) ? find_tile(r, &name) : -1;
         if (tile < 0)
             return;
         fail(r, weft_kernel_tiles_split(r->out->tiles, tile, threshold));
-        r->out->splits[i] = (struct weft_pass_plan_split){step, threshold};
+        r->out->splits[i] = (struct weft_pass_plan_split){name, threshold};
         r->out->params.split_count = (size_t)i + 1;
         if (good(r))
             enter_tile(r, weft_kernel_tiles_get_info(r->out->tiles)->tile_count - 1);
@@ -325,10 +325,6 @@ static void read_tile_set(struct reader *r, const json_t *root)
     r->out->params.samples = params.samples;
     r->out->params.derivative = params.derivative;
     r->out->params.round_singly = params.rounding == WEFT_TILE_NEAREST;
-    if (good(r) && !(r->out->steps = plan_steps_of(r->out->tiles))) {
-        report_error("out of memory for a list of tiles");
-        fail(r, WEFT_ERR_MEMORY);
-    }
     locate(r, "", 0, 0);
 }
 
@@ -421,22 +417,23 @@ static void read_targets(struct reader *r, const json_t *root)
 static void check_sample(struct reader *r, const struct weft_tap_group *group, int component)
 {
     const struct weft_pass_list *list = &r->out->list;
-    const struct weft_tile_name *step = &r->out->steps[group->tile[component]];
-    char text[PLAN_STEP_TEXT];
+    const struct weft_tile_name name =
+        weft_tile_name_of(r->out->tiles, group->tile[component], false);
+    char text[WEFT_TILE_NAME_TEXT];
     for (int a = 0; a < list->dims; a++)
-        if (group->offset[a] + list->pattern[component][a] != step->tap[a])
+        if (group->offset[a] + list->pattern[component][a] != name.tap[a])
             refuse(r, "offset", "is not where tap %s has its sample",
-                   plan_step_format(step, list->dims, text));
+                   weft_tile_name_format(&name, list->dims, text));
 }
 
 static void read_tap(struct reader *r, const json_t *from, struct weft_tap_group *group,
                      int component)
 {
-    struct weft_tile_name step;
+    struct weft_tile_name name;
     group->tile[component] = -1;
     if (json_is_null(from))
         return;
-    read_step(r, from, &step);
+    read_name(r, from, &name);
     group->sign[component] = read_integer(r, from, "sign", -1, 1);
     group->shift[component] = read_integer(r, from, "shift", 0, MAX_SHIFT);
     if (good(r) && group->shift[component] && r->out->list.log_table)
@@ -444,7 +441,7 @@ static void read_tap(struct reader *r, const json_t *from, struct weft_tap_group
     if (good(r) && group->sign[component] == 0)
         refuse(r, "sign", "is neither 1 nor -1");
     if (good(r))
-        group->tile[component] = find_tile(r, &step);
+        group->tile[component] = find_tile(r, &name);
     if (good(r))
         check_sample(r, group, component);
 }
@@ -587,7 +584,6 @@ void plan_file_clear(struct plan_file *file)
     weft_kernel_tiles_destroy(&file->tiles);
     json_decref(file->root);
     free(file->splits);
-    free(file->steps);
     free(file->groups);
     free(file->passes);
     free(file->log_table);

@@ -59,31 +59,36 @@ static json_t *report_json(const struct weft_pass_plan_info *info)
 
 // ---- tiles --------------------------------------------------------------------------------------
 
-static json_t *step_json(const struct weft_tile_name *step, int dims)
+static json_t *name_json(const struct weft_tile_name *name, int dims)
 {
-    return json_pack("{s:o,s:s,s:i}", "tap", plan_integers_json(step->tap, dims), "part",
-                     weft_tile_part_names[step->part], "piece", step->piece);
+    return json_pack("{s:o,s:s,s:i}", "tap", plan_integers_json(name->tap, dims), "part",
+                     weft_tile_part_names[name->part], "piece", name->piece);
 }
 
 static json_t *splits_json(const struct weft_pass_plan_info *info)
 {
     json_t *splits = json_array();
     for (int i = 0; i < info->tile_split_count; i++) {
-        json_t *split = step_json(&info->tile_splits[i].tile, info->dims);
+        json_t *split = name_json(&info->tile_splits[i].tile, info->dims);
         json_object_set_new(split, "threshold", json_number(info->tile_splits[i].threshold));
         json_array_append_new(splits, split);
     }
     return splits;
 }
 
-static json_t *tiles_json(const struct weft_pass_plan_info *info,
-                          const struct weft_tile_name *steps)
+static json_t *tile_name_json(const struct weft_pass_list *list, int tile)
+{
+    const struct weft_tile_name name = weft_tile_name_of(list->tiles, tile, false);
+    return name_json(&name, list->dims);
+}
+
+static json_t *tiles_json(const struct weft_pass_plan_info *info)
 {
     const struct weft_kernel_tiles_params *p = &info->tile_params;
     json_t *tiles = json_array();
     for (int i = 0; i < info->tile_count; i++) {
         const struct weft_kernel_tile *tile = weft_kernel_tiles_get(info->passes->tiles, i);
-        json_t *entry = step_json(&steps[i], info->dims);
+        json_t *entry = tile_name_json(info->passes, i);
         json_object_set_new(entry, "scale", json_number(tile->scale));
         json_object_set_new(entry, "minimum", json_number(tile->minimum));
         json_object_set_new(entry, "maximum", json_number(tile->maximum));
@@ -100,13 +105,11 @@ static json_t *tiles_json(const struct weft_pass_plan_info *info,
 
 // ---- passes -------------------------------------------------------------------------------------
 
-static json_t *group_json(const struct weft_pass_list *list, const struct weft_tap_group *group,
-                          const struct weft_tile_name *steps)
+static json_t *group_json(const struct weft_pass_list *list, const struct weft_tap_group *group)
 {
     json_t *taps = json_array();
     for (int c = 0; c < (list->dot4 ? 4 : 1); c++) {
-        json_t *tap =
-            group->tile[c] < 0 ? json_null() : step_json(&steps[group->tile[c]], list->dims);
+        json_t *tap = group->tile[c] < 0 ? json_null() : tile_name_json(list, group->tile[c]);
         if (group->tile[c] >= 0) {
             json_object_set_new(tap, "sign", json_integer(group->sign[c]));
             json_object_set_new(tap, "shift", json_integer(group->shift[c]));
@@ -117,13 +120,11 @@ static json_t *group_json(const struct weft_pass_list *list, const struct weft_t
                      taps);
 }
 
-static void set_taps(json_t *out, const struct weft_pass_list *list, const struct weft_pass *pass,
-                     const struct weft_tile_name *steps)
+static void set_taps(json_t *out, const struct weft_pass_list *list, const struct weft_pass *pass)
 {
     json_t *groups = json_array();
     for (int i = 0; i < pass->group_count; i++)
-        json_array_append_new(groups,
-                              group_json(list, &list->groups[pass->group_first + i], steps));
+        json_array_append_new(groups, group_json(list, &list->groups[pass->group_first + i]));
     json_object_set_new(out, "initial", json_integer(pass->initial));
     json_object_set_new(out, "part", json_string(weft_pass_part_names[pass->part]));
     json_object_set_new(out, "subtract", json_boolean(pass->subtract));
@@ -144,8 +145,7 @@ static void set_inputs(json_t *out, const struct weft_pass *pass)
     json_object_set_new(out, "denominator", json_integer(pass->denominator));
 }
 
-static json_t *passes_json(const struct weft_pass_plan_info *info,
-                           const struct weft_tile_name *steps)
+static json_t *passes_json(const struct weft_pass_plan_info *info)
 {
     const struct weft_pass_list *list = info->passes;
     json_t *passes = json_array();
@@ -154,7 +154,7 @@ static json_t *passes_json(const struct weft_pass_plan_info *info,
         json_t *out = json_pack("{s:s,s:i,s:b}", "kind", weft_pass_kind_names[pass->kind], "slot",
                                 pass->target, "clears", pass->clears);
         if (pass->kind == WEFT_PASS_TAPS)
-            set_taps(out, list, pass, steps);
+            set_taps(out, list, pass);
         else
             set_inputs(out, pass);
         json_object_set_new(out, "range", plan_range_json(&info->ranges[i], info->dims));
@@ -214,14 +214,10 @@ static void set_figures(json_t *root, const struct weft_pass_plan_info *info)
 json_t *plan_json(const weft_pass_plan *plan)
 {
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
-    struct weft_tile_name *steps = plan_steps_of(info->passes->tiles);
-    json_t *root = steps ? head_json(info) : NULL;
-    if (root) {
-        set_figures(root, info);
-        json_object_set_new(root, "tile_set", tiles_json(info, steps));
-        json_object_set_new(root, "targets", list_json(info->passes));
-        json_object_set_new(root, "passes", passes_json(info, steps));
-    }
-    free(steps);
+    json_t *root = head_json(info);
+    set_figures(root, info);
+    json_object_set_new(root, "tile_set", tiles_json(info));
+    json_object_set_new(root, "targets", list_json(info->passes));
+    json_object_set_new(root, "passes", passes_json(info));
     return root;
 }

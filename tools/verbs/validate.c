@@ -8,6 +8,7 @@
 #include "tools/plan_json/plan_check.h"
 #include "tools/plan_json/plan_claims.h"
 #include "tools/plan_json/plan_json.h"
+#include "tools/plan_json/plan_names.h"
 #include "tools/common/plan_options.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
@@ -40,7 +41,6 @@ static const struct option_spec options[VALIDATE_OPTION_COUNT] = {
 // What is checked, and what came out.
 struct verdict {
     const struct weft_pass_list *list;
-    const struct weft_tile_name *steps; // of the tiles, for messages
     enum weft_worst_case worst_case;
     struct plan_fault fault;
     const struct weft_range *ranges; // of each pass; NULL after a fault
@@ -78,18 +78,23 @@ static double excess_codes(const struct verdict *v)
 
 // ---- text ---------------------------------------------------------------------------------------
 
+static const char *name_tile(const struct verdict *v, int tile, char text[WEFT_TILE_NAME_TEXT])
+{
+    const struct weft_tile_name name = weft_tile_name_of(v->list->tiles, tile, true);
+    return weft_tile_name_format(&name, v->list->dims, text);
+}
+
 static void print_taps(const struct verdict *v, const struct weft_pass *pass)
 {
     static const char *const parts[] = {"", ", high", ", low"};
-    char text[PLAN_STEP_TEXT];
+    char text[WEFT_TILE_NAME_TEXT];
     const char *before = "taps ";
     for (int i = 0; i < pass->group_count; i++) {
         const struct weft_tap_group *group = &v->list->groups[pass->group_first + i];
         for (int c = 0; c < (v->list->dot4 ? 4 : 1); c++) {
             if (group->tile[c] < 0)
                 continue;
-            printf("%s%s", before,
-                   plan_step_format(&v->steps[group->tile[c]], v->list->dims, text));
+            printf("%s%s", before, name_tile(v, group->tile[c], text));
             before = " ";
         }
     }
@@ -125,9 +130,9 @@ static void print_range_fault(const struct verdict *v)
 
 static void print_tile_fault(const struct verdict *v)
 {
-    char text[PLAN_STEP_TEXT];
+    char text[WEFT_TILE_NAME_TEXT];
     const double times = v->fault.times;
-    printf("invalid: tap %s ", plan_step_format(&v->steps[v->fault.tile], v->list->dims, text));
+    printf("invalid: tap %s ", name_tile(v, v->fault.tile, text));
     if (times == 0.0)
         puts("is missing");
     else if (fabs(times - 2.0) < 1e-6)
@@ -170,8 +175,8 @@ static void print_text(const struct verdict *v)
 
 static json_t *tap_json(const struct verdict *v, int tile)
 {
-    char text[PLAN_STEP_TEXT];
-    return json_text(plan_step_format(&v->steps[tile], v->list->dims, text));
+    char text[WEFT_TILE_NAME_TEXT];
+    return json_text(name_tile(v, tile, text));
 }
 
 static json_t *pass_taps_json(const struct verdict *v, const struct weft_pass *pass)
@@ -221,18 +226,13 @@ static enum weft_result print_json(const struct verdict *v)
 
 // ---- a plan, an order ---------------------------------------------------------------------------
 
-static enum weft_result answer(struct verdict *v, const struct option_value *o, bool *valid)
+static enum weft_result answer(const struct verdict *v, const struct option_value *o, bool *valid)
 {
-    struct weft_tile_name *steps = plan_steps_shortened(v->list->tiles);
-    enum weft_result res = steps ? WEFT_OK : WEFT_ERR_MEMORY;
-    v->steps = steps;
     *valid = is_valid(v);
-    if (res == WEFT_OK && o[PLAN_JSON].given)
-        res = print_json(v);
-    else if (res == WEFT_OK)
-        print_text(v);
-    free(steps);
-    return res;
+    if (o[PLAN_JSON].given)
+        return print_json(v);
+    print_text(v);
+    return WEFT_OK;
 }
 
 // What a plan's numbers get the library to refuse is wrong with the file.
@@ -285,16 +285,17 @@ static enum weft_result validate_order(const struct option_value *o, bool *valid
         weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .progress = report_progress("simulating"));
     weft_kernel_file *file = NULL;
     weft_pass_plan *plan = NULL;
-    struct weft_tile_name *steps = NULL;
+    struct weft_tile_name *names = NULL;
     struct weft_pass_plan_split *splits = NULL;
     enum weft_result res = plan_options_read(o, params, &file);
     params->taps_per_pass = params->taps_per_pass ? params->taps_per_pass : 1;
     if (res == WEFT_OK)
-        res = plan_steps_parse(o[VALIDATE_ORDER].text, params->dims, &steps, &params->step_count);
+        res = plan_names_parse(o[VALIDATE_ORDER].text, params->dims, &names,
+                               &params->tile_order_count);
     if (res == WEFT_OK && o[VALIDATE_SPLIT].given)
         res =
             plan_splits_parse(o[VALIDATE_SPLIT].text, params->dims, &splits, &params->split_count);
-    params->steps = steps;
+    params->tile_order = names;
     params->splits = splits;
     if (res == WEFT_OK)
         res = weft_pass_plan_create(params, &plan);
@@ -302,7 +303,7 @@ static enum weft_result validate_order(const struct option_value *o, bool *valid
         res = answer_plan(plan, o, valid);
     weft_pass_plan_destroy(&plan);
     weft_kernel_file_destroy(&file);
-    free(steps);
+    free(names);
     free(splits);
     return res;
 }

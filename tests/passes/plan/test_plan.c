@@ -243,29 +243,29 @@ static void given_orders_are_judged(void **state)
     (void)state;
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
-    struct weft_tile_name steps[17] = {{{0}, WEFT_TILE_WHOLE, 0}};
+    struct weft_tile_name names[17] = {{{0}, WEFT_TILE_WHOLE, 0}};
     weft_pass_plan *plan = NULL;
     for (int i = 0; i < 16; i++)
-        steps[i] = (struct weft_tile_name){{i % 4, i / 4, 0}, WEFT_TILE_WHOLE, 0};
+        names[i] = (struct weft_tile_name){{i % 4, i / 4, 0}, WEFT_TILE_WHOLE, 0};
     struct weft_pass_plan_params *p =
-        weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .steps = steps, .step_count = 16,
-                              .taps_per_pass = 1, .log = &log);
+        weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .tile_order = names,
+                              .tile_order_count = 16, .taps_per_pass = 1, .log = &log);
     assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_OK);
     assert_false(info_of(plan)->valid);
     assert_int_equal(info_of(plan)->range.pass, 1); // (1,0) is subtracted from the corner's little
     assert_true(info_of(plan)->range.value < 0.0);
     weft_pass_plan_destroy(&plan);
-    p->step_count = 15;
+    p->tile_order_count = 15;
     assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
-    if (!strstr(message.text, "(3,3,0)+ is missing"))
+    if (!strstr(message.text, "(3,3)+ is missing"))
         fail_msg("%s", message.text);
-    p->step_count = 17;
-    steps[16] = steps[4];
+    p->tile_order_count = 17;
+    names[16] = names[4];
     assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(message.text, "(0,1,0) piece 0 comes twice"));
-    steps[15].tap[0] = 4;
+    assert_non_null(strstr(message.text, "(0,1) comes twice"));
+    names[15].tap[0] = 4;
     assert_int_equal(weft_pass_plan_create(p, &plan), WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(message.text, "no tile (4,3,0)"));
+    assert_non_null(strstr(message.text, "no tile (4,3)"));
 }
 
 // A planned order, handed back as the caller's own, is as valid.
@@ -275,14 +275,14 @@ static void a_planned_order_can_be_given(void **state)
     weft_pass_plan *plan =
         make_plan(weft_pass_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1));
     const struct weft_pass_list *list = info_of(plan)->passes;
-    struct weft_tile_name steps[64];
+    struct weft_tile_name names[64];
     assert_true(list->group_count <= 64);
     for (int g = 0; g < list->group_count; g++)
-        steps[g] = weft_pass_plan_tile_name(plan, list->groups[g].tile[0]);
+        names[g] = weft_tile_name_of(list->tiles, list->groups[g].tile[0], false);
     weft_pass_plan *given =
         make_plan(weft_pass_plan_params(.kernel = kernel_named("mitchell"), .taps_per_pass = 1,
-                                        .order = WEFT_ORDER_GIVEN, .steps = steps,
-                                        .step_count = (size_t)list->group_count));
+                                        .order = WEFT_ORDER_GIVEN, .tile_order = names,
+                                        .tile_order_count = (size_t)list->group_count));
     assert_true(info_of(given)->valid);
     assert_int_equal(info_of(given)->passes->pass_count, list->pass_count);
     weft_pass_plan_destroy(&given);
