@@ -287,12 +287,14 @@ static enum weft_result measure_reached(weft_footprint *f, const struct weft_pro
     for (size_t at = 0; res == WEFT_OK && at < reached.bricks.count;) {
         struct weft_cell_map lot = {0};
         const size_t next = next_bricks(f, &reached, at, LOT, &lot);
-        if (!go_on(progress, (double)at / (double)reached.bricks.count))
+        if (!go_on(progress, (double)at / (double)reached.bricks.count)) {
             res = WEFT_ERR_CANCELLED;
-        else if (next < reached.bricks.count && lot.count < LOT)
+        } else if (next < reached.bricks.count && lot.count < LOT) {
+            weft_error(f->log, "not enough memory to measure %zu bricks", reached.bricks.count);
             res = WEFT_ERR_MEMORY;
-        else
+        } else {
             res = measure_bricks(f, &reached, &lot);
+        }
         at = next;
         weft_cell_map_destroy(&lot);
     }
