@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/verify/verify.h - how far pixels are from what they are meant to be, for every engine.
 // One verifier goes through pixels, finds each one's exact value in double and writes one report.
-// It trusts nothing of what it verifies but the request: it finds positions and weights anew, reads
-// samples anew, and adds up as filter/analysis/reference.h does. weft_slice_verify,
+// It trusts nothing of what it verifies but the request and its samples: it finds positions and
+// weights anew and adds up as filter/analysis/reference.h does. weft_slice_verify,
 // weft_separable_verify and weft_multipass_verify take what the engines take;
 // weft_pixels_verify takes positions, samples and pixels in memory, whatever made them;
 // weft_verify_add compares values that a caller knows himself.
@@ -81,15 +81,15 @@ struct weft_slice_verify_params {
                        // always)
 };
 
-// Verifies pixels[y * width + x] of a slice against the volume's voxels, which are read again,
-// without layouts or the GPU's positions. Where a position is within 2^-32 voxels of being rounded
-// the other way, a pixel may be on either side of a jump, or of where a tap counts that is not
-// finite. For prefiltered kernels the reference trusts no coefficient: it is the sum over the
-// volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut off at
-// 2^-32, or farther out where voxels there are so much larger that they count), which takes
-// hundreds of times as long. The bound is the plan's, for prefiltered kernels from what is measured
-// of coefficients and voxels. params may be NULL; plan and volume are borrowed. Returns
-// WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what weft_volume_read returns.
+// Verifies pixels[y * width + x] of a slice against the volume's voxels, without layouts or the
+// GPU's positions; voxels that the plan's footprint keeps are not read again. Where a position is
+// within 2^-32 voxels of being rounded the other way, a pixel may be on either side of a jump, or
+// of where a tap counts that is not finite. For prefiltered kernels the reference trusts no
+// coefficient: it is the sum over the volume's voxels with the weights of the cardinal spline
+// (weft_prefilter_weights, cut off at 2^-32, or farther out where voxels there are so much larger
+// that they count), which takes hundreds of times as long. The bound is the plan's, for prefiltered
+// kernels from what is measured of coefficients and voxels. params may be NULL; plan and volume are
+// borrowed. Returns WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what weft_volume_read returns.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
                                             const float *pixels,
                                             const struct weft_slice_verify_params *params,
