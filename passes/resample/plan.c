@@ -140,10 +140,11 @@ static enum weft_result plan_separable(weft_resample_plan *plan)
     const struct weft_kernel *kernel = &plan->info.kernel;
     char name[256];
     weft_kernel_format(kernel, name, sizeof name);
+    plan->info.bound = weft_separable_bound_terms(kernel, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
     snprintf(plan->words, sizeof plan->words,
              "separable %s: %d taps along each axis, one after the other, in single precision; the "
              "error is at most %.3g of the largest sample in reach\n",
-             name, kernel->width, weft_separable_error_bound(kernel));
+             name, kernel->width, plan->info.bound.relative);
     plan->info.text = plan->words;
     plan->info.fetches = 2.0 * kernel->width;
     plan->info.moves = weft_resample_moves(kernel);
@@ -155,6 +156,7 @@ static enum weft_result plan_separable(weft_resample_plan *plan)
 static enum weft_result plan_passes(weft_resample_plan *plan)
 {
     plan->info.text = plan->info.passes->text;
+    plan->info.bound = plan->info.passes->bound;
     plan->info.fetches = (double)plan->info.passes->fetches / plan->info.passes->channels;
     return weft_resample_plan_tiles(plan);
 }

@@ -69,6 +69,9 @@ struct weft_resample_info {
     int overlap;
     int tiles;      // that passes cut a channel's pixels into; of separable work 0: memory decides
     double fetches; // per pixel and channel: of passes over all, of separable work along both axes
+    // The terms of |result - exact|. Separable: where the largest |value read| is below 2^100, and
+    // not 0; weft_resample_bound knows of any.
+    struct weft_bound_terms bound;
     const char *text; // the plan in words, lines ended
 };
 

@@ -235,9 +235,9 @@ struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
                                       double result)
 {
     const double largest = fmax(fabs(statistics->low), fabs(statistics->high));
-    const struct weft_bound_terms terms =
-        plan->passes
-            ? plan->info.passes->bound
-            : weft_separable_bound_terms(&plan->info.kernel, largest, WEFT_VOLUME_PREFILTER_ERROR);
+    struct weft_bound_terms terms = plan->info.bound;
+    if (!plan->passes && !(largest > 0.0 && largest < 0x1p100))
+        terms =
+            weft_separable_bound_terms(&plan->info.kernel, largest, WEFT_VOLUME_PREFILTER_ERROR);
     return weft_resample_bound_of(&terms, statistics, result);
 }

@@ -155,7 +155,8 @@ static json_t *separable_json(const struct resample_job *job)
 {
     const struct weft_resample_work *r = &job->work;
     json_t *object =
-        json_pack("{s:o}", "relative_bound", json_number(weft_separable_error_bound(&job->kernel)));
+        json_pack("{s:o}", "relative_bound",
+                  json_number(weft_resample_plan_get_info(job->plan[0])->bound.relative));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         json_object_update_new(
             object,

@@ -330,6 +330,17 @@ static void defaults_are_what_they_say(void **state)
     assert_true(info->fetches == 8.0);
     assert_non_null(strstr(info->text, "separable catmull-rom: 4 taps along each axis"));
     assert_false(info->moves);
+    // Values of any size have a bound: 0 is exact, and the largest floats may be scaled.
+    static const double ends[] = {0.0, 1.0, 0x1p99, 0x1p101, 3e38};
+    for (size_t i = 0; i < WEFT_COUNT(ends); i++) {
+        const struct weft_resample_statistics s = {
+            .sample_high = ends[i], .high = ends[i], .sample_low = 0.0};
+        const struct weft_bound_terms terms =
+            weft_separable_bound_terms(&info->kernel, ends[i], WEFT_VOLUME_PREFILTER_ERROR);
+        const struct weft_bound_values values = {.sample_high = ends[i], .high = ends[i]};
+        assert_true(weft_resample_bound(plan, &s, 0.0).total ==
+                    weft_bound_compute(&terms, &values).total);
+    }
     weft_resample_plan_destroy(&plan);
     assert_null(plan);
 }
