@@ -421,14 +421,17 @@ static void passes_meet_the_reference(void **state)
 static void tiles_meet(void **state)
 {
     (void)state;
-    const struct shape s = {"tiles", {700, 5}, 2100, 9, {{0}}};
+    static const struct shape both[] = {{"columns of tiles", {700, 5}, 2100, 9, {{0}}},
+                                        {"rows of tiles", {5, 700}, 9, 2100, {{0}}}};
     const struct pass_case p = {"catmull-rom", "unorm16", WEFT_TECHNIQUE_PLAIN, 4};
     const struct weft_kernel kernel = kernel_named(p.kernel);
-    struct work w = resample(NULL, &kernel, passes_of(&p), &s, 3);
-    assert_int_equal(weft_resample_plan_get_info(w.plan)->tiles, 3);
-    assert_int_equal(w.report.work.tiles, 3); // three channels, together
-    assert_right(&w, s.what, 1);
-    clear(&w);
+    for (int i = 0; i < 2; i++) {
+        struct work w = resample(NULL, &kernel, passes_of(&p), &both[i], 3);
+        assert_int_equal(weft_resample_plan_get_info(w.plan)->tiles, 3);
+        assert_int_equal(w.report.work.tiles, 3); // three channels, together
+        assert_right(&w, both[i].what, 1);
+        clear(&w);
+    }
 }
 
 // Neither the rows of samples nor channels that share passes matter.
@@ -559,6 +562,8 @@ static void statistics_are_of_all_channels(void **state)
     (void)state;
     struct picture p = make_samples(6, 4, 2);
     p.plane[0][0] = -70.0f;
+    p.plane[0][1] = -1.0f; // the ends of a range are in it
+    p.plane[0][2] = 4.0f;
     p.plane[1][2 * p.stride + 3] = 90.0f;
     p.plane[1][2 * p.stride + 4] = NAN;
     struct weft_resample_source_params *params =
