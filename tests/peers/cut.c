@@ -314,7 +314,7 @@ bool cut_compare(struct cut *cut, enum cut_reference reference, const float *pix
         const double value = (double)pixels[cut->checked[i]];
         const double difference = fabs(value - cut->reference[reference][i]);
         out->not_finite += !isfinite(value);
-        out->maximum = fmax(out->maximum, difference);
+        out->maximum = isnan(difference) ? INFINITY : fmax(out->maximum, difference);
         out->rms += difference * difference;
     }
     out->rms = sqrt(out->rms / (double)cut->checked_count);

@@ -457,7 +457,7 @@ static void test_arithmetic(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         double bound = weft_error_e3_arithmetic(&cases[i]), largest = 0.0;
         for (int run = 0; run < 3000; run++)
-            largest = fmax(largest, run_passes(&cases[i], &seed));
+            largest = larger(largest, run_passes(&cases[i], &seed));
         if (!(largest <= bound * (1.0 + 1e-9) && largest >= 0.05 * bound))
             fail_msg("case %zu: error %.4g, bound %.4g", i, largest, bound);
     }

@@ -123,6 +123,7 @@ static void test_gradients(void **state)
 static void test_gradients_at_origin(void **state)
 {
     static const double origin[3] = {0};
+    int checked = 0;
     (void)state;
     for (size_t s = 0; weft_signal_list[s]; s++) {
         double gradient[3] = {NAN, NAN, NAN};
@@ -131,7 +132,9 @@ static void test_gradients_at_origin(void **state)
         weft_signal_list[s]->gradient(origin, gradient);
         for (int d = 0; d < 3; d++)
             assert_true(isfinite(gradient[d]));
+        checked++;
     }
+    assert_true(checked >= 3);
 }
 
 // The chirp turns half a period per voxel at the faces and far less near the centre.
@@ -146,8 +149,8 @@ static void test_chirp_sampling(void **state)
         info->gradient(p, gradient);
         // The value swings by 1/2: its slope is at most half the phase's rate.
         const double turns = 2.0 * fabs(gradient[0]) * voxel / (2.0 * M_PI);
-        largest = fmax(largest, turns);
-        central = fmax(central, i <= 400 ? turns : 0.0);
+        largest = larger(largest, turns);
+        central = larger(central, i <= 400 ? turns : 0.0);
     }
     assert_near(largest, 0.5, 0.005, "at the face");
     assert_true(central <= 0.05);

@@ -216,7 +216,7 @@ static void tiles_are_split_where_no_order_helps(void **state)
     }
     print_message("cubic:0,2 2D, M 24 to 40: %d without an order, %d of them with splits\n",
                   without, with);
-    assert_true(with > 0);
+    assert_true(with > 0 && without < 17); // some have an order
 }
 
 static void weights_rounded_singly_need_scale(void **state)

@@ -68,11 +68,11 @@ static double run_constants(const weft_pass_plan *plan)
     double largest = 0.0;
     for (int level = 0; level <= one; level++) {
         const float value = (float)level / (float)one;
-        largest = fmax(largest, run(plan, &value, 1));
+        largest = larger(largest, run(plan, &value, 1));
         level += one > 255 ? (int)(random_next() % 1000) : 0;
     }
     const float white = 1.0f;
-    return fmax(largest, run(plan, &white, 1));
+    return larger(largest, run(plan, &white, 1));
 }
 
 static double run_noise(const weft_pass_plan *plan)
@@ -82,7 +82,7 @@ static double run_noise(const weft_pass_plan *plan)
     for (int n = 0; n < 20; n++) {
         for (size_t i = 0; i < WEFT_COUNT(plane); i++)
             plane[i] = n % 2 ? (float)(random_next() & 1) : (float)random_next() * 0x1p-31f;
-        largest = fmax(largest, run(plan, plane, SIDE));
+        largest = larger(largest, run(plan, plane, SIDE));
     }
     return largest;
 }
@@ -107,8 +107,8 @@ static void check_plan(const struct weft_pass_plan_params *params, struct tally 
     }
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const bool any = p.worst_case == WEFT_WORST_ANY;
-    const double clamped = any ? fmax(run_constants(plan), run_noise(plan)) : run_constants(plan);
-    if ((info->valid && clamped > 0.0) || (p.order == WEFT_ORDER_PLANNED && !info->valid))
+    const double clamped = any ? larger(run_constants(plan), run_noise(plan)) : run_constants(plan);
+    if ((info->valid && clamped != 0.0) || (p.order == WEFT_ORDER_PLANNED && !info->valid))
         fail_msg("clamps by up to %g codes:\n%s", clamped, info->text);
     // With 8 bits every level is followed, so that what clamps is seen to.
     const bool exact = p.profile.target == WEFT_TARGET_UNORM8 && !any &&

@@ -429,7 +429,7 @@ static double far_error(const struct weft_slice_params *p, const float *data, co
         for (int a = 0; a < 3; a++)
             at[a] = g->origin[a] + (i % FAR_PIXELS + 0.5) / FAR_PIXELS * g->u[a] +
                     (i / FAR_PIXELS + 0.5) / FAR_PIXELS * g->v[a];
-        worst = fmax(worst, fabs((double)pixels[i] - cardinal(&p->kernel, data, size, at)));
+        worst = larger(worst, fabs((double)pixels[i] - cardinal(&p->kernel, data, size, at)));
     }
     return worst;
 }
