@@ -36,7 +36,6 @@
 #include "passes/slice/multipass.h"
 #include "passes/slice/slice.h"
 #include "passes/stability/stability.h"
-#include "passes/verify/tile_error.h"
 #include "passes/verify/verify.h"
 #include "tiles/image/image.h"
 #include "tiles/kernel/kernel_file.h"

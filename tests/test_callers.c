@@ -1618,20 +1618,6 @@ static void pixel_errors(void)
 #undef CALL
 }
 
-static void tile_errors(void)
-{
-    weft_context *context = open_context();
-    weft_kernel_tiles *set = tiles();
-    struct weft_tile_error out;
-    struct weft_tile_error_params good = {.tiles = set, .locations = 8, .log = &logger};
-    BAD_ENUM(good, lookup, weft_tile_error_measure(context, &p, &out));
-    BAD_ENUM(good, lookup, weft_tile_error_model(&p, &out));
-    SET_REFUSED(good, locations, -1, weft_tile_error_measure(context, &p, &out));
-    SET_REFUSED(good, locations, INT_MAX, weft_tile_error_model(&p, &out));
-    weft_kernel_tiles_destroy(&set);
-    weft_context_destroy(&context);
-}
-
 static void slice_runs(void)
 {
     weft_context *context = open_context();
@@ -1795,7 +1781,6 @@ static const struct {
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
     {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
     {pixel_errors, {F(pixels_verify), F(verify_add)}},
-    {tile_errors, {F(tile_error_measure), F(tile_error_model)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_multipass_run), F(slice_multipass_bound_terms)}},

@@ -14,7 +14,6 @@ extern const char weft_shader_naive_slice[];
 extern const char weft_shader_rectangles[];
 extern const char weft_shader_separable[];
 extern const char weft_shader_fused[];
-extern const char weft_shader_tile_lookup[];
 
 // A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
 // and kept by the context, which is current. It is good until the next call; who needs it longer

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "tests/support/tile_error.h"
 #include "weft.h"
 
 enum { MAX_RUNS = 99 };

@@ -12,6 +12,7 @@
 
 #include "tests/support/common.h"
 #include "filter/check.h"
+#include "tests/support/tile_error.h"
 #include "weft.h"
 
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)

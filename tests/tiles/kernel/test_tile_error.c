@@ -13,6 +13,7 @@
 #include "tests/support/common.h"
 #include "tests/support/contexts.h"
 #include "filter/check.h"
+#include "tests/support/tile_error.h"
 #include "weft.h"
 
 static weft_context *context;

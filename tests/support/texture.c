@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/gl/texture.h"
+#include "tests/support/texture.h"
 
 #include <stdlib.h>
 #include <string.h>

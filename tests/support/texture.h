@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/gl/texture.h - kernel tiles as GL textures (not installed).
+// tests/support/texture.h - kernel tiles as GL textures.
 // 1D, 2D or 3D, clamped to the edge, without mipmaps. Integers are stored as they are, not
 // stretched: unorm of up to 8 bits in R8 or RGBA8, of more in R16 or RGBA16; a texel of q then
 // reads as q / 255 or q / 65535, and `factor` turns it into the weight. That is exact for every
 // number of bits, which stretching 5 bits to 8 would not be. Linear lookup in less than 8 bits
 // takes R16: software samplers may round what they filter from 8-bit textures to 8 bits
-// (passes/verify/tile_error.h).
-#ifndef WEFT_PASSES_GL_TEXTURE_H
-#define WEFT_PASSES_GL_TEXTURE_H
+// (tests/support/tile_error.h).
+#ifndef WEFT_TESTS_SUPPORT_TEXTURE_H
+#define WEFT_TESTS_SUPPORT_TEXTURE_H
 
 #include "filter/analysis/error.h"
 #include "passes/gl/gl.h"

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/verify/tile_error.h - the error of kernel tiles as a GL's own samplers look them up.
+// tests/support/tile_error.h - the error of kernel tiles as a GL's own samplers look them up.
 // eps_h (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 4) is measured three times: from what GL
 // returns, from a sampler in ideal arithmetic, and from a model of llvmpipe's, found on Mesa 22.3.6
 // on x86-64. That filters textures of 8-bit unorm in integers: positions are rounded to 1/256 of a
 // texel, ties to even, and every interpolation, along x, then y, then z, to eight bits:
 //   a + ((w (b - a) + 128) >> 8), w in 0 to 255.
 // Other formats, and nearest lookup, are as ideal.
-#ifndef WEFT_PASSES_VERIFY_TILE_ERROR_H
-#define WEFT_PASSES_VERIFY_TILE_ERROR_H
+#ifndef WEFT_TESTS_SUPPORT_TILE_ERROR_H
+#define WEFT_TESTS_SUPPORT_TILE_ERROR_H
 
-#include "../../filter/analysis/error.h"
-#include "../gl/context.h"
-#include "../../tiles/kernel/kernel_tiles.h"
-
-WEFT_BEGIN_DECLS
+#include "filter/analysis/error.h"
+#include "passes/gl/context.h"
+#include "tiles/kernel/kernel_tiles.h"
 
 struct weft_tile_error_params {
     const weft_kernel_tiles *tiles; // required
@@ -43,12 +41,11 @@ struct weft_tile_error {
 
 // Draws every tile of the set once. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (2D and 3D
 // tiles of radial kernels), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY or WEFT_ERR_GL.
-WEFT_API enum weft_result weft_tile_error_measure(weft_context *context,
-                                                  const struct weft_tile_error_params *params,
-                                                  struct weft_tile_error *out);
+enum weft_result weft_tile_error_measure(weft_context *context,
+                                         const struct weft_tile_error_params *params,
+                                         struct weft_tile_error *out);
 // The models alone, without GL: what was measured is NAN.
-WEFT_API enum weft_result weft_tile_error_model(const struct weft_tile_error_params *params,
-                                                struct weft_tile_error *out);
+enum weft_result weft_tile_error_model(const struct weft_tile_error_params *params,
+                                       struct weft_tile_error *out);
 
-WEFT_END_DECLS
 #endif

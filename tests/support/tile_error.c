@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/verify/tile_error.h"
+#include "tests/support/tile_error.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -10,7 +10,39 @@
 #include "filter/kernels/kernel_nd.h"
 #include "passes/gl/program.h"
 #include "passes/gl/target.h"
-#include "passes/gl/texture.h"
+#include "tests/support/texture.h"
+
+// What the sampler returns for one tile, at a grid of resampling positions. Pixel (x, y) is
+// position (x, y % locations, y / locations) + 1/2 over locations; placement is gain and bias from
+// tile positions to texture coordinates.
+static const char lookup_shader[] = "#if DIMS == 1\n"
+                                    "uniform sampler1D tile;\n"
+                                    "#elif DIMS == 2\n"
+                                    "uniform sampler2D tile;\n"
+                                    "#else\n"
+                                    "uniform sampler3D tile;\n"
+                                    "#endif\n"
+                                    "uniform int locations;\n"
+                                    "uniform vec2 placement;\n"
+                                    "uniform bvec3 mirrored;\n"
+                                    "\n"
+                                    "out float value;\n"
+                                    "\n"
+                                    "void main()\n"
+                                    "{\n"
+                                    "    ivec2 p = ivec2(gl_FragCoord.xy);\n"
+                                    "    ivec3 i = ivec3(p.x, p.y % locations, p.y / locations);\n"
+                                    "    vec3 s = (vec3(i) + 0.5) / float(locations);\n"
+                                    "    s = s * placement.x + placement.y;\n"
+                                    "    s = mix(s, 1.0 - s, mirrored);\n"
+                                    "#if DIMS == 1\n"
+                                    "    value = texture(tile, s.x).r;\n"
+                                    "#elif DIMS == 2\n"
+                                    "    value = texture(tile, s.xy).r;\n"
+                                    "#else\n"
+                                    "    value = texture(tile, s).r;\n"
+                                    "#endif\n"
+                                    "}\n";
 
 enum { MAX_LOCATIONS = 4096, MAX_POSITIONS = 1 << 24 };
 
@@ -263,9 +295,8 @@ static enum weft_result create_target(const struct survey *s, struct target *t)
     }
     char defines[32];
     snprintf(defines, sizeof defines, "#define DIMS %d\n", s->info->dims);
-    enum weft_result res =
-        weft_program_get(t->context, "tile lookup", defines, weft_shader_full_target,
-                         weft_shader_tile_lookup, &t->program);
+    enum weft_result res = weft_program_get(t->context, "tile lookup", defines,
+                                            weft_shader_full_target, lookup_shader, &t->program);
     if (res != WEFT_OK)
         return res;
     return weft_gl_target_create(s->p.log, t->gl, GL_R32F, width, height, &t->positions);

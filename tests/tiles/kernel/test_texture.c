@@ -12,7 +12,7 @@
 #include "tests/support/common.h"
 #include "tests/support/contexts.h"
 #include "passes/gl/context_backend.h"
-#include "passes/gl/texture.h"
+#include "tests/support/texture.h"
 #include "weft.h"
 
 static const struct {
