@@ -144,17 +144,21 @@ static enum weft_result filter_plane(void)
     static double at[PIXELS];
     for (int i = 0; i < PIXELS; i++)
         at[i] = i * 0.4;
-    return weft_separable_run(context,
-                              &(struct weft_separable_params){.size = {SIDE, SIDE},
-                                                              .samples = plane,
-                                                              .width = PIXELS,
-                                                              .height = PIXELS,
-                                                              .x = at,
-                                                              .y = at,
-                                                              .pixels = pixels,
-                                                              .memory_bytes = 40000,
-                                                              .log = &test_log},
-                              NULL);
+    weft_separable_plan *plan = NULL;
+    weft_separable *compiled = NULL;
+    enum weft_result res = weft_separable_plan_create(
+        weft_separable_params(.size = {SIDE, SIDE}, .width = PIXELS, .height = PIXELS, .x = at,
+                              .y = at, .memory_bytes = 40000, .log = &test_log),
+        &plan);
+    if (res == WEFT_OK)
+        res = weft_separable_compile(context, plan, &compiled);
+    if (res == WEFT_OK)
+        res = weft_separable_run(
+            compiled,
+            weft_separable_run_params(.samples = plane, .pixels = pixels, .log = &test_log), NULL);
+    weft_separable_destroy(&compiled);
+    weft_separable_plan_destroy(&plan);
+    return res;
 }
 
 static const char *resample_kernel;

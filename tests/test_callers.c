@@ -1306,43 +1306,48 @@ static void separable(void)
     float out[16];
     static double at[4] = {0.0, 1.0, 2.0, 3.0};
     struct weft_verify_report error;
-    struct weft_separable_params good = {.size = {4, 4},
-                                         .samples = voxels,
-                                         .width = 4,
-                                         .height = 4,
-                                         .x = at,
-                                         .y = at,
-                                         .pixels = out,
-                                         .log = &logger};
-#define CALL weft_separable_run(context, &p, NULL)
+    weft_separable_plan *made = NULL;
+    weft_separable *compiled = NULL;
+    struct weft_separable_params good = {
+        .size = {4, 4}, .width = 4, .height = 4, .x = at, .y = at, .log = &logger};
+#define CALL weft_separable_plan_create(&p, &made)
     KERNELS_REFUSED(good, 1, CALL);
     SET_REFUSED(good, size[0], 0, CALL);
     SET_REFUSED(good, size[1], INT_MIN, CALL);
     SET_REFUSED(good, size[1], INT_MAX, CALL);
     SET_REFUSED(good, width, -1, CALL);
     SET_REFUSED(good, height, 0, CALL);
-    SET_REFUSED(good, stride, -1, CALL);
-    SET_REFUSED(good, stride, 3, CALL);
-    SURVIVED(weft_separable_run(context,
-                                &(struct weft_separable_params){.size = {4, 4},
-                                                                .samples = voxels,
-                                                                .width = 4,
-                                                                .height = 4,
-                                                                .x = at,
-                                                                .y = at,
-                                                                .pixels = out,
-                                                                .memory_bytes = 1,
-                                                                .log = &logger},
-                                NULL));
+    SET_REFUSED(good, x, NULL, CALL);
+#undef CALL
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
         at[2] = numbers[n];
-        SURVIVED(weft_separable_run(context, &good, NULL));
-        SURVIVED(weft_separable_verify(&good, NULL, &error));
-        at[2] = 2.0;
-        SURVIVED(weft_separable_verify(
-            &good, &(struct weft_verify_params){.max_seconds = numbers[n]}, &error));
+        SURVIVED(weft_separable_plan_create(&good, &made));
+        weft_separable_plan_destroy(&made);
     }
+    at[2] = 2.0;
+    good.memory_bytes = 1;
+    assert_int_equal(weft_separable_plan_create(&good, &made), WEFT_OK);
+    REFUSED(weft_separable_compile(context, made, &compiled));
+    weft_separable_plan_destroy(&made);
+    good.memory_bytes = 0;
+    assert_int_equal(weft_separable_plan_create(&good, &made), WEFT_OK);
+    assert_int_equal(weft_separable_compile(context, made, &compiled), WEFT_OK);
+    TRUE(weft_separable_plan_get_info(made)->width == 4);
+    struct weft_separable_run_params run = {.samples = voxels, .pixels = out, .log = &logger};
+#define CALL weft_separable_run(compiled, &p, NULL)
+    SET_REFUSED(run, stride, -1, CALL);
+    SET_REFUSED(run, stride, 3, CALL);
+    SET_REFUSED(run, samples, NULL, CALL);
+    SET_REFUSED(run, pixels, NULL, CALL);
 #undef CALL
+    SURVIVED(weft_separable_run(compiled, &run, NULL));
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        SURVIVED(weft_separable_verify(
+            made, &run, &(struct weft_verify_params){.max_seconds = numbers[n]}, &error));
+    weft_separable_destroy(&compiled);
+    weft_separable_destroy(NULL);
+    weft_separable_plan_destroy(&made);
+    weft_separable_plan_destroy(NULL);
     EACH_BAD_KERNEL(
         0, if (k < 6 || k == 7) {
             weft_separable_error_bound(&kernel);
@@ -1767,7 +1772,9 @@ static const struct {
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
     {separable,
-     {F(separable_run), F(separable_verify), F(separable_error_bound), F(separable_bound_terms)}},
+     {F(separable_plan_create), F(separable_plan_destroy), F(separable_plan_get_info),
+      F(separable_compile), F(separable_destroy), F(separable_run), F(separable_verify),
+      F(separable_error_bound), F(separable_bound_terms)}},
     {window_maps,
      {F(window_map_plain), F(window_map_scale), F(window_map_position), F(window_map_positions),
       F(window_map_square)}},

@@ -148,7 +148,17 @@ static enum weft_result plan_separable(weft_resample_plan *plan)
     plan->info.text = plan->words;
     plan->info.fetches = 2.0 * kernel->width;
     plan->info.moves = weft_resample_moves(kernel);
-    return set_positions(plan);
+    enum weft_result res = set_positions(plan);
+    if (res == WEFT_OK)
+        res = weft_separable_plan_create(
+            weft_separable_params(.kernel = *kernel,
+                                  .size = {plan->info.size[0] + 2 * plan->info.overlap,
+                                           plan->info.size[1] + 2 * plan->info.overlap},
+                                  .width = plan->info.width, .height = plan->info.height,
+                                  .x = plan->at[0], .y = plan->at[1],
+                                  .memory_bytes = plan->memory_bytes, .log = plan->log),
+            &plan->separable);
+    return res;
 }
 
 // ---- plans --------------------------------------------------------------------------------------
@@ -206,6 +216,7 @@ void weft_resample_plan_destroy(weft_resample_plan **plan)
 {
     if (!plan || !*plan)
         return;
+    weft_separable_plan_destroy(&(*plan)->separable);
     free((*plan)->at[0]);
     free((*plan)->at[1]);
     free(*plan);

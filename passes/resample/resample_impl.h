@@ -5,6 +5,7 @@
 
 #include "filter/check.h"
 #include "passes/resample/resample.h"
+#include "passes/separable/separable.h"
 
 struct weft_resample_plan {
     struct weft_resample_info info;
@@ -13,7 +14,8 @@ struct weft_resample_plan {
     const struct weft_log *log;
     int side[2], count[2]; // of the tiles of passes: pixels, and how many along each axis
     double *at[2];         // separable: where columns and rows lie, in the values that are read
-    char words[512];       // info.text of separable plans
+    weft_separable_plan *separable; // of kernels that do not move
+    char words[512];                // info.text of separable plans
 };
 
 struct weft_resample_source {
@@ -29,7 +31,8 @@ struct weft_resample_source {
 struct weft_resample_compiled {
     const weft_resample_plan *plan;
     weft_context *context;
-    weft_multipass *passes; // of a plan of passes
+    weft_multipass *passes;    // of a plan of passes
+    weft_separable *separable; // of others
     struct weft_resample_compiled_info info;
 };
 

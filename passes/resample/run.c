@@ -20,6 +20,16 @@ static enum weft_result compile_passes(weft_resample_compiled *compiled)
     return WEFT_OK;
 }
 
+static enum weft_result compile_separable(weft_resample_compiled *compiled)
+{
+    const double start = weft_now_seconds();
+    const enum weft_result res =
+        weft_separable_compile(compiled->context, compiled->plan->separable, &compiled->separable);
+    compiled->info =
+        (struct weft_resample_compiled_info){.seconds = weft_now_seconds() - start, .programs = 2};
+    return res;
+}
+
 enum weft_result weft_resample_compile(weft_context *context, const weft_resample_plan *plan,
                                        weft_resample_compiled **out)
 {
@@ -35,7 +45,8 @@ enum weft_result weft_resample_compile(weft_context *context, const weft_resampl
         return WEFT_ERR_MEMORY;
     }
     *compiled = (weft_resample_compiled){.plan = plan, .context = context};
-    const enum weft_result res = plan->passes ? compile_passes(compiled) : WEFT_OK;
+    const enum weft_result res =
+        plan->passes ? compile_passes(compiled) : compile_separable(compiled);
     if (res == WEFT_OK)
         *out = compiled;
     else
@@ -48,6 +59,7 @@ void weft_resample_compiled_destroy(weft_resample_compiled **compiled)
     if (!compiled || !*compiled)
         return;
     weft_multipass_destroy(&(*compiled)->passes);
+    weft_separable_destroy(&(*compiled)->separable);
     free(*compiled);
     *compiled = NULL;
 }

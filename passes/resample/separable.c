@@ -1,25 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Resampling along one axis and then the other, in single precision, channel by channel.
 #include "passes/resample/resample_impl.h"
-#include "passes/separable/separable.h"
 
-static void make_request(const weft_resample_plan *plan, const weft_resample_source *source, int c,
-                         struct weft_separable_params *out)
+static void add_work(const weft_separable_plan *plan, const struct weft_separable_report *one,
+                     struct weft_resample_work *sum)
 {
-    *out = (struct weft_separable_params){
-        .kernel = plan->info.kernel,
-        .size = {weft_resample_values_along(source, 0), weft_resample_values_along(source, 1)},
-        .samples = weft_resample_values(source, c),
-        .width = plan->info.width,
-        .height = plan->info.height,
-        .x = plan->at[0],
-        .y = plan->at[1],
-        .memory_bytes = plan->memory_bytes,
-    };
-}
-
-static void add_work(struct weft_resample_work *sum, const struct weft_separable_report *one)
-{
+    const struct weft_separable_info *info = weft_separable_plan_get_info(plan);
     const struct weft_resample_work work = {
         .tiles = one->rectangles,
         .prepare_seconds = one->prepare_seconds,
@@ -29,8 +15,8 @@ static void add_work(struct weft_resample_work *sum, const struct weft_separable
         .uploaded_bytes = one->uploaded_bytes,
         .peak_bytes = one->peak_bytes,
         .draws = one->passes,
-        .first_axis = one->first_axis,
-        .fetches_per_pixel = one->fetches_per_pixel,
+        .first_axis = info->first_axis,
+        .fetches_per_pixel = info->fetches_per_pixel,
     };
     weft_resample_work_add(sum, &work);
 }
@@ -44,16 +30,17 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     const struct weft_progress progress = {weft_resample_report_step, &steps};
     enum weft_result res = WEFT_OK;
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
-        struct weft_separable_params request;
+        const struct weft_separable_run_params run = {
+            .samples = weft_resample_values(params->source, c),
+            .pixels = params->plane[c],
+            .stride = params->stride,
+            .progress = &progress,
+            .log = params->log,
+        };
         struct weft_separable_report report;
-        make_request(compiled->plan, params->source, c, &request);
-        request.pixels = params->plane[c];
-        request.stride = params->stride;
-        request.progress = &progress;
-        request.log = params->log;
-        res = weft_separable_run(compiled->context, &request, &report);
+        res = weft_separable_run(compiled->separable, &run, &report);
         if (res == WEFT_OK)
-            add_work(work, &report);
+            add_work(compiled->plan->separable, &report, work);
     }
     return res;
 }

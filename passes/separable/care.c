@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "passes/separable/job.h"
+#include "passes/separable/separable_impl.h"
 
 // Below 2^this, no sum of products with weights that add up to less than 2^31 overflows.
 enum { SAFE_EXPONENT = 64 };
@@ -42,13 +41,14 @@ static uint32_t largest_finite_bits(const float *row, int count)
 }
 
 // The largest finite |sample| in reach.
-static double survey(struct weft_separable_care *care, const struct weft_separable_params *p,
-                     const struct weft_separable_reach reach[2])
+static double survey(struct weft_separable_care *care, const weft_separable_plan *plan,
+                     const float *samples)
 {
-    const int columns = reach[0].last - reach[0].first + 1;
+    const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
+    const int columns = x->reach[1] - x->reach[0] + 1;
     uint32_t largest = 0;
-    for (int y = reach[1].first; y <= reach[1].last; y++) {
-        const float *row = p->samples + (size_t)y * (size_t)p->size[0] + reach[0].first;
+    for (int j = y->reach[0]; j <= y->reach[1]; j++) {
+        const float *row = samples + (size_t)j * (size_t)x->size + x->reach[0];
         uint32_t bits = largest_bits(row, columns);
         care->skips_zeros = care->skips_zeros || bits >= INFINITY_BITS;
         if (bits >= INFINITY_BITS)
@@ -60,78 +60,24 @@ static double survey(struct weft_separable_care *care, const struct weft_separab
     return (double)value;
 }
 
-// ---- weights ------------------------------------------------------------------------------------
-
-// Largest sum of |weights| of all positions, and 1 at least: what samples grow by on the way.
-static double growth(const struct weft_kernel *kernel, const double *at, int count)
-{
-    double most = 1.0;
-    for (int i = 0; i < count; i++) {
-        double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
-        weft_kernel_weights(kernel, at[i], weights);
-        for (int j = 0; j < kernel->width; j++)
-            sum += fabs(weights[j]);
-        most = fmax(most, sum);
-    }
-    return most;
-}
-
 // Sums stay below 2^127, which leaves room for their roundings.
-static void choose_scale(struct weft_separable_care *care, const struct weft_separable_params *p,
+static void choose_scale(struct weft_separable_care *care, const weft_separable_plan *plan,
                          double largest)
 {
     if (largest < ldexp(1.0, SAFE_EXPONENT))
         return;
     int exponent;
-    frexp(largest * growth(&p->kernel, p->x, p->width) * growth(&p->kernel, p->y, p->height),
-          &exponent);
+    frexp(largest * plan->axis[0].growth * plan->axis[1].growth, &exponent);
     care->scale_bits = exponent > 127 ? exponent - 127 : 0;
-    care->margin = weft_separable_error_bound(&p->kernel) * largest;
+    care->margin = weft_separable_error_bound(&plan->info.kernel) * largest;
 }
 
-// The sample that a position is: all of its weights are 0 but for one of 1. -1: none.
-static int32_t whole_sample(const struct weft_kernel *kernel, double at, int size)
+struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
+                                                    const float *samples)
 {
-    double weights[WEFT_KERNEL_MAX_WIDTH];
-    int64_t sample = -1;
-    if (kernel->width > 1 && at != rint(at))
-        return -1;
-    const int64_t first = weft_kernel_weights(kernel, at, weights);
-    for (int j = 0; j < kernel->width; j++) {
-        if (weights[j] == 1.0)
-            sample = first + j < 0 ? 0 : first + j >= size ? size - 1 : first + j;
-        else if (weights[j] != 0.0)
-            return -1;
-    }
-    return (int32_t)sample;
-}
-
-enum weft_result weft_separable_care_create(const struct weft_separable_params *p,
-                                            const struct weft_separable_reach reach[2],
-                                            struct weft_separable_care *out)
-{
-    const double *const at[2] = {p->x, p->y};
-    const int count[2] = {p->width, p->height};
-    *out = (struct weft_separable_care){0};
-    for (int a = 0; a < 2; a++) {
-        out->whole[a] = malloc((size_t)count[a] * sizeof *out->whole[a]);
-        if (!out->whole[a]) {
-            weft_error(p->log, "not enough memory for %d pixels", count[a]);
-            weft_separable_care_destroy(out);
-            return WEFT_ERR_MEMORY;
-        }
-        for (int i = 0; i < count[a]; i++)
-            out->whole[a][i] = whole_sample(&p->kernel, at[a][i], p->size[a]);
-    }
-    choose_scale(out, p, survey(out, p, reach));
-    return WEFT_OK;
-}
-
-void weft_separable_care_destroy(struct weft_separable_care *care)
-{
-    free(care->whole[0]);
-    free(care->whole[1]);
-    *care = (struct weft_separable_care){0};
+    struct weft_separable_care care = {0};
+    choose_scale(&care, plan, survey(&care, plan, samples));
+    return care;
 }
 
 // ---- pixels -------------------------------------------------------------------------------------
@@ -143,18 +89,20 @@ static float held(const struct weft_separable_care *care, float pixel)
     return (float)(beyond > 0.0 && beyond <= care->margin ? copysign(FLT_MAX, value) : value);
 }
 
-void weft_separable_care_finish(const struct weft_separable_care *care,
-                                const struct weft_separable_params *p, const int from[2],
-                                const int size[2])
+void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
+                           const struct weft_separable_run_params *params, const int from[2],
+                           const int size[2])
 {
+    const int32_t *columns = plan->axis[0].whole;
     for (int y = from[1]; y < from[1] + size[1]; y++) {
-        float *row = p->pixels + y * p->stride;
+        float *row = params->pixels + y * params->stride;
         for (int x = from[0]; care->scale_bits && x < from[0] + size[0]; x++)
             row[x] = held(care, row[x]);
-        const int32_t sample = care->whole[1][y];
-        const float *samples = p->samples + (size_t)(sample < 0 ? 0 : sample) * (size_t)p->size[0];
+        const int32_t sample = plan->axis[1].whole[y];
+        const float *samples =
+            params->samples + (size_t)(sample < 0 ? 0 : sample) * (size_t)plan->info.size[0];
         for (int x = from[0]; sample >= 0 && x < from[0] + size[0]; x++)
-            if (care->whole[0][x] >= 0)
-                row[x] = samples[care->whole[0][x]];
+            if (columns[x] >= 0)
+                row[x] = samples[columns[x]];
     }
 }

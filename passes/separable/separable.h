@@ -16,46 +16,91 @@ WEFT_BEGIN_DECLS
 // Samples and pixels along an axis at most.
 enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24 };
 
+// ---- plans --------------------------------------------------------------------------------------
+
 struct weft_separable_params {
     struct weft_kernel kernel; // default (info NULL): catmull-rom; not radial
     int size[2];               // samples along x and y (required)
-    const float *samples;      // [y][x], x fastest, tightly packed, at integer coordinates; beyond
-                               // them the nearest sample's value holds
     int width, height;         // pixels (required)
-    const double *x, *y;       // the sample coordinate of every column and of every row; any order,
-                               // any distance from the samples, finite
-    float *pixels;             // [y * stride + x]
-    int64_t stride;            // floats from row to row (default width)
+    const double *x, *y;       // the sample coordinate of every column and of every row (required);
+                               // any order, any distance from the samples, finite; copied
     uint64_t memory_bytes;     // textures, buffers and what is read back by way of (default 1 GiB);
                                // the work is cut into rectangles that fit
-    const struct weft_progress *progress; // may be NULL
-    const struct weft_log *log;
+    const struct weft_log *log; // may be NULL; borrowed while the plan lives
 };
+#define weft_separable_params(...) (&(struct weft_separable_params){__VA_ARGS__})
 
-struct weft_separable_report {
-    double prepare_seconds; // taps, cuts and programs
-    double upload_seconds;  // weights and samples
-    double pass_seconds, readback_seconds;
-    uint64_t uploaded_bytes;
-    uint64_t peak_bytes; // of what memory_bytes limits
-    int rectangles;
-    int passes;               // draws
+// What is filtered where: taps, and the order of the axes that fetches less for the whole. Pure; as
+// many threads as like may read a plan at the same time.
+typedef struct weft_separable_plan weft_separable_plan;
+
+// On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions),
+// WEFT_ERR_UNSUPPORTED (radial kernels) or WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
+                                                     weft_separable_plan **out);
+WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accepts &NULL, leaves NULL
+
+struct weft_separable_info {
+    struct weft_kernel kernel;
+    int size[2], width, height;
     int first_axis;           // 0: along x and then along y; 1: the other way round
     double fetches_per_pixel; // of both passes, without what rectangles repeat
 };
+// Valid while the plan lives.
+WEFT_API const struct weft_separable_info *
+weft_separable_plan_get_info(const weft_separable_plan *plan);
 
-// Rectangles on software GLs are smaller than memory_bytes allows where that is faster.
-// Only samples in reach of a pixel are uploaded. The order of the axes is the one with fewer
-// fetches for the whole; the pixels are the same for every memory_bytes, bit for bit. A tap whose
-// weight is exactly 0 does not count: pixels are not finite where a sample that counts is not, or
-// where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
-// the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit.
-// Returns WEFT_ERR_ARGUMENT (kernel, sizes, stride, positions, pointers), WEFT_ERR_UNSUPPORTED
-// (radial kernels), WEFT_ERR_LIMIT (memory), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED;
+// ---- compiled plans -----------------------------------------------------------------------------
+
+// A plan cut into rectangles for a context, with its programs, buffers and target. Thread-safety:
+// one thread at a time, and one at a time with whatever else uses its context.
+typedef struct weft_separable weft_separable;
+
+// Plan and context are borrowed and must outlive it. Rectangles on software GLs are smaller than
+// memory_bytes allows where that is faster. On failure *out is NULL. Returns WEFT_ERR_LIMIT (what a
+// rectangle needs, memory_bytes and the context's texels are in the log), WEFT_ERR_MEMORY or
+// WEFT_ERR_GL.
+WEFT_API enum weft_result weft_separable_compile(weft_context *context,
+                                                 const weft_separable_plan *plan,
+                                                 weft_separable **out);
+WEFT_API void weft_separable_destroy(weft_separable **compiled); // accepts &NULL, leaves NULL
+
+// ---- runs ---------------------------------------------------------------------------------------
+
+struct weft_separable_run_params {
+    const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required);
+                          // beyond them the nearest sample's value holds
+    float *pixels;        // [y * stride + x] (required)
+    int64_t stride;       // floats from row to row (default width)
+    const struct weft_progress *progress; // may be NULL; asked before every rectangle
+    const struct weft_log *log;           // may be NULL
+};
+#define weft_separable_run_params(...) (&(struct weft_separable_run_params){__VA_ARGS__})
+
+struct weft_separable_report {
+    double prepare_seconds; // a look at the samples
+    double upload_seconds;  // weights and samples
+    double pass_seconds, readback_seconds;
+    uint64_t uploaded_bytes; // samples, and weights that were not there from before
+    uint64_t peak_bytes;     // of what memory_bytes limits
+    int rectangles;
+    int passes; // draws
+    // 0, and 2 where samples that are not finite come for the first time.
+    int programs_linked;
+};
+
+// Filters. Only samples in reach of a pixel are uploaded; weights stay for the next run where one
+// rectangle holds all of an axis. The pixels are the same for every memory_bytes, bit for bit. A
+// tap whose weight is exactly 0 does not count: pixels are not finite where a sample that counts is
+// not, or where the result is beyond the range of floats, and nowhere else; sums do not leave that
+// range on the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit.
+// Returns WEFT_ERR_ARGUMENT (stride, pointers), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED;
 // pixels may then be written in part. report may be NULL.
-WEFT_API enum weft_result weft_separable_run(weft_context *context,
-                                             const struct weft_separable_params *params,
+WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
+                                             const struct weft_separable_run_params *params,
                                              struct weft_separable_report *report);
+
+// ---- errors -------------------------------------------------------------------------------------
 
 // |pixel - exact| is at most this times the largest |sample| in reach, where sums stay within the
 // range of floats and GL rounds to nearest. With u = 2^-24, n = the kernel's width and g = its gain

@@ -92,6 +92,35 @@ static void add_report(const struct weft_separable_report *one, struct weft_slic
     sum->passes += one->passes;
 }
 
+// Every tile has a plane of its own; programs stay in the context.
+static enum weft_result filter_plane(weft_context *context, const struct weft_slice_plan *plan,
+                                     const struct weft_slice_tile *tile, const struct plane *plane,
+                                     const struct weft_separable_run_params *run,
+                                     struct weft_slice_report *report,
+                                     struct weft_separable_report *own)
+{
+    const double start = weft_now_seconds();
+    weft_separable_plan *separable = NULL;
+    weft_separable *compiled = NULL;
+    enum weft_result res = weft_separable_plan_create(
+        weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
+                              .width = tile->width, .height = tile->height, .x = plane->x,
+                              .y = plane->y, .memory_bytes = plan->separable_bytes,
+                              .log = plan->log),
+        &separable);
+    if (res == WEFT_OK)
+        res = weft_separable_compile(context, separable, &compiled);
+    report->layout_seconds += weft_now_seconds() - start;
+    if (res == WEFT_OK) {
+        res = weft_separable_run(compiled, run, own);
+        report->fetches += (uint64_t)(weft_separable_plan_get_info(separable)->fetches_per_pixel *
+                                      tile->width * tile->height);
+    }
+    weft_separable_destroy(&compiled);
+    weft_separable_plan_destroy(&separable);
+    return res;
+}
+
 static enum weft_result run_tile(weft_context *context, const struct weft_slice_plan *plan,
                                  int index, float *pixels, const struct weft_progress *progress,
                                  struct weft_slice_report *report)
@@ -114,28 +143,20 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
     report->read_seconds += read - start;
     report->layout_seconds += weft_now_seconds() - read;
     const int width = plan->footprint->grid.index.width;
-    const struct weft_separable_params params = {
-        .kernel = plan->info.kernel,
-        .size = {plane.size[0], plane.size[1]},
+    const struct weft_separable_run_params run = {
         .samples = plane.samples,
-        .width = tile->width,
-        .height = tile->height,
-        .x = plane.x,
-        .y = plane.y,
         .pixels = pixels + (size_t)tile->y * (size_t)width + tile->x,
         .stride = width,
-        .memory_bytes = plan->separable_bytes,
         .progress = progress,
         .log = plan->log,
     };
-    res = weft_separable_run(context, &params, &own);
+    res = filter_plane(context, plan, tile, &plane, &run, report, &own);
     if (res == WEFT_OK && !fit)
         res =
             weft_slice_exact_paint(plan, tile, store, pixels, progress, 1.0, &report->exact_pixels);
     if (res != WEFT_OK)
         goto fail;
     add_report(&own, report);
-    report->fetches += (uint64_t)(own.fetches_per_pixel * tile->width * tile->height);
     const uint64_t bytes = plan->footprint->info.kept_bytes +
                            4 * (uint64_t)plane.size[0] * (uint64_t)plane.size[1] + own.peak_bytes;
     report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;

@@ -2,7 +2,7 @@
 // Images for the verifier: a grid's positions, samples and pixels in memory.
 #include <math.h>
 
-#include "passes/separable/job.h"
+#include "passes/separable/separable_impl.h"
 #include "passes/verify/planes.h"
 #include "passes/verify/verifier.h"
 
@@ -157,22 +157,26 @@ static struct weft_verify_params how_of(const struct weft_verify_params *params,
     return how;
 }
 
-enum weft_result weft_separable_verify(const struct weft_separable_params *request,
+enum weft_result weft_separable_verify(const weft_separable_plan *plan,
+                                       const struct weft_separable_run_params *run,
                                        const struct weft_verify_params *params,
                                        struct weft_verify_report *out)
 {
-    struct weft_separable_params r;
+    const struct weft_separable_info *info = &plan->info;
+    struct weft_separable_run_params r;
     *out = (struct weft_verify_report){0};
-    const enum weft_result res = weft_separable_check(request, &r);
+    const enum weft_result res = weft_separable_check_run(plan, run, &r);
     if (res != WEFT_OK)
         return res;
-    const struct weft_pixel_grid grid = {
-        .width = r.width, .height = r.height, .columns = r.x, .rows = r.y};
+    const struct weft_pixel_grid grid = {.width = info->width,
+                                         .height = info->height,
+                                         .columns = plan->axis[0].at,
+                                         .rows = plan->axis[1].at};
     return weft_pixels_verify(
-        weft_pixels_verify_params(.kernel = {r.kernel}, .grid = &grid,
-                                  .size = {r.size[0], r.size[1]}, .samples = {{r.samples}},
+        weft_pixels_verify_params(.kernel = {info->kernel}, .grid = &grid,
+                                  .size = {info->size[0], info->size[1]}, .samples = {{r.samples}},
                                   .pixels = {{r.pixels, .stride = r.stride}},
-                                  .bound_relative = weft_separable_error_bound(&r.kernel),
+                                  .bound_relative = weft_separable_error_bound(&info->kernel),
                                   .bound_absolute = 0.0, .how = how_of(params, r.progress),
                                   .log = r.log),
         out);

@@ -22,6 +22,7 @@ enum { MAX_SIDE = 400, MAX_SAMPLES = 400 * 300 };
 // A request with memory of its own.
 struct request {
     struct weft_separable_params params;
+    struct weft_separable_run_params run;
     float samples[MAX_SAMPLES];
     double x[MAX_SIDE], y[MAX_SIDE];
     float pixels[MAX_SIDE * MAX_SIDE];
@@ -55,15 +56,51 @@ static struct request *make_request(const char *kernel, int nx, int ny, int widt
     r->params = (struct weft_separable_params){
         .kernel = kernel_named(kernel),
         .size = {nx, ny},
-        .samples = r->samples,
         .width = width,
         .height = height,
         .x = r->x,
         .y = r->y,
-        .pixels = r->pixels,
         .log = &log_to_stderr,
     };
+    r->run = (struct weft_separable_run_params){
+        .samples = r->samples, .pixels = r->pixels, .log = &log_to_stderr};
     return r;
+}
+
+// Plans, compiles, runs once and ends all of it.
+static enum weft_result filter(weft_context *context, const struct request *r,
+                               struct weft_separable_report *report)
+{
+    weft_separable_plan *plan = NULL;
+    weft_separable *compiled = NULL;
+    enum weft_result res = weft_separable_plan_create(&r->params, &plan);
+    if (res == WEFT_OK)
+        res = weft_separable_compile(context, plan, &compiled);
+    if (res == WEFT_OK)
+        res = weft_separable_run(compiled, &r->run, report);
+    weft_separable_destroy(&compiled);
+    weft_separable_plan_destroy(&plan);
+    return res;
+}
+
+static enum weft_result verify(const struct request *r, const struct weft_verify_params *how,
+                               struct weft_verify_report *error)
+{
+    weft_separable_plan *plan = NULL;
+    enum weft_result res = weft_separable_plan_create(&r->params, &plan);
+    if (res == WEFT_OK)
+        res = weft_separable_verify(plan, &r->run, how, error);
+    weft_separable_plan_destroy(&plan);
+    return res;
+}
+
+static int first_axis_of(const struct request *r)
+{
+    weft_separable_plan *plan = NULL;
+    assert_int_equal(weft_separable_plan_create(&r->params, &plan), WEFT_OK);
+    const int axis = weft_separable_plan_get_info(plan)->first_axis;
+    weft_separable_plan_destroy(&plan);
+    return axis;
 }
 
 // Runs and compares every pixel with the reference.
@@ -71,8 +108,8 @@ static struct weft_verify_report run(weft_context *context, struct request *r,
                                      struct weft_separable_report *report)
 {
     struct weft_verify_report error;
-    assert_int_equal(weft_separable_run(context, &r->params, report), WEFT_OK);
-    assert_int_equal(weft_separable_verify(&r->params, NULL, &error), WEFT_OK);
+    assert_int_equal(filter(context, r, report), WEFT_OK);
+    assert_int_equal(verify(r, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, r->params.width * r->params.height);
     return error;
 }
@@ -136,8 +173,8 @@ static void every_shape_meets_the_reference(void **state)
             struct request *r = make_request(s->kernel, s->nx, s->ny, s->width, s->height);
             const struct weft_verify_report error = run(contexts[c], r, &report);
             assert_within_bound(&error, r, s->what);
-            if (s->first_axis >= 0 && report.first_axis != s->first_axis)
-                fail_msg("%s: axis %d went first", s->what, report.first_axis);
+            if (s->first_axis >= 0 && first_axis_of(r) != s->first_axis)
+                fail_msg("%s: axis %d went first", s->what, first_axis_of(r));
             assert_int_equal(report.passes, 2 * report.rectangles);
             free(r);
         }
@@ -171,7 +208,7 @@ static void constants_stay(void **state)
         // The sum of a catalogue kernel's weights in double is 1 this closely.
         const double bound = 3.7f * (weft_separable_error_bound(&r->params.kernel) + 1e-13);
         if (r->params.kernel.unit_sum) {
-            assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_OK);
+            assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
             for (int i = 0; i < 50 * 40; i++)
                 assert_near((double)r->pixels[i], (double)-3.7f, bound, (*k)->name);
         }
@@ -205,8 +242,8 @@ static int check_not_finite(const struct request *r, const int bad[2][2], const 
             for (int i = 0; i < 2; i++)
                 expected = expected || (counts(&p->kernel, p->x[x], p->size[0], bad[i][0]) &&
                                         counts(&p->kernel, p->y[y], p->size[1], bad[i][1]));
-            if (isfinite(p->pixels[y * p->width + x]) == expected)
-                fail_msg("%s at (%d, %d): %g", what, x, y, (double)p->pixels[y * p->width + x]);
+            if (isfinite(r->pixels[y * p->width + x]) == expected)
+                fail_msg("%s at (%d, %d): %g", what, x, y, (double)r->pixels[y * p->width + x]);
             count += expected;
         }
     }
@@ -261,9 +298,7 @@ static void whole_positions_give_the_samples(void **state)
                 r->x[i] = ((2 * i + 1) * 61 - 61 * times) / (2.0 * 61 * times);
             for (int i = 0; i < 43 * times; i++)
                 r->y[i] = ((2 * i + 1) * 43 - 43 * times) / (2.0 * 43 * times);
-            assert_int_equal(
-                weft_separable_run(contexts[kernels % 2 && contexts[1]], &r->params, NULL),
-                WEFT_OK);
+            assert_int_equal(filter(contexts[kernels % 2 && contexts[1]], r, NULL), WEFT_OK);
             for (int y = 0; y < 43; y++)
                 for (int x = 0; x < 61; x++)
                     if (memcmp(&r->pixels[(times * y + times / 2) * 61 * times + times * x +
@@ -319,12 +354,12 @@ static void pixels_do_not_depend_on_the_cut(void **state)
         for (int c = 0; c < 2 && contexts[c]; c++) {
             struct weft_separable_report report;
             r->params.memory_bytes = 0;
-            assert_int_equal(weft_separable_run(contexts[c], &r->params, &report), WEFT_OK);
+            assert_int_equal(filter(contexts[c], r, &report), WEFT_OK);
             assert_int_equal(report.rectangles, 1);
             memcpy(whole, r->pixels, sizeof whole);
             memset(r->pixels, 0xff, sizeof r->pixels);
             r->params.memory_bytes = memory[i % WEFT_COUNT(memory)];
-            assert_int_equal(weft_separable_run(contexts[c], &r->params, &report), WEFT_OK);
+            assert_int_equal(filter(contexts[c], r, &report), WEFT_OK);
             assert_true(report.rectangles > 1 || r->params.memory_bytes > 12000);
             assert_true(report.peak_bytes <= r->params.memory_bytes);
             assert_memory_equal(r->pixels, whole,
@@ -342,14 +377,14 @@ static void only_the_pixels_are_written(void **state)
     for (size_t i = 0; i < WEFT_COUNT(strides) * WEFT_COUNT(widths); i++) {
         const int width = widths[i / WEFT_COUNT(strides)];
         struct request *r = make_request("catmull-rom", 20, 20, width, 50);
-        r->params.stride = strides[i % WEFT_COUNT(strides)];
+        r->run.stride = strides[i % WEFT_COUNT(strides)];
         r->params.memory_bytes = i % 2 ? 20000 : 0;
         for (size_t p = 0; p < WEFT_COUNT(r->pixels); p++)
             r->pixels[p] = 77.0f;
         const struct weft_verify_report error = run(contexts[0], r, NULL);
         assert_within_bound(&error, r, "stride");
         for (int p = 0; p < MAX_SIDE * MAX_SIDE; p++)
-            if (p % r->params.stride >= width || p / r->params.stride >= 50)
+            if (p % r->run.stride >= width || p / r->run.stride >= 50)
                 assert_true(r->pixels[p] == 77.0f);
         free(r);
     }
@@ -371,6 +406,48 @@ static void only_samples_in_reach_are_uploaded(void **state)
     free(r);
 }
 
+// ---- once means once ----------------------------------------------------------------------------
+
+// The second run makes and uploads nothing but samples, and gives the same pixels; samples that are
+// not finite ask for another program, once.
+static void runs_repeat_nothing_and_agree(void **state)
+{
+    static float first[MAX_SIDE * MAX_SIDE];
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        weft_context *context = contexts[i / 2 && contexts[1]];
+        struct request *r = make_request("bspline3", 60, 50, 127, 101);
+        struct weft_separable_report report[4];
+        weft_separable_plan *plan = NULL;
+        weft_separable *compiled = NULL;
+        r->params.memory_bytes = i % 2 ? 40000 : 0; // several rectangles, or one
+        assert_int_equal(weft_separable_plan_create(&r->params, &plan), WEFT_OK);
+        assert_int_equal(weft_separable_compile(context, plan, &compiled), WEFT_OK);
+        assert_int_equal(weft_separable_run(compiled, &r->run, &report[0]), WEFT_OK);
+        memcpy(first, r->pixels, sizeof first);
+        memset(r->pixels, 0, sizeof r->pixels);
+        assert_int_equal(weft_separable_run(compiled, &r->run, &report[1]), WEFT_OK);
+        assert_memory_equal(r->pixels, first, sizeof first);
+        assert_int_equal(report[0].programs_linked, 0);
+        assert_int_equal(report[1].programs_linked, 0);
+        // A texel of weights and a first tap for 127 columns, to whole texels, and 101 rows.
+        if (i % 2 == 0)
+            assert_int_equal(report[0].uploaded_bytes - report[1].uploaded_bytes,
+                             (128 + 104) * (16 + 4));
+        assert_true((report[0].rectangles > 1) == (i % 2));
+        r->samples[77] = NAN;
+        assert_int_equal(weft_separable_run(compiled, &r->run, &report[2]), WEFT_OK);
+        assert_int_equal(weft_separable_run(compiled, &r->run, &report[3]), WEFT_OK);
+        assert_int_equal(report[3].programs_linked, 0);
+        r->samples[77] = (float)noise(77);
+        assert_int_equal(weft_separable_run(compiled, &r->run, NULL), WEFT_OK);
+        assert_memory_equal(r->pixels, first, sizeof first);
+        weft_separable_destroy(&compiled);
+        weft_separable_plan_destroy(&plan);
+        free(r);
+    }
+}
+
 // ---- refusals -----------------------------------------------------------------------------------
 
 static void radial(struct request *r)
@@ -379,11 +456,11 @@ static void radial(struct request *r)
 }
 static void no_samples(struct request *r)
 {
-    r->params.samples = NULL;
+    r->run.samples = NULL;
 }
 static void no_pixels(struct request *r)
 {
-    r->params.pixels = NULL;
+    r->run.pixels = NULL;
 }
 static void no_positions(struct request *r)
 {
@@ -407,7 +484,7 @@ static void too_high(struct request *r)
 }
 static void small_stride(struct request *r)
 {
-    r->params.stride = 29;
+    r->run.stride = 29;
 }
 static void nan_position(struct request *r)
 {
@@ -431,7 +508,7 @@ static const struct refusal {
     {radial, WEFT_ERR_UNSUPPORTED, "radial", false},
     {no_samples, WEFT_ERR_ARGUMENT, "params->samples", false},
     {no_pixels, WEFT_ERR_ARGUMENT, "params->pixels", false},
-    {no_positions, WEFT_ERR_ARGUMENT, "params->y", false},
+    {no_positions, WEFT_ERR_ARGUMENT, "p->y", false},
     {no_size, WEFT_ERR_ARGUMENT, "of 10 x 0 samples", false},
     {too_many_samples, WEFT_ERR_ARGUMENT, "16777217 x 10 samples", false},
     {no_width, WEFT_ERR_ARGUMENT, "to 0 x 20 pixels", false},
@@ -451,12 +528,12 @@ static void bad_requests_are_refused(void **state)
         struct weft_log log = {keep_message, &message[0]};
         struct weft_verify_report error;
         struct request *r = make_request("catmull-rom", 10, 10, 30, 20);
-        r->params.log = &log;
+        r->params.log = r->run.log = &log;
         refusal->change(r);
-        assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), refusal->result);
+        assert_int_equal(filter(contexts[0], r, NULL), refusal->result);
         log.priv = &message[1];
         if (!refusal->run_only)
-            assert_int_equal(weft_separable_verify(&r->params, NULL, &error), refusal->result);
+            assert_int_equal(verify(r, NULL, &error), refusal->result);
         for (int m = 0; m < (refusal->run_only ? 1 : 2); m++) {
             assert_int_equal(message[m].count, 1);
             if (!strstr(message[m].text, refusal->text))
@@ -486,20 +563,20 @@ static void progress_can_cancel(void **state)
     r->params.memory_bytes = 20000;
     struct weft_separable_report report;
     struct weft_verify_report error;
-    assert_int_equal(weft_separable_run(contexts[0], &r->params, &report), WEFT_OK);
+    assert_int_equal(filter(contexts[0], r, &report), WEFT_OK);
     for (int calls = 0; calls < report.rectangles; calls += 3) {
         struct patience patience = {calls, 0.0};
         const struct weft_progress progress = {lose_patience, &patience};
-        r->params.progress = &progress;
-        assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_ERR_CANCELLED);
+        r->run.progress = &progress;
+        assert_int_equal(filter(contexts[0], r, NULL), WEFT_ERR_CANCELLED);
     }
     struct patience patience = {report.rectangles, 0.0};
     const struct weft_progress progress = {lose_patience, &patience};
-    r->params.progress = &progress;
-    assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_OK);
+    r->run.progress = &progress;
+    assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
     assert_true(patience.last == 1.0);
     patience = (struct patience){1, 0.0};
-    assert_int_equal(weft_separable_verify(&r->params, NULL, &error), WEFT_ERR_CANCELLED);
+    assert_int_equal(verify(r, NULL, &error), WEFT_ERR_CANCELLED);
     free(r);
 }
 
@@ -509,18 +586,16 @@ static void verifying_may_be_short(void **state)
     (void)state;
     struct weft_verify_report error;
     struct request *r = make_request("lanczos:8", 20, 20, 399, 301);
-    assert_int_equal(weft_separable_run(contexts[0], &r->params, NULL), WEFT_OK);
-    assert_int_equal(weft_separable_verify(
-                         &r->params, &(struct weft_verify_params){.max_seconds = 1e-9}, &error),
-                     WEFT_OK);
+    assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
+    assert_int_equal(verify(r, &(struct weft_verify_params){.max_seconds = 1e-9}, &error), WEFT_OK);
     assert_int_equal(error.pixels_total, 399 * 301);
     assert_in_range(error.pixels_checked, 1, 399 * 301 - 1);
     for (int i = 0; i < 10; i++) {
         const int at = (i * 12011 + 5) % (10 * 10);
         struct request *small = make_request("linear", 10, 10, 10, 10);
-        assert_int_equal(weft_separable_run(contexts[0], &small->params, NULL), WEFT_OK);
+        assert_int_equal(filter(contexts[0], small, NULL), WEFT_OK);
         small->pixels[at] += 1.0f;
-        assert_int_equal(weft_separable_verify(&small->params, NULL, &error), WEFT_OK);
+        assert_int_equal(verify(small, NULL, &error), WEFT_OK);
         assert_int_equal(error.at_y * 10 + error.at_x, at);
         assert_near(error.maximum, 1.0, 1e-6, "an error of one");
         assert_near(error.rms, 0.1, 1e-6, "of one pixel in a hundred");
@@ -542,6 +617,7 @@ int main(void)
         cmocka_unit_test(pixels_do_not_depend_on_the_cut),
         cmocka_unit_test(only_the_pixels_are_written),
         cmocka_unit_test(only_samples_in_reach_are_uploaded),
+        cmocka_unit_test(runs_repeat_nothing_and_agree),
         cmocka_unit_test(bad_requests_are_refused),
         cmocka_unit_test(progress_can_cancel),
         cmocka_unit_test(verifying_may_be_short),

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/separable/separable_impl.h - what the files of passes/separable share (not installed).
+#ifndef WEFT_PASSES_SEPARABLE_SEPARABLE_IMPL_H
+#define WEFT_PASSES_SEPARABLE_SEPARABLE_IMPL_H
+
+#include "filter/check.h"
+#include "passes/gl/program.h"
+#include "passes/gl/target.h"
+#include "passes/separable/separable.h"
+
+// Columns that a pass computes at a time, in a texel of its target.
+enum { WEFT_SEPARABLE_LANES = 4 };
+
+static inline int weft_separable_round_up(int columns)
+{
+    return (columns + WEFT_SEPARABLE_LANES - 1) / WEFT_SEPARABLE_LANES * WEFT_SEPARABLE_LANES;
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+// One axis of the pixels and of the samples.
+struct weft_separable_axis {
+    int positions, size; // pixels, samples
+    double *at;          // of every position
+    int32_t *first;      // of every position: the first tap, clamped to where all are the edge's
+    int32_t *whole;      // of every position: the sample it is, with a weight of 1; -1: none
+    int all_taps;        // different taps of all positions
+    int reach[2];        // first and last sample among them
+    double growth;       // largest sum of |weights|, and 1 at least
+};
+
+struct weft_separable_plan {
+    struct weft_separable_info info;
+    struct weft_separable_axis axis[2];
+    uint64_t memory_bytes;
+    const struct weft_log *log;
+};
+
+// Different taps of a part of an axis' positions, counted from the least that is possible.
+struct weft_separable_taps {
+    int count;
+    int32_t *sample; // of the different taps in order: which sample
+    int32_t *place;  // of every tap that there is: its number among those
+};
+
+// Room for any part of an axis. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_separable_taps_create(const struct weft_log *log, int width,
+                                            const struct weft_separable_axis *axis,
+                                            struct weft_separable_taps *out);
+void weft_separable_taps_destroy(struct weft_separable_taps *taps); // {0} is fine
+// Numbers the different taps of positions `from` to `to`, exclusive.
+void weft_separable_taps_number(const struct weft_separable_axis *axis, int width, int from, int to,
+                                struct weft_separable_taps *taps);
+
+// ---- compiled plans -----------------------------------------------------------------------------
+
+// Of the largest rectangle, and together.
+struct weft_separable_sizes {
+    size_t source_texels, middle_texels, weight_texels[2], first_texels[2];
+    int target_width, target_height;
+    size_t staging_floats; // rows that GL cannot write where they belong
+    uint64_t bytes;
+};
+
+// What weights a buffer holds: those of positions `from` to `from` + `count`.
+struct weft_separable_loaded {
+    int from, count; // 0: none
+    bool skips_zeros;
+};
+
+struct weft_separable {
+    const weft_separable_plan *plan;
+    weft_context *context;
+    int groups;       // texels of four weights, of a position
+    int cut[2];       // positions of a rectangle at most
+    int most_taps[2]; // different taps of all positions of a rectangle, at most
+    struct weft_separable_sizes sizes;
+    struct weft_separable_taps taps[2]; // of the part that is loaded
+    struct weft_separable_loaded loaded[2];
+    struct weft_gl_buffer source, middle; // middle: what the first pass made
+    struct weft_gl_buffer weights[2], first_taps[2];
+    GLuint programs[2][2]; // [skips zeros][along x, along y]; held; 0: not wanted so far
+    struct weft_gl_target target;
+    float *staging;
+};
+
+// The programs that leave zeros out, or do not. The context is current. Returns WEFT_ERR_GL or
+// WEFT_ERR_MEMORY.
+enum weft_result weft_separable_find_programs(struct weft_separable *compiled, bool skips_zeros);
+
+// ---- runs ---------------------------------------------------------------------------------------
+
+// What is done so that pixels are right where sums in single precision alone would not be.
+struct weft_separable_care {
+    bool skips_zeros; // a sample is not finite: taps whose weight is 0 are left out
+    // Samples are divided by 2^this and pixels multiplied, so that no sum overflows on the way.
+    int scale_bits;
+    double margin; // by which rounding alone may bring a pixel past the range of floats
+};
+
+// The run with its defaults filled in. Returns WEFT_ERR_ARGUMENT.
+enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
+                                          const struct weft_separable_run_params *params,
+                                          struct weft_separable_run_params *out);
+
+// Looks at the samples in reach.
+struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
+                                                    const float *samples);
+// Scales a rectangle of pixels back, and makes those samples, bit by bit, that are samples.
+void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
+                           const struct weft_separable_run_params *params, const int from[2],
+                           const int size[2]);
+
+static inline bool weft_separable_go_on(const struct weft_progress *progress, double fraction)
+{
+    return !progress || !progress->report || progress->report(progress->priv, fraction);
+}
+
+#endif
