@@ -20,6 +20,7 @@
 #include "passes/choose/choose.h"
 #include "passes/choose/cost.h"
 #include "passes/choose/method.h"
+#include "passes/fused/fused.h"
 #include "passes/gl/context.h"
 #include "passes/multipass/multipass.h"
 #include "passes/plan/pass.h"

@@ -127,7 +127,8 @@ static enum weft_result slice_volume(void)
     if (res == WEFT_OK)
         res = weft_slice_plan_create(volume, &params, &plan);
     if (res == WEFT_OK && context)
-        res = weft_slice_run(context, plan, volume, pixels, NULL, NULL);
+        res =
+            weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL);
     if (res == WEFT_OK && params.kernel.prefiltered)
         res = weft_slice_verify(plan, volume, pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 1e-2}, &error);

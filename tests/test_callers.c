@@ -1215,12 +1215,6 @@ static void costs(void)
     free(weft_cost_format(&model));
 }
 
-static void summaries(void)
-{
-    const struct weft_slice_multipass_report report = {.minimum = NAN};
-    TRUE(weft_slice_multipass_summary(&report).not_finite == 0);
-}
-
 // ---- passes/: what runs, on GL where that is to be had
 // -------------------------------------------
 
@@ -1623,6 +1617,27 @@ static void pixel_errors(void)
 #undef CALL
 }
 
+static void slice_runs_refuse(weft_context *context, const weft_slice_plan *plan)
+{
+    float out[64];
+    weft_slice *compiled = NULL;
+    REFUSED(weft_slice_compile(context, NULL, weft_slice_passes(.log = &logger), &compiled));
+    REFUSED(weft_slice_compile(NULL, plan, NULL, &compiled)); // the CPU runs passes alone
+    if (weft_slice_compile(context, plan, NULL, &compiled) != WEFT_OK)
+        return;
+    struct weft_slice_run_params good = {.pixels = out, .stride = 16};
+#define CALL weft_slice_run(compiled, &p, NULL)
+    SURVIVED(weft_slice_run(compiled, &good, NULL));
+    SET_REFUSED(good, pixels, NULL, CALL);
+    SET_REFUSED(good, stride, -1, CALL);
+    SET_REFUSED(good, stride, 3, CALL);
+    SET_REFUSED(good, stride, INT64_MAX, CALL);
+#undef CALL
+    weft_slice_destroy(&compiled);
+    weft_slice_destroy(&compiled);
+    weft_slice_destroy(NULL);
+}
+
 static void slice_runs(void)
 {
     weft_context *context = open_context();
@@ -1635,19 +1650,19 @@ static void slice_runs(void)
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
     SURVIVED(weft_footprint_statistics(weft_slice_plan_get_footprint(slice), NULL, &statistics));
-    SURVIVED(weft_slice_run(context, slice, v, out, NULL, NULL));
+    SURVIVED(weft_slice_run_once(context, slice, NULL, weft_slice_run_params(.pixels = out), NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_slice_verify(
             slice, v, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
 
+    slice_runs_refuse(context, slice);
     weft_pass_plan *flat = plan(2), *deep = plan(3);
-    struct weft_slice_multipass_params good = {
-        .slice = slice, .plan = deep, .volume = v, .pixels = out, .log = &logger};
-    TRUE(weft_slice_multipass_bound_terms(slice, deep).e2 > 0.0);
-#define CALL weft_slice_multipass_run(NULL, &p, NULL)
+    struct weft_slice_passes good = {.plan = deep, .log = &logger};
+    weft_slice *compiled = NULL;
+#define CALL weft_slice_compile(NULL, slice, &p, &compiled)
+    SET_REFUSED(good, plan, NULL, CALL);
     SET_REFUSED(good, plan, flat, CALL);
     SET_REFUSED(good, plan, deep, CALL); // another kernel than the slice's
-    SET_REFUSED(good, pixels, NULL, CALL);
     SET_REFUSED(good, low, INFINITY, CALL);
 #undef CALL
     weft_pass_plan_destroy(&flat);
@@ -1767,7 +1782,6 @@ static const struct {
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
     {choices, {F(choose), F(choice_clear)}},
     {costs, {F(cost_of), F(cost_format)}},
-    {summaries, {F(slice_multipass_summary)}},
     {contexts, {F(context_create), F(context_destroy)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
@@ -1790,7 +1804,7 @@ static const struct {
     {pixel_errors, {F(pixels_verify), F(verify_add)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
-      F(slice_multipass_run), F(slice_multipass_bound_terms)}},
+      F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
     {way_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
       F(cost_predict)}},

@@ -90,8 +90,10 @@ static struct weft_slice_geometry plane(const struct job *job)
 static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
                             weft_volume *volume, struct timed *out)
 {
-    double whole = INFINITY, read = INFINITY, layout = INFINITY, passes = INFINITY;
-    enum weft_result res = weft_method_run(c->context, plan, volume, c->pixels, NULL, NULL);
+    double whole = INFINITY, layout = INFINITY, passes = INFINITY;
+    struct weft_method_report first = {.seconds = 0.0}; // voxels are read once
+    enum weft_result res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &first);
+    const double read = first.slice.read_seconds;
     const double start = weft_now_seconds();
     for (int i = 0; res == WEFT_OK && i < RUNS; i++) {
         struct weft_method_report report;
@@ -100,8 +102,7 @@ static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
         res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &report);
         if (res != WEFT_OK)
             break;
-        whole = fmin(whole, report.seconds);
-        read = fmin(read, report.slice.read_seconds);
+        whole = fmin(whole, report.seconds - report.slice.read_seconds);
         layout = fmin(layout, report.slice.layout_seconds + report.slice.upload_seconds);
         passes = fmin(passes, report.slice.pass_seconds + report.slice.readback_seconds);
     }
@@ -109,7 +110,7 @@ static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
         return res;
     const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     *out = (struct timed){
-        .whole = 1e9 * whole - c->fixed.whole,
+        .whole = 1e9 * (whole + read) - c->fixed.whole,
         .read = 1e9 * read,
         .layout = 1e9 * layout - c->fixed.layout,
         .passes = 1e9 * passes - c->fixed.passes,

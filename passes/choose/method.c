@@ -307,39 +307,25 @@ const weft_pass_plan *weft_method_plan_get_passes(const weft_method_plan *plan)
 
 // ---- runs ---------------------------------------------------------------------------------------
 
-static enum weft_result run_passes(weft_context *context, const weft_method_plan *plan,
-                                   weft_volume *volume, float *pixels,
-                                   const struct weft_progress *progress,
-                                   struct weft_method_report *out)
-{
-    const struct weft_slice_multipass_params params = {
-        .slice = plan->slice,
-        .plan = plan->passes,
-        .volume = volume,
-        .low = plan->statistics.low,
-        .high = plan->statistics.high > plan->statistics.low ? plan->statistics.high
-                                                             : plan->statistics.low + 1.0,
-        .memory_bytes = plan->memory_bytes,
-        .pixels = pixels,
-        .progress = progress,
-        .log = plan->log,
-    };
-    enum weft_result res = weft_slice_multipass_run(context, &params, &out->passes);
-    if (res == WEFT_OK)
-        out->slice = weft_slice_multipass_summary(&out->passes);
-    return res;
-}
-
 enum weft_result weft_method_run(weft_context *context, const weft_method_plan *plan,
                                  weft_volume *volume, float *pixels,
                                  const struct weft_progress *progress,
                                  struct weft_method_report *report)
 {
+    (void)volume;
+    const struct weft_slice_passes passes = {
+        .plan = plan->passes,
+        .low = plan->statistics.low,
+        .high = plan->statistics.high > plan->statistics.low ? plan->statistics.high
+                                                             : plan->statistics.low + 1.0,
+        .memory_bytes = plan->memory_bytes,
+        .log = plan->log,
+    };
     struct weft_method_report own = {0};
     const double start = weft_now_seconds();
-    enum weft_result res =
-        plan->passes ? run_passes(context, plan, volume, pixels, progress, &own)
-                     : weft_slice_run(context, plan->slice, volume, pixels, progress, &own.slice);
+    const enum weft_result res = weft_slice_run_once(
+        context, plan->slice, plan->passes ? &passes : NULL,
+        weft_slice_run_params(.pixels = pixels, .progress = progress), &own.slice);
     own.seconds = weft_now_seconds() - start;
     if (res == WEFT_OK && report)
         *report = own;

@@ -81,7 +81,6 @@ WEFT_API const weft_pass_plan *weft_method_plan_get_passes(const weft_method_pla
 struct weft_method_report {
     double seconds; // the whole run: reading voxels, layout, upload, passes, reading back
     struct weft_slice_report slice;
-    struct weft_slice_multipass_report passes; // of passes, what is not in `slice`; else 0
 };
 
 // As weft_slice_run.

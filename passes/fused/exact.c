@@ -14,6 +14,7 @@ struct painter {
     const struct weft_slice_plan *plan;
     const weft_brick_store *store;
     float *pixels;
+    int64_t stride;
     const struct weft_progress *progress;
     double fraction;
     struct weft_cell_map map; // of cells that were looked at
@@ -223,7 +224,7 @@ static bool paint_run(void *priv, const struct weft_span *run)
     }
     if (p->states[number] == STATE_FIT)
         return true;
-    float *out = p->pixels + (size_t)run->y * (size_t)p->plan->footprint->grid.index.width + run->x;
+    float *out = p->pixels + run->y * p->stride + run->x;
     load_box(p, number);
     set_block(p, run->x, run->y);
     for (int i = 0; i < run->count; i++) {
@@ -239,8 +240,8 @@ static bool paint_run(void *priv, const struct weft_span *run)
 enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan,
                                         const struct weft_slice_tile *tile,
                                         const weft_brick_store *store, float *pixels,
-                                        const struct weft_progress *progress, double fraction,
-                                        uint64_t *count)
+                                        int64_t stride, const struct weft_progress *progress,
+                                        double fraction, uint64_t *count)
 {
     struct painter *p = malloc(sizeof *p);
     enum weft_result res = WEFT_ERR_MEMORY;
@@ -249,6 +250,7 @@ enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan,
     *p = (struct painter){.plan = plan,
                           .store = store,
                           .pixels = pixels,
+                          .stride = stride,
                           .progress = progress,
                           .fraction = fraction,
                           .boxed = WEFT_CELL_NONE,

@@ -20,12 +20,13 @@ static inline bool weft_slice_unfit(const struct weft_slice_plan *plan, float vo
 bool weft_slice_replace_unfit(const struct weft_slice_plan *plan, float *voxels, size_t count);
 
 // Repaints those pixels of a tile that have an unfit voxel in reach and adds their number to
-// *count. `store`: the tile's voxels as they are. pixels: of the whole slice. `fraction` is told to
-// progress, which may be NULL. Returns WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+// *count. `store`: the tile's voxels as they are. pixels: of the whole slice, `stride` floats from
+// row to row. `fraction` is told to progress, which may be NULL. Returns WEFT_ERR_MEMORY or
+// WEFT_ERR_CANCELLED.
 enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan,
                                         const struct weft_slice_tile *tile,
                                         const weft_brick_store *store, float *pixels,
-                                        const struct weft_progress *progress, double fraction,
-                                        uint64_t *count);
+                                        int64_t stride, const struct weft_progress *progress,
+                                        double fraction, uint64_t *count);
 
 #endif

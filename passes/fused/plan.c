@@ -212,8 +212,10 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
     struct weft_slice_tile_plan tile = {.cells = NULL};
     enum weft_result res = separable ? size_plane(planner, &tile, &rectangle)
                                      : size_cells(planner, layout, &tile, &rectangle);
-    const bool fits = rectangle.memory_bytes <= planner->memory_bytes &&
-                      (int64_t)tile.source_texels <= planner->max_texels;
+    const bool fits =
+        rectangle.memory_bytes <= planner->memory_bytes &&
+        (separable || ((int64_t)tile.source_texels <= planner->max_texels &&
+                       (int64_t)rectangle.width * rectangle.height <= planner->max_texels));
     if (res == WEFT_OK && fits && append_tile(plan, &rectangle, &tile)) {
         note_progress(planner, &rectangle);
         return WEFT_OK;

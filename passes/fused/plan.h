@@ -5,7 +5,7 @@
 
 #include "passes/positions/axes.h"
 #include "passes/positions/footprint_impl.h"
-#include "passes/slice/slice.h"
+#include "passes/fused/fused.h"
 #include "tiles/kernel/polynomial_tiles.h"
 #include "tiles/volume/block_layout.h"
 
@@ -69,11 +69,6 @@ double weft_slice_largest_slope(const struct weft_kernel *kernel);
 // axis.
 void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_slice_cells *cells,
                          size_t number, int32_t min[3], int32_t max[3]);
-
-// All tiles of a separable plan.
-enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
-                                          float *pixels, const struct weft_progress *progress,
-                                          struct weft_slice_report *report);
 
 // What of a plan does not depend on where the voxels lie: kernel, grid, axes, savings and bounds,
 // without tiles. Returns as weft_slice_plan_create.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <math.h>
+#include "passes/fused/run.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/statistics.h"
 #include "passes/gl/context_backend.h"
 #include "passes/gl/program.h"
 #include "passes/gl/target.h"
@@ -18,17 +18,17 @@ enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
 // drawn with the cheapest shader that does for all of it.
 enum { SQUARE = 32, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
 
-// Everything that a run holds, sized for the plan's largest tile before the first one runs.
-struct runner {
+struct weft_fused {
     const struct weft_slice_plan *plan;
     weft_context *context;
     const GladGLContext *gl;
     const struct weft_log *log;
-    const struct weft_progress *progress;
-    struct weft_slice_report report;
     uint64_t own_bytes; // beside voxels
+    // Of a run.
+    const struct weft_progress *progress;
+    struct weft_fused_report report;
+    const weft_brick_store *store; // of the tile, the footprint's
 
-    const weft_brick_store *store;  // of the tile, the footprint's
     struct weft_slice_layout cells; // of the tile
     int32_t *entries;               // by pixel, while the buffer is mapped
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
@@ -37,7 +37,7 @@ struct runner {
     struct weft_gl_target target;
 };
 
-static bool go_on(const struct runner *r, double fraction)
+static bool go_on(const struct weft_fused *r, double fraction)
 {
     return !r->progress || !r->progress->report || r->progress->report(r->progress->priv, fraction);
 }
@@ -91,7 +91,7 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
     return s;
 }
 
-static enum weft_result check_limits(const struct runner *r, const struct sizes *s)
+static enum weft_result check_limits(const struct weft_fused *r, const struct sizes *s)
 {
     const struct weft_context_info *info = &r->context->info;
     if (s->width > info->max_target_size || s->height > info->max_target_size ||
@@ -107,7 +107,7 @@ static enum weft_result check_limits(const struct runner *r, const struct sizes 
     return WEFT_OK;
 }
 
-static enum weft_result find_program(struct runner *r, enum kind kind, bool constants)
+static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool constants)
 {
     static const char *const layout_define[] = {
         [WEFT_LAYOUT_INTERLEAVED] = "INTERLEAVED",
@@ -136,7 +136,7 @@ static enum weft_result find_program(struct runner *r, enum kind kind, bool cons
                             &r->programs[kind][constants]);
 }
 
-static enum weft_result create_kernel(struct runner *r)
+static enum weft_result create_kernel(struct weft_fused *r)
 {
     const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
     if (tiles->segments == 1)
@@ -163,7 +163,7 @@ static GLenum source_format(enum weft_source_format format, enum weft_layout lay
     return formats[format][layout == WEFT_LAYOUT_PLAIN];
 }
 
-static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
+static enum weft_result create_buffers(struct weft_fused *r, const struct sizes *s)
 {
     GLenum format = source_format(r->plan->info.source, r->plan->info.layout);
     r->squares = malloc(s->squares * sizeof *r->squares);
@@ -187,7 +187,7 @@ static enum weft_result create_buffers(struct runner *r, const struct sizes *s)
     return res;
 }
 
-static void destroy(struct runner *r)
+static void destroy_objects(struct weft_fused *r)
 {
     const GladGLContext *gl = r->gl;
     weft_gl_buffer_destroy(gl, &r->source);
@@ -195,14 +195,12 @@ static void destroy(struct runner *r)
     weft_gl_buffer_destroy(gl, &r->constants);
     weft_gl_buffer_destroy(gl, &r->kernel);
     weft_gl_target_destroy(gl, &r->target);
-    weft_slice_layout_destroy(&r->cells);
-    free(r->squares);
 }
 
 // ---- one tile's data ----------------------------------------------------------------------------
 
 struct entry_writer {
-    struct runner *r;
+    struct weft_fused *r;
     const struct weft_slice_tile_plan *tile_plan;
     const struct weft_slice_tile *tile;
 };
@@ -222,7 +220,7 @@ static bool write_entries(void *priv, const struct weft_span *run)
     return true;
 }
 
-static void write_constants(struct runner *r)
+static void write_constants(struct weft_fused *r)
 {
     size_t bytes = r->cells.constant_count * sizeof *r->cells.constants;
     void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->constants, bytes) : NULL;
@@ -234,7 +232,7 @@ static void write_constants(struct runner *r)
 
 // Sources of fixed point, which hold a range, have nothing for what is not finite. Blocks may hold
 // voxels that no tap reaches.
-static enum weft_result check_source(const struct runner *r)
+static enum weft_result check_source(const struct weft_fused *r)
 {
     const enum weft_source_format source = r->plan->info.source;
     struct weft_slice_statistics statistics;
@@ -249,7 +247,7 @@ static enum weft_result check_source(const struct runner *r)
     return WEFT_ERR_UNSUPPORTED;
 }
 
-static enum weft_result load_tile(struct runner *r, int index)
+static enum weft_result load_tile(struct weft_fused *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
@@ -295,7 +293,7 @@ static enum weft_result load_tile(struct runner *r, int index)
 // ---- passes -------------------------------------------------------------------------------------
 
 // A position or step modulo 8 voxels, as the shader's two words.
-static void set_fixed(const struct runner *r, GLuint program, const char *name,
+static void set_fixed(const struct weft_fused *r, GLuint program, const char *name,
                       const char *low_name, const int64_t value[3])
 {
     int low_bits = r->plan->footprint->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
@@ -311,7 +309,7 @@ static void set_fixed(const struct runner *r, GLuint program, const char *name,
 
 // The weights of the full kernel, or those of linear interpolation, whose first tap is not the
 // full kernel's.
-static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
+static void bind_kernel(const struct weft_fused *r, GLuint program, enum kind kind)
 {
     static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
     const GladGLContext *gl = r->gl;
@@ -325,7 +323,7 @@ static void bind_kernel(const struct runner *r, GLuint program, enum kind kind)
                        (GLsizei)(tiles->coefficient_count / 4), tiles->coefficients);
 }
 
-static void bind_tile(const struct runner *r, GLuint program, enum kind kind,
+static void bind_tile(const struct weft_fused *r, GLuint program, enum kind kind,
                       const struct weft_slice_tile *tile)
 {
     const GladGLContext *gl = r->gl;
@@ -388,7 +386,7 @@ static int next_square(int at, int limit)
 }
 
 // The squares of block (bx, by) within the tile that want this shader, neighbours joined.
-static void find_rectangles(const struct runner *r, const struct weft_slice_tile *tile, int bx,
+static void find_rectangles(const struct weft_fused *r, const struct weft_slice_tile *tile, int bx,
                             int by, enum kind kind, bool constants, struct rectangles *out)
 {
     const int from_x = bx * WEFT_GRID_BLOCK > tile->x ? bx * WEFT_GRID_BLOCK : tile->x;
@@ -416,7 +414,7 @@ static void find_rectangles(const struct runner *r, const struct weft_slice_tile
     }
 }
 
-static void count_fetches(struct runner *r, const struct rectangles *list, enum kind kind)
+static void count_fetches(struct weft_fused *r, const struct rectangles *list, enum kind kind)
 {
     const struct weft_slice_plan_info *info = &r->plan->info;
     const int depth = r->plan->axes.summed ? 1 : 2;
@@ -429,8 +427,9 @@ static void count_fetches(struct runner *r, const struct rectangles *list, enum 
                              (uint64_t)(list->at[i][3] - list->at[i][1]) * (uint64_t)fetches;
 }
 
-static void draw_rectangles(struct runner *r, GLuint program, const struct weft_slice_tile *tile,
-                            int bx, int by, const struct rectangles *list)
+static void draw_rectangles(struct weft_fused *r, GLuint program,
+                            const struct weft_slice_tile *tile, int bx, int by,
+                            const struct rectangles *list)
 {
     struct weft_slice_block block;
     weft_slice_grid_block(&r->plan->footprint->grid, bx, by, &block);
@@ -443,7 +442,7 @@ static void draw_rectangles(struct runner *r, GLuint program, const struct weft_
 }
 
 // Draws what wants one kind of shader.
-static enum weft_result draw_kind(struct runner *r, const struct weft_slice_tile *tile,
+static enum weft_result draw_kind(struct weft_fused *r, const struct weft_slice_tile *tile,
                                   enum kind kind, bool constants)
 {
     const int columns = count_cut(tile->x, tile->width, WEFT_GRID_BLOCK);
@@ -470,7 +469,7 @@ static enum weft_result draw_kind(struct runner *r, const struct weft_slice_tile
     return WEFT_OK;
 }
 
-static enum weft_result draw_tile(struct runner *r, int index)
+static enum weft_result draw_tile(struct weft_fused *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
@@ -485,90 +484,108 @@ static enum weft_result draw_tile(struct runner *r, int index)
     return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "drawing a tile") : res;
 }
 
-static enum weft_result read_back(struct runner *r, int index, float *pixels)
+static enum weft_result read_back(struct weft_fused *r, int index, float *pixels, int64_t stride)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
-    int width = r->plan->footprint->grid.index.width;
     double start = weft_now_seconds();
     const struct weft_gl_pixels out = {
         .width = tile->width,
         .height = tile->height,
         .type = GL_FLOAT,
-        .stride = width,
-        .data = pixels + (size_t)tile->y * (size_t)width + tile->x,
+        .stride = (int)stride,
+        .data = pixels + tile->y * stride + tile->x,
     };
     const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &out);
     r->report.readback_seconds += weft_now_seconds() - start;
     return res;
 }
 
-static void measure_pixels(const float *pixels, size_t count, struct weft_slice_report *report)
-{
-    struct weft_statistics s = WEFT_STATISTICS_NONE;
-    weft_statistics_add(&s, pixels, count);
-    report->minimum = (float)s.minimum;
-    report->maximum = (float)s.maximum;
-    report->not_finite = s.not_finite;
-}
+// ---- compiling and running ----------------------------------------------------------------------
 
-static enum weft_result run_cells(weft_context *context, const weft_slice_plan *plan, float *pixels,
-                                  const struct weft_progress *progress,
-                                  struct weft_slice_report *report)
+enum weft_result weft_fused_compile(weft_context *context, const weft_slice_plan *plan,
+                                    weft_fused **out)
 {
-    struct runner r = {
-        .plan = plan,
-        .context = context,
-        .gl = &context->gl,
-        .log = plan->log,
-        .progress = progress,
-    };
-    struct sizes sizes = largest_sizes(plan);
-    enum weft_result res = weft_context_enter(context);
-    if (res != WEFT_OK)
-        return res;
-    res = check_limits(&r, &sizes);
-    if (res == WEFT_OK)
-        res = create_buffers(&r, &sizes);
-    for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++) {
-        if (!go_on(&r, (double)i / plan->info.tile_count)) {
-            weft_note(plan->log, "the slice was cancelled at tile %d of %d", i,
-                      plan->info.tile_count);
-            res = WEFT_ERR_CANCELLED;
-            break;
-        }
-        res = load_tile(&r, i);
-        if (res == WEFT_OK)
-            res = draw_tile(&r, i);
-        if (res == WEFT_OK)
-            res = read_back(&r, i, pixels);
-        if (res == WEFT_OK && r.cells.any_unfit)
-            res = weft_slice_exact_paint(plan, &plan->tiles[i], r.store, pixels, progress,
-                                         (i + 1.0) / plan->info.tile_count, &r.report.exact_pixels);
+    *out = NULL;
+    const struct sizes sizes = largest_sizes(plan);
+    weft_fused *r = calloc(1, sizeof *r);
+    if (!r) {
+        weft_error(plan->log, "not enough memory to compile the slice");
+        return WEFT_ERR_MEMORY;
     }
-    r.report.cells_constant = r.cells.cells_constant;
-    r.report.cells_smooth = r.cells.cells_smooth;
-    *report = r.report;
-    destroy(&r);
+    r->plan = plan;
+    r->context = context;
+    r->gl = &context->gl;
+    r->log = plan->log;
+    enum weft_result res = check_limits(r, &sizes);
+    if (res == WEFT_OK)
+        res = weft_context_enter(context);
+    if (res != WEFT_OK) {
+        free(r);
+        return res;
+    }
+    res = create_buffers(r, &sizes);
+    if (res == WEFT_OK)
+        res = find_program(r, KIND_FULL, false);
     weft_context_leave(context);
+    if (res == WEFT_OK)
+        *out = r;
+    else
+        weft_fused_destroy(&r);
     return res;
 }
 
-enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
-                                weft_volume *volume, float *pixels,
-                                const struct weft_progress *progress,
-                                struct weft_slice_report *report)
+void weft_fused_destroy(weft_fused **fused)
 {
-    struct weft_slice_report own = {0};
-    (void)volume;
-    enum weft_result res = (plan->axes.separable ? weft_slice_separable_run : run_cells)(
-        context, plan, pixels, progress, &own);
+    weft_fused *r = fused ? *fused : NULL;
+    if (!r)
+        return;
+    if (weft_context_enter(r->context) == WEFT_OK) {
+        destroy_objects(r);
+        weft_context_leave(r->context);
+    }
+    weft_slice_layout_destroy(&r->cells);
+    free(r->squares);
+    free(r);
+    *fused = NULL;
+}
+
+static enum weft_result run_tile(weft_fused *r, int index, float *pixels, int64_t stride)
+{
+    const struct weft_slice_plan *plan = r->plan;
+    const double fraction = (index + 1.0) / plan->info.tile_count;
+    enum weft_result res = load_tile(r, index);
+    if (res == WEFT_OK)
+        res = draw_tile(r, index);
+    if (res == WEFT_OK)
+        res = read_back(r, index, pixels, stride);
+    if (res == WEFT_OK && r->cells.any_unfit)
+        res = weft_slice_exact_paint(plan, &plan->tiles[index], r->store, pixels, stride,
+                                     r->progress, fraction, &r->report.exact_pixels);
+    return res;
+}
+
+enum weft_result weft_fused_run(weft_fused *r, float *pixels, int64_t stride,
+                                const struct weft_progress *progress,
+                                struct weft_fused_report *report)
+{
+    const int count = r->plan->info.tile_count;
+    enum weft_result res = weft_context_enter(r->context);
     if (res != WEFT_OK)
         return res;
-    if (progress && progress->report)
-        progress->report(progress->priv, 1.0);
-    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
-    measure_pixels(pixels, (size_t)g->width * (size_t)g->height, &own);
-    if (report)
-        *report = own;
-    return WEFT_OK;
+    r->progress = progress;
+    r->report = (struct weft_fused_report){0};
+    r->cells.cells_constant = r->cells.cells_smooth = 0;
+    for (int i = 0; res == WEFT_OK && i < count; i++) {
+        if (go_on(r, (double)i / count)) {
+            res = run_tile(r, i, pixels, stride);
+        } else {
+            weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
+            res = WEFT_ERR_CANCELLED;
+        }
+    }
+    r->report.cells_constant = r->cells.cells_constant;
+    r->report.cells_smooth = r->cells.cells_smooth;
+    *report = r->report;
+    weft_context_leave(r->context);
+    return res;
 }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/slice/multipass.h"
-
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/statistics.h"
-#include "passes/fused/plan.h"
+#include "passes/multipass/multipass.h"
+#include "passes/slice/multipass.h"
+#include "passes/slice/slice_impl.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
@@ -27,28 +26,30 @@ struct reach {
     int size[3];
 };
 
-struct runner {
-    const struct weft_slice_multipass_params *p;
+struct weft_slice_multipass {
+    struct weft_slice_passes p;
     const struct weft_pass_plan_info *plan;
-    weft_multipass *compiled;
     weft_footprint *footprint;
+    weft_multipass *compiled;
     uint64_t memory_bytes;
-    float *box;
+    float *box; // grows to the largest rectangle's
     size_t box_voxels;
+    // Of a run.
+    const struct weft_slice_run_params *run;
     uint64_t pixels_done;
     int current_pixels; // of the rectangle that runs
-    struct weft_slice_multipass_report report;
+    struct weft_slice_report report;
 };
 
-static bool go_on(const struct runner *r, double fraction)
+static bool go_on(const struct weft_slice_multipass *r, double fraction)
 {
-    const struct weft_progress *progress = r->p->progress;
+    const struct weft_progress *progress = r->run->progress;
     return !progress || !progress->report || progress->report(progress->priv, fraction);
 }
 
 static bool report_rectangle(void *priv, double fraction)
 {
-    const struct runner *r = priv;
+    const struct weft_slice_multipass *r = priv;
     const struct weft_slice_geometry *g = &r->footprint->grid.index;
     return go_on(r, ((double)r->pixels_done + fraction * r->current_pixels) /
                         ((double)g->width * g->height));
@@ -61,22 +62,24 @@ static bool report_begun(void *priv, double fraction)
     return go_on(priv, 0.0);
 }
 
-static enum weft_result out_of_memory(const struct runner *r, size_t bytes, const char *what)
+static enum weft_result out_of_memory(const struct weft_slice_multipass *r, size_t bytes,
+                                      const char *what)
 {
-    weft_error(r->p->log, "not enough memory: %zu bytes for %s", bytes, what);
+    weft_error(r->p.log, "not enough memory: %zu bytes for %s", bytes, what);
     return WEFT_ERR_MEMORY;
 }
 
 // ---- what is in reach ---------------------------------------------------------------------------
 
-static void reach_destroy(const struct runner *r, struct reach *reach)
+static void reach_destroy(const struct weft_slice_multipass *r, struct reach *reach)
 {
     weft_footprint_release(r->footprint, &reach->cells);
     weft_cell_map_destroy(&reach->bricks);
     *reach = (struct reach){.cells = NULL};
 }
 
-static void set_box(const struct runner *r, const struct weft_rectangle *at, struct reach *reach)
+static void set_box(const struct weft_slice_multipass *r, const struct weft_rectangle *at,
+                    struct reach *reach)
 {
     int32_t max[3];
     weft_footprint_box(r->footprint, at, reach->min, max);
@@ -84,8 +87,8 @@ static void set_box(const struct runner *r, const struct weft_rectangle *at, str
         reach->size[a] = max[a] - reach->min[a] + 1;
 }
 
-static enum weft_result find_bricks(const struct runner *r, const struct weft_rectangle *at,
-                                    struct reach *reach)
+static enum weft_result find_bricks(const struct weft_slice_multipass *r,
+                                    const struct weft_rectangle *at, struct reach *reach)
 {
     enum weft_result res = weft_footprint_cells(r->footprint, at, NULL, 0.0, &reach->cells);
     for (size_t i = 0; res == WEFT_OK && i < reach->cells->map.count; i++) {
@@ -106,8 +109,8 @@ static size_t count_voxels(const struct reach *reach)
 }
 
 // What is held while a rectangle runs, staging copies included.
-static uint64_t rectangle_bytes(const struct runner *r, const struct weft_rectangle *at,
-                                const struct reach *reach)
+static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
+                                const struct weft_rectangle *at, const struct reach *reach)
 {
     const uint64_t sample = r->plan->passes->dot4 ? 16 : 4;
     const uint64_t pixel = 2 * sizeof(float) + 3 * sizeof(uint32_t); // value and position
@@ -118,7 +121,7 @@ static uint64_t rectangle_bytes(const struct runner *r, const struct weft_rectan
 }
 
 // Whether the range is known to hold all voxels in reach: then what it does not is not in reach.
-static bool range_holds(const struct runner *r)
+static bool range_holds(const struct weft_slice_multipass *r)
 {
     const weft_footprint *f = r->footprint;
     return f->measured && f->statistics.not_finite == 0 && r->report.low <= f->statistics.low &&
@@ -126,7 +129,7 @@ static bool range_holds(const struct runner *r)
 }
 
 // The voxels in reach, in a box; what is not in reach there is some value in range.
-static enum weft_result fill_box(struct runner *r, const weft_brick_store *store,
+static enum weft_result fill_box(struct weft_slice_multipass *r, const weft_brick_store *store,
                                  const struct reach *reach)
 {
     const size_t count = count_voxels(reach);
@@ -162,7 +165,7 @@ static enum weft_result fill_box(struct runner *r, const weft_brick_store *store
 
 // The block's fixed-point positions in the box's coordinates, before they are rounded: in double
 // they are exact, and so are their sums with multiples of the steps that stay in the box.
-static void set_grid(const struct runner *r, const struct weft_rectangle *at,
+static void set_grid(const struct weft_slice_multipass *r, const struct weft_rectangle *at,
                      const struct reach *reach, struct weft_pixel_grid *out)
 {
     const struct weft_slice_grid *grid = &r->footprint->grid;
@@ -185,10 +188,10 @@ static void set_grid(const struct runner *r, const struct weft_rectangle *at,
     }
 }
 
-static void add_report(struct runner *r, const struct weft_multipass_report *one,
+static void add_report(struct weft_slice_multipass *r, const struct weft_multipass_report *one,
                        uint64_t other_bytes)
 {
-    struct weft_slice_multipass_report *sum = &r->report;
+    struct weft_slice_report *sum = &r->report;
     const uint64_t bytes =
         other_bytes + one->source_bytes + one->tile_bytes + one->target_bytes + one->position_bytes;
     sum->clamped += one->clamped;
@@ -196,7 +199,7 @@ static void add_report(struct runner *r, const struct weft_multipass_report *one
     sum->passes += r->plan->passes->pass_count;
     sum->uploaded_bytes += one->uploaded_bytes;
     sum->peak_bytes = bytes > sum->peak_bytes ? bytes : sum->peak_bytes;
-    sum->prepare_seconds += one->prepare_seconds;
+    sum->layout_seconds += one->prepare_seconds;
     sum->upload_seconds += one->upload_seconds;
     sum->pass_seconds += one->pass_seconds;
     sum->readback_seconds += one->readback_seconds;
@@ -204,10 +207,10 @@ static void add_report(struct runner *r, const struct weft_multipass_report *one
     sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
 }
 
-static enum weft_result convolve(struct runner *r, const struct weft_rectangle *at,
+static enum weft_result convolve(struct weft_slice_multipass *r, const struct weft_rectangle *at,
                                  const struct reach *reach)
 {
-    const size_t width = (size_t)r->footprint->grid.index.width;
+    const int64_t stride = r->run->stride;
     const struct weft_samples samples = {
         .size = {reach->size[0], reach->size[1], reach->size[2]},
         .plane = {r->box},
@@ -220,10 +223,10 @@ static enum weft_result convolve(struct runner *r, const struct weft_rectangle *
     const struct weft_multipass_run_params params = {
         .samples = &samples,
         .grid = &grid,
-        .pixels = {r->p->pixels + (size_t)at->y * width + at->x},
-        .stride = (int64_t)width,
+        .pixels = {r->run->pixels + at->y * stride + at->x},
+        .stride = stride,
         .progress = &progress,
-        .log = r->p->log,
+        .log = r->p.log,
     };
     struct weft_multipass_report report = {0};
     r->current_pixels = at->width * at->height;
@@ -234,8 +237,8 @@ static enum weft_result convolve(struct runner *r, const struct weft_rectangle *
     return res;
 }
 
-static enum weft_result run_rectangle(struct runner *r, const struct weft_rectangle *at,
-                                      const struct reach *reach)
+static enum weft_result run_rectangle(struct weft_slice_multipass *r,
+                                      const struct weft_rectangle *at, const struct reach *reach)
 {
     const uint64_t other_bytes = rectangle_bytes(r, at, reach) - reach->bricks.count * BRICK_BYTES;
     const weft_brick_store *store;
@@ -253,10 +256,11 @@ static enum weft_result run_rectangle(struct runner *r, const struct weft_rectan
     return res;
 }
 
-static enum weft_result refuse(const struct runner *r, const struct weft_rectangle *at,
-                               const struct reach *reach, uint64_t bytes)
+static enum weft_result refuse(const struct weft_slice_multipass *r,
+                               const struct weft_rectangle *at, const struct reach *reach,
+                               uint64_t bytes)
 {
-    weft_error(r->p->log,
+    weft_error(r->p.log,
                "%d x %d pixels of the slice reach a box of %d x %d x %d voxels, which needs "
                "%" PRIu64 " bytes; the limits are %d voxels along a side and %" PRIu64 " bytes",
                at->width, at->height, reach->size[0], reach->size[1], reach->size[2], bytes,
@@ -264,9 +268,11 @@ static enum weft_result refuse(const struct runner *r, const struct weft_rectang
     return WEFT_ERR_LIMIT;
 }
 
-static enum weft_result cut_rectangle(struct runner *r, const struct weft_rectangle *whole);
+static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
+                                      const struct weft_rectangle *whole);
 
-static enum weft_result run_halves(struct runner *r, const struct weft_rectangle *whole)
+static enum weft_result run_halves(struct weft_slice_multipass *r,
+                                   const struct weft_rectangle *whole)
 {
     struct weft_rectangle first = *whole, second = *whole;
     if (whole->width >= whole->height) {
@@ -283,7 +289,8 @@ static enum weft_result run_halves(struct runner *r, const struct weft_rectangle
 }
 
 // Runs a rectangle, in as many pieces as the size of its box asks for.
-static enum weft_result cut_rectangle(struct runner *r, const struct weft_rectangle *whole)
+static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
+                                      const struct weft_rectangle *whole)
 {
     struct reach reach = {.cells = NULL};
     enum weft_result res = WEFT_OK;
@@ -308,8 +315,8 @@ static enum weft_result cut_rectangle(struct runner *r, const struct weft_rectan
 
 // ---- runs ---------------------------------------------------------------------------------------
 
-static enum weft_result each_block(struct runner *r,
-                                   enum weft_result (*run)(struct runner *r,
+static enum weft_result each_block(struct weft_slice_multipass *r,
+                                   enum weft_result (*run)(struct weft_slice_multipass *r,
                                                            const struct weft_rectangle *block))
 {
     const struct weft_slice_geometry *g = &r->footprint->grid.index;
@@ -329,41 +336,30 @@ static enum weft_result each_block(struct runner *r,
 }
 
 // The voxels' own range is what the footprint knows, or finds now.
-static enum weft_result find_range(struct runner *r)
+static enum weft_result find_range(struct weft_slice_multipass *r)
 {
     struct weft_slice_statistics statistics;
-    r->report.low = r->p->low;
-    r->report.high = r->p->high;
-    if (!weft_range_is_open(r->p->low, r->p->low, r->p->high))
+    r->report.low = r->p.low;
+    r->report.high = r->p.high;
+    if (!weft_range_is_open(r->p.low, r->p.low, r->p.high))
         return WEFT_OK;
     const struct weft_progress begun = {report_begun, r};
     const double start = weft_now_seconds();
     const enum weft_result res = weft_footprint_statistics(r->footprint, &begun, &statistics);
     r->report.low = statistics.low;
     r->report.high = statistics.high;
-    r->report.measure_seconds = weft_now_seconds() - start;
+    r->report.read_seconds = weft_now_seconds() - start;
     return res;
 }
 
-static enum weft_result compile(struct runner *r, weft_context *context)
-{
-    const struct weft_multipass_params params = {.plan = r->p->plan, .log = r->p->log};
-    const enum weft_result res = weft_multipass_compile(context, &params, &r->compiled);
-    if (res != WEFT_OK)
-        return res;
-    const struct weft_multipass_info *info = weft_multipass_get_info(r->compiled);
-    r->report.prepare_seconds = info->seconds;
-    r->report.uploaded_bytes = context ? info->tile_bytes : 0;
-    return WEFT_OK;
-}
-
-static enum weft_result check_params(const struct weft_slice_multipass_params *p)
+static enum weft_result check_passes(const struct weft_slice_plan *slice,
+                                     const struct weft_slice_passes *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(p->log, p->slice && p->plan && p->volume && p->pixels);
+    weft_require(p->log, p->plan != NULL);
     const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(p->plan);
     weft_require(p->log, plan->dims == 3 && plan->channels == 1);
-    weft_require(p->log, weft_kernel_same(&plan->kernel, &p->slice->info.kernel));
+    weft_require(p->log, weft_kernel_same(&plan->kernel, &slice->info.kernel));
     if (!(isnan(p->low) && isnan(p->high)) && !(p->low == 0.0 && p->high == 0.0) &&
         !(isfinite(p->low) && isfinite(p->high) && p->low < p->high)) {
         weft_error(p->log, "a source range from %g to %g: it must be finite, and the first less",
@@ -375,51 +371,61 @@ fail:
     return res;
 }
 
-static void measure_pixels(struct runner *r)
+enum weft_result weft_slice_multipass_compile(weft_context *context,
+                                              const struct weft_slice_plan *plan,
+                                              const struct weft_slice_passes *passes,
+                                              weft_slice_multipass **out)
 {
-    const struct weft_slice_geometry *g = &r->footprint->grid.index;
-    const size_t count = (size_t)g->width * (size_t)g->height;
-    struct weft_statistics s = WEFT_STATISTICS_NONE;
-    weft_statistics_add(&s, r->p->pixels, count);
-    r->report.minimum = (float)s.minimum;
-    r->report.maximum = (float)s.maximum;
-    r->report.not_finite = s.not_finite;
+    *out = NULL;
+    enum weft_result res = check_passes(plan, passes);
+    if (res != WEFT_OK)
+        return res;
+    weft_slice_multipass *r = calloc(1, sizeof *r);
+    if (!r) {
+        weft_error(passes->log, "not enough memory to compile a slice in passes");
+        return WEFT_ERR_MEMORY;
+    }
+    r->p = *passes;
+    r->plan = weft_pass_plan_get_info(passes->plan);
+    r->footprint = plan->footprint;
+    r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
+    res = weft_multipass_compile(
+        context, weft_multipass_params(.plan = passes->plan, .log = passes->log), &r->compiled);
+    if (res == WEFT_OK)
+        *out = r;
+    else
+        weft_slice_multipass_destroy(&r);
+    return res;
 }
 
-enum weft_result weft_slice_multipass_run(weft_context *context,
-                                          const struct weft_slice_multipass_params *params,
-                                          struct weft_slice_multipass_report *report)
+void weft_slice_multipass_destroy(weft_slice_multipass **multipass)
 {
-    enum weft_result res = check_params(params);
-    if (res != WEFT_OK)
-        return res;
-    struct runner r = {
-        .p = params,
-        .footprint = params->slice->footprint,
-        .plan = weft_pass_plan_get_info(params->plan),
-        .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
-    };
-    const uint64_t read = r.footprint->info.bricks_read;
-    res = compile(&r, context);
+    if (!multipass || !*multipass)
+        return;
+    weft_multipass_destroy(&(*multipass)->compiled);
+    free((*multipass)->box);
+    free(*multipass);
+    *multipass = NULL;
+}
+
+enum weft_result weft_slice_multipass_run(weft_slice_multipass *r,
+                                          const struct weft_slice_run_params *params,
+                                          struct weft_slice_report *report)
+{
+    r->run = params;
+    r->pixels_done = 0;
+    r->report = (struct weft_slice_report){0};
+    enum weft_result res = find_range(r);
     if (res == WEFT_OK)
-        res = find_range(&r);
-    if (res == WEFT_OK)
-        res = each_block(&r, cut_rectangle);
-    r.report.bricks_read = r.footprint->info.bricks_read - read;
-    weft_multipass_destroy(&r.compiled);
-    free(r.box);
-    if (res != WEFT_OK)
-        return res;
-    go_on(&r, 1.0);
-    if (!weft_range_is_open(params->low, params->low, params->high) && r.report.clamped)
-        weft_warn(params->log,
+        res = each_block(r, cut_rectangle);
+    if (res == WEFT_OK && !weft_range_is_open(r->p.low, r->p.low, r->p.high) && r->report.clamped)
+        weft_warn(r->p.log,
                   "%" PRIu64 " voxels in reach are outside the source range from %g to %g, or not "
                   "finite: the error is bounded only where they are not",
-                  r.report.clamped, params->low, params->high);
-    measure_pixels(&r);
-    if (report)
-        *report = r.report;
-    return WEFT_OK;
+                  r->report.clamped, r->p.low, r->p.high);
+    *report = r->report;
+    r->run = NULL;
+    return res;
 }
 
 struct weft_bound_terms weft_slice_multipass_bound_terms(const weft_slice_plan *slice,
@@ -431,22 +437,4 @@ struct weft_bound_terms weft_slice_multipass_bound_terms(const weft_slice_plan *
     terms.sample_rounding = grid->sample_rounding;
     terms.absolute_rounding = grid->absolute_rounding;
     return terms;
-}
-
-struct weft_slice_report
-weft_slice_multipass_summary(const struct weft_slice_multipass_report *report)
-{
-    return (struct weft_slice_report){
-        .read_seconds = report->read_seconds + report->measure_seconds,
-        .layout_seconds = report->layout_seconds + report->prepare_seconds,
-        .upload_seconds = report->upload_seconds,
-        .pass_seconds = report->pass_seconds,
-        .readback_seconds = report->readback_seconds,
-        .uploaded_bytes = report->uploaded_bytes,
-        .peak_bytes = report->peak_bytes,
-        .passes = report->passes,
-        .minimum = report->minimum,
-        .maximum = report->maximum,
-        .not_finite = report->not_finite,
-    };
 }

@@ -5,7 +5,7 @@
 
 #include "passes/separable/separable.h"
 #include "passes/fused/exact.h"
-#include "passes/fused/layout.h"
+#include "passes/slice/slice_impl.h"
 
 // ---- one tile -----------------------------------------------------------------------------------
 
@@ -122,7 +122,8 @@ static enum weft_result filter_plane(weft_context *context, const struct weft_sl
 }
 
 static enum weft_result run_tile(weft_context *context, const struct weft_slice_plan *plan,
-                                 int index, float *pixels, const struct weft_progress *progress,
+                                 int index, float *pixels, int64_t stride,
+                                 const struct weft_progress *progress,
                                  struct weft_slice_report *report)
 {
     const struct weft_slice_tile *tile = &plan->tiles[index];
@@ -142,18 +143,17 @@ static enum weft_result run_tile(weft_context *context, const struct weft_slice_
     const bool fit = plane_fill(plan, store, &plane);
     report->read_seconds += read - start;
     report->layout_seconds += weft_now_seconds() - read;
-    const int width = plan->footprint->grid.index.width;
     const struct weft_separable_run_params run = {
         .samples = plane.samples,
-        .pixels = pixels + (size_t)tile->y * (size_t)width + tile->x,
-        .stride = width,
+        .pixels = pixels + tile->y * stride + tile->x,
+        .stride = stride,
         .progress = progress,
         .log = plan->log,
     };
     res = filter_plane(context, plan, tile, &plane, &run, report, &own);
     if (res == WEFT_OK && !fit)
-        res =
-            weft_slice_exact_paint(plan, tile, store, pixels, progress, 1.0, &report->exact_pixels);
+        res = weft_slice_exact_paint(plan, tile, store, pixels, stride, progress, 1.0,
+                                     &report->exact_pixels);
     if (res != WEFT_OK)
         goto fail;
     add_report(&own, report);
@@ -181,16 +181,16 @@ static bool report_part(void *priv, double fraction)
 }
 
 enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
-                                          float *pixels, const struct weft_progress *progress,
+                                          const struct weft_slice_run_params *params,
                                           struct weft_slice_report *report)
 {
-    struct part part = {progress, 0, plan->info.tile_count};
+    struct part part = {params->progress, 0, plan->info.tile_count};
     const struct weft_progress own = {report_part, &part};
     enum weft_result res = WEFT_OK;
     for (; res == WEFT_OK && part.done < part.count; part.done++) {
         res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)
-            res = run_tile(context, plan, part.done, pixels, &own, report);
+            res = run_tile(context, plan, part.done, params->pixels, params->stride, &own, report);
     }
     if (res == WEFT_ERR_CANCELLED)
         weft_note(plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);

@@ -1,163 +1,96 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/slice/slice.h - planar cuts through volumes with any kernel, planned and then run on GL.
-// Pixel (x, y) of a W x H slice samples origin + (x+0.5) u / W + (y+0.5) v / H. Positions are
-// formed in double and rounded to multiples of 2^-29 voxels, half-way up: what is whole, or
-// half-way between two voxels, in exact arithmetic is so in every engine, and exactly the same for
-// every tiling of the output. The kernel's weights come from polynomial tiles made in double; sums
-// are single precision. One pass reads a row of four samples per fetch where the layout allows
-// (dot4; Hadwiger, Hauser, Moeller 2003, section 6). On the lattice an interpolating kernel so
-// gives the voxels, bit by bit (below 2^-126 GL may flush to 0). Where a kernel jumps, the value at
-// the jump is that from the right: nearest takes the voxel toward +infinity half-way between two,
-// along every axis. Values that floats do not stand: a tap whose weight is exactly 0 does not
-// count, whatever the voxel holds, and any other one that is NaN or infinite makes its pixels NaN
-// or infinite. Sums do not overflow where the result is a float; where it is none, the pixel is
-// infinite. Pixels near such voxels are computed in double on the CPU.
+// passes/slice/slice.h - planar cuts through volumes: planned (passes/fused/fused.h), compiled for
+// a context, and run, in one pass, one axis after the other, or in the passes of a plan of its own.
+// What a plan of passes makes of a cut lies where the others have it, at the same fixed-point
+// positions (off by at most 2.4e-10 voxels): the cut is run in rectangles, of which each has the
+// voxels in reach in a dense box; the range of the voxels is fixed before the first, and positions
+// are exact in every box, so that pixels are the same in every bit however the cut is cut.
 #ifndef WEFT_PASSES_SLICE_SLICE_H
 #define WEFT_PASSES_SLICE_SLICE_H
 
-#include "../../filter/analysis/bound.h"
-#include "../../filter/statistics.h"
+#include "../fused/fused.h"
 #include "../gl/context.h"
-#include "../positions/footprint.h"
-#include "../../tiles/volume/layout.h"
-#include "../../tiles/volume/volume.h"
+#include "../plan/plan.h"
 
 WEFT_BEGIN_DECLS
 
-// How the kernel's weights are had for a fraction: from polynomial tiles, exact to single
-// precision, or from tiles of `samples` samples.
-enum weft_lookup { WEFT_LOOKUP_POLYNOMIAL, WEFT_LOOKUP_LINEAR, WEFT_LOOKUP_NEAREST };
-// NULL-ended, in the order of the enum: "polynomial", "linear", "nearest".
-WEFT_API extern const char *const weft_lookup_names[];
+// A plan made ready to run. Thread-safety: as of its plan's footprint, and one at a time with
+// whatever else uses its context.
+typedef struct weft_slice weft_slice;
 
-// What a slice may save, as bits. All is saved that can be unless it is asked to do without.
-enum weft_saving {
-    WEFT_SAVING_CONSTANT = 1,  // cells whose voxels in reach are all the same are not convolved,
-                               // where the kernel's weights add up to one: the value is exact
-    WEFT_SAVING_AXIS = 2,      // where all pixels have one coordinate along an axis, voxels are
-                               // summed along it once; the rest is 2D. Planes beyond the first and
-                               // last one with a weight are not read
-    WEFT_SAVING_SEPARABLE = 4, // where moreover rows and columns run along the other two axes, the
-                               // slice is magnified along one after the other
-    WEFT_SAVING_SMOOTH = 8,    // cells that linear interpolation, or one value, does within
-                               // smooth_error, by a bound from their second differences (range)
-    WEFT_SAVING_ALL = 15,
+// What is run in the place of one pass: a plan of several.
+struct weft_slice_passes {
+    const weft_pass_plan *plan; // required: in 3D, of one channel and the slice's kernel; borrowed
+                                // while the compiled slice lives
+    // The range mapped to [0, 1]; voxels outside are clamped to it. Both 0 or NAN: the finite
+    // minimum and maximum of the voxels in reach (weft_footprint_statistics). With a prefiltered
+    // kernel voxels are coefficients, whose range is wider.
+    double low, high;
+    uint64_t memory_bytes;      // bricks, boxes, textures, targets and tiles while running (default
+                                // 1 GiB); the caller's pixels are not counted
+    const struct weft_log *log; // of compiling and running, in the plan's place; may be NULL
 };
-// NULL-ended, in the order of the bits: "constant", "axis", "separable", "smooth".
-WEFT_API extern const char *const weft_saving_names[];
+#define weft_slice_passes(...) (&(struct weft_slice_passes){__VA_ARGS__})
 
-struct weft_slice_params {
-    struct weft_kernel kernel;           // default (info NULL): catmull-rom
-    enum weft_space space;               // of the geometry
-    struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
-    // What these three and the volume reach, made before and shared with other plans, which so read
-    // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
-    weft_footprint *footprint;
-    enum weft_layout layout;
-    enum weft_source_format source;
-    double low, high; // of a source that is not float: the range it holds, finite and low < high;
-                      // voxels outside are clamped to it (see weft_footprint_statistics)
-    enum weft_lookup lookup;
-    int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
-    unsigned without;      // bits of enum weft_saving
-    double smooth_error;   // by which cheaper pieces may be off, in the volume's values (default 0:
-                           // no such pieces)
-    bool clamp_to_samples; // each pixel to the range of the samples next to it (2 along each axis,
-                           // 3 for kernels of odd width): no ringing. Not with savings along axes
-    uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
-                           // caller's pixels are not counted
-    int max_target_size;   // of the GL to run on, pixels along a side (default 4096)
-    int64_t max_buffer_texels;            // likewise; see struct weft_context_info (default 2^26)
-    const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
-    const struct weft_log *log;           // borrowed for the plan's life
+// Makes programs, buffers, targets and kernel tiles for a plan. The context must outlive the
+// result; NULL is the CPU, which runs plans of passes alone, in the same integers. `passes` may be
+// NULL: as the slice is planned. The slice's plan is borrowed while the result lives.
+// Returns WEFT_ERR_ARGUMENT (no plan, or one of passes that is not for this slice; a range without
+// width), WEFT_ERR_LIMIT (tiles beyond what the context holds: plan with its limits),
+// WEFT_ERR_MEMORY, WEFT_ERR_GL, and what weft_multipass_compile returns.
+WEFT_API enum weft_result weft_slice_compile(weft_context *context, const weft_slice_plan *plan,
+                                             const struct weft_slice_passes *passes,
+                                             weft_slice **out);
+WEFT_API void weft_slice_destroy(weft_slice **slice); // accepts &NULL, leaves NULL behind
+
+struct weft_slice_run_params {
+    float *pixels;                        // [y * stride + x], required
+    int64_t stride;                       // floats from row to row (default the slice's width)
+    const struct weft_progress *progress; // may be NULL
 };
+#define weft_slice_run_params(...) (&(struct weft_slice_run_params){__VA_ARGS__})
 
-// One rectangle of the output, with the data it needs resident at once.
-struct weft_slice_tile {
-    int x, y, width, height;
-    uint64_t bricks_read;    // handed over by the reader
-    uint64_t cells;          // 8x8x8 cells with at least one pixel's tap origin in them
-    uint64_t cells_laid_out; // of those, the ones that need voxels (others are constant)
-    uint64_t memory_bytes;   // voxels + layout + table + target
-};
-
-typedef struct weft_slice_plan weft_slice_plan;
-
-struct weft_slice_plan_info {
-    struct weft_kernel kernel;
-    struct weft_slice_geometry geometry; // as asked for
-    enum weft_space space;
-    struct weft_slice_geometry index_geometry; // the same in index space
-    enum weft_layout layout;
-    int fetches_per_pixel; // of the source
-    int tile_count;
-    const struct weft_slice_tile *tiles;
-    uint64_t bricks_read;  // sum over tiles
-    uint64_t memory_bytes; // of the largest tile
-    bool misses_volume;    // no pixel comes near an active voxel
-    // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
-    // their coefficients depend on them; 0 for others.
-    int prefilter_overlap;
-    // The terms of |result - exact| that weft_bound_compute adds up for values that were measured.
-    // Exact is the result of the numbers that the grid stores: doubles are half a unit of a float
-    // off, integers up to weft_volume_info.largest_rounding.
-    struct weft_bound_terms bound;
-    // The same of voxels alone, whatever their coefficients: |result - exact| <= error_bound *
-    // largest |voxel| in reach + error_beyond * largest |voxel| farther away + error_absolute.
-    // Prefiltered kernels read coefficients, which may be much larger than voxels, and mostly are
-    // not: error_bound is far above weft_bound_compute's for them.
-    double error_bound, error_beyond, error_absolute;
-    enum weft_source_format source;
-    enum weft_lookup lookup;
-    int samples;        // of tiles that are sampled, else segments of polynomials
-    int weight_vectors; // of four coefficients, that a pixel's weights along an axis are made of
-    uint64_t source_texels; // laid out, or summed samples of planes; over all tiles
-    unsigned savings;       // bits of enum weft_saving: those that can save something here
-    int summed_axis;        // 0 to 2: voxels are summed along it before; -1: none
-    int summed_taps;        // of the kernel's along that axis, those with a weight
-    const char *text;       // the plan as --explain prints it, one line per tile and pass
-};
-
-// A prefiltered kernel (weft_kernel_make_prefiltered) reads coefficients in place of voxels, which
-// weft_volume_prefilter computes: bricks, ranges and memory are then those of coefficients,
-// `volume` must outlive the plan, and runs take up to 64 MiB more. NaN and infinity stay in their
-// voxel. Not with clamp_to_samples; source formats hold a range of coefficients.
-//
-// Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
-// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
-// of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
-// WEFT_ERR_UNSUPPORTED (radial kernels; see above), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
-// weft_volume_find returns.
-WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
-                                                 const struct weft_slice_params *params,
-                                                 weft_slice_plan **out);
-WEFT_API void weft_slice_plan_destroy(weft_slice_plan **plan); // accepts &NULL
-WEFT_API const struct weft_slice_plan_info *weft_slice_plan_get_info(const weft_slice_plan *plan);
-// What the plan's slice reaches, with the statistics of the voxels there: the plan's own, to be
-// used and not destroyed.
-WEFT_API weft_footprint *weft_slice_plan_get_footprint(const weft_slice_plan *plan);
-
+// What a run took. Seconds of this run, one after the other; counts over all of the slice.
 struct weft_slice_report {
-    double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
-    uint64_t uploaded_bytes;
-    uint64_t peak_bytes; // of voxels, layouts and GL memory
-    int passes;          // draws
+    double read_seconds;   // of voxels, and of measuring them
+    double layout_seconds; // of voxels as shaders read them
+    double upload_seconds, pass_seconds, readback_seconds;
+    uint64_t bricks_read;    // in this run: those that the footprint had not kept
+    uint64_t uploaded_bytes; // in this run
+    uint64_t peak_bytes;     // of voxels, layouts, boxes and GL memory
+    int passes;              // draws; of plans of passes, their passes over all rectangles
     uint64_t cells_constant,
         cells_smooth;       // found so in the voxels, beside the plan's constant ones
-    uint64_t fetches;       // of the source, over all pixels
+    uint64_t fetches;       // of the source, over all pixels; 0 of plans of passes
     float minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;    // pixels that are NaN or infinite
     uint64_t exact_pixels;  // computed in double on the CPU: near values that floats do not stand
+    // Of plans of passes only: the range that was mapped, in units of whose width bounds are;
+    // voxels outside it or not finite, counted in every rectangle that has them; the rectangles;
+    // and on the CPU stores that clamped over all passes, by how many codes at most.
+    double low, high;
+    uint64_t clamped;
+    int rectangles;
+    uint64_t clamps;
+    double largest_clamp;
 };
 
-// Runs a plan into the caller's memory: pixels[y * width + x]. The same plan and volume give the
-// same bytes, whatever the number of threads. progress and report may be NULL.
-// Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite),
-// WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
-WEFT_API enum weft_result weft_slice_run(weft_context *context, const weft_slice_plan *plan,
-                                         weft_volume *volume, float *pixels,
-                                         const struct weft_progress *progress,
+// Runs a compiled slice into the caller's memory. The same plan and volume give the same bytes,
+// in every run and whatever the number of threads; a second run reads what the footprint has not
+// kept, and makes nothing anew. The values of a plan of passes with a derivative are per voxel.
+// report may be NULL. Returns WEFT_ERR_ARGUMENT (pixels, stride), WEFT_ERR_CANCELLED,
+// WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite), WEFT_ERR_LIMIT (what the
+// smallest rectangle of passes needs and the limit are in the log), WEFT_ERR_GL, WEFT_ERR_MEMORY,
+// and what weft_volume_read and weft_multipass_run return; pixels may then be written in part.
+WEFT_API enum weft_result weft_slice_run(weft_slice *slice,
+                                         const struct weft_slice_run_params *params,
                                          struct weft_slice_report *report);
+
+// Compiles, runs once and destroys. Returns as these do.
+WEFT_API enum weft_result weft_slice_run_once(weft_context *context, const weft_slice_plan *plan,
+                                              const struct weft_slice_passes *passes,
+                                              const struct weft_slice_run_params *params,
+                                              struct weft_slice_report *report);
 
 WEFT_END_DECLS
 #endif

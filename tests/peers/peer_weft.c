@@ -25,7 +25,8 @@ static double run(void *priv)
 {
     struct state *s = priv;
     struct weft_slice_report report;
-    if (weft_slice_run(s->context, s->plan, s->volume, s->job.pixels, NULL, &report) != WEFT_OK)
+    if (weft_slice_run_once(s->context, s->plan, NULL,
+                            weft_slice_run_params(.pixels = s->job.pixels), &report) != WEFT_OK)
         exit(1);
     return report.pass_seconds;
 }

@@ -65,12 +65,11 @@ struct slice_job {
     float *pixels;
 
     struct weft_slice_report report;
-    struct weft_slice_multipass_report passes_report; // with --profile: what is not in `report`
-    struct weft_bound bound;                          // likewise
-    struct weft_verify_report error;                  // with --verify
-    float preview_range[2];                           // with --preview
-    struct weft_image_save_report saved;              // with -o
-    double start;                                     // monotonic seconds
+    struct weft_bound bound;             // with --profile
+    struct weft_verify_report error;     // with --verify
+    float preview_range[2];              // with --preview
+    struct weft_image_save_report saved; // with -o
+    double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
 

@@ -50,7 +50,7 @@ static void add_point(struct weft_metadata *list, size_t *count, const char *key
 static size_t passes_attributes(const struct slice_job *job, struct weft_metadata *out)
 {
     const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(job->passes);
-    const struct weft_slice_multipass_report *r = &job->passes_report;
+    const struct weft_slice_report *r = &job->report;
     char summary[RESAMPLE_PLAN_TEXT];
     size_t count = 0;
     add_text(out, &count, "plan", "%s", resample_plan_summary(job->passes, summary));
@@ -229,7 +229,7 @@ static json_t *error_json(const struct slice_job *job)
 
 static void set_passes_run(json_t *root, const struct slice_job *job)
 {
-    const struct weft_slice_multipass_report *r = &job->passes_report;
+    const struct weft_slice_report *r = &job->report;
     json_object_set_new(root, "source_range",
                         json_pack("{s:o,s:o,s:o}", "low", json_number(r->low), "high",
                                   json_number(r->high), "clamped", json_count(r->clamped)));
@@ -304,7 +304,7 @@ static void print_error(const struct weft_verify_report *e)
 
 double slice_verify_bound(const struct slice_job *job)
 {
-    const struct weft_slice_multipass_report *r = &job->passes_report;
+    const struct weft_slice_report *r = &job->report;
     const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
     if (!job->passes)
         return ranged ? NAN : job->error.bound;
@@ -317,7 +317,7 @@ static void print_bound(const struct slice_job *job)
         printf("bound: %.3g\n", job->error.bound);
         return;
     }
-    const struct weft_slice_multipass_report *r = &job->passes_report;
+    const struct weft_slice_report *r = &job->report;
     char text[RESAMPLE_PLAN_TEXT];
     printf("bound: %s, for voxels from %.9g to %.9g\n", resample_bound_format(&job->bound, text),
            r->low, r->high);

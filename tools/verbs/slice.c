@@ -488,7 +488,7 @@ static enum weft_result write_outputs(struct slice_job *job)
 // kernels are the voxels themselves, too.
 static enum weft_result set_passes_report(struct slice_job *job)
 {
-    const struct weft_slice_multipass_report *r = &job->passes_report;
+    const struct weft_slice_report *r = &job->report;
     struct weft_slice_statistics statistics = job->choice.statistics;
     const bool measured = job->choice.plan || job->kernel.prefiltered;
     enum weft_result res = WEFT_OK;
@@ -504,52 +504,39 @@ static enum weft_result set_passes_report(struct slice_job *job)
         .beyond = statistics.beyond,
         .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
     };
-    job->report = weft_slice_multipass_summary(r);
     job->bound = weft_bound_compute(&terms, &values);
     return res;
-}
-
-static enum weft_result run_passes(struct slice_job *job)
-{
-    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
-    const struct weft_slice_multipass_params params = {
-        .slice = job->plan,
-        .plan = job->passes,
-        .volume = job->volume,
-        .low = range->given ? range->number[0] : NAN,
-        .high = range->given ? range->number[1] : NAN,
-        .memory_bytes = (uint64_t)job->option[SLICE_MEMORY].integer[0],
-        .pixels = job->pixels,
-        .progress = report_progress("slicing"),
-        .log = report_log(),
-    };
-    const enum weft_result res =
-        weft_slice_multipass_run(job->context, &params, &job->passes_report);
-    return res == WEFT_OK ? set_passes_report(job) : res;
 }
 
 static enum weft_result run_chosen(struct slice_job *job)
 {
     struct weft_method_report report;
-    enum weft_result res = weft_method_run(job->context, job->choice.plan, job->volume, job->pixels,
-                                           report_progress("slicing"), &report);
-    if (res != WEFT_OK)
-        return res;
+    const enum weft_result res = weft_method_run(job->context, job->choice.plan, job->volume,
+                                                 job->pixels, report_progress("slicing"), &report);
     job->report = report.slice;
-    if (!job->passes)
-        return WEFT_OK;
-    job->passes_report = report.passes;
-    return set_passes_report(job);
+    return res;
+}
+
+static enum weft_result run_planned(struct slice_job *job)
+{
+    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    const struct weft_slice_passes passes = {
+        .plan = job->passes,
+        .low = range->given ? range->number[0] : NAN,
+        .high = range->given ? range->number[1] : NAN,
+        .memory_bytes = (uint64_t)job->option[SLICE_MEMORY].integer[0],
+        .log = report_log(),
+    };
+    return weft_slice_run_once(
+        job->context, job->plan, job->passes ? &passes : NULL,
+        weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
+        &job->report);
 }
 
 static enum weft_result run_slice(struct slice_job *job)
 {
-    if (job->choice.plan)
-        return run_chosen(job);
-    if (job->passes)
-        return run_passes(job);
-    return weft_slice_run(job->context, job->plan, job->volume, job->pixels,
-                          report_progress("slicing"), &job->report);
+    const enum weft_result res = job->choice.plan ? run_chosen(job) : run_planned(job);
+    return res == WEFT_OK && job->passes ? set_passes_report(job) : res;
 }
 
 // Where no float holds the values, nothing is left to be shown.

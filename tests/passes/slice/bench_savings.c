@@ -133,7 +133,8 @@ static enum weft_result plan_method(const struct bench *b, const struct saving *
     struct weft_slice_statistics statistics;
     enum weft_result res = weft_slice_plan_create(b->volume, &params, &way->plan);
     if (res == WEFT_OK && s->budget > 0.0) {
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(way->plan), NULL, &statistics);
+        res =
+            weft_footprint_statistics(weft_slice_plan_get_footprint(way->plan), NULL, &statistics);
         params.smooth_error = s->budget * (statistics.high - statistics.low);
         weft_slice_plan_destroy(&way->plan);
         if (res == WEFT_OK)
@@ -149,8 +150,9 @@ static enum weft_result run_turns(const struct bench *b, struct way ways[2])
     for (int run = -1; res == WEFT_OK && run < b->runs; run++) {
         for (int w = 0; res == WEFT_OK && w < 2; w++) {
             const double start = weft_now_seconds();
-            res = weft_slice_run(b->context, ways[w].plan, b->volume, ways[w].pixels, NULL,
-                                 &ways[w].report);
+            res = weft_slice_run_once(b->context, ways[w].plan, NULL,
+                                      weft_slice_run_params(.pixels = ways[w].pixels),
+                                      &ways[w].report);
             if (run >= 0)
                 ways[w].seconds[run] = weft_now_seconds() - start;
         }

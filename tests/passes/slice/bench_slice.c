@@ -163,11 +163,12 @@ static enum weft_result make_plan(const struct job *job, weft_volume *volume,
     return weft_slice_plan_create(volume, &params, plan);
 }
 
-static enum weft_result run_method(struct way *way, weft_context *context, weft_volume *volume,
-                                   float *pixels, int turn, double baseline)
+static enum weft_result run_method(struct way *way, weft_context *context, float *pixels, int turn,
+                                   double baseline)
 {
     double start = weft_now_seconds();
-    enum weft_result res = weft_slice_run(context, way->plan, volume, pixels, NULL, &way->report);
+    enum weft_result res = weft_slice_run_once(
+        context, way->plan, NULL, weft_slice_run_params(.pixels = pixels), &way->report);
     if (res == WEFT_OK && turn >= 0) {
         way->seconds[turn] = way->report.pass_seconds;
         way->whole_seconds[turn] = weft_now_seconds() - start;
@@ -203,7 +204,7 @@ static enum weft_result take_turns(const struct job *job, weft_context *context,
         if (turn >= 0)
             baseline[turn] = seconds;
         for (int l = FIRST; res == WEFT_OK && l <= LAST; l++) {
-            res = run_method(&ways[l], context, volume, pixels, turn, seconds);
+            res = run_method(&ways[l], context, pixels, turn, seconds);
             // Both round in single precision.
             if (turn < 0 && res == WEFT_OK) {
                 *failures += !(largest_difference(pixels, expected, count) <= 1e-5);

@@ -76,7 +76,9 @@ static float *run_slice(weft_context *context, weft_volume *volume,
     const struct weft_slice_geometry *g = &params->geometry;
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     assert_non_null(pixels);
-    assert_int_equal(weft_slice_run(context, plan, volume, pixels, NULL, report), WEFT_OK);
+    assert_int_equal(
+        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), report),
+        WEFT_OK);
     if (error)
         assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
@@ -492,8 +494,10 @@ static void runs_and_verification_can_be_cancelled(void **state)
     assert_null(plan);
     params.progress = NULL;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-    assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, &progress, NULL),
-                     WEFT_ERR_CANCELLED);
+    assert_int_equal(
+        weft_slice_run_once(contexts[0], plan, NULL,
+                            weft_slice_run_params(.pixels = pixels, .progress = &progress), NULL),
+        WEFT_ERR_CANCELLED);
     assert_int_equal(weft_slice_verify(plan, volume, pixels,
                                        &(struct weft_slice_verify_params){.progress = &progress},
                                        &error),
@@ -515,7 +519,8 @@ static void grid_positions_follow_the_double_ones(void **state)
                                                oblique(lengths[i], -lengths[i] / 2, 600, 500)};
         struct weft_slice_grid grid;
         assert_int_equal(weft_slice_grid_create(NULL, &params.geometry, params.space,
-                                                params.kernel.width, &info, &grid), WEFT_OK);
+                                                params.kernel.width, &info, &grid),
+                         WEFT_OK);
         const double step = ldexp(1.0, -grid.fraction_bits);
         for (int y = 0; y < 500; y += 31) {
             for (int x = 0; x < 600; x += 29) {
@@ -618,7 +623,8 @@ static void any_parameters_can_be_sliced(void **state)
             float pixels[100];
             if (weft_slice_plan_create(volume, &params, &plan) != WEFT_OK)
                 fail_msg("%s cannot be sliced", name);
-            assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL),
+            assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+                                                 weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
             const struct weft_slice_plan_info *plan_info = weft_slice_plan_get_info(plan);

@@ -102,7 +102,7 @@ struct fixture {
     weft_slice_plan *slice;
     weft_pass_plan *plan;
     size_t count;
-    struct weft_slice_multipass_report report;
+    struct weft_slice_report report;
 };
 
 static void set_up(struct fixture *f, weft_volume *volume, const struct weft_slice_geometry *g,
@@ -121,10 +121,17 @@ static void tear_down(struct fixture *f)
     weft_slice_plan_destroy(&f->slice);
 }
 
-static struct weft_slice_multipass_params params_of(const struct fixture *f, float *pixels)
+static struct weft_slice_passes passes_of(const struct fixture *f)
 {
-    return *weft_slice_multipass_params(.slice = f->slice, .plan = f->plan, .volume = f->volume,
-                                        .pixels = pixels, .log = &log_to_stderr);
+    return *weft_slice_passes(.plan = f->plan, .log = &log_to_stderr);
+}
+
+static enum weft_result run_passes(weft_context *context, const struct fixture *f,
+                                   const struct weft_slice_passes *passes, float *pixels,
+                                   struct weft_slice_report *report)
+{
+    return weft_slice_run_once(context, f->slice, passes, weft_slice_run_params(.pixels = pixels),
+                               report);
 }
 
 static float *make_pixels(const struct fixture *f)
@@ -140,16 +147,16 @@ static float *make_pixels(const struct fixture *f)
 static float *run(struct fixture *f, weft_context *context, uint64_t memory_bytes)
 {
     float *pixels = make_pixels(f);
-    struct weft_slice_multipass_params params = params_of(f, pixels);
-    params.memory_bytes = memory_bytes;
-    assert_int_equal(weft_slice_multipass_run(context, &params, &f->report), WEFT_OK);
+    struct weft_slice_passes passes = passes_of(f);
+    passes.memory_bytes = memory_bytes;
+    assert_int_equal(run_passes(context, f, &passes, pixels, &f->report), WEFT_OK);
     return pixels;
 }
 
 // The plan's bound for any input, and the rounding of pixels to single precision.
 static double bound_of(const struct fixture *f)
 {
-    const struct weft_slice_multipass_report *r = &f->report;
+    const struct weft_slice_report *r = &f->report;
     const double largest = fmax(fabs((double)r->minimum), fabs((double)r->maximum));
     return weft_pass_plan_get_info(f->plan)->error.bound_any * (r->high - r->low) +
            0x1p-24 * largest;
@@ -225,7 +232,9 @@ static void fine_tiles_come_close_to_one_pass(void **state)
     struct fixture f;
     set_up(&f, volume, &g, &way);
     float *pixels = run(&f, contexts[0], 0), *one_pass = make_pixels(&f);
-    assert_int_equal(weft_slice_run(contexts[0], f.slice, volume, one_pass, NULL, NULL), WEFT_OK);
+    assert_int_equal(weft_slice_run_once(contexts[0], f.slice, NULL,
+                                         weft_slice_run_params(.pixels = one_pass), NULL),
+                     WEFT_OK);
     // Half a sample in each of three axes, where neighbours differ by at most 1.
     for (size_t i = 0; i < f.count; i++)
         assert_near(pixels[i], one_pass[i], 3 * 0.5 / 128 + 1e-6, "a pixel");
@@ -333,17 +342,17 @@ static void a_declared_range_clamps(void **state)
     struct fixture f;
     set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_multipass_params params = params_of(&f, pixels);
-    params.log = &log;
-    params.low = -1.0;
-    params.high = 2.0;
-    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, &f.report), WEFT_OK);
+    struct weft_slice_passes passes = passes_of(&f);
+    passes.log = &log;
+    passes.low = -1.0;
+    passes.high = 2.0;
+    assert_int_equal(run_passes(contexts[0], &f, &passes, pixels, &f.report), WEFT_OK);
     assert_true(f.report.low == -1.0 && f.report.high == 2.0 && f.report.clamped == 0);
     assert_within_bound(&f, pixels, "a wide range");
-    params.low = 0.25;
-    params.high = 0.5;
+    passes.low = 0.25;
+    passes.high = 0.5;
     assert_int_equal(message.count, 0);
-    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, &f.report), WEFT_OK);
+    assert_int_equal(run_passes(contexts[0], &f, &passes, pixels, &f.report), WEFT_OK);
     assert_true(f.report.clamped > 0);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "source range"));
@@ -441,7 +450,7 @@ static void bad_arguments_are_refused(void **state)
     weft_pass_plan *other_plan = make_plan(&other), *flat = NULL;
     assert_int_equal(weft_pass_plan_create(weft_pass_plan_params(.samples = 8), &flat), WEFT_OK);
     float *pixels = make_pixels(&f);
-    const struct weft_slice_multipass_params good = params_of(&f, pixels);
+    const struct weft_slice_passes good = passes_of(&f);
     const struct {
         const weft_pass_plan *plan;
         float *pixels;
@@ -461,15 +470,15 @@ static void bad_arguments_are_refused(void **state)
         {f.plan, pixels, NAN, NAN, 1000, WEFT_ERR_LIMIT, "1000 bytes"},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        struct weft_slice_multipass_params params = good;
-        params.plan = cases[i].plan;
-        params.pixels = cases[i].pixels;
-        params.low = cases[i].low;
-        params.high = cases[i].high;
-        params.memory_bytes = cases[i].memory_bytes;
-        params.log = &log;
+        struct weft_slice_passes passes = good;
+        passes.plan = cases[i].plan;
+        passes.low = cases[i].low;
+        passes.high = cases[i].high;
+        passes.memory_bytes = cases[i].memory_bytes;
+        passes.log = &log;
         message.count = 0;
-        assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), cases[i].expected);
+        assert_int_equal(run_passes(contexts[0], &f, &passes, cases[i].pixels, NULL),
+                         cases[i].expected);
         assert_int_equal(message.count, 1);
         if (!strstr(message.text, cases[i].text))
             fail_msg("'%s' is not in '%s'", cases[i].text, message.text);
@@ -493,9 +502,9 @@ static void far_apart_pixels_are_refused_with_numbers(void **state)
     struct fixture f;
     set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_multipass_params params = params_of(&f, pixels);
-    params.log = &log;
-    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_ERR_LIMIT);
+    struct weft_slice_passes passes = passes_of(&f);
+    passes.log = &log;
+    assert_int_equal(run_passes(contexts[0], &f, &passes, pixels, NULL), WEFT_ERR_LIMIT);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "2048 voxels"));
     free(pixels);
@@ -526,24 +535,27 @@ static void progress_rises_and_cancels(void **state)
     struct fixture f;
     set_up(&f, volume, &g, &small_method);
     float *pixels = make_pixels(&f);
-    struct weft_slice_multipass_params params = params_of(&f, pixels);
+    struct weft_slice_passes passes = passes_of(&f);
     struct count_down counter = {.left = INT32_MAX};
     const struct weft_progress progress = {count, &counter};
-    params.progress = &progress;
-    params.log = NULL;
-    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_OK);
+    const struct weft_slice_run_params run_params = {.pixels = pixels, .progress = &progress};
+    weft_slice *slice = NULL;
+    passes.log = NULL;
+    assert_int_equal(weft_slice_compile(contexts[0], f.slice, &passes, &slice), WEFT_OK);
+    assert_int_equal(weft_slice_run(slice, &run_params, NULL), WEFT_OK);
     assert_false(counter.falls);
     assert_true(counter.last == 1.0);
     // The voxels in reach are measured once.
     const int first_calls = counter.calls;
     counter = (struct count_down){.left = INT32_MAX};
-    assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_OK);
+    assert_int_equal(weft_slice_run(slice, &run_params, NULL), WEFT_OK);
     const int calls = counter.calls;
     assert_true(calls > 6 && calls < first_calls);
     for (int left = 0; left < calls - 2; left += 1 + calls / 8) {
         counter = (struct count_down){.left = left};
-        assert_int_equal(weft_slice_multipass_run(contexts[0], &params, NULL), WEFT_ERR_CANCELLED);
+        assert_int_equal(weft_slice_run(slice, &run_params, NULL), WEFT_ERR_CANCELLED);
     }
+    weft_slice_destroy(&slice);
     free(pixels);
     tear_down(&f);
     weft_volume_destroy(&volume);

@@ -91,7 +91,9 @@ static struct result slice(weft_context *context, weft_volume *volume,
     r.pixels =
         malloc((size_t)params->geometry.width * (size_t)params->geometry.height * sizeof(float));
     assert_non_null(r.pixels);
-    assert_int_equal(weft_slice_run(context, plan, volume, r.pixels, NULL, NULL), WEFT_OK);
+    assert_int_equal(
+        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = r.pixels), NULL),
+        WEFT_OK);
     if (verify)
         assert_int_equal(weft_slice_verify(plan, volume, r.pixels, NULL, &r.error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
@@ -267,7 +269,8 @@ static void savings_and_formats_work_on_coefficients(void **state)
     weft_slice_plan *plan = NULL;
     struct weft_slice_statistics range;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-    assert_int_equal(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &range), WEFT_OK);
+    assert_int_equal(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &range),
+                     WEFT_OK);
     weft_slice_plan_destroy(&plan);
     assert_true(range.high > 1.5f && range.low < -1.5f);
     params.source = WEFT_SOURCE_UNORM16;
@@ -476,7 +479,9 @@ static void check_far(const struct weft_kernel *kernel, int axis, int away, floa
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
     assert_int_equal(info->prefilter_overlap, overlap);
-    assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL), WEFT_OK);
+    assert_int_equal(
+        weft_slice_run_once(contexts[0], plan, NULL, weft_slice_run_params(.pixels = pixels), NULL),
+        WEFT_OK);
     assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, error.pixels_total);
     const double found = far_error(&params, data, size, pixels);
@@ -557,18 +562,16 @@ static void passes_run_on_coefficients(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         float pixels[20 * 20];
         weft_pass_plan *plan = NULL;
-        struct weft_slice_multipass_report report;
+        struct weft_slice_report report;
         struct weft_verify_report error;
         struct weft_pass_plan_params *plan_params =
             weft_pass_plan_params(.kernel = params.kernel, .dims = 3, .samples = cases[i].samples);
         assert_int_equal(weft_profile_parse(NULL, cases[i].profile, &plan_params->profile),
                          WEFT_OK);
         assert_int_equal(weft_pass_plan_create(plan_params, &plan), WEFT_OK);
-        assert_int_equal(weft_slice_multipass_run(
-                             contexts[0],
-                             weft_slice_multipass_params(.slice = slice_plan, .plan = plan,
-                                                         .volume = volume, .pixels = pixels),
-                             &report),
+        assert_int_equal(weft_slice_run_once(contexts[0], slice_plan,
+                                             weft_slice_passes(.plan = plan),
+                                             weft_slice_run_params(.pixels = pixels), &report),
                          WEFT_OK);
         // Coefficients of noise reach farther than its voxels.
         assert_true(report.high > 1.5 && report.low < -1.5);

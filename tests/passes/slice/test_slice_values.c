@@ -98,7 +98,9 @@ static struct weft_slice_report run(weft_context *context, weft_volume *volume,
     assert_true(params->geometry.width * params->geometry.height <= MAX_PIXELS);
     assert_int_equal(weft_slice_plan_create(volume, params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
-    assert_int_equal(weft_slice_run(context, plan, volume, out, NULL, &report), WEFT_OK);
+    assert_int_equal(
+        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = out), &report),
+        WEFT_OK);
     if (what)
         assert_int_equal(weft_slice_verify(plan, volume, out, NULL, &error), WEFT_OK);
     const double bound = info->error_bound * error.magnitude + info->error_absolute;
@@ -439,7 +441,8 @@ static void halves_keep_what_is_not_finite(void **state)
         params.source = WEFT_SOURCE_UNORM8;
         params.log = &log;
         assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-        assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL),
+        assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+                                             weft_slice_run_params(.pixels = pixels), NULL),
                          WEFT_ERR_UNSUPPORTED);
         assert_int_equal(message.count, 1);
         weft_slice_plan_destroy(&plan);
@@ -477,8 +480,9 @@ static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *
     struct weft_method_report report;
     struct weft_verify_report error;
     assert_int_equal(weft_slice_plan_create(volume, &params.slice, &plan), WEFT_OK);
-    assert_int_equal(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &params.statistics),
-                     WEFT_OK);
+    assert_int_equal(
+        weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &params.statistics),
+        WEFT_OK);
     assert_int_equal(weft_method_plan_create(volume, &params, &method), WEFT_OK);
     assert_int_equal(weft_method_run(contexts[0], method, volume, pixels, NULL, &report), WEFT_OK);
     assert_int_equal(

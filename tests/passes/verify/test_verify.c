@@ -572,7 +572,8 @@ static void slice_errors_are_found(void **state)
             assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
             tiles[cut] = weft_slice_plan_get_info(plan)->tile_count;
             memory = weft_slice_plan_get_info(plan)->memory_bytes / 2; // for the second time
-            assert_int_equal(weft_slice_run(contexts[0], plan, volume, pixels, NULL, NULL),
+            assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+                                                 weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             const struct weft_slice_verify_params all = {.max_seconds = INFINITY};
             assert_int_equal(weft_slice_verify(plan, volume, pixels, &all, &clean), WEFT_OK);

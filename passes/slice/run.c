@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <stdlib.h>
+
+#include "filter/statistics.h"
+#include "passes/fused/run.h"
+#include "passes/slice/slice_impl.h"
+
+// One of the engines; none: one axis after the other.
+struct weft_slice {
+    const struct weft_slice_plan *plan;
+    const struct weft_log *log;
+    weft_context *context;
+    weft_fused *fused;
+    weft_slice_multipass *multipass;
+};
+
+static enum weft_result compile_engine(weft_slice *slice, const struct weft_slice_passes *passes)
+{
+    if (passes)
+        return weft_slice_multipass_compile(slice->context, slice->plan, passes, &slice->multipass);
+    if (slice->plan->axes.separable)
+        return WEFT_OK;
+    return weft_fused_compile(slice->context, slice->plan, &slice->fused);
+}
+
+enum weft_result weft_slice_compile(weft_context *context, const weft_slice_plan *plan,
+                                    const struct weft_slice_passes *passes, weft_slice **out)
+{
+    *out = NULL;
+    const struct weft_log *log = passes ? passes->log : plan ? plan->log : NULL;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, plan != NULL);
+    weft_require(log, context || passes);
+    weft_slice *slice = calloc(1, sizeof *slice);
+    if (!slice) {
+        weft_error(log, "not enough memory to compile the slice");
+        return WEFT_ERR_MEMORY;
+    }
+    slice->plan = plan;
+    slice->log = log;
+    slice->context = context;
+    res = compile_engine(slice, passes);
+    if (res == WEFT_OK)
+        *out = slice;
+    else
+        weft_slice_destroy(&slice);
+fail:
+    return res;
+}
+
+void weft_slice_destroy(weft_slice **slice)
+{
+    if (!slice || !*slice)
+        return;
+    weft_fused_destroy(&(*slice)->fused);
+    weft_slice_multipass_destroy(&(*slice)->multipass);
+    free(*slice);
+    *slice = NULL;
+}
+
+static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
+                                  struct weft_slice_report *out)
+{
+    struct weft_fused_report r;
+    const enum weft_result res =
+        weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r);
+    *out = (struct weft_slice_report){
+        .read_seconds = r.read_seconds,
+        .layout_seconds = r.layout_seconds,
+        .upload_seconds = r.upload_seconds,
+        .pass_seconds = r.pass_seconds,
+        .readback_seconds = r.readback_seconds,
+        .uploaded_bytes = r.uploaded_bytes,
+        .peak_bytes = r.peak_bytes,
+        .passes = r.passes,
+        .cells_constant = r.cells_constant,
+        .cells_smooth = r.cells_smooth,
+        .fetches = r.fetches,
+        .exact_pixels = r.exact_pixels,
+    };
+    return res;
+}
+
+static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_run_params *p,
+                                   struct weft_slice_report *out)
+{
+    if (slice->multipass)
+        return weft_slice_multipass_run(slice->multipass, p, out);
+    if (slice->fused)
+        return run_fused(slice, p, out);
+    return weft_slice_separable_run(slice->context, slice->plan, p, out);
+}
+
+static void measure_pixels(const struct weft_slice_geometry *g,
+                           const struct weft_slice_run_params *p, struct weft_slice_report *out)
+{
+    struct weft_statistics s = WEFT_STATISTICS_NONE;
+    for (int y = 0; y < g->height; y++)
+        weft_statistics_add(&s, p->pixels + y * p->stride, (size_t)g->width);
+    out->minimum = (float)s.minimum;
+    out->maximum = (float)s.maximum;
+    out->not_finite = s.not_finite;
+}
+
+enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_params *params,
+                                struct weft_slice_report *report)
+{
+    const struct weft_slice_geometry *g = &slice->plan->footprint->grid.index;
+    const struct weft_footprint_info *reach = &slice->plan->footprint->info;
+    struct weft_slice_run_params p = *params;
+    struct weft_slice_report own = {0};
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(slice->log, p.pixels != NULL);
+    weft_require(slice->log, p.stride == 0 || (p.stride >= g->width && p.stride <= INT32_MAX));
+    if (p.stride == 0)
+        p.stride = g->width;
+    const uint64_t read = reach->bricks_read;
+    res = run_engine(slice, &p, &own);
+    if (res != WEFT_OK)
+        return res;
+    own.bricks_read = reach->bricks_read - read;
+    if (p.progress && p.progress->report)
+        p.progress->report(p.progress->priv, 1.0);
+    measure_pixels(g, &p, &own);
+    if (report)
+        *report = own;
+fail:
+    return res;
+}
+
+enum weft_result weft_slice_run_once(weft_context *context, const weft_slice_plan *plan,
+                                     const struct weft_slice_passes *passes,
+                                     const struct weft_slice_run_params *params,
+                                     struct weft_slice_report *report)
+{
+    weft_slice *slice;
+    enum weft_result res = weft_slice_compile(context, plan, passes, &slice);
+    if (res == WEFT_OK)
+        res = weft_slice_run(slice, params, report);
+    weft_slice_destroy(&slice);
+    return res;
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/slice/slice_impl.h - the engines of compiled slices (not installed). Params have pixels
+// and stride; reports are {0} before.
+#ifndef WEFT_PASSES_SLICE_SLICE_IMPL_H
+#define WEFT_PASSES_SLICE_SLICE_IMPL_H
+
+#include "passes/fused/plan.h"
+#include "passes/slice/slice.h"
+
+// All tiles of a separable plan.
+enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
+                                          const struct weft_slice_run_params *params,
+                                          struct weft_slice_report *report);
+
+// A slice by a plan of passes.
+typedef struct weft_slice_multipass weft_slice_multipass;
+enum weft_result weft_slice_multipass_compile(weft_context *context,
+                                              const struct weft_slice_plan *plan,
+                                              const struct weft_slice_passes *passes,
+                                              weft_slice_multipass **out);
+void weft_slice_multipass_destroy(weft_slice_multipass **multipass); // accepts &NULL
+enum weft_result weft_slice_multipass_run(weft_slice_multipass *multipass,
+                                          const struct weft_slice_run_params *params,
+                                          struct weft_slice_report *report);
+
+#endif
