@@ -11,6 +11,7 @@ WEFT_BEGIN_DECLS
 
 enum { WEFT_FIXED_MAX_BITS = 24 }; // where a double still multiplies exactly
 
+// How a result between two integers becomes one of them. Default: to the nearest.
 enum weft_fixed_rounding {
     WEFT_FIXED_ROUND,    // to the nearest, halves away from zero
     WEFT_FIXED_TRUNCATE, // towards zero
@@ -26,7 +27,8 @@ static inline int64_t weft_fixed_one(int bits)
     return bits >= 1 && bits <= WEFT_FIXED_MAX_BITS ? (INT64_C(1) << bits) - 1 : 0;
 }
 
-// Eq. 2 and 3. Nothing is clamped; x finite with |x| < 2^32, others give 0.
+// Eq. 2 and 3: the integer that stands for x, round(x (2^b - 1)) or its truncation, and the number
+// that an integer stands for. Nothing is clamped; x finite with |x| < 2^32, others give 0.
 WEFT_API int64_t weft_fixed_quantise(double x, int bits, enum weft_fixed_rounding rounding);
 WEFT_API double weft_fixed_value(int64_t x, int bits);
 

@@ -538,11 +538,6 @@ double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivati
     return dims * weft_analysis_order(kernel).largest * derivative_bound;
 }
 
-double weft_error_e2(const struct weft_error_kernel *error, double signal_bound)
-{
-    return error->maximum * signal_bound;
-}
-
 double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding)
 {
     return passes * weft_fixed_multiply_error(bits, rounding);

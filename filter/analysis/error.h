@@ -52,7 +52,8 @@ struct weft_error_kernel_params {
 // Statistics over all L^dims locations i of eps_i = sum_j |eps_h,j| over the taps j that meet
 // there.
 struct weft_error_kernel {
-    double maximum;     // eps_h, eq. 4
+    double maximum; // eps_h, eq. 4: E2 <= eps_h max |f|. Eq. 15 has the error of one weight times
+                    // the number of passes in its place
     double position[3]; // fractions of a location that has it
     double mean, rms;
     double median, percentile_90, percentile_99; // to 1 part in 8000
@@ -72,10 +73,6 @@ WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kern
 // along each axis, at sample distance 1 (weft_analysis_order). Of prefiltered kernels it is the
 // interpolating spline's, not the blur of the plain one. NAN for radial kernels in 2D and 3D.
 WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
-
-// E2 <= eps_h max |f|, with eps_h the sum over all taps (eq. 4). Eq. 15 has the error of a single
-// weight times the number of passes in its place.
-WEFT_API double weft_error_e2(const struct weft_error_kernel *error, double signal_bound);
 
 // E3 < N eps_m, eq. 14.
 WEFT_API double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding);

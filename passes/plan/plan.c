@@ -34,10 +34,10 @@ static enum weft_result fill_kernel(struct weft_pass_plan_params *p)
 static int default_bits(const struct weft_pass_plan_params *p)
 {
     if (p->profile.target != WEFT_TARGET_UNORM16)
-        return 8;
-    return p->technique == WEFT_TECHNIQUE_HIERARCHICAL      ? 11
-           : p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? 10
-                                                            : 12;
+        return WEFT_PASS_PLAN_BITS;
+    return p->technique == WEFT_TECHNIQUE_HIERARCHICAL      ? WEFT_PASS_PLAN_BITS_16_HIERARCHICAL
+           : p->technique == WEFT_TECHNIQUE_SPLIT_PRECISION ? WEFT_PASS_PLAN_BITS_16_SPLIT
+                                                            : WEFT_PASS_PLAN_BITS_16;
 }
 
 static enum weft_result fill_defaults(struct weft_pass_plan_params *p)
@@ -47,7 +47,9 @@ static enum weft_result fill_defaults(struct weft_pass_plan_params *p)
         p->profile = *weft_profile_find("unorm8");
     p->dims = p->dims ? p->dims : 2;
     p->channels = p->channels ? p->channels : 1;
-    p->samples = p->samples ? p->samples : p->dims > 2 ? 32 : 64;
+    p->samples = p->samples    ? p->samples
+                 : p->dims > 2 ? WEFT_PASS_PLAN_SAMPLES_3D
+                               : WEFT_PASS_PLAN_SAMPLES_2D;
     p->bits = p->bits ? p->bits : default_bits(p);
     p->taps_per_pass = p->taps_per_pass ? p->taps_per_pass : p->profile.taps_per_pass;
     p->memory_bytes = p->memory_bytes ? p->memory_bytes : DEFAULT_MEMORY;
@@ -74,11 +76,11 @@ static enum weft_result check_ranges(const struct weft_pass_plan_params *p)
                    p->profile.taps_per_pass, p->taps_per_pass);
         goto fail;
     }
-    if (p->profile.target == WEFT_TARGET_UNORM16 && p->bits > 14) {
+    if (p->profile.target == WEFT_TARGET_UNORM16 && p->bits > WEFT_PASS_PLAN_MOST_BITS_16) {
         weft_error(p->log,
-                   "plan: tiles for 16-bit targets have 4 to 14 bits, not %d: products "
+                   "plan: tiles for 16-bit targets have 4 to %d bits, not %d: products "
                    "must fit into 32",
-                   p->bits);
+                   WEFT_PASS_PLAN_MOST_BITS_16, p->bits);
         goto fail;
     }
     return WEFT_OK;

@@ -13,6 +13,8 @@
 
 WEFT_BEGIN_DECLS
 
+// How taps become passes. Default: plain. A profile need not have the means for each: see
+// weft_pass_plan_create.
 enum weft_technique {
     WEFT_TECHNIQUE_PLAIN,           // a tap per fetch
     WEFT_TECHNIQUE_DOT4,            // four taps per fetch (section 6); single-valued sources
@@ -23,6 +25,7 @@ enum weft_technique {
 // NULL-ended, in the order of the enum: "plain", "dot4", "split-precision", "hierarchical", "log".
 WEFT_API extern const char *const weft_technique_names[];
 
+// Which tap comes when. Default: planned.
 enum weft_order {
     // Searched for, so that no store clamps in the declared worst case; where roundings take sums
     // beyond their range, it is scaled to leave them a margin. Not allowed to scale, it tells by
@@ -36,11 +39,22 @@ enum weft_order {
 // NULL-ended, in the order of the enum: "planned", "greedy", "natural", "given".
 WEFT_API extern const char *const weft_order_names[];
 
+// One split of a tile in two, so that an order is found that keeps the range (section 4).
 struct weft_pass_plan_split {
     struct weft_tile_name tile; // keeps weights >= threshold; the rest is its tap's next piece
     double threshold;           // NAN: the middle of the weights' range
 };
 
+// Defaults of the parameters below, as numbers that a help text can be put together from.
+#define WEFT_PASS_PLAN_SAMPLES_2D 64
+#define WEFT_PASS_PLAN_SAMPLES_3D 32
+#define WEFT_PASS_PLAN_BITS 8     // of tiles for 8-bit targets
+#define WEFT_PASS_PLAN_BITS_16 12 // for 16-bit targets; products there must fit into 32 bits
+#define WEFT_PASS_PLAN_BITS_16_HIERARCHICAL 11
+#define WEFT_PASS_PLAN_BITS_16_SPLIT 10
+#define WEFT_PASS_PLAN_MOST_BITS_16 14 // the most that 16-bit targets take
+
+// What is to be planned. All zero asks for the defaults: 2D Catmull-Rom on 8-bit targets.
 struct weft_pass_plan_params {
     struct weft_kernel kernel;   // default (info NULL): catmull-rom
     int dims;                    // 2 or 3 (default 2)
@@ -94,6 +108,8 @@ struct weft_pass_plan_error {
     double e2_quantised, e2_sampled;
 };
 
+// What a plan is: the parameters with their defaults filled in, the passes, and what they cost. All
+// that it points to belongs to the plan.
 struct weft_pass_plan_info {
     struct weft_kernel kernel;
     struct weft_profile profile;
@@ -105,11 +121,11 @@ struct weft_pass_plan_info {
     // Else stores clamp by up to range.overflow; the bounds know.
     bool valid;
     struct weft_range_report range;
-    const struct weft_range *ranges; // of each pass
-    const struct weft_pass_list *passes;
-    int tap_count;   // width^dims
-    int tile_count;  // tiles, parts and pieces included
-    int split_count; // splits that the planner (or the caller) made
+    const struct weft_range *ranges;     // of each pass, [passes->pass_count]
+    const struct weft_pass_list *passes; // what is to be run
+    int tap_count;                       // width^dims
+    int tile_count;                      // tiles, parts and pieces included
+    int split_count;                     // splits that the planner (or the caller) made
     // How the tile set was made: with these, then split tile by tile.
     struct weft_kernel_tiles_params tile_params;
     const struct weft_pass_plan_split *tile_splits;
@@ -118,17 +134,19 @@ struct weft_pass_plan_info {
     int kept_bits;       // of sums: the target's, more with split precision
     double scale_bits;   // precision that scaling costs: log2(1 / result_scale)
     uint64_t tile_bytes; // of tile textures
-    uint64_t target_bytes_per_pixel;
+    uint64_t target_bytes_per_pixel; // of all targets that are alive at once, and scratch ones
     struct weft_pass_plan_error error;
     // The terms of |result - exact| that weft_bound_compute adds up in a source's own values, for
     // any input in their range.
     struct weft_bound_terms bound;
-    double search_seconds;
-    const char *text; // the plan as --explain prints it, one line per pass
+    double search_seconds; // that planning took
+    const char *text;      // the plan as --explain prints it, one line per pass
 };
 
 typedef struct weft_pass_plan weft_pass_plan; // Thread-safety: read-only once made.
 
+// Plans passes in which no store clamps in the declared worst case, or says what clamps. Takes from
+// milliseconds to seconds, without GL. *out is NULL where it fails.
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_UNSUPPORTED (no order keeps the range: the log says where and
 // by how much; a technique that the profile has no means for; log with signed data), WEFT_ERR_LIMIT
 // (memory, or sums that 32 bits do not hold), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED. Natural and
@@ -136,7 +154,7 @@ typedef struct weft_pass_plan weft_pass_plan; // Thread-safety: read-only once m
 // more than roundings add up to: see `valid`.
 WEFT_API enum weft_result weft_pass_plan_create(const struct weft_pass_plan_params *params,
                                                 weft_pass_plan **out);
-// What a plan of these passes is, from a file or by hand: its tiles are made anew from the
+// Judges passes that are there already, from a file or by hand: its tiles are made anew from the
 // parameters
 // (`splits` included; `order` is a word only), its ranges, figures and bounds from tiles and
 // passes. Of the list slots, result, scale and bias of the result, pattern and, with split
@@ -147,6 +165,7 @@ WEFT_API enum weft_result weft_pass_plan_judge(const struct weft_pass_plan_param
                                                const struct weft_pass_list *passes,
                                                weft_pass_plan **out);
 WEFT_API void weft_pass_plan_destroy(weft_pass_plan **plan); // accepts &NULL, leaves NULL behind
+// Lives as long as the plan.
 WEFT_API const struct weft_pass_plan_info *weft_pass_plan_get_info(const weft_pass_plan *plan);
 
 WEFT_END_DECLS

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft plan and weft validate as their users see them, and what they refuse.
+#include <ctype.h>
 #include <math.h>
 #include <setjmp.h>
 #include <signal.h>
@@ -888,6 +889,54 @@ static void ctrl_c_stops_planning(void **state)
     assert_int_equal(code, 128 + SIGINT);
 }
 
+// ---- defaults -----------------------------------------------------------------------------------
+
+static int default_of(const char *key, const char *dims, const char *profile, const char *technique)
+{
+    command_run(&result, "weft", "plan", "--kernel", "linear", "--dims", dims, "--profile", profile,
+                "--technique", technique, "--json");
+    json_t *plan = parse(result.out);
+    const int value = (int)number(plan, key);
+    json_decref(plan);
+    return value;
+}
+
+// With lines that are one.
+static void join_lines(const char *text, char *out, size_t size)
+{
+    size_t used = 0;
+    for (; *text && used + 1 < size; text++)
+        if (!isspace((unsigned char)*text))
+            out[used++] = *text;
+        else if (used && out[used - 1] != ' ')
+            out[used++] = ' ';
+    out[used] = '\0';
+}
+
+// What helps say of defaults is what plans have.
+static void helps_tell_the_defaults(void **state)
+{
+    (void)state;
+    static const char *const verbs[] = {"plan", "validate", "slice", "resample"};
+    static char help[65536];
+    char bits[160], samples[80];
+    snprintf(bits, sizeof bits,
+             "(default %d; on 16-bit targets %d, hierarchical %d, split-precision %d, at most",
+             default_of("bits", "2", "unorm8", "plain"),
+             default_of("bits", "2", "unorm16", "plain"),
+             default_of("bits", "2", "unorm16", "hierarchical"),
+             default_of("bits", "2", "unorm16", "split-precision"));
+    snprintf(samples, sizeof samples, "(default %d, in 3D %d)",
+             default_of("resolution", "2", "unorm8", "plain"),
+             default_of("resolution", "3", "unorm8", "plain"));
+    for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++) {
+        command_run(&result, "weft", "help", verbs[i]);
+        join_lines(result.out, help, sizeof help);
+        if (!strstr(help, bits) || !strstr(help, samples))
+            fail_msg("weft help %s does not say %s and %s", verbs[i], bits, samples);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -906,6 +955,7 @@ int main(void)
         cmocka_unit_test(techniques_are_the_librarys),
         cmocka_unit_test(wrong_usage),
         cmocka_unit_test(help_is_there_and_fits),
+        cmocka_unit_test(helps_tell_the_defaults),
         cmocka_unit_test(ctrl_c_stops_planning),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);

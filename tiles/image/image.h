@@ -12,27 +12,33 @@
 
 WEFT_BEGIN_DECLS
 
-// How a file stores a channel's values.
+// How a file stores a channel's values: as 32-bit floats, 16-bit halves or 32-bit unsigned
+// integers. Default, as where a struct is left zero: float.
 enum weft_pixel_type { WEFT_PIXEL_FLOAT, WEFT_PIXEL_HALF, WEFT_PIXEL_UINT, WEFT_PIXEL_TYPE_COUNT };
-WEFT_API extern const char *const weft_pixel_type_names[]; // "float", ..., NULL
+// NULL-ended, in the order of the enum: "float", "half", "uint".
+WEFT_API extern const char *const weft_pixel_type_names[];
 
 // Those up to PIZ are lossless, and written; the others are read only.
 enum weft_image_compression {
-    WEFT_IMAGE_ZIP, // 16 lines a chunk
-    WEFT_IMAGE_ZIPS,
-    WEFT_IMAGE_RLE,
-    WEFT_IMAGE_NONE,
-    WEFT_IMAGE_PIZ,
-    WEFT_IMAGE_PXR24,
-    WEFT_IMAGE_B44,
-    WEFT_IMAGE_B44A,
-    WEFT_IMAGE_DWAA,
-    WEFT_IMAGE_DWAB,
+    WEFT_IMAGE_ZIP,   // deflate, 16 lines a chunk (default)
+    WEFT_IMAGE_ZIPS,  // deflate, line by line
+    WEFT_IMAGE_RLE,   // runs of bytes
+    WEFT_IMAGE_NONE,  // as they are
+    WEFT_IMAGE_PIZ,   // wavelets, 32 lines: the smallest of noisy images
+    WEFT_IMAGE_PXR24, // floats lose 8 bits
+    WEFT_IMAGE_B44,   // halves in blocks of 4 x 4
+    WEFT_IMAGE_B44A,  // likewise, less for even blocks
+    WEFT_IMAGE_DWAA,  // cosines, 32 lines
+    WEFT_IMAGE_DWAB,  // cosines, 256 lines
     WEFT_IMAGE_COMPRESSION_COUNT
 };
-WEFT_API extern const char *const weft_image_compression_names[]; // NULL-ended
+// NULL-ended, in the order of the enum: "zip", "zips", "rle", "none", "piz", "pxr24", ...
+WEFT_API extern const char *const weft_image_compression_names[];
+// Whether weft writes it, too; false for values that are none.
 WEFT_API bool weft_image_is_writable(enum weft_image_compression compression);
 
+// One channel of an image. To save, zero means the default everywhere but in name and in the
+// values: float and half channels need a plane, uint channels integers.
 struct weft_image_channel {
     char name[256]; // "R", "left.Z", ... any EXR channel name
     enum weft_pixel_type type;
@@ -51,12 +57,15 @@ struct weft_image_attribute {
     size_t size;
 };
 
+// One part of a file: filled in by weft_image_load, which owns what it points to until
+// weft_image_clear, or by the caller to be saved, who then owns it. Thread-safety: read-only use
+// from any thread.
 struct weft_image {
-    char name[256]; // of the part; "" where it has none
-    int32_t x, y;   // first pixel of the data window, may be negative
-    int32_t width, height;
-    int32_t display_min[2],
-        display_max[2]; // display window, inclusive (to save: all 0 = data window)
+    char name[256];        // of the part; "" where it has none
+    int32_t x, y;          // first pixel of the data window, may be negative
+    int32_t width, height; // of the data window in pixels, each > 0
+    // Display window, inclusive (to save: all 0 = data window).
+    int32_t display_min[2], display_max[2];
     enum weft_image_compression compression;
     bool tiled, deep; // as stored
     size_t channel_count;
@@ -69,7 +78,7 @@ struct weft_image {
     int part, part_count; // which of the file's parts this is
 };
 
-// The attribute of that name, or NULL.
+// The attribute of that name, or NULL; it lives as long as the image's attributes.
 WEFT_API const struct weft_image_attribute *weft_image_find(const struct weft_image *image,
                                                             const char *name);
 
@@ -79,11 +88,11 @@ WEFT_API size_t weft_image_attribute_format(const struct weft_image_attribute *a
                                             char *text, size_t size);
 
 struct weft_image_load_params {
-    const char *path;
-    int part;       // from 0
-    bool info_only; // header only: planes stay NULL
-    struct weft_limits limits;
-    const struct weft_log *log;
+    const char *path;           // required
+    int part;                   // from 0 (default 0, the first)
+    bool info_only;             // header only: planes stay NULL (default: values, too)
+    struct weft_limits limits;  // of the reader process (default: its own, see limits.h)
+    const struct weft_log *log; // may be NULL
 };
 
 // Reads a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
@@ -92,8 +101,10 @@ struct weft_image_load_params {
 // _ARGUMENT (there is no such part), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
+// Frees a loaded image's planes and attributes and makes it all zero; accepts NULL and {0}.
 WEFT_API void weft_image_clear(struct weft_image *image);
 
+// What a file's parts are.
 struct weft_image_list {
     size_t count;
     struct weft_image *images; // without planes
@@ -106,19 +117,19 @@ WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_para
 WEFT_API void weft_image_list_clear(struct weft_image_list *list);
 
 struct weft_image_save_params {
-    const char *path;
-    bool no_clobber; // an existing file is an error
+    const char *path; // required
+    bool no_clobber;  // an existing file is an error (default: it is replaced)
     // The finished file is read back by the reader, and every value, window and attribute compared,
     // before it is put in place. PIZ is so always.
     bool verify;
     // Of writing: 1 is told before the file is read back and put in place.
-    const struct weft_progress *progress;
-    const struct weft_log *log;
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;           // may be NULL
 };
 
 // What became of the values, over all parts.
 struct weft_image_save_report {
-    uint64_t values;
+    uint64_t values;      // that were written
     uint64_t overflows;   // finite values that no half holds: stored as infinity
     double rounding;      // largest |stored - given| of the values that stay finite
     uint64_t verified;    // values that were read back
@@ -151,17 +162,18 @@ struct weft_colour_map {
     void (*colour)(double t, uint8_t rgb[3]);
 };
 WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
+// NULL where there is none of that name.
 WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
 
 struct weft_preview_params {
-    const char *path; // required
-    bool no_clobber;
+    const char *path;      // required
+    bool no_clobber;       // an existing file is an error (default: it is replaced)
     int32_t width, height; // required
     const float *plane;    // required; width * height
     // Values shown as first and last colour. NAN, or both 0: the finite minimum, maximum.
     float low, high;
-    const struct weft_colour_map *colour_map; // default grey
-    const struct weft_log *log;
+    const struct weft_colour_map *colour_map; // default (NULL): grey
+    const struct weft_log *log;               // may be NULL
 };
 #define weft_preview_params(...) (&(struct weft_preview_params){__VA_ARGS__})
 

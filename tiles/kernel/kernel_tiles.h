@@ -16,6 +16,7 @@ WEFT_BEGIN_DECLS
 
 enum { WEFT_TILES_MAX_SAMPLES = 4096 };
 
+// How a tile holds weights. Default: unorm.
 enum weft_tile_format {
     WEFT_TILE_UNORM, // 4 to 16 bits, 2^bits - 1 stands for 1.0; held as uint16_t
     WEFT_TILE_SNORM, // 8 or 16 bits, 2^(bits - 1) - 1 stands for 1.0; held as int16_t
@@ -25,6 +26,7 @@ enum weft_tile_format {
 // NULL-ended, in the order of the enum: "unorm", "snorm", "half", "float".
 WEFT_API extern const char *const weft_tile_format_names[];
 
+// How weights become what the format holds. Default: to the nearest.
 enum weft_tile_rounding {
     WEFT_TILE_NEAREST,   // each weight by itself, halves away from zero (half and float: to even)
     WEFT_TILE_TRUNCATED, // each weight by itself, towards zero
@@ -36,6 +38,8 @@ enum weft_tile_rounding {
 // Likewise: "nearest", "truncated", "sum-preserving".
 WEFT_API extern const char *const weft_tile_rounding_names[];
 
+// Where the M samples of a tile lie in it, along an axis. Default: in the middles of M equal cells,
+// as texels do.
 enum weft_tile_placement {
     WEFT_TILE_CENTRES, // sample k at (k + 0.5) / M
     WEFT_TILE_ENDS,    // sample k at k / (M - 1), the limits from inside the tile; M >= 2
@@ -43,6 +47,7 @@ enum weft_tile_placement {
 // Likewise: "centres", "ends".
 WEFT_API extern const char *const weft_tile_placement_names[];
 
+// What becomes of weights of both signs. Default: what the format asks for.
 enum weft_tile_signs {
     WEFT_TILE_SIGNS_AUTO, // separate for unorm, else signed
     WEFT_TILE_SIGNED,     // one tile per tap; unorm then takes no negative weights
@@ -52,6 +57,8 @@ enum weft_tile_signs {
 // Likewise: "auto", "signed", "separate".
 WEFT_API extern const char *const weft_tile_signs_names[];
 
+// What weights are multiplied by before they are rounded, so that small ones keep bits. Default:
+// by 1.
 enum weft_tile_scaling {
     WEFT_TILE_UNSCALED,
     WEFT_TILE_SCALE_SET,  // one factor makes the largest weight of the set full range
@@ -60,10 +67,13 @@ enum weft_tile_scaling {
 // Likewise: "none", "set", "each".
 WEFT_API extern const char *const weft_tile_scaling_names[];
 
+// Which of a tap's weights a tile has: all, those above 0 or those below.
 enum weft_tile_part { WEFT_TILE_WHOLE, WEFT_TILE_POSITIVE, WEFT_TILE_NEGATIVE };
 // Likewise: "whole", "+", "-".
 WEFT_API extern const char *const weft_tile_part_names[];
 
+// What tiles to make. All zero but for the kernel: 2D, 64 samples an axis in 8 bits, each weight
+// rounded by itself, mirrored where the kernel allows.
 struct weft_kernel_tiles_params {
     struct weft_kernel kernel; // required
     int dims;                  // 1 (weights for separable use), 2 or 3   (default 2)
@@ -103,6 +113,7 @@ struct weft_kernel_tile {
     const void *data;        // M^dims values of the format
 };
 
+// What a set is: the parameters with their defaults filled in, and what they came to.
 struct weft_kernel_tiles_info {
     struct weft_kernel kernel;
     int derivative; // 0: none; 1, 2, 3: along x, y, z
@@ -123,7 +134,8 @@ struct weft_kernel_tiles_info {
 
 typedef struct weft_kernel_tiles weft_kernel_tiles; // Thread-safety: read-only once made and split.
 
-// Bytes are counted before any tile is allocated. Returns WEFT_ERR_ARGUMENT (a range, weights that
+// Makes the tiles of all taps; destroy the set when it is no longer used. Bytes are counted before
+// any tile is allocated. Returns WEFT_ERR_ARGUMENT (a range, weights that
 // the format cannot hold unscaled, or a kernel without a derivative), WEFT_ERR_UNSUPPORTED (the
 // derivative of a radial kernel), WEFT_ERR_LIMIT (bytes needed and allowed in the log) or
 // WEFT_ERR_MEMORY.
@@ -131,9 +143,10 @@ WEFT_API enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tile
                                                    weft_kernel_tiles **out);
 WEFT_API void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles); // accepts &NULL, leaves NULL
 
+// Lives as long as the set; splits change its counts.
 WEFT_API const struct weft_kernel_tiles_info *
 weft_kernel_tiles_get_info(const weft_kernel_tiles *tiles);
-// Tile 0 to tile_count - 1; valid until the next split.
+// Tile 0 to tile_count - 1, NULL for other numbers; valid until the next split.
 WEFT_API const struct weft_kernel_tile *weft_kernel_tiles_get(const weft_kernel_tiles *tiles,
                                                               int tile);
 // The first tile of that tap and part, -1 if there is none. The part of a tile that is not

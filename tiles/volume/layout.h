@@ -7,6 +7,7 @@
 
 WEFT_BEGIN_DECLS
 
+// A pixel fetches a row of taps in fewer texels where a texel holds four samples. Default: auto.
 enum weft_layout {
     WEFT_LAYOUT_AUTO,        // interleaved, unless the memory budget would cut it into tiny tiles
     WEFT_LAYOUT_INTERLEAVED, // RGBA: texel i holds samples i to i + 3 of a row (4x memory, fastest)
@@ -19,8 +20,9 @@ WEFT_API extern const char *const weft_layout_names[];
 // One of them; "unknown" for other values.
 WEFT_API const char *weft_layout_name(enum weft_layout layout);
 
-// Formats other than float hold a range mapped to [0, 1] (unorm) or [-1, 1] (half). They take less
-// memory; a software GL gains no time from them.
+// Default: float, exact. Formats other than float hold a range mapped to [0, 1] (unorm) or [-1, 1]
+// (half); what lies outside it is clamped, and unorm has no room for voxels that are not finite.
+// They take less memory; a software GL gains no time from them.
 enum weft_source_format {
     WEFT_SOURCE_FLOAT,
     WEFT_SOURCE_HALF,
@@ -33,9 +35,11 @@ enum { WEFT_SOURCE_FORMATS = 4 };
 WEFT_API extern const char *const weft_source_format_names[];
 // One of them; "unknown" for other values.
 WEFT_API const char *weft_source_format_name(enum weft_source_format format);
-WEFT_API int weft_source_format_bytes(enum weft_source_format format); // of one sample
+// Bytes of one sample: 4, 2, 2, 1; 0 for other values.
+WEFT_API int weft_source_format_bytes(enum weft_source_format format);
 
-// Largest |stored - given| of values in a range, relative to its width.
+// Largest |stored - given| of values in a range, relative to its width: rounding to the format, and
+// in single precision when the range is mapped. NAN for values that are no format.
 WEFT_API double weft_source_format_error(enum weft_source_format format);
 
 WEFT_END_DECLS

@@ -26,6 +26,7 @@ struct weft_volume_tile {
     float value;
 };
 
+// One of a grid's or an image's attributes, as text.
 struct weft_metadata {
     char key[64];    // longer texts are cut and end in "..."
     char value[192]; // as text

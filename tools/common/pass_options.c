@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tools/common/plan_options.h"
 #include "tools/common/report.h"
 
 // ---- options ------------------------------------------------------------------------------------

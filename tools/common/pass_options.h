@@ -6,6 +6,7 @@
 
 #include "tools/common/json.h"
 #include "tools/common/options.h"
+#include "tools/common/plan_options.h"
 #include "weft.h"
 
 enum resample_plan_option {
@@ -28,41 +29,12 @@ enum resample_plan_option {
                                   OPTION_TEXT,                                                     \
                                   "NAME,key=value,...",                                            \
                                   profile_help "; 'help' lists names and keys"},                   \
-        [first +                                                                                   \
-            RESAMPLE_PLAN_TECHNIQUE] = {.name = "technique",                                       \
-                                        0,                                                         \
-                                        OPTION_CHOICE,                                             \
-                                        NULL,                                                      \
-                                        "how taps become passes (default plain), as in weft plan", \
-                                        weft_technique_names},                                     \
-        [first +                                                                                   \
-            RESAMPLE_PLAN_RESOLUTION] = {.name = "resolution",                                     \
-                                         'm',                                                      \
-                                         OPTION_NUMBER,                                            \
-                                         "M",                                                      \
-                                         "samples per kernel tile and axis (default 64, in 3D "    \
-                                         "32)"},                                                   \
-        [first +                                                                                   \
-            RESAMPLE_PLAN_BITS] = {.name = "bits",                                                 \
-                                   'b',                                                            \
-                                   OPTION_NUMBER,                                                  \
-                                   "B",                                                            \
-                                   "of kernel tiles, 4 to 16, on unorm targets (default 8, on "    \
-                                   "16-bit targets 14)"},                                          \
-        [first +                                                                                   \
-            RESAMPLE_PLAN_TAPS_PER_PASS] = {.name = "taps-per-pass",                               \
-                                            't',                                                   \
-                                            OPTION_NUMBER,                                         \
-                                            "N",                                                   \
-                                            "pairs of a source and a tile texture in one pass "    \
-                                            "(default: as many as the profile has)"},              \
-        [first + RESAMPLE_PLAN_WORST_CASE] = {.name = "worst-case",                                \
-                                              'w',                                                 \
-                                              OPTION_CHOICE,                                       \
-                                              NULL,                                                \
-                                              "input for which no store may clamp: constants of "  \
-                                              "any level (default), or samples anywhere in range", \
-                                              weft_worst_case_names},                              \
+        [first + RESAMPLE_PLAN_TECHNIQUE] =                                                        \
+            PLAN_SPEC_TECHNIQUE("how taps become passes (default plain), as in weft plan"),        \
+        [first + RESAMPLE_PLAN_RESOLUTION] = PLAN_SPEC_RESOLUTION,                                 \
+        [first + RESAMPLE_PLAN_BITS] = PLAN_SPEC_BITS,                                             \
+        [first + RESAMPLE_PLAN_TAPS_PER_PASS] = PLAN_SPEC_TAPS_PER_PASS,                           \
+        [first + RESAMPLE_PLAN_WORST_CASE] = PLAN_SPEC_WORST_CASE("range"),                        \
         [first +                                                                                   \
             RESAMPLE_PLAN_ORDER] = {.name = "order",                                               \
                                     0,                                                             \

@@ -30,6 +30,43 @@ enum plan_option {
     PLAN_COMMON_COUNT, // a verb's own are behind them
 };
 
+// Options that several verbs have, once: the numbers in them are the library's.
+#define PLAN_WORD(number) #number
+#define PLAN_NUMBER(macro) PLAN_WORD(macro)
+#define PLAN_SPEC_TECHNIQUE(text)                                                                  \
+    {                                                                                              \
+        .name = "technique", 0, OPTION_CHOICE, NULL, text, weft_technique_names                    \
+    }
+#define PLAN_SPEC_TAPS_PER_PASS                                                                    \
+    {                                                                                              \
+        .name = "taps-per-pass", 't', OPTION_NUMBER, "N",                                          \
+        "pairs of a source and a tile texture in one pass (default: as many as the profile has)"   \
+    }
+// clang-format off
+#define PLAN_SPEC_BITS                                                                             \
+    {                                                                                              \
+        .name = "bits", 'b', OPTION_NUMBER, "B",                                                   \
+        "of kernel tiles, 4 to 16, on unorm targets (default " PLAN_NUMBER(WEFT_PASS_PLAN_BITS)    \
+        "; on 16-bit targets " PLAN_NUMBER(WEFT_PASS_PLAN_BITS_16)                                 \
+        ", hierarchical " PLAN_NUMBER(WEFT_PASS_PLAN_BITS_16_HIERARCHICAL)                         \
+        ", split-precision " PLAN_NUMBER(WEFT_PASS_PLAN_BITS_16_SPLIT)                             \
+        ", at most " PLAN_NUMBER(WEFT_PASS_PLAN_MOST_BITS_16) ")"                                  \
+    }
+#define PLAN_SPEC_RESOLUTION                                                                       \
+    {                                                                                              \
+        .name = "resolution", 'm', OPTION_NUMBER, "M",                                             \
+        "samples per kernel tile and axis (default " PLAN_NUMBER(WEFT_PASS_PLAN_SAMPLES_2D)        \
+        ", in 3D " PLAN_NUMBER(WEFT_PASS_PLAN_SAMPLES_3D) ")"                                      \
+    }
+// clang-format on
+#define PLAN_SPEC_WORST_CASE(range)                                                                \
+    {                                                                                              \
+        .name = "worst-case", 'w', OPTION_CHOICE, NULL,                                            \
+        "input for which no store may clamp: constants of any level (default), or samples "        \
+        "anywhere in " range,                                                                      \
+        weft_worst_case_names                                                                      \
+    }
+
 // For the verbs' tables.
 #define PLAN_COMMON_OPTIONS                                                                        \
     [PLAN_KERNEL] = {.name = "kernel",                                                             \
@@ -57,31 +94,12 @@ enum plan_option {
                       "what the hardware may do in a pass (default unorm8): a name, a name and "   \
                       "what differs, or, from unorm8 on, only what differs; 'help' lists names "   \
                       "and keys"},                                                                 \
-    [PLAN_TAPS_PER_PASS] = {.name = "taps-per-pass",                                               \
-                            't',                                                                   \
-                            OPTION_NUMBER,                                                         \
-                            "N",                                                                   \
-                            "pairs of a source and a tile texture in one pass (default: as many "  \
-                            "as the profile has)"},                                                \
-    [PLAN_BITS] = {.name = "bits",                                                                 \
-                   'b',                                                                            \
-                   OPTION_NUMBER,                                                                  \
-                   "B",                                                                            \
-                   "of the tiles, 4 to 16, on unorm targets (default 8; on 16-bit targets 14, at " \
-                   "most that)"},                                                                  \
-    [PLAN_RESOLUTION] = {.name = "resolution",                                                     \
-                         'm',                                                                      \
-                         OPTION_NUMBER,                                                            \
-                         "M",                                                                      \
-                         "samples per tile and axis (default 64, in 3D 32)"},                      \
-    [PLAN_TECHNIQUE] = {.name = "technique",                                                       \
-                        0,                                                                         \
-                        OPTION_CHOICE,                                                             \
-                        NULL,                                                                      \
-                        "plain: a tap per fetch (default); dot4: four; split-precision: twice "    \
-                        "the passes keep the bits that the target loses; hierarchical: small "     \
-                        "weights in targets of their own; log: sums of logarithms for products",   \
-                        weft_technique_names},                                                     \
+    [PLAN_TAPS_PER_PASS] = PLAN_SPEC_TAPS_PER_PASS, [PLAN_BITS] = PLAN_SPEC_BITS,                  \
+    [PLAN_RESOLUTION] = PLAN_SPEC_RESOLUTION,                                                      \
+    [PLAN_TECHNIQUE] = PLAN_SPEC_TECHNIQUE(                                                        \
+        "plain: a tap per fetch (default); dot4: four; split-precision: twice "                    \
+        "the passes keep the bits that the target loses; hierarchical: small "                     \
+        "weights in targets of their own; log: sums of logarithms for products"),                  \
     [PLAN_ROUND_SINGLY] = {.name = "round-singly",                                                 \
                            0,                                                                      \
                            OPTION_FLAG,                                                            \
@@ -109,13 +127,7 @@ enum plan_option {
                        NULL,                                                                       \
                        "of the source that are filtered together (default 1); not with dot4",      \
                        plan_channels_choices},                                                     \
-    [PLAN_WORST_CASE] = {.name = "worst-case",                                                     \
-                         'w',                                                                      \
-                         OPTION_CHOICE,                                                            \
-                         NULL,                                                                     \
-                         "input for which no store may clamp: constants of any level (default), "  \
-                         "or samples anywhere in [0, 1]",                                          \
-                         weft_worst_case_names},                                                   \
+    [PLAN_WORST_CASE] = PLAN_SPEC_WORST_CASE("[0, 1]"),                                            \
     [PLAN_MEMORY] = {.name = "memory",                                                             \
                      0,                                                                            \
                      OPTION_BYTES,                                                                 \
