@@ -135,30 +135,37 @@ static enum weft_result set_positions(weft_resample_plan *plan)
     return WEFT_OK;
 }
 
-static enum weft_result plan_separable(weft_resample_plan *plan)
+static void tell_separable(weft_resample_plan *plan)
 {
-    const struct weft_kernel *kernel = &plan->info.kernel;
     char name[256];
-    weft_kernel_format(kernel, name, sizeof name);
-    plan->info.bound = weft_separable_bound_terms(kernel, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
+    weft_kernel_format(&plan->info.kernel, name, sizeof name);
     snprintf(plan->words, sizeof plan->words,
              "separable %s: %d taps along each axis, one after the other, in single precision; the "
              "error is at most %.3g of the largest sample in reach\n",
-             name, kernel->width, plan->info.bound.relative);
+             name, plan->info.kernel.width, plan->info.bound.relative);
     plan->info.text = plan->words;
-    plan->info.fetches = 2.0 * kernel->width;
-    plan->info.moves = weft_resample_moves(kernel);
+}
+
+static enum weft_result plan_separable(weft_resample_plan *plan)
+{
+    struct weft_resample_info *info = &plan->info;
     enum weft_result res = set_positions(plan);
     if (res == WEFT_OK)
         res = weft_separable_plan_create(
-            weft_separable_params(.kernel = *kernel,
-                                  .size = {plan->info.size[0] + 2 * plan->info.overlap,
-                                           plan->info.size[1] + 2 * plan->info.overlap},
-                                  .width = plan->info.width, .height = plan->info.height,
-                                  .x = plan->at[0], .y = plan->at[1],
-                                  .memory_bytes = plan->memory_bytes, .log = plan->log),
+            weft_separable_params(.kernel = info->kernel,
+                                  .size = {info->size[0] + 2 * info->overlap,
+                                           info->size[1] + 2 * info->overlap},
+                                  .width = info->width, .height = info->height, .x = plan->at[0],
+                                  .y = plan->at[1], .memory_bytes = plan->memory_bytes,
+                                  .log = plan->log),
             &plan->separable);
-    return res;
+    if (res != WEFT_OK)
+        return res;
+    info->bound = weft_separable_bound_terms(&info->kernel, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
+    info->fetches = weft_separable_plan_get_info(plan->separable)->fetches_per_pixel;
+    info->moves = weft_resample_moves(&info->kernel);
+    tell_separable(plan);
+    return WEFT_OK;
 }
 
 // ---- plans --------------------------------------------------------------------------------------

@@ -14,8 +14,8 @@ struct weft_resample_plan {
     const struct weft_log *log;
     int side[2], count[2]; // of the tiles of passes: pixels, and how many along each axis
     double *at[2];         // separable: where columns and rows lie, in the values that are read
-    weft_separable_plan *separable; // of kernels that do not move
-    char words[512];                // info.text of separable plans
+    weft_separable_plan *separable;
+    char words[512]; // info.text of separable plans
 };
 
 struct weft_resample_source {
