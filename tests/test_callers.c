@@ -200,11 +200,13 @@ static void analysis(void)
     TRUE(isnan(weft_analysis_order(&none).constant));
     TRUE(isnan(weft_analysis_overshoot(&none).gain));
     TRUE(isnan(weft_analysis_curvature(&none)));
+    TRUE(isnan(weft_analysis_slope(&none)));
     for (int k = 1; k < 6; k++) {
         const struct weft_kernel kernel = bad_kernel(k);
         weft_analysis_order(&kernel);
         weft_analysis_overshoot(&kernel);
         weft_analysis_curvature(&kernel);
+        weft_analysis_slope(&kernel);
     }
 }
 
@@ -941,6 +943,7 @@ static void judgements(void)
                                .log = &logger);
 #define CALL judge_plan(&params, &p)
     TRUE(judge_plan(&params, &good) == WEFT_OK);
+    TRUE(weft_pass_work_of(weft_pass_plan_get_info(made)).passes > 0.0);
     ANY_INT(good, extra_bits, CALL);
     ANY_INT(good, result, CALL);
     ANY_INT(good, pattern[1][0], CALL);
@@ -1199,17 +1202,25 @@ static void costs(void)
     free(weft_cost_format(&model));
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
-        for (int engine = 0; engine < 3; engine++) {
-            const struct weft_cost_work work = {.engine = (enum weft_engine)engine,
-                                                .layout = (enum weft_layout)bad,
-                                                .source = (enum weft_source_format)bad,
-                                                .target = (enum weft_target_format)bad};
-            TRUE(isnan(weft_cost_of(&model, &work)));
-        }
-        TRUE(
-            isnan(weft_cost_of(&model, &(struct weft_cost_work){.engine = (enum weft_engine)bad})));
+        const struct weft_work bad_works[] = {
+            {.engine = (enum weft_engine)bad},
+            {.engine = WEFT_ENGINE_FUSED, .of.fused.layout = (enum weft_layout)bad},
+            {.engine = WEFT_ENGINE_FUSED, .of.fused.source = (enum weft_source_format)bad},
+            {.engine = WEFT_ENGINE_MULTIPASS,
+             .of.passes.plan.target = (enum weft_target_format)bad},
+        };
+        for (size_t k = 0; k < WEFT_COUNT(bad_works); k++)
+            TRUE(isnan(weft_cost_of(&model, &bad_works[k])));
+        const struct weft_pass_plan_params params = {.technique = (enum weft_technique)bad,
+                                                     .log = &logger};
+        TRUE(weft_pass_work_least(&params).passes == 0.0);
+        TRUE(isnan(weft_pass_bound_least(&params, 1.0).e2));
     }
-    TRUE(isfinite(weft_cost_of(&model, &(struct weft_cost_work){.engine = WEFT_ENGINE_FUSED})));
+    TRUE(isfinite(weft_cost_of(&model, &(struct weft_work){.engine = WEFT_ENGINE_FUSED})));
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        weft_separable_work_of(ints[n % WEFT_COUNT(ints)], numbers[n], 1.0, 2.0, numbers[n]);
+        weft_pass_bound_least(&(struct weft_pass_plan_params){.samples = 8}, numbers[n]);
+    }
     memset(model.renderer, 'x', sizeof model.renderer); // without an end
     free(weft_cost_format(&model));
 }
@@ -1686,7 +1697,7 @@ static void way_runs(void)
     SURVIVED(weft_method_run(context, method, v, out, NULL, NULL));
     struct weft_cost_model model = weft_cost_default;
     model.pixel = NAN;
-    weft_cost_predict(&model, method);
+    weft_cost_of(&model, &weft_method_plan_get_info(method)->work);
     weft_method_plan_destroy(&method);
     weft_volume_destroy(&v);
     weft_context_destroy(&context);
@@ -1724,7 +1735,7 @@ static const struct {
 #define F(name) "weft_" #name
     {analysis,
      {F(analysis_taylor), F(analysis_moment), F(analysis_order), F(analysis_response),
-      F(analysis_metrics), F(analysis_overshoot), F(analysis_curvature)}},
+      F(analysis_metrics), F(analysis_overshoot), F(analysis_curvature), F(analysis_slope)}},
     {texts,
      {F(result_text), F(version), F(text_clean), F(text_skip_mark), F(target_name), F(target_bits),
       F(target_one), F(stability_verdict_text), F(layout_name), F(source_format_name),
@@ -1772,14 +1783,15 @@ static const struct {
       F(tile_name_parse)}},
     {profiles, {F(profile_check)}},
     {ranges, {F(range_simulate), F(pass_list_check)}},
-    {judgements, {F(pass_plan_judge)}},
+    {judgements, {F(pass_plan_judge), F(pass_work_of)}},
     {footprints,
      {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
     {choices, {F(choose), F(choice_clear)}},
-    {costs, {F(cost_of), F(cost_format)}},
+    {costs,
+     {F(cost_of), F(cost_format), F(pass_work_least), F(pass_bound_least), F(separable_work_of)}},
     {contexts, {F(context_create), F(context_destroy)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
@@ -1804,8 +1816,7 @@ static const struct {
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
     {way_runs,
-     {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
-      F(cost_predict)}},
+     {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
 #undef F

@@ -424,6 +424,23 @@ static double curvature_at(const struct weft_kernel *kernel, const struct weft_p
     return fabs(sum) + fabs(second_sum) < 1e-9 ? total : INFINITY;
 }
 
+double weft_analysis_slope(const struct weft_kernel *kernel)
+{
+    enum { POSITIONS = 256 };
+    double largest = 0.0;
+    if (!weft_kernel_usable(kernel))
+        return NAN;
+    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
+        const double at = (i + 0.5) / POSITIONS;
+        double sum = 0.0, fraction;
+        const int64_t first = weft_kernel_first_tap(kernel, at, &fraction);
+        for (int tap = 0; tap < kernel->width; tap++)
+            sum += fabs(weft_kernel_derivative(kernel, at - (double)(first + tap)));
+        largest = fmax(largest, sum);
+    }
+    return largest;
+}
+
 double weft_analysis_curvature(const struct weft_kernel *kernel)
 {
     if (!weft_kernel_usable(kernel))

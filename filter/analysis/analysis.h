@@ -61,6 +61,11 @@ struct weft_analysis_overshoot {
 };
 WEFT_API struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel);
 
+// The largest sum_k |h'(t - k)| over t, of 256 positions: what a shift of a position by d changes a
+// result by is at most d times this times the largest |sample|. 0 for kernels without a derivative;
+// of prefiltered kernels the slope of the kernel itself, that is of its coefficients' weights.
+WEFT_API double weft_analysis_slope(const struct weft_kernel *kernel);
+
 // The largest c(t) = sum_m |g_m(t)| over t with which the kernel's weights less those of linear
 // interpolation are second differences, so that |(h - linear) * f| <= c max |f_k-1 - 2 f_k +
 // f_k+1|. 0 where they are not: where the weights do not reproduce constants and ramps.

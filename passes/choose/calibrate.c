@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "passes/choose/cost_impl.h"
+#include "passes/choose/cost.h"
 
 // A cube, and a slab as wide as separable slices want it; PIXELS^2 of most slices.
 enum { SIDE = 128, SLAB_SIDE = 512, SLAB_HEIGHT = 8, PIXELS = 256, TINY = 8, RUNS = 4, STEPS = 63 };
@@ -16,9 +16,11 @@ static const double LONG_SECONDS = 0.2; // of a job's runs: two are then enough
 // some runs: whatever else the machine does only adds to them, and differences are taken.
 struct timed {
     double whole, read, layout, passes; // layout: with upload; passes: with reading back
-    double voxels, texels, samples;     // voxels of bricks; samples of boxes
-    double fetches, weights;            // per pixel
-    double pass_count, tile_bytes;
+    // The work, as its engine describes it.
+    double voxels, samples;
+    struct weft_fused_work fused;
+    struct weft_separable_work separable;
+    struct weft_pass_work plan;
 };
 
 struct calibration {
@@ -87,6 +89,23 @@ static struct weft_slice_geometry plane(const struct job *job)
 
 // ---- jobs ---------------------------------------------------------------------------------------
 
+static void set_work(const struct weft_work *work, struct timed *out)
+{
+    out->voxels = work->voxels;
+    switch (work->engine) {
+    case WEFT_ENGINE_FUSED:
+        out->fused = work->of.fused;
+        break;
+    case WEFT_ENGINE_SEPARABLE:
+        out->separable = work->of.separable;
+        break;
+    case WEFT_ENGINE_MULTIPASS:
+        out->plan = work->of.passes.plan;
+        out->samples = work->of.passes.samples;
+        break;
+    }
+}
+
 static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
                             weft_volume *volume, struct timed *out)
 {
@@ -108,20 +127,13 @@ static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
     }
     if (res != WEFT_OK)
         return res;
-    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
     *out = (struct timed){
         .whole = 1e9 * (whole + read) - c->fixed.whole,
         .read = 1e9 * read,
         .layout = 1e9 * layout - c->fixed.layout,
         .passes = 1e9 * passes - c->fixed.passes,
-        .voxels = 512.0 * (double)info->slice->bricks_read,
-        .texels = (double)info->slice->source_texels,
-        .samples = weft_cost_box_samples(info->slice),
-        .fetches = info->fetches,
-        .weights = 3.0 * info->slice->weight_vectors,
-        .pass_count = info->passes ? info->passes->passes->pass_count : 1,
-        .tile_bytes = info->passes ? (double)info->passes->tile_bytes : 0.0,
     };
+    set_work(&weft_method_plan_get_info(plan)->work, out);
     return res;
 }
 
@@ -192,12 +204,14 @@ static void calibrate_sources(struct calibration *c, struct job job)
             const struct timed few = timed(c, job);
             job.kernel = "bspline5";
             const struct timed many = timed(c, job);
-            const double weights = (many.weights - few.weights) * m->weights;
+            const double weights = (many.fused.weights - few.fused.weights) * m->weights;
             const double fetch = positive(((many.passes - few.passes) / pixels - weights) /
-                                          (many.fetches - few.fetches));
+                                          (many.fused.fetches - few.fused.fetches));
             m->fetch[layout][source] = fetch;
-            m->texel[layout][source] = positive((many.layout - pixels * m->entry) / many.texels);
-            rest += few.passes / pixels - few.fetches * fetch - few.weights * m->weights;
+            m->texel[layout][source] =
+                positive((many.layout - pixels * m->entry) / many.fused.texels);
+            rest +=
+                few.passes / pixels - few.fused.fetches * fetch - few.fused.weights * m->weights;
         }
     }
     m->pixel = positive(rest / (WEFT_COST_LAYOUTS * WEFT_SOURCE_FORMATS));
@@ -222,10 +236,10 @@ static void calibrate_fused(struct calibration *c)
     job.method.lookup = WEFT_LOOKUP_POLYNOMIAL;
     m->voxel = positive(larger.read / larger.voxels);
     m->entry = positive((larger.layout - smaller.layout) / (0.75 * pixels));
-    m->weights =
-        positive((larger.passes - flat.passes) / ((larger.weights - flat.weights) * pixels));
+    m->weights = positive((larger.passes - flat.passes) /
+                          ((larger.fused.weights - flat.fused.weights) * pixels));
     m->weights_fetched =
-        positive(m->weights + (sampled.passes - flat.passes) / (sampled.weights * pixels));
+        positive(m->weights + (sampled.passes - flat.passes) / (sampled.fused.weights * pixels));
     calibrate_sources(c, job);
 }
 
@@ -240,12 +254,12 @@ static void calibrate_separable(struct calibration *c)
     const struct timed cubic = timed(c, job);
     job.kernel = "bspline7";
     const struct timed wide = timed(c, job);
-    const double taps = pixels + sqrt(cubic.texels * pixels); // for each of the kernel's
-    m->summed = positive(cubic.layout / (4.0 * cubic.texels));
-    m->tap = positive((wide.passes - cubic.passes) / (4.0 * taps));
+    const struct weft_separable_work *few = &cubic.separable;
+    const struct weft_separable_work *many = &wide.separable;
+    m->summed = positive(cubic.layout / few->summed);
+    m->tap = positive((wide.passes - cubic.passes) / (many->taps - few->taps));
     m->separable_pixel = positive(
-        (beside(&cubic) + cubic.passes - 4.0 * taps * m->tap - 4.0 * cubic.texels * m->summed) /
-        pixels);
+        (beside(&cubic) + cubic.passes - few->taps * m->tap - few->summed * m->summed) / pixels);
 }
 
 // Plain passes of a target, two plans of different passes tell a pass from its fetches.
@@ -264,20 +278,21 @@ static void calibrate_plain(struct calibration *c, struct job job)
     job.method.profile.taps_per_pass = 1;
     const struct timed one = timed(c, job);
     // passes a + fetches b, of one and flat.
-    const double determinant = one.pass_count * flat.fetches - flat.pass_count * one.fetches;
-    m->pass[t] =
-        positive((one.passes * flat.fetches - flat.passes * one.fetches) / (pixels * determinant));
+    const double determinant =
+        one.plan.passes * flat.plan.fetches - flat.plan.passes * one.plan.fetches;
+    m->pass[t] = positive((one.passes * flat.plan.fetches - flat.passes * one.plan.fetches) /
+                          (pixels * determinant));
     m->pass_fetch[t][0] =
-        positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
+        positive((flat.passes / pixels - flat.plan.passes * m->pass[t]) / flat.plan.fetches);
     m->pass_sample[t][0] =
         positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
     m->tile_byte[t][0] =
-        positive((beside(&fine) - beside(&many)) / (fine.tile_bytes - many.tile_bytes));
+        positive((beside(&fine) - beside(&many)) / (fine.plan.tile_bytes - many.plan.tile_bytes));
     if (t != WEFT_TARGET_FLOAT)
         return;
     m->pass_pixel = positive((beside(&flat) - flat.samples * m->pass_sample[t][0]) / pixels);
-    m->pass_far =
-        positive((fine.passes / many.passes - 1.0) / log2(fine.tile_bytes / WEFT_COST_NEAR_BYTES));
+    m->pass_far = positive((fine.passes / many.passes - 1.0) /
+                           log2(fine.plan.tile_bytes / WEFT_COST_NEAR_BYTES));
 }
 
 static void calibrate_dot4(struct calibration *c, struct job job)
@@ -292,11 +307,11 @@ static void calibrate_dot4(struct calibration *c, struct job job)
     job.method.samples = 64; // past 32 MiB malloc asks the kernel for new pages
     const struct timed fine = timed(c, job);
     m->pass_fetch[t][1] =
-        positive((flat.passes / pixels - flat.pass_count * m->pass[t]) / flat.fetches);
+        positive((flat.passes / pixels - flat.plan.passes * m->pass[t]) / flat.plan.fetches);
     m->pass_sample[t][1] =
         positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
     m->tile_byte[t][1] =
-        positive((beside(&fine) - beside(&flat)) / (fine.tile_bytes - flat.tile_bytes));
+        positive((beside(&fine) - beside(&flat)) / (fine.plan.tile_bytes - flat.plan.tile_bytes));
 }
 
 static void calibrate_passes(struct calibration *c)

@@ -7,93 +7,58 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "passes/choose/cost_impl.h"
 
 // ---- predictions --------------------------------------------------------------------------------
 
-static double passes_ns(const struct weft_cost_model *m, const struct weft_cost_work *w)
+static bool is_known(const struct weft_work *w)
 {
-    const double octaves = fmax(0.0, log2(w->tile_bytes / WEFT_COST_NEAR_BYTES));
-    const double fetch = m->pass_fetch[w->target][w->dot4] * (1.0 + m->pass_far * octaves);
-    return w->samples * m->pass_sample[w->target][w->dot4] +
-           w->tile_bytes * m->tile_byte[w->target][w->dot4] +
-           w->pixels * (m->pass_pixel + w->exact_weights * m->pass_weight +
-                        w->passes * m->pass[w->target] + w->fetches * fetch);
-}
-
-double weft_cost_of(const struct weft_cost_model *m, const struct weft_cost_work *w)
-{
-    if ((unsigned)w->engine > WEFT_ENGINE_MULTIPASS || (unsigned)w->layout > WEFT_LAYOUT_PLAIN ||
-        (unsigned)w->source > WEFT_SOURCE_UNORM8 || (unsigned)w->target > WEFT_TARGET_FLOAT)
-        return NAN;
-    const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
-    double ns = m->start[w->engine] + m->voxel * w->voxels;
     switch (w->engine) {
     case WEFT_ENGINE_FUSED:
-        ns += w->texels * m->texel[layout][w->source];
-        ns += w->pixels * (m->entry + m->pixel + w->fetches * m->fetch[layout][w->source] +
-                           w->weights * (w->weights_fetched ? m->weights_fetched : m->weights));
-        break;
+        return (unsigned)w->of.fused.layout <= WEFT_LAYOUT_PLAIN &&
+               (unsigned)w->of.fused.source <= WEFT_SOURCE_UNORM8;
     case WEFT_ENGINE_SEPARABLE:
-        ns += w->summed * m->summed + w->taps * m->tap + w->pixels * m->separable_pixel;
-        break;
+        return true;
     case WEFT_ENGINE_MULTIPASS:
-        ns += passes_ns(m, w);
-        break;
+        return (unsigned)w->of.passes.plan.target <= WEFT_TARGET_FLOAT;
     }
-    return 1e-9 * ns;
+    return false;
 }
 
-double weft_cost_box_samples(const struct weft_slice_plan_info *slice)
+static double fused_ns(const struct weft_cost_model *m, const struct weft_work *work)
 {
-    static const double largest = 1 << 26;
-    const struct weft_slice_geometry *g = &slice->index_geometry;
-    double u = 1.0, v = 1.0, samples = 0.0;
-    for (int halvings = 0; halvings < 40; halvings++) {
-        samples = 1.0;
-        for (int a = 0; a < 3; a++)
-            samples *= fabs(u * g->u[a]) + fabs(v * g->v[a]) + slice->kernel.width;
-        if (samples <= largest)
-            break;
-        *(u >= v ? &u : &v) *= 0.5;
-    }
-    return samples / (u * v);
+    const struct weft_fused_work *w = &work->of.fused;
+    const int layout = w->layout > WEFT_LAYOUT_AUTO ? (int)w->layout - 1 : 0;
+    const double weights = w->weights_fetched ? m->weights_fetched : m->weights;
+    return w->texels * m->texel[layout][w->source] +
+           work->pixels * (m->entry + m->pixel + w->fetches * m->fetch[layout][w->source] +
+                           w->weights * weights);
 }
 
-static void set_passes(const struct weft_method_plan_info *info, struct weft_cost_work *work)
+static double separable_ns(const struct weft_cost_model *m, const struct weft_work *work)
 {
-    const struct weft_pass_plan_info *plan = info->passes;
-    const struct weft_kernel *kernel = &plan->kernel;
-    work->target = plan->profile.target;
-    work->dot4 = plan->technique == WEFT_TECHNIQUE_DOT4;
-    work->passes = plan->passes->pass_count;
-    work->tile_bytes = (double)plan->tile_bytes;
-    work->samples = weft_cost_box_samples(info->slice);
-    work->exact_weights = kernel->unit_sum || kernel->normalised ? 0.0 : plan->dims * kernel->width;
+    const struct weft_separable_work *w = &work->of.separable;
+    return w->summed * m->summed + w->taps * m->tap + work->pixels * m->separable_pixel;
 }
 
-double weft_cost_predict(const struct weft_cost_model *model, const weft_method_plan *plan)
+static double passes_ns(const struct weft_cost_model *m, const struct weft_work *work)
 {
-    const struct weft_method_plan_info *info = weft_method_plan_get_info(plan);
-    const struct weft_slice_plan_info *slice = info->slice;
-    const bool summed = slice->summed_axis >= 0;
-    struct weft_cost_work work = {
-        .pixels = (double)slice->geometry.width * slice->geometry.height,
-        .voxels = 512.0 * (double)slice->bricks_read,
-        .engine = info->method.engine,
-        .layout = slice->layout,
-        .source = slice->source,
-        .texels = (double)slice->source_texels,
-        .fetches = info->fetches,
-        .weights = (summed ? 2.0 : 3.0) * slice->weight_vectors,
-        .weights_fetched = slice->samples > 1,
-        .summed = (double)slice->source_texels * slice->summed_taps,
-    };
-    // The first of two passes is over fewer pixels: as many as there are samples across.
-    work.taps = slice->kernel.width * (work.pixels + sqrt(work.texels * work.pixels));
-    if (info->passes)
-        set_passes(info, &work);
-    return weft_cost_of(model, &work);
+    const struct weft_pass_work *w = &work->of.passes.plan;
+    const double octaves = fmax(0.0, log2(w->tile_bytes / WEFT_COST_NEAR_BYTES));
+    const double fetch = m->pass_fetch[w->target][w->dot4] * (1.0 + m->pass_far * octaves);
+    return work->of.passes.samples * m->pass_sample[w->target][w->dot4] +
+           w->tile_bytes * m->tile_byte[w->target][w->dot4] +
+           work->pixels * (m->pass_pixel + w->exact_weights * m->pass_weight +
+                           w->passes * m->pass[w->target] + w->fetches * fetch);
+}
+
+double weft_cost_of(const struct weft_cost_model *m, const struct weft_work *w)
+{
+    if (!is_known(w))
+        return NAN;
+    const double engine = w->engine == WEFT_ENGINE_FUSED       ? fused_ns(m, w)
+                          : w->engine == WEFT_ENGINE_SEPARABLE ? separable_ns(m, w)
+                                                               : passes_ns(m, w);
+    return 1e-9 * (m->start[w->engine] + m->voxel * w->voxels + engine);
 }
 
 // ---- text ---------------------------------------------------------------------------------------

@@ -5,7 +5,6 @@
 #ifndef WEFT_PASSES_CHOOSE_COST_H
 #define WEFT_PASSES_CHOOSE_COST_H
 
-#include "../separable/separable.h"
 #include "method.h"
 
 WEFT_BEGIN_DECLS
@@ -48,28 +47,9 @@ WEFT_API enum weft_result weft_cost_parse(const struct weft_log *log, const char
 // To be freed; NULL where memory ran out.
 WEFT_API char *weft_cost_format(const struct weft_cost_model *model);
 
-// Seconds of weft_method_run; cells that turn out constant or smooth are not known before and count
-// in full.
-WEFT_API double weft_cost_predict(const struct weft_cost_model *model,
-                                  const weft_method_plan *plan);
-
-// What a method does, as far as it is known.
-struct weft_cost_work {
-    double pixels, voxels;
-    enum weft_engine engine;
-    enum weft_layout layout; // fused
-    enum weft_source_format source;
-    double texels, fetches, weights; // laid out; per pixel (passes too); vectors per pixel
-    bool weights_fetched;
-    double summed, taps;            // separable: voxels; taps of both passes
-    enum weft_target_format target; // passes
-    bool dot4;
-    double passes, tile_bytes;
-    double samples, exact_weights; // in reach; per pixel, of sums that are not one
-};
-// Seconds; NAN for values that an enum does not have.
-WEFT_API double weft_cost_of(const struct weft_cost_model *model,
-                             const struct weft_cost_work *work);
+// Weighs work: of a plan (struct weft_method_plan_info), or of what one would do. Returns seconds
+// of a run; NAN for values that an enum does not have.
+WEFT_API double weft_cost_of(const struct weft_cost_model *model, const struct weft_work *work);
 
 WEFT_END_DECLS
 #endif

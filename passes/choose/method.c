@@ -17,6 +17,7 @@ struct weft_method_plan {
     struct weft_slice_statistics statistics;
     weft_slice_plan *slice;
     weft_pass_plan *passes;
+    struct weft_bound_terms terms;
     uint64_t memory_bytes;
     const struct weft_log *log;
 };
@@ -115,7 +116,7 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
     add(&list, (struct weft_method){.engine = WEFT_ENGINE_SEPARABLE});
     add_passes(&list);
     if (list.failed) {
-        weft_error(log, "not enough memory for a list of %zu ways", list.count);
+        weft_error(log, "not enough memory for a list of %zu methods", list.count);
         free(list.methods);
         list = (struct list){0};
     }
@@ -126,7 +127,7 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
 
 // ---- plans --------------------------------------------------------------------------------------
 
-// What the way decides of the slice.
+// What the method decides of the slice.
 struct weft_slice_params weft_method_slice_params(const struct weft_method_params *p)
 {
     struct weft_slice_params slice = p->slice;
@@ -148,7 +149,17 @@ struct weft_slice_params weft_method_slice_params(const struct weft_method_param
     return slice;
 }
 
-static struct weft_bound_values bound_values(const struct weft_slice_statistics *s)
+struct weft_pass_plan_params weft_method_pass_params(const struct weft_method_params *p)
+{
+    const struct weft_method *method = &p->method;
+    return *weft_pass_plan_params(.kernel = p->slice.kernel, .dims = 3, .profile = method->profile,
+                                  .samples = method->samples, .bits = method->bits,
+                                  .technique = method->technique, .worst_case = WEFT_WORST_ANY,
+                                  .memory_bytes = p->slice.memory_bytes,
+                                  .progress = p->slice.progress, .log = p->slice.log);
+}
+
+struct weft_bound_values weft_method_values(const struct weft_slice_statistics *s)
 {
     return (struct weft_bound_values){.low = s->low,
                                       .high = s->high,
@@ -157,37 +168,49 @@ static struct weft_bound_values bound_values(const struct weft_slice_statistics 
                                       .beyond = s->beyond};
 }
 
+struct weft_work weft_method_work(const struct weft_method *method,
+                                  const struct weft_slice_plan *request,
+                                  const struct weft_slice_plan *placed,
+                                  const struct weft_pass_work *passes, double samples)
+{
+    const struct weft_slice_geometry *g = &request->footprint->grid.index;
+    struct weft_work work = {
+        .engine = method->engine,
+        .pixels = (double)g->width * g->height,
+        .voxels = (double)WEFT_BRICK_VOXELS * (double)placed->info.bricks_read,
+    };
+    switch (method->engine) {
+    case WEFT_ENGINE_FUSED:
+        work.of.fused = weft_slice_fused_work(request, placed, method->layout);
+        break;
+    case WEFT_ENGINE_SEPARABLE:
+        work.of.separable = weft_slice_separable_work(request);
+        break;
+    case WEFT_ENGINE_MULTIPASS:
+        work.of.passes.plan = *passes;
+        work.of.passes.samples = samples;
+        break;
+    }
+    return work;
+}
+
 static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_method_params *p)
 {
-    const struct weft_method *method = &p->method;
-    struct weft_pass_plan_params *params =
-        weft_pass_plan_params(.kernel = plan->info.slice->kernel, .dims = 3,
-                              .profile = method->profile, .samples = method->samples,
-                              .bits = method->bits, .technique = method->technique,
-                              .worst_case = WEFT_WORST_ANY, .memory_bytes = p->slice.memory_bytes,
-                              .progress = p->slice.progress, .log = p->slice.log);
-    enum weft_result res = weft_pass_plan_create(params, &plan->passes);
+    struct weft_pass_plan_params params = weft_method_pass_params(p);
+    params.kernel = plan->info.slice->kernel;
+    enum weft_result res = weft_pass_plan_create(&params, &plan->passes);
     if (res != WEFT_OK)
         return res;
     const struct weft_pass_plan_info *info = plan->info.passes =
         weft_pass_plan_get_info(plan->passes);
-    const struct weft_bound_terms terms =
-        weft_slice_multipass_bound_terms(plan->slice, plan->passes);
-    const struct weft_bound_values values = bound_values(&p->statistics);
-    plan->info.method.bits = weft_target_bits(method->profile.target) > 0 ? info->bits : 0;
-    plan->info.bound = weft_bound_compute(&terms, &values).total;
+    const bool coded = weft_target_bits(info->profile.target) > 0;
+    plan->info.method.bits = coded ? info->bits : 0;
+    plan->terms = weft_slice_multipass_bound_terms(plan->slice, plan->passes);
     plan->info.bytes += info->tile_bytes + info->target_bytes_per_pixel *
                                                (uint64_t)p->slice.geometry.width *
                                                (uint64_t)p->slice.geometry.height;
     plan->info.fetches = info->fetches;
     return WEFT_OK;
-}
-
-double weft_method_slice_bound(const struct weft_slice_plan_info *info,
-                               const struct weft_slice_statistics *statistics)
-{
-    const struct weft_bound_values values = bound_values(statistics);
-    return weft_bound_compute(&info->bound, &values).total;
 }
 
 // The leading term, for a signal whose derivatives are as large as its samples' differences.
@@ -198,6 +221,24 @@ static double leading_e1(const struct weft_kernel *kernel,
     if (order < 1 || order > WEFT_STATISTICS_DIFFERENCES)
         return NAN;
     return weft_error_e1(kernel, 3, statistics->difference[order - 1]);
+}
+
+static void tell(weft_method_plan *plan)
+{
+    struct weft_method_plan_info *info = &plan->info;
+    const struct weft_bound_values values = weft_method_values(&plan->statistics);
+    struct weft_method method = info->method;
+    struct weft_pass_work passes = {0};
+    double samples = 0.0;
+    method.layout = info->slice->layout;
+    if (info->passes) {
+        passes = weft_pass_work_of(info->passes);
+        samples = weft_slice_multipass_samples(plan->slice->footprint);
+    }
+    info->work = weft_method_work(&method, plan->slice, plan->slice, &passes, samples);
+    info->bound = weft_bound_compute(&plan->terms, &values).total;
+    info->e1 = leading_e1(&info->slice->kernel, &plan->statistics);
+    weft_method_format(&info->method, info->name, sizeof info->name);
 }
 
 enum weft_result weft_method_check(const struct weft_method_params *p)
@@ -246,7 +287,7 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
     res = WEFT_ERR_MEMORY;
     plan = calloc(1, sizeof *plan);
     if (!plan) {
-        weft_error(params->slice.log, "not enough memory to plan a way");
+        weft_error(params->slice.log, "not enough memory to plan a method");
         return res;
     }
     plan->info.method = params->method;
@@ -266,13 +307,12 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
     }
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
-    plan->info.bound = weft_method_slice_bound(info, &params->statistics);
-    plan->info.e1 = leading_e1(&info->kernel, &params->statistics);
+    plan->terms = info->bound;
     if (params->method.engine == WEFT_ENGINE_MULTIPASS)
         res = plan_passes(plan, params);
     if (res != WEFT_OK)
         goto fail;
-    weft_method_format(&plan->info.method, plan->info.name, sizeof plan->info.name);
+    tell(plan);
     *out = plan;
     return WEFT_OK;
 fail:
@@ -288,6 +328,11 @@ void weft_method_plan_destroy(weft_method_plan **plan)
     weft_pass_plan_destroy(&(*plan)->passes);
     free(*plan);
     *plan = NULL;
+}
+
+void weft_method_plan_set_log(weft_method_plan *plan, const struct weft_log *log)
+{
+    plan->log = plan->slice->log = log;
 }
 
 const struct weft_method_plan_info *weft_method_plan_get_info(const weft_method_plan *plan)

@@ -8,7 +8,9 @@
 #ifndef WEFT_PASSES_CHOOSE_METHOD_H
 #define WEFT_PASSES_CHOOSE_METHOD_H
 
-#include "../plan/plan.h"
+#include "../fused/work.h"
+#include "../plan/work.h"
+#include "../separable/work.h"
 #include "../slice/multipass.h"
 
 WEFT_BEGIN_DECLS
@@ -47,8 +49,23 @@ struct weft_method_params {
     // kernel, geometry, space, memory, savings to do without, smooth_error, progress, log; what the
     // method decides (layout, source, lookup, samples, range) is taken from there
     struct weft_slice_params slice;
-    struct weft_slice_statistics
-        statistics; // of the voxels in reach (weft_footprint_statistics)
+    struct weft_slice_statistics statistics; // of the voxels in reach (weft_footprint_statistics)
+};
+
+// What a run does: what every engine does, and the work of the one that it runs on as its room
+// describes it, of a plan or before there is one. passes/choose/cost.h weighs it.
+struct weft_work {
+    enum weft_engine engine;
+    double pixels; // of the result
+    double voxels; // read, of bricks; 0 for images
+    union {
+        struct weft_fused_work fused;         // WEFT_ENGINE_FUSED
+        struct weft_separable_work separable; // WEFT_ENGINE_SEPARABLE
+        struct {
+            struct weft_pass_work plan;
+            double samples; // mapped and laid out, in the boxes of all rectangles
+        } passes;           // WEFT_ENGINE_MULTIPASS
+    } of;
 };
 
 typedef struct weft_method_plan weft_method_plan; // Thread-safety: read-only once made.
@@ -63,6 +80,8 @@ struct weft_method_plan_info {
                   // weft_method_e1
     uint64_t bytes; // voxels, layouts, tiles and targets while running
     double fetches; // per pixel, at most
+    // Cells that turn out constant or smooth are not known before and count in full.
+    struct weft_work work;
 };
 
 // Returns what weft_slice_plan_create and weft_pass_plan_create return, or WEFT_ERR_UNSUPPORTED

@@ -65,26 +65,11 @@ static double weight_error(const struct weft_slice_plan *plan, double slope)
            position * slope;
 }
 
-double weft_slice_largest_slope(const struct weft_kernel *kernel)
-{
-    enum { POSITIONS = 256 };
-    double largest = 0.0;
-    for (int i = 0; i < POSITIONS && kernel->info->derivative; i++) {
-        double sum = 0.0, fraction;
-        int64_t first = weft_kernel_first_tap(kernel, (i + 0.5) / POSITIONS, &fraction);
-        for (int tap = 0; tap < kernel->width; tap++)
-            sum +=
-                fabs(weft_kernel_derivative(kernel, (i + 0.5) / POSITIONS - (double)(first + tap)));
-        largest = fmax(largest, sum);
-    }
-    return largest;
-}
-
 double weft_slice_position_bound(const struct weft_slice_plan *plan)
 {
     const double gain = plan->smooth.gain;
     return 3.0 * gain * gain * position_error(&plan->footprint->grid) *
-           weft_slice_largest_slope(&plan->info.kernel);
+           weft_analysis_slope(&plan->info.kernel);
 }
 
 static int convolved_axes(const struct weft_slice_plan *plan)
@@ -97,7 +82,7 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weight_error(plan, weft_slice_largest_slope(kernel));
+    double weights = weight_error(plan, weft_analysis_slope(kernel));
     int axes = convolved_axes(plan);
     // A product and the additions after it, on each level; the first one is to 0.
     double sums = axes * kernel->width * UNIT;
@@ -112,7 +97,7 @@ static double separable_bound(const struct weft_slice_plan *plan, double gain)
     const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
     const double position = position_error(&plan->footprint->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
-           2.0 * gain * position * weft_slice_largest_slope(kernel);
+           2.0 * gain * position * weft_analysis_slope(kernel);
 }
 
 // What GL may flush to zero is below 2^-126: on each level of sums up to `width` products and as

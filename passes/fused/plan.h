@@ -3,9 +3,11 @@
 #ifndef WEFT_PASSES_FUSED_PLAN_H
 #define WEFT_PASSES_FUSED_PLAN_H
 
+#include "passes/fused/work.h"
 #include "passes/positions/axes.h"
 #include "passes/positions/footprint_impl.h"
 #include "passes/fused/fused.h"
+#include "passes/separable/work.h"
 #include "tiles/kernel/polynomial_tiles.h"
 #include "tiles/volume/block_layout.h"
 
@@ -62,9 +64,6 @@ double weft_slice_position_bound(const struct weft_slice_plan *plan);
 // Whether a source of this format can hold a range of voxels.
 bool weft_slice_source_holds(enum weft_source_format source, double low, double high);
 
-// The largest sum of |h'| over the taps of a position; 0 where the kernel has no derivative.
-double weft_slice_largest_slope(const struct weft_kernel *kernel);
-
 // The voxels that a cell's taps reach, inclusive, and that the plan needs: fewer along a summed
 // axis.
 void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_slice_cells *cells,
@@ -75,6 +74,18 @@ void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_s
 enum weft_result weft_slice_request_create(weft_volume *volume,
                                            const struct weft_slice_params *params,
                                            struct weft_slice_plan **out);
+
+// The work of a request that is laid out like this, where cells are those of a plan that has tiles.
+struct weft_fused_work weft_slice_fused_work(const struct weft_slice_plan *request,
+                                             const struct weft_slice_plan *placed,
+                                             enum weft_layout layout);
+
+// The work of a separable request: of the whole slice, however it is cut.
+struct weft_separable_work weft_slice_separable_work(const struct weft_slice_plan *request);
+
+// The voxels of all boxes that weft_slice_multipass_run lays out, by the rule that it cuts by; less
+// memory may cut them into more.
+double weft_slice_multipass_samples(const weft_footprint *footprint);
 
 // Fills text and info.text. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,

@@ -122,6 +122,14 @@ static enum weft_result check_params(const struct weft_pass_plan_params *p)
     return WEFT_ERR_UNSUPPORTED;
 }
 
+enum weft_result weft_planner_resolve(const struct weft_pass_plan_params *params,
+                                      struct weft_pass_plan_params *out)
+{
+    *out = *params;
+    const enum weft_result res = fill_defaults(out);
+    return res == WEFT_OK ? check_params(out) : res;
+}
+
 // ---- the plan -----------------------------------------------------------------------------------
 
 static void start_list(struct weft_planner *planner)
@@ -465,10 +473,8 @@ static enum weft_result create(const struct weft_pass_plan_params *params,
                                weft_pass_plan **out)
 {
     *out = NULL;
-    struct weft_planner planner = {.p = *params};
-    enum weft_result res = fill_defaults(&planner.p);
-    if (res == WEFT_OK)
-        res = check_params(&planner.p);
+    struct weft_planner planner = {.plan = NULL};
+    enum weft_result res = weft_planner_resolve(params, &planner.p);
     if (res != WEFT_OK)
         return res;
     planner.plan = calloc(1, sizeof *planner.plan);

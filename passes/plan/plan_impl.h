@@ -70,6 +70,13 @@ static inline struct weft_progress weft_planner_watch(struct weft_planner *plann
     return (struct weft_progress){weft_planner_goes_on, planner};
 }
 
+// ---- plan.c -------------------------------------------------------------------------------------
+
+// Parameters with their defaults. Returns WEFT_ERR_ARGUMENT, or WEFT_ERR_UNSUPPORTED for a
+// technique that the profile has no means for.
+enum weft_result weft_planner_resolve(const struct weft_pass_plan_params *params,
+                                      struct weft_pass_plan_params *out);
+
 // ---- plan_tiles.c -------------------------------------------------------------------------------
 
 // As the parameters say, with the splits that are given.

@@ -4,177 +4,173 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "filter/analysis/analysis.h"
+#include "passes/choose/search.h"
 #include "passes/resample/resample_impl.h"
 
-enum { MIN_SAMPLES = 16, MAX_SAMPLES = 512, SAMPLES_COUNT = 7, BITS_COUNT = 4 };
+enum { MIN_SAMPLES = 16, MAX_SAMPLES = 1024, SAMPLES_COUNT = 7, BITS_COUNT = 4 };
 static const enum weft_technique techniques[] = {WEFT_TECHNIQUE_PLAIN, WEFT_TECHNIQUE_DOT4,
                                                  WEFT_TECHNIQUE_SPLIT_PRECISION,
                                                  WEFT_TECHNIQUE_HIERARCHICAL};
 static const int unorm_bits[BITS_COUNT] = {8, 10, 12, 14};
 enum { TECHNIQUE_COUNT = 4, MAX_CHOICES = TECHNIQUE_COUNT * SAMPLES_COUNT * BITS_COUNT };
 
-struct search {
+struct chooser {
     const struct weft_resample_choose_params *params;
-    struct weft_cost_model model;
-    struct weft_pass_plan_params passes; // what is tried next
+    const struct weft_cost_model *model;
+    struct weft_pass_plan_params passes; // what all candidates have in common
+    double slope;                        // largest sum of |h'|
+    double rest;                         // of the last plan's bound, what is not E2
     struct weft_resample_choice *choice;
 };
-
-static const struct weft_resample_statistics *statistics(const struct search *s, size_t i)
-{
-    return &s->params->sources[i]->info.statistics;
-}
 
 static double width_of(const struct weft_resample_statistics *of)
 {
     return of->high - of->low;
 }
 
-static void set_allowed_error(struct search *s)
+static const struct weft_resample_statistics *statistics(const struct chooser *c, size_t i)
 {
-    s->choice->relative = INFINITY;
-    for (size_t i = 0; i < s->params->source_count; i++)
-        if (width_of(statistics(s, i)) > 0.0)
-            s->choice->relative =
-                fmin(s->choice->relative, s->params->max_error[i] / width_of(statistics(s, i)));
+    return &c->params->sources[i]->info.statistics;
 }
 
-static double predict(const struct search *s, const struct weft_pass_plan_info *plan)
+static struct weft_pass_plan_params params_of(const struct chooser *c,
+                                              const struct weft_method *method)
 {
-    const weft_resample_source *source = s->params->sources[0];
-    const struct weft_kernel *kernel = &plan->kernel;
-    const struct weft_cost_work work = {
+    struct weft_pass_plan_params params = c->passes;
+    params.technique = method->technique;
+    params.samples = method->samples;
+    params.bits = method->bits;
+    return params;
+}
+
+// ---- figures ------------------------------------------------------------------------------------
+
+// The largest part of a source's budget that a bound takes; values that are all the same are exact.
+static double find_part(const struct chooser *c, const struct weft_bound_terms *terms)
+{
+    double part = 0.0;
+    for (size_t i = 0; i < c->params->source_count; i++)
+        if (width_of(statistics(c, i)) > 0.0)
+            part = fmax(part, weft_resample_bound_of(terms, statistics(c, i), 0.0).total /
+                                  c->params->max_error[i]);
+    return part;
+}
+
+static void set_figures(const struct chooser *c, const struct weft_pass_work *plan,
+                        const struct weft_bound_terms *terms, struct weft_candidate *candidate)
+{
+    const weft_resample_source *source = c->params->sources[0];
+    const struct weft_work work = {
         .engine = WEFT_ENGINE_MULTIPASS,
-        .pixels = (double)s->params->width * s->params->height,
-        .samples =
-            (double)weft_resample_values_along(source, 0) * weft_resample_values_along(source, 1),
-        .fetches = plan->fetches,
-        .target = plan->profile.target,
-        .dot4 = plan->technique == WEFT_TECHNIQUE_DOT4,
-        .passes = plan->passes->pass_count,
-        .tile_bytes = (double)plan->tile_bytes,
-        .exact_weights = kernel->unit_sum || kernel->normalised ? 0.0 : 2.0 * kernel->width,
+        .pixels = (double)c->params->width * c->params->height,
+        .of.passes = {.plan = *plan,
+                      .samples = (double)weft_resample_values_along(source, 0) *
+                                 weft_resample_values_along(source, 1)},
     };
-    return (double)s->params->source_count * weft_cost_of(&s->model, &work);
+    candidate->seconds = (double)c->params->source_count * weft_cost_of(c->model, &work);
+    candidate->bytes = (uint64_t)plan->tile_bytes;
+    candidate->bound = find_part(c, terms) * c->choice->max_error;
 }
 
-// Values that are all the same are exact.
-static void set_bounds(const struct search *s, const struct weft_pass_plan_info *plan,
-                       struct weft_resample_candidate *candidate)
-{
-    for (size_t i = 0; i < s->params->source_count; i++) {
-        const struct weft_resample_statistics *of = statistics(s, i);
-        if (!(width_of(of) > 0.0))
-            continue;
-        const double bound = weft_resample_bound_of(&plan->bound, of, 0.0).total;
-        candidate->relative = fmax(candidate->relative, bound / width_of(of));
-        candidate->part = fmax(candidate->part, bound / s->params->max_error[i]);
-    }
-}
+// ---- candidates ---------------------------------------------------------------------------------
 
-static const struct weft_resample_candidate *best(const struct search *s)
+static void add(struct chooser *c, enum weft_technique technique, int samples, int bits)
 {
-    return s->choice->chosen < 0 ? NULL : &s->choice->candidates[s->choice->chosen];
-}
-
-// Adds a candidate; returns it.
-static struct weft_resample_candidate *add(struct search *s, const struct weft_pass_plan_info *info)
-{
-    struct weft_resample_choice *choice = s->choice;
-    struct weft_resample_candidate *candidate = &choice->candidates[choice->count];
-    *candidate = (struct weft_resample_candidate){
-        .technique = info->technique,
-        .samples = info->samples,
-        .bits = weft_target_bits(info->profile.target) > 0 ? info->bits : 0,
-        .channels = info->channels,
-        .seconds = predict(s, info),
-        .bytes = info->tile_bytes,
+    struct weft_candidate *candidate = &c->choice->candidates[c->choice->count];
+    *candidate = (struct weft_candidate){
+        .method = {.engine = WEFT_ENGINE_MULTIPASS,
+                   .samples = samples,
+                   .profile = c->passes.profile,
+                   .technique = technique,
+                   .bits = bits},
+        .state = WEFT_CANDIDATE_DEARER,
+        .estimated = true,
     };
-    set_bounds(s, info, candidate);
-    candidate->good = candidate->part <= 1.0;
-    if (choice->closest < 0 || candidate->relative < choice->candidates[choice->closest].relative)
-        choice->closest = (int)choice->count;
-    choice->count++;
-    return candidate;
+    const struct weft_pass_plan_params params = params_of(c, &candidate->method);
+    const struct weft_pass_work work = weft_pass_work_least(&params);
+    const struct weft_bound_terms terms = weft_pass_bound_least(&params, c->slope);
+    if (work.passes == 0.0) // what a profile cannot do is not among the choices
+        return;
+    set_figures(c, &work, &terms, candidate);
+    weft_method_format(&candidate->method, candidate->name, sizeof candidate->name);
+    c->choice->count++;
 }
 
-// *next: whether there may be a use for more samples.
-static enum weft_result try_plan(struct search *s, bool *next)
+static void add_samples(struct chooser *c, enum weft_technique technique, int bits)
 {
-    weft_pass_plan *plan = NULL;
-    *next = true;
-    const enum weft_result res = weft_pass_plan_create(&s->passes, &plan);
-    if (res == WEFT_ERR_CANCELLED || res == WEFT_ERR_MEMORY)
-        return res;
-    if (res != WEFT_OK) // what a profile cannot do is not among the choices
-        return WEFT_OK;
-    const struct weft_resample_candidate *candidate = add(s, weft_pass_plan_get_info(plan));
-    *next = !candidate->good;
-    if (candidate->good && (!best(s) || candidate->seconds < best(s)->seconds)) {
-        weft_pass_plan_destroy(&s->choice->plan);
-        s->choice->plan = plan;
-        s->choice->chosen = (int)s->choice->count - 1;
-        return WEFT_OK;
-    }
-    weft_pass_plan_destroy(&plan);
+    if (!c->params->any_samples)
+        add(c, technique, c->passes.samples, bits);
+    for (int m = MIN_SAMPLES; c->params->any_samples && m <= MAX_SAMPLES; m *= 2)
+        add(c, technique, m, bits);
+}
+
+static void add_bits(struct chooser *c, enum weft_technique technique)
+{
+    const bool any = c->params->any_bits && weft_target_bits(c->passes.profile.target) > 0;
+    if (!any)
+        add_samples(c, technique, c->passes.bits);
+    for (int i = 0; any && i < BITS_COUNT; i++)
+        add_samples(c, technique, unorm_bits[i]);
+}
+
+static void add_techniques(struct chooser *c)
+{
+    if (!c->params->any_technique)
+        add_bits(c, c->passes.technique);
+    for (int t = 0; c->params->any_technique && t < TECHNIQUE_COUNT; t++)
+        add_bits(c, techniques[t]);
+}
+
+// ---- plans --------------------------------------------------------------------------------------
+
+static enum weft_result plan(void *priv, struct weft_candidate *candidate, void **out)
+{
+    struct chooser *c = priv;
+    struct weft_pass_plan_params params = params_of(c, &candidate->method);
+    weft_pass_plan *made = NULL;
+    const enum weft_result res = weft_pass_plan_create(&params, &made);
+    if (res != WEFT_OK) // whatever a plan is refused for, others may do
+        return res == WEFT_ERR_CANCELLED || res == WEFT_ERR_MEMORY ? res : WEFT_ERR_UNSUPPORTED;
+    const struct weft_pass_plan_info *info = weft_pass_plan_get_info(made);
+    const struct weft_pass_work work = weft_pass_work_of(info);
+    candidate->method.bits = weft_target_bits(info->profile.target) > 0 ? info->bits : 0;
+    candidate->method.samples = info->samples;
+    weft_method_format(&candidate->method, candidate->name, sizeof candidate->name);
+    set_figures(c, &work, &info->bound, candidate);
+    struct weft_bound_terms rest = info->bound;
+    rest.e2 = rest.e2_quantised = rest.e2_sampled = 0.0;
+    c->rest = find_part(c, &rest) * c->choice->max_error;
+    *out = made;
     return WEFT_OK;
 }
 
-// Planning takes seconds then: only where twice the samples may do, and nothing else does.
-static bool may_be_finer(const struct search *s, size_t before)
+static void destroy(void *made)
 {
-    const struct weft_resample_choice *choice = s->choice;
-    return choice->chosen < 0 && choice->count > before &&
-           choice->candidates[choice->count - 1].part <= 2.0;
+    weft_pass_plan *plan = made;
+    weft_pass_plan_destroy(&plan);
 }
 
-// Finer tiles only cost more once they are fine enough.
-static enum weft_result try_samples(struct search *s)
+// What a coarse plan is off by keeps finer ones from being planned, which takes seconds with many
+// samples. Twice the samples make nearest positions half as far off, and the rest of an error
+// stays. Roundings of tiles differ a little between the two: 0.4 in place of 0.5, and 0.9 of the
+// rest.
+static void learn(void *priv, const struct weft_candidate *planned)
 {
-    const size_t before = s->choice->count;
-    enum weft_result res = WEFT_OK;
-    bool next = true;
-    if (!s->params->any_samples)
-        return try_plan(s, &next);
-    for (int samples = MIN_SAMPLES; res == WEFT_OK && next && samples <= MAX_SAMPLES;
-         samples *= 2) {
-        s->passes.samples = samples;
-        res = try_plan(s, &next);
+    const struct chooser *c = priv;
+    for (size_t i = 0; i < c->choice->count; i++) {
+        struct weft_candidate *other = &c->choice->candidates[i];
+        if (!other->estimated || other->method.technique != planned->method.technique ||
+            other->method.bits != planned->method.bits ||
+            other->method.samples <= planned->method.samples)
+            continue;
+        const double doublings = log2((double)other->method.samples / planned->method.samples);
+        const double sampled = (planned->bound - c->rest) * pow(0.4, doublings);
+        other->bound = fmax(other->bound, sampled + 0.9 * c->rest);
     }
-    if (res == WEFT_OK && next && may_be_finer(s, before)) {
-        s->passes.samples = 2 * MAX_SAMPLES;
-        res = try_plan(s, &next);
-    }
-    return res;
 }
 
-static enum weft_result try_bits(struct search *s)
-{
-    if (weft_target_bits(s->passes.profile.target) <= 0 || !s->params->any_bits)
-        return try_samples(s);
-    enum weft_result res = WEFT_OK;
-    for (int i = 0; res == WEFT_OK && i < BITS_COUNT; i++) {
-        s->passes.bits = unorm_bits[i];
-        res = try_samples(s);
-    }
-    return res;
-}
-
-static enum weft_result try_techniques(struct search *s)
-{
-    if (!s->params->any_technique)
-        return try_bits(s);
-    const bool unorm = weft_target_bits(s->passes.profile.target) > 0;
-    enum weft_result res = WEFT_OK;
-    for (int t = 0; res == WEFT_OK && t < TECHNIQUE_COUNT; t++) {
-        s->passes.technique = techniques[t];
-        const bool single = techniques[t] != WEFT_TECHNIQUE_DOT4 || s->passes.channels <= 1;
-        // The others keep bits that only unorm targets lack.
-        if (single && (unorm || techniques[t] <= WEFT_TECHNIQUE_DOT4))
-            res = try_bits(s);
-    }
-    return res;
-}
+// ---- the choice ---------------------------------------------------------------------------------
 
 static enum weft_result check(const struct weft_resample_choose_params *p)
 {
@@ -190,36 +186,64 @@ fail:
     return res;
 }
 
+static void set_max_error(const struct chooser *c)
+{
+    c->choice->max_error = INFINITY;
+    for (size_t i = 0; i < c->params->source_count; i++)
+        if (width_of(statistics(c, i)) > 0.0)
+            c->choice->max_error =
+                fmin(c->choice->max_error, c->params->max_error[i] / width_of(statistics(c, i)));
+    if (isinf(c->choice->max_error)) // all are exact
+        c->choice->max_error = 0.0;
+}
+
 static enum weft_result search(const struct weft_resample_choose_params *params,
                                struct weft_resample_choice *out)
 {
-    struct search s = {.params = params,
-                       .model = params->model ? *params->model : weft_cost_default,
-                       .passes = params->passes,
-                       .choice = out};
-    if (!s.passes.kernel.info)
-        weft_kernel_parse(params->log, "catmull-rom", &s.passes.kernel);
-    s.passes.worst_case = WEFT_WORST_ANY;
-    s.passes.log = NULL; // refusals are no errors here
-    set_allowed_error(&s);
-    return try_techniques(&s);
+    struct chooser c = {.params = params,
+                        .model = params->model ? params->model : &weft_cost_default,
+                        .passes = params->passes,
+                        .choice = out};
+    struct weft_quiet_log quiet;
+    if (!c.passes.kernel.info)
+        weft_kernel_parse(params->log, "catmull-rom", &c.passes.kernel);
+    weft_quiet_log_init(&quiet, params->log);
+    c.passes.worst_case = WEFT_WORST_ANY;
+    c.passes.log = &quiet.log;
+    c.slope = c.passes.kernel.radial ? 0.0 : weft_analysis_slope(&c.passes.kernel);
+    set_max_error(&c);
+    add_techniques(&c);
+    const struct weft_search search = {.candidates = out->candidates,
+                                       .count = out->count,
+                                       .max_error = out->max_error,
+                                       .tells_best = true,
+                                       .quiet = &quiet,
+                                       .priv = &c,
+                                       .plan = plan,
+                                       .destroy = destroy,
+                                       .learn = learn};
+    struct weft_search_result result;
+    const enum weft_result res = weft_search_run(&search, &result);
+    out->chosen = result.chosen;
+    out->best = result.best;
+    out->plan = result.plan;
+    out->planned = result.planned;
+    return res;
 }
 
 enum weft_result weft_resample_choose(const struct weft_resample_choose_params *params,
                                       struct weft_resample_choice *out)
 {
-    *out = (struct weft_resample_choice){.chosen = -1, .closest = -1};
+    *out = (struct weft_resample_choice){.chosen = -1, .best = -1};
     enum weft_result res = check(params);
     if (res == WEFT_OK && !(out->candidates = calloc(MAX_CHOICES, sizeof *out->candidates))) {
-        weft_error(params->log, "out of memory for %d plans", MAX_CHOICES);
+        weft_error(params->log, "out of memory for %d candidates", MAX_CHOICES);
         res = WEFT_ERR_MEMORY;
     }
     if (res == WEFT_OK)
         res = search(params, out);
     if (res != WEFT_OK)
         weft_resample_choice_clear(out);
-    else if (out->chosen >= 0)
-        out->candidates[out->chosen].chosen = true;
     return res;
 }
 
@@ -227,5 +251,5 @@ void weft_resample_choice_clear(struct weft_resample_choice *choice)
 {
     weft_pass_plan_destroy(&choice->plan);
     free(choice->candidates);
-    *choice = (struct weft_resample_choice){0};
+    *choice = (struct weft_resample_choice){.chosen = -1, .best = -1};
 }

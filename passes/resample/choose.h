@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/resample/choose.h - the cheapest passes of a resampling that meet an error budget.
-// Techniques, samples and bits of tiles are tried; bounds are the plans' own, and costs are
-// predicted by a model of the machine (passes/choose/cost.h).
+// Techniques, samples and bits of tiles are candidates of the same search as methods of slices are
+// (passes/choose/choose.h); bounds are weft_bound_compute's, and costs are predicted by a model of
+// the machine (passes/choose/cost.h).
 #ifndef WEFT_PASSES_RESAMPLE_CHOOSE_H
 #define WEFT_PASSES_RESAMPLE_CHOOSE_H
 
+#include "../choose/candidate.h"
 #include "../choose/cost.h"
 #include "resample.h"
 
@@ -24,26 +26,16 @@ struct weft_resample_choose_params {
     const struct weft_log *log;          // may be NULL
 };
 
-// A plan that was compared.
-struct weft_resample_candidate {
-    enum weft_technique technique;
-    int samples, bits; // bits: 0 where tiles are of floats or halves
-    int channels;
-    double seconds;  // predicted, of all sources
-    uint64_t bytes;  // of tiles
-    double relative; // largest bound of a source's results, to its range's width
-    double part;     // largest part of a source's max_error that the bound takes
-    bool good;       // part is at most 1
-    bool chosen;
-};
-
 struct weft_resample_choice {
-    struct weft_resample_candidate *candidates; // in the order in which they were tried
+    // By predicted time of all sources, refused ones last. Bounds are to the width of a source's
+    // range, of the one of whose max_error the bound takes the largest part.
+    struct weft_candidate *candidates;
     size_t count;
-    int chosen;      // -1: none meets the budget
-    int closest;     // the one of the least bound; -1: the profile has no passes for the kernel
-    double relative; // the least error that a source allows, to its range's width
+    int chosen;       // -1: none meets the budget
+    int best;         // planned, of the least bound; -1: the profile has no passes for the kernel
+    double max_error; // the least that a source allows, to its range's width
     weft_pass_plan *plan; // the chosen one's; whoever keeps it sets this to NULL
+    int planned;          // plans that were made to choose
 };
 
 // Chooses. Returns WEFT_OK with chosen = -1 where nothing meets the budget; WEFT_ERR_ARGUMENT

@@ -78,11 +78,11 @@ static void reach_destroy(const struct weft_slice_multipass *r, struct reach *re
     *reach = (struct reach){.cells = NULL};
 }
 
-static void set_box(const struct weft_slice_multipass *r, const struct weft_rectangle *at,
+static void set_box(const weft_footprint *footprint, const struct weft_rectangle *at,
                     struct reach *reach)
 {
     int32_t max[3];
-    weft_footprint_box(r->footprint, at, reach->min, max);
+    weft_footprint_box(footprint, at, reach->min, max);
     for (int a = 0; a < 3; a++)
         reach->size[a] = max[a] - reach->min[a] + 1;
 }
@@ -101,12 +101,77 @@ static enum weft_result find_bricks(const struct weft_slice_multipass *r,
     return res;
 }
 
-// ---- rectangles ---------------------------------------------------------------------------------
-
 static size_t count_voxels(const struct reach *reach)
 {
     return (size_t)reach->size[0] * (size_t)reach->size[1] * (size_t)reach->size[2];
 }
+
+// ---- how rectangles are cut ---------------------------------------------------------------------
+
+static struct weft_rectangle block_at(const struct weft_slice_geometry *g, int x, int y)
+{
+    return (struct weft_rectangle){
+        .x = x,
+        .y = y,
+        .width = g->width - x < WEFT_GRID_BLOCK ? g->width - x : WEFT_GRID_BLOCK,
+        .height = g->height - y < WEFT_GRID_BLOCK ? g->height - y : WEFT_GRID_BLOCK,
+    };
+}
+
+static bool can_be_cut(const struct weft_rectangle *whole)
+{
+    const int longer = whole->width > whole->height ? whole->width : whole->height;
+    return longer / 2 >= MIN_SIDE;
+}
+
+static void cut_in_half(const struct weft_rectangle *whole, struct weft_rectangle half[2])
+{
+    half[0] = half[1] = *whole;
+    if (whole->width >= whole->height) {
+        half[0].width /= 2;
+        half[1].x += half[0].width;
+        half[1].width -= half[0].width;
+    } else {
+        half[0].height /= 2;
+        half[1].y += half[0].height;
+        half[1].height -= half[0].height;
+    }
+}
+
+// Whether a rectangle's box is one to lay out, whatever its bytes.
+static bool is_fit(const struct weft_rectangle *at, const struct reach *reach)
+{
+    for (int a = 0; a < 3; a++)
+        if (reach->size[a] > MAX_BOX_SIDE)
+            return false;
+    return !can_be_cut(at) || count_voxels(reach) <= COMFORTABLE_VOXELS;
+}
+
+static double count_samples(const weft_footprint *footprint, const struct weft_rectangle *whole)
+{
+    struct reach reach = {.cells = NULL};
+    struct weft_rectangle half[2];
+    set_box(footprint, whole, &reach);
+    if (is_fit(whole, &reach) || !can_be_cut(whole))
+        return (double)count_voxels(&reach);
+    cut_in_half(whole, half);
+    return count_samples(footprint, &half[0]) + count_samples(footprint, &half[1]);
+}
+
+double weft_slice_multipass_samples(const weft_footprint *footprint)
+{
+    const struct weft_slice_geometry *g = &footprint->grid.index;
+    double samples = 0.0;
+    for (int y = 0; y < g->height; y += WEFT_GRID_BLOCK) {
+        for (int x = 0; x < g->width; x += WEFT_GRID_BLOCK) {
+            const struct weft_rectangle block = block_at(g, x, y);
+            samples += count_samples(footprint, &block);
+        }
+    }
+    return samples;
+}
+
+// ---- rectangles ---------------------------------------------------------------------------------
 
 // What is held while a rectangle runs, staging copies included.
 static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
@@ -274,18 +339,10 @@ static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
 static enum weft_result run_halves(struct weft_slice_multipass *r,
                                    const struct weft_rectangle *whole)
 {
-    struct weft_rectangle first = *whole, second = *whole;
-    if (whole->width >= whole->height) {
-        first.width /= 2;
-        second.x += first.width;
-        second.width -= first.width;
-    } else {
-        first.height /= 2;
-        second.y += first.height;
-        second.height -= first.height;
-    }
-    enum weft_result res = cut_rectangle(r, &first);
-    return res == WEFT_OK ? cut_rectangle(r, &second) : res;
+    struct weft_rectangle half[2];
+    cut_in_half(whole, half);
+    enum weft_result res = cut_rectangle(r, &half[0]);
+    return res == WEFT_OK ? cut_rectangle(r, &half[1]) : res;
 }
 
 // Runs a rectangle, in as many pieces as the size of its box asks for.
@@ -294,20 +351,15 @@ static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
 {
     struct reach reach = {.cells = NULL};
     enum weft_result res = WEFT_OK;
-    set_box(r, whole, &reach);
-    const int longer = whole->width > whole->height ? whole->width : whole->height;
-    const bool can_be_cut = longer / 2 >= MIN_SIDE;
-    bool fits = reach.size[0] <= MAX_BOX_SIDE && reach.size[1] <= MAX_BOX_SIDE &&
-                reach.size[2] <= MAX_BOX_SIDE;
-    if (fits && can_be_cut)
-        fits = count_voxels(&reach) <= COMFORTABLE_VOXELS;
+    set_box(r->footprint, whole, &reach);
+    const bool fits = is_fit(whole, &reach);
     if (fits)
         res = find_bricks(r, whole, &reach);
     const uint64_t bytes = rectangle_bytes(r, whole, &reach);
     const bool runs = fits && bytes <= r->memory_bytes;
     if (res == WEFT_OK && runs)
         res = run_rectangle(r, whole, &reach);
-    else if (res == WEFT_OK && !can_be_cut)
+    else if (res == WEFT_OK && !can_be_cut(whole))
         res = refuse(r, whole, &reach, bytes);
     reach_destroy(r, &reach);
     return res == WEFT_OK && !runs ? run_halves(r, whole) : res;
@@ -323,12 +375,7 @@ static enum weft_result each_block(struct weft_slice_multipass *r,
     enum weft_result res = WEFT_OK;
     for (int y = 0; res == WEFT_OK && y < g->height; y += WEFT_GRID_BLOCK) {
         for (int x = 0; res == WEFT_OK && x < g->width; x += WEFT_GRID_BLOCK) {
-            const struct weft_rectangle block = {
-                .x = x,
-                .y = y,
-                .width = g->width - x < WEFT_GRID_BLOCK ? g->width - x : WEFT_GRID_BLOCK,
-                .height = g->height - y < WEFT_GRID_BLOCK ? g->height - y : WEFT_GRID_BLOCK,
-            };
+            const struct weft_rectangle block = block_at(g, x, y);
             res = run(r, &block);
         }
     }

@@ -7,6 +7,20 @@
 #include "passes/fused/exact.h"
 #include "passes/slice/slice_impl.h"
 
+struct weft_separable_work weft_slice_separable_work(const struct weft_slice_plan *request)
+{
+    const struct weft_slice_grid *grid = &request->footprint->grid;
+    const struct weft_rectangle whole = {.width = grid->index.width, .height = grid->index.height};
+    const int *order = request->axes.order;
+    int32_t min[3], max[3];
+    weft_slice_axes_box(&request->axes, &request->info.kernel, grid, &whole, min, max);
+    struct weft_separable_work work = weft_separable_work_of(
+        request->info.kernel.width, (double)max[order[0]] - min[order[0]] + 1.0,
+        (double)max[order[1]] - min[order[1]] + 1.0, whole.width, whole.height);
+    work.summed *= request->axes.kept;
+    return work;
+}
+
 // ---- one tile -----------------------------------------------------------------------------------
 
 // What a tile is made from.

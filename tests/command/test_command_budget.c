@@ -119,7 +119,7 @@ static void what_was_considered_is_explained(void **state)
     (void)state;
     const char *out = command_succeeds("slice", "ml.vdb", "--max-error", "12bit", "--explain");
     static const char *const parts[] = {"for voxels from 0 to 0.",
-                                        "way ",
+                                        "method ",
                                         "chosen",
                                         "exceeds",
                                         "separable",
@@ -137,7 +137,7 @@ static void what_was_considered_is_explained(void **state)
 static void what_cannot_be_met_is_refused(void **state)
 {
     (void)state;
-    command_fails(1, "no way is within 1e-12: the best is ", "slice", "ml.vdb", "-o", "no.exr",
+    command_fails(1, "no method is within 1e-12: the best is ", "slice", "ml.vdb", "-o", "no.exr",
                   "--max-error", "1e-12");
     command_fails(1, "the best is passes unorm8", "slice", "ml.vdb", "-o", "no.exr", "--max-error",
                   "8bit", "--profile", "unorm8", "--kernel", "nearest");

@@ -41,12 +41,12 @@ static enum weft_result refuse(struct resample_job *job, const struct weft_profi
 {
     const char *wanted = job->option[RESAMPLE_MAX_ERROR].text;
     job->over_budget = true;
-    if (choice->closest >= 0) {
-        const struct weft_resample_candidate *c = &choice->candidates[choice->closest];
+    if (choice->best >= 0) {
+        const struct weft_candidate *c = &choice->candidates[choice->best];
         report_error("no passes of profile %s are within --max-error %s, %.3g of the range: the "
-                     "best bound is %.3g of it (%s, %d samples, %d bits)",
-                     profile->name, wanted, choice->relative, c->relative,
-                     weft_technique_names[c->technique], c->samples, c->bits);
+                     "best bound found is %.3g of it (%s, %d samples, %d bits)",
+                     profile->name, wanted, choice->max_error, c->bound,
+                     weft_technique_names[c->method.technique], c->method.samples, c->method.bits);
     } else {
         report_error("profile %s has no passes for this kernel, within --max-error %s or not",
                      profile->name, wanted);
@@ -136,9 +136,10 @@ static enum weft_result check_separable(struct resample_job *job)
         if (bound <= group->max_error)
             continue;
         resample_group_name(job, group, name, sizeof name);
-        report_error("%s: no way is within --max-error %s, which is %.3g: the best one's bound is "
-                     "%.3g (separable)",
-                     name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
+        report_error(
+            "%s: no method is within --max-error %s, which is %.3g: the best one's bound is "
+            "%.3g (separable)",
+            name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
         job->over_budget = true;
         return WEFT_ERR_ARGUMENT;
     }

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-#include "tools/common/cells.h"
+#include "tools/common/candidates.h"
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
@@ -176,14 +176,9 @@ static json_t *choices_json(const struct resample_job *job)
     json_t *list = json_array();
     for (int i = 0; i < 2; i++) {
         for (size_t k = 0; k < job->choices[i].count; k++) {
-            const struct weft_resample_candidate *c = &job->choices[i].candidates[k];
-            json_array_append_new(
-                list,
-                json_pack("{s:s,s:i,s:i,s:i,s:o,s:o,s:o,s:b,s:b}", "technique",
-                          weft_technique_names[c->technique], "resolution", c->samples, "bits",
-                          c->bits, "channels", c->channels, "seconds", json_number(c->seconds),
-                          "bytes", json_count(c->bytes), "relative_bound", json_number(c->relative),
-                          "good", c->good, "chosen", c->chosen));
+            json_t *candidate = candidate_json(&job->choices[i].candidates[k]);
+            json_object_set_new(candidate, "channels", json_integer(i ? RESAMPLE_MAX_TOGETHER : 1));
+            json_array_append_new(list, candidate);
         }
     }
     return list;
@@ -297,43 +292,16 @@ enum weft_result resample_print_json(const struct resample_job *jobs, size_t cou
 
 // ---- text ---------------------------------------------------------------------------------------
 
-static bool fill_choice(struct cells *cells, int row, const struct weft_resample_candidate *c,
-                        bool any)
-{
-    char bits[16] = "float";
-    if (c->bits)
-        snprintf(bits, sizeof bits, "%d", c->bits);
-    const char *why = c->chosen  ? "chosen: the cheapest within it"
-                      : !c->good ? "over --max-error"
-                      : any      ? "dearer"
-                                 : "";
-    return cells_set(cells, row, 0, "%s", weft_technique_names[c->technique]) &&
-           cells_set(cells, row, 1, "%s", why) && cells_set(cells, row, 2, "%d", c->samples) &&
-           cells_set(cells, row, 3, "%s", bits) &&
-           cells_set(cells, row, 4, "%.3g", 1e3 * c->seconds) &&
-           cells_set(cells, row, 5, "%.3g", 1e-6 * (double)c->bytes) &&
-           cells_set(cells, row, 6, "%.3g", c->relative);
-}
-
 void resample_print_choices(const struct resample_job *job)
 {
-    static const char *const heading[] = {"technique", "verdict", "samples",    "bits",
-                                          "ms",        "MB",      "bound/range"};
-    const bool any = job->single || job->together;
-    struct cells cells;
-    int row = 1;
-    if (!has_choices(job))
-        return;
-    bool done = cells_create(&cells, (int)(job->choices[0].count + job->choices[1].count) + 1, 7);
-    cells.text_columns = 2;
-    for (int c = 0; done && c < 7; c++)
-        done = cells_set(&cells, 0, c, "%s", heading[c]);
-    for (int i = 0; i < 2; i++)
-        for (size_t k = 0; done && k < job->choices[i].count; k++)
-            done = fill_choice(&cells, row++, &job->choices[i].candidates[k], any);
-    if (done)
-        cells_print(&cells, CELLS_TEXT, stdout);
-    cells_destroy(&cells);
+    for (int i = 0; i < 2; i++) {
+        const struct weft_resample_choice *choice = &job->choices[i];
+        if (!choice->count)
+            continue;
+        printf("passes for %d channel%s at once, of which %d were planned:\n",
+               i ? RESAMPLE_MAX_TOGETHER : 1, i ? "s" : "", choice->planned);
+        candidates_print(choice->candidates, choice->count, "bound/range");
+    }
 }
 
 static void explain_budget(const struct resample_job *job)

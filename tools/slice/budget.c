@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "tools/common/cells.h"
+#include "tools/common/candidates.h"
 #include "tools/common/cost_file.h"
 #include "tools/common/report.h"
 
@@ -31,9 +31,9 @@ static enum weft_result report_none(struct slice_job *job)
         snprintf(rounded, sizeof rounded, ", %.3g of it by integers that no float holds", rounding);
     job->over_budget = true;
     if (choice->best < 0)
-        report_error("no way of making this slice applies");
+        report_error("no method of making this slice applies");
     else
-        report_error("no way is within %.3g: the best is %s, within %.3g%s (voxels from %.6g to "
+        report_error("no method is within %.3g: the best is %s, within %.3g%s (voxels from %.6g to "
                      "%.6g)",
                      job->max_error, choice->candidates[choice->best].name,
                      choice->candidates[choice->best].bound, rounded, choice->statistics.voxel_low,
@@ -43,13 +43,11 @@ static enum weft_result report_none(struct slice_job *job)
 
 static enum weft_result choose(struct slice_job *job, const struct weft_profile *profile)
 {
-    const struct weft_slice_statistics statistics = job->choice.statistics;
     const struct weft_choose_params params = {
         .slice = job->slice_params,
         .max_error = job->max_error,
         .profile = profile,
         .model = &job->model,
-        .statistics = &statistics,
     };
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
     if (res != WEFT_OK)
@@ -77,8 +75,8 @@ enum weft_result slice_choose(struct slice_job *job)
     if (res == WEFT_OK && profile_text->given)
         res = weft_profile_parse(report_log(), profile_text->text, &profile);
     if (res == WEFT_OK)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
-                                            &job->choice.statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan),
+                                        report_progress("measuring"), &job->choice.statistics);
     if (res != WEFT_OK)
         return res;
     load_model(job);
@@ -90,14 +88,6 @@ enum weft_result slice_choose(struct slice_job *job)
 }
 
 // ---- what was considered ------------------------------------------------------------------------
-
-static json_t *candidate_json(const struct weft_candidate *c)
-{
-    return json_pack("{s:s,s:s,s:b,s:o,s:o,s:o}", "name", c->name, "state",
-                     weft_candidate_state_names[c->state], "estimated", c->estimated, "seconds",
-                     json_number(c->state == WEFT_CANDIDATE_REFUSED ? NAN : c->seconds), "bytes",
-                     json_count(c->bytes), "bound", json_number(c->bound));
-}
 
 static const char *model_name(const struct slice_job *job)
 {
@@ -117,43 +107,13 @@ json_t *slice_budget_json(const struct slice_job *job)
                      json_text(model_name(job)), "candidates", candidates);
 }
 
-static bool fill_row(struct cells *cells, int row, const struct weft_candidate *c)
-{
-    const char *least = c->estimated ? ">" : "";
-    bool done = cells_set(cells, row, 0, "%s", c->name);
-    if (c->state == WEFT_CANDIDATE_REFUSED) {
-        for (int i = 1; i < 4; i++)
-            done = done && cells_set(cells, row, i, "-");
-    } else {
-        done = done && cells_set(cells, row, 1, "%s%.2f", least, 1e3 * c->seconds) &&
-               cells_set(cells, row, 2, "%s%.1f", least, 1e-6 * (double)c->bytes) &&
-               cells_set(cells, row, 3, "%s%.3g", least, c->bound);
-    }
-    return done && cells_set(cells, row, 4, "%s", weft_candidate_state_names[c->state]);
-}
-
-static void print_candidates(const struct weft_choice *choice)
-{
-    static const char *const heading[] = {"way", "ms", "MB", "bound", ""};
-    struct cells cells;
-    bool done = cells_create(&cells, (int)choice->count + 1, 5);
-    for (int c = 0; done && c < 5; c++)
-        done = cells_set(&cells, 0, c, "%s", heading[c]);
-    cells.text_columns = 1;
-    for (size_t i = 0; done && i < choice->count; i++)
-        done = fill_row(&cells, (int)i + 1, &choice->candidates[i]);
-    if (done)
-        cells_print(&cells, CELLS_TEXT, stdout);
-    cells_destroy(&cells);
-}
-
-// The ways that would have been faster, by what kept them out.
+// The methods that would have been faster, by what kept them out.
 static void print_reason(const struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
     const struct weft_candidate *chosen = &choice->candidates[choice->chosen];
     const struct weft_method_plan_info *method = weft_method_plan_get_info(choice->plan);
-    printf("%s: of the %zu ways the fastest whose bound is within the budget; %d are predicted "
+    printf("%s: of the %zu methods the fastest whose bound is within the budget; %d are predicted "
            "to be faster and exceed it\n",
            chosen->name, choice->count, choice->chosen);
     if (method->slice->savings & WEFT_SAVING_SMOOTH)
@@ -167,7 +127,7 @@ void slice_budget_print(const struct slice_job *job)
     printf("budget %.3g for voxels from %.6g to %.6g; times predicted by the cost model of %s\n",
            job->max_error, choice->statistics.voxel_low, choice->statistics.voxel_high,
            model_name(job));
-    print_candidates(choice);
+    candidates_print(choice->candidates, choice->count, "bound");
     if (choice->chosen >= 0)
         print_reason(job);
 }

@@ -54,13 +54,13 @@ struct slice_job {
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
     weft_pass_plan *own_passes;
-    const weft_slice_plan *plan;  // the job's own, or the chosen way's
+    const weft_slice_plan *plan;  // the job's own, or the chosen method's
     const weft_pass_plan *passes; // likewise; NULL: none
     // With --max-error.
     double max_error; // in the volume's values
     struct weft_cost_model model;
     struct weft_choice choice;
-    bool over_budget;      // no way is within it
+    bool over_budget;      // no method is within it
     weft_context *context; // NULL when only explained
     float *pixels;
 

@@ -194,6 +194,27 @@ static void test_overshoot(void **state)
     }
 }
 
+// Largest sums of |h'|, by hand: of the tent 1 + 1 everywhere, of the splines and of Catmull-Rom
+// half way between two samples (of degree 2 on one).
+static void test_slope(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *kernel;
+        double slope;
+    } cases[] = {{"nearest", 0.0},
+                 {"linear", 2.0},
+                 {"bspline2", 2.0},
+                 {"bspline3", 1.5},
+                 {"catmull-rom", 3.0}};
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        const struct weft_kernel kernel = kernel_named(cases[i].kernel);
+        const double slope = weft_analysis_slope(&kernel);
+        assert_true(slope <= cases[i].slope + 1e-12);
+        assert_near(slope, cases[i].slope, 1e-2, cases[i].kernel);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -201,6 +222,7 @@ int main(void)
         cmocka_unit_test(test_orders),    cmocka_unit_test(test_constants),
         cmocka_unit_test(test_response),  cmocka_unit_test(test_metrics),
         cmocka_unit_test(test_wide_sinc), cmocka_unit_test(test_overshoot),
+        cmocka_unit_test(test_slope),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -149,10 +149,8 @@ static enum weft_result run_job(const struct bench *b, struct random *r, struct 
     struct weft_choice choice;
     set_job(r, b->magnification, &job);
     const double budget = random_budget(r, &job.params.statistics);
-    const struct weft_choose_params params = {.slice = job.params.slice,
-                                              .max_error = budget,
-                                              .model = &b->model,
-                                              .statistics = &job.params.statistics};
+    const struct weft_choose_params params = {
+        .slice = job.params.slice, .max_error = budget, .model = &b->model};
     const struct weft_slice_geometry *g = &job.params.slice.geometry;
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     job_must(pixels, "memory");

@@ -120,7 +120,8 @@ static void compare(struct bench *b, const struct weft_method_params *params)
         b->failures++;
         return;
     }
-    const double predicted = weft_cost_predict(&b->model, plan), ratio = predicted / measured;
+    const double predicted = weft_cost_of(&b->model, &weft_method_plan_get_info(plan)->work),
+                 ratio = predicted / measured;
     b->failures += !(predicted > 0.0 && isfinite(predicted));
     b->compared++;
     b->close += ratio >= 1.0 / 1.5 && ratio <= 1.5;

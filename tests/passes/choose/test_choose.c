@@ -67,7 +67,6 @@ static void random_jobs_stay_within_their_budgets(void **state)
         struct weft_choose_params params = {
             .slice = job.params.slice,
             .max_error = random_budget(&r, &job.params.statistics),
-            .statistics = i % 3 ? &job.params.statistics : NULL,
         };
         params.slice.log = &log_to_stderr;
         // Plans of passes for few taps and coarse budgets, which are quick to plan and can be met.

@@ -117,7 +117,7 @@ static double predict(weft_volume *volume, const struct weft_method *method, int
     if (method->engine == WEFT_ENGINE_MULTIPASS)
         params.method.samples = 16;
     assert_int_equal(weft_method_plan_create(volume, &params, &plan), WEFT_OK);
-    const double seconds = weft_cost_predict(&weft_cost_default, plan);
+    const double seconds = weft_cost_of(&weft_cost_default, &weft_method_plan_get_info(plan)->work);
     weft_method_plan_destroy(&plan);
     return seconds;
 }
@@ -149,51 +149,48 @@ static void more_pixels_cost_more(void **state)
     weft_volume_destroy(&volume);
 }
 
-// More of anything costs more, by every method.
+// More of anything costs more, by every engine.
 static void more_work_costs_more(void **state)
 {
     (void)state;
-    const struct weft_cost_work base = {.pixels = 1e5,
-                                        .voxels = 1e5,
-                                        .layout = WEFT_LAYOUT_PLAIN,
-                                        .texels = 1e5,
-                                        .fetches = 64,
-                                        .weights = 3,
-                                        .summed = 1e5,
-                                        .taps = 4e5,
-                                        .passes = 4,
-                                        .tile_bytes = 1e6,
-                                        .samples = 1e5,
-                                        .exact_weights = 12};
-    const size_t fused[] = {
-        offsetof(struct weft_cost_work, pixels), offsetof(struct weft_cost_work, voxels),
-        offsetof(struct weft_cost_work, texels), offsetof(struct weft_cost_work, fetches),
-        offsetof(struct weft_cost_work, weights)};
-    const size_t separable[] = {
-        offsetof(struct weft_cost_work, pixels), offsetof(struct weft_cost_work, voxels),
-        offsetof(struct weft_cost_work, summed), offsetof(struct weft_cost_work, taps)};
-    const size_t passes[] = {
-        offsetof(struct weft_cost_work, pixels),       offsetof(struct weft_cost_work, voxels),
-        offsetof(struct weft_cost_work, passes),       offsetof(struct weft_cost_work, fetches),
-        offsetof(struct weft_cost_work, tile_bytes),   offsetof(struct weft_cost_work, samples),
-        offsetof(struct weft_cost_work, exact_weights)};
-    const struct {
-        const size_t *offset;
-        size_t count;
-    } members[] = {{fused, WEFT_COUNT(fused)},
-                   {separable, WEFT_COUNT(separable)},
-                   {passes, WEFT_COUNT(passes)}};
-    for (int engine = 0; engine < WEFT_COST_ENGINES; engine++) {
-        for (size_t i = 0; i < members[engine].count; i++) {
-            struct weft_cost_work more = base, less = base;
-            more.engine = less.engine = (enum weft_engine)engine;
-            *(double *)(void *)((char *)&more + members[engine].offset[i]) *= 4.0;
+    static const struct weft_work bases[] = {
+        {.engine = WEFT_ENGINE_FUSED,
+         .pixels = 1e5,
+         .voxels = 1e5,
+         .of.fused = {.layout = WEFT_LAYOUT_PLAIN, .texels = 1e5, .fetches = 64, .weights = 3}},
+        {.engine = WEFT_ENGINE_SEPARABLE,
+         .pixels = 1e5,
+         .voxels = 1e5,
+         .of.separable = {.summed = 1e5, .taps = 4e5}},
+        {.engine = WEFT_ENGINE_MULTIPASS,
+         .pixels = 1e5,
+         .voxels = 1e5,
+         .of.passes = {.plan = {.passes = 4, .fetches = 64, .tile_bytes = 1e6, .exact_weights = 12},
+                       .samples = 1e5}},
+    };
+#define MEMBER(name) offsetof(struct weft_work, name)
+    const size_t members[][7] = {
+        {MEMBER(pixels), MEMBER(voxels), MEMBER(of.fused.texels), MEMBER(of.fused.fetches),
+         MEMBER(of.fused.weights)},
+        {MEMBER(pixels), MEMBER(voxels), MEMBER(of.separable.summed), MEMBER(of.separable.taps)},
+        {MEMBER(pixels), MEMBER(voxels), MEMBER(of.passes.plan.passes),
+         MEMBER(of.passes.plan.fetches), MEMBER(of.passes.plan.tile_bytes),
+         MEMBER(of.passes.plan.exact_weights), MEMBER(of.passes.samples)},
+    };
+#undef MEMBER
+    int compared = 0;
+    for (size_t e = 0; e < WEFT_COUNT(bases); e++) {
+        for (size_t i = 0; i < WEFT_COUNT(members[e]) && members[e][i]; i++) {
+            struct weft_work more = bases[e];
+            *(double *)(void *)((char *)&more + members[e][i]) *= 4.0;
             assert_true(weft_cost_of(&weft_cost_default, &more) >
-                        weft_cost_of(&weft_cost_default, &less));
+                        weft_cost_of(&weft_cost_default, &bases[e]));
+            compared++;
         }
     }
+    assert_int_equal(compared, 5 + 4 + 7);
     // Nothing at all still has a start, and no tiles are no trouble.
-    const struct weft_cost_work nothing = {.engine = WEFT_ENGINE_MULTIPASS};
+    const struct weft_work nothing = {.engine = WEFT_ENGINE_MULTIPASS};
     assert_near(weft_cost_of(&weft_cost_default, &nothing), 1e-9 * weft_cost_default.start[2],
                 1e-15, "nothing");
 }

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/separable/work.h - what filtering one axis after the other does, in counts that
+// passes/choose/cost.h weighs.
+#ifndef WEFT_PASSES_SEPARABLE_WORK_H
+#define WEFT_PASSES_SEPARABLE_WORK_H
+
+#include "../../filter/base.h"
+
+WEFT_BEGIN_DECLS
+
+struct weft_separable_work {
+    double summed; // samples that are prepared: of slices, voxels summed along the third axis
+    double taps;   // of both passes, over all pixels
+};
+
+// Of a kernel's width, a plane of samples in reach, and pixels: columns and rows of both, all > 0.
+// The first pass is along the axis that leaves fewer pixels between the two.
+WEFT_API struct weft_separable_work weft_separable_work_of(int width, double sample_columns,
+                                                           double sample_rows, double columns,
+                                                           double rows);
+
+WEFT_END_DECLS
+#endif
