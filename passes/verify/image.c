@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Images for the verifier: a grid's positions, samples and pixels in memory.
-#include <math.h>
-
 #include "passes/separable/separable_impl.h"
 #include "passes/verify/planes.h"
 #include "passes/verify/verifier.h"
-
-// About what a tap, and all that is not a tap, takes of a reference.
-static const double TAP_SECONDS = 8e-9, OTHER_SECONDS = 1.5e-7;
 
 struct subject {
     struct weft_pixels_verify_params p; // with its defaults filled in
@@ -114,7 +109,7 @@ fail:
 static double seconds_of(const struct subject *s)
 {
     return s->cardinal ? weft_cardinal_seconds(s->cardinal)
-                       : OTHER_SECONDS + TAP_SECONDS * pow(s->p.kernel[0].width, s->p.dims);
+                       : weft_verifier_seconds(s->p.kernel, s->p.dims);
 }
 
 enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *params,

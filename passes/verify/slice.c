@@ -5,9 +5,6 @@
 #include "passes/verify/cardinal.h"
 #include "passes/verify/verifier.h"
 
-// About what a tap, and all that is not a tap, takes of a reference.
-static const double TAP_SECONDS = 8e-9, OTHER_SECONDS = 1.5e-7;
-
 struct subject {
     const struct weft_slice_plan *plan;
     weft_volume *volume;
@@ -167,7 +164,7 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *vol
         .enter = enter_tile,
         .part_count = plan->info.tile_count,
         .jumps = kernel->continuity < 0 || plan->clamp_to_samples,
-        .seconds = OTHER_SECONDS + TAP_SECONDS * pow(kernel->width, 3),
+        .seconds = weft_verifier_seconds(kernel, 3),
         .how = {p->max_seconds, p->seed, p->progress},
         .log = plan->log,
     };

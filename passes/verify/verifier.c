@@ -148,6 +148,12 @@ static double pixel_number(uint64_t seed, int x, int y)
     return (double)(h >> 11) * 0x1p-53;
 }
 
+// As measured on one core of 2020: volumes and images, 4 to 512 taps.
+double weft_verifier_seconds(const struct weft_kernel *kernel, int dims)
+{
+    return 3e-7 + 2.5e-8 * pow(kernel->width, dims);
+}
+
 static double share_of(const struct weft_verifier *v, double total)
 {
     const double limit = v->how.max_seconds > 0.0 ? v->how.max_seconds : DEFAULT_SECONDS;

@@ -35,6 +35,9 @@ struct weft_verifier {
     const struct weft_log *log;
 };
 
+// About how long one weft_reference_compute takes.
+double weft_verifier_seconds(const struct weft_kernel *kernel, int dims);
+
 // Verifies. Returns WEFT_ERR_CANCELLED, WEFT_ERR_ARGUMENT (a position that is not finite), and what
 // enter and refer return; *out is then all zero.
 enum weft_result weft_verifier_run(const struct weft_verifier *verifier,
