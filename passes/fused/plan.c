@@ -8,9 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const weft_lookup_names[] = {"polynomial", "linear", "nearest", NULL};
-const char *const weft_saving_names[] = {"constant", "axis", "separable", "smooth", NULL};
-
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
     MAX_TILE = 4096,        // pixels along a side

@@ -6,6 +6,9 @@
 
 #include "passes/fused/plan.h"
 
+const char *const weft_lookup_names[] = {"polynomial", "linear", "nearest", NULL};
+const char *const weft_saving_names[] = {"constant", "axis", "separable", "smooth", NULL};
+
 static void print_plane(FILE *out, const struct weft_slice_plan *plan, int i)
 {
     const struct weft_slice_tile *t = &plan->tiles[i];

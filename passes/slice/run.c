@@ -5,12 +5,13 @@
 #include "passes/fused/run.h"
 #include "passes/slice/slice_impl.h"
 
-// One of the engines; none: one axis after the other.
+// One of the engines.
 struct weft_slice {
     const struct weft_slice_plan *plan;
     const struct weft_log *log;
     weft_context *context;
     weft_fused *fused;
+    weft_slice_separable *separable;
     weft_slice_multipass *multipass;
 };
 
@@ -19,7 +20,7 @@ static enum weft_result compile_engine(weft_slice *slice, const struct weft_slic
     if (passes)
         return weft_slice_multipass_compile(slice->context, slice->plan, passes, &slice->multipass);
     if (slice->plan->axes.separable)
-        return WEFT_OK;
+        return weft_slice_separable_compile(slice->context, slice->plan, &slice->separable);
     return weft_fused_compile(slice->context, slice->plan, &slice->fused);
 }
 
@@ -53,6 +54,7 @@ void weft_slice_destroy(weft_slice **slice)
     if (!slice || !*slice)
         return;
     weft_fused_destroy(&(*slice)->fused);
+    weft_slice_separable_destroy(&(*slice)->separable);
     weft_slice_multipass_destroy(&(*slice)->multipass);
     free(*slice);
     *slice = NULL;
@@ -88,7 +90,7 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
         return weft_slice_multipass_run(slice->multipass, p, out);
     if (slice->fused)
         return run_fused(slice, p, out);
-    return weft_slice_separable_run(slice->context, slice->plan, p, out);
+    return weft_slice_separable_run(slice->separable, p, out);
 }
 
 static void measure_pixels(const struct weft_slice_geometry *g,

@@ -106,75 +106,143 @@ static void add_report(const struct weft_separable_report *one, struct weft_slic
     sum->passes += one->passes;
 }
 
-// Every tile has a plane of its own; programs stay in the context.
-static enum weft_result filter_plane(weft_context *context, const struct weft_slice_plan *plan,
-                                     const struct weft_slice_tile *tile, const struct plane *plane,
-                                     const struct weft_separable_run_params *run,
-                                     struct weft_slice_report *report,
-                                     struct weft_separable_report *own)
+// A tile's plane, planned and compiled.
+struct filter {
+    weft_separable_plan *plan;
+    weft_separable *compiled;
+};
+
+static void filter_destroy(struct filter *f)
 {
-    const double start = weft_now_seconds();
-    weft_separable_plan *separable = NULL;
-    weft_separable *compiled = NULL;
+    weft_separable_destroy(&f->compiled);
+    weft_separable_plan_destroy(&f->plan);
+}
+
+static enum weft_result filter_create(weft_context *context, const struct weft_slice_plan *plan,
+                                      const struct weft_slice_tile *tile, const struct plane *plane,
+                                      struct filter *out)
+{
+    *out = (struct filter){.plan = NULL};
     enum weft_result res = weft_separable_plan_create(
         weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
                               .width = tile->width, .height = tile->height, .x = plane->x,
                               .y = plane->y, .memory_bytes = plan->separable_bytes,
                               .log = plan->log),
-        &separable);
+        &out->plan);
     if (res == WEFT_OK)
-        res = weft_separable_compile(context, separable, &compiled);
-    report->layout_seconds += weft_now_seconds() - start;
-    if (res == WEFT_OK) {
-        res = weft_separable_run(compiled, run, own);
-        report->fetches += (uint64_t)(weft_separable_plan_get_info(separable)->fetches_per_pixel *
-                                      tile->width * tile->height);
-    }
-    weft_separable_destroy(&compiled);
-    weft_separable_plan_destroy(&separable);
+        res = weft_separable_compile(context, out->plan, &out->compiled);
+    if (res != WEFT_OK)
+        filter_destroy(out);
     return res;
 }
 
-static enum weft_result run_tile(weft_context *context, const struct weft_slice_plan *plan,
-                                 int index, float *pixels, int64_t stride,
-                                 const struct weft_progress *progress,
+// Of one tile everything is kept. Several have planes of their own, whose filters would together
+// take more than the plan's memory: they are made as they are needed.
+struct weft_slice_separable {
+    const struct weft_slice_plan *plan;
+    weft_context *context;
+    struct plane plane;
+    struct filter filter;
+};
+
+enum weft_result weft_slice_separable_compile(weft_context *context,
+                                              const struct weft_slice_plan *plan,
+                                              weft_slice_separable **out)
+{
+    *out = NULL;
+    enum weft_result res = WEFT_OK;
+    weft_slice_separable *s = calloc(1, sizeof *s);
+    if (!s) {
+        weft_error(plan->log, "not enough memory to compile the slice");
+        return WEFT_ERR_MEMORY;
+    }
+    s->plan = plan;
+    s->context = context;
+    if (plan->info.tile_count == 1) {
+        res = plane_create(plan, &plan->tiles[0], &s->plane);
+        if (res == WEFT_OK)
+            res = filter_create(context, plan, &plan->tiles[0], &s->plane, &s->filter);
+    }
+    if (res == WEFT_OK)
+        *out = s;
+    else
+        weft_slice_separable_destroy(&s);
+    return res;
+}
+
+void weft_slice_separable_destroy(weft_slice_separable **separable)
+{
+    if (!separable || !*separable)
+        return;
+    filter_destroy(&(*separable)->filter);
+    plane_destroy(&(*separable)->plane);
+    free(*separable);
+    *separable = NULL;
+}
+
+static enum weft_result make_tile(const weft_slice_separable *s, const struct weft_slice_tile *tile,
+                                  struct plane *plane, struct filter *filter)
+{
+    *filter = (struct filter){.plan = NULL};
+    const enum weft_result res = plane_create(s->plan, tile, plane);
+    return res == WEFT_OK ? filter_create(s->context, s->plan, tile, plane, filter) : res;
+}
+
+// What a tile's samples are laid out in and filtered by is there.
+static enum weft_result
+filter_tile(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+            const weft_brick_store *store, struct plane *plane, const struct filter *filter,
+            const struct weft_slice_run_params *params, struct weft_slice_report *report)
+{
+    struct weft_separable_report own;
+    const double start = weft_now_seconds();
+    const bool fit = plane_fill(plan, store, plane);
+    report->layout_seconds += weft_now_seconds() - start;
+    enum weft_result res = weft_separable_run(
+        filter->compiled,
+        weft_separable_run_params(.samples = plane->samples,
+                                  .pixels = params->pixels + tile->y * params->stride + tile->x,
+                                  .stride = params->stride, .progress = params->progress,
+                                  .log = plan->log),
+        &own);
+    if (res == WEFT_OK && !fit)
+        res = weft_slice_exact_paint(plan, tile, store, params->pixels, params->stride,
+                                     params->progress, 1.0, &report->exact_pixels);
+    if (res != WEFT_OK)
+        return res;
+    add_report(&own, report);
+    report->fetches += (uint64_t)(weft_separable_plan_get_info(filter->plan)->fetches_per_pixel *
+                                  tile->width * tile->height);
+    const uint64_t bytes = plan->footprint->info.kept_bytes +
+                           4 * (uint64_t)plane->size[0] * (uint64_t)plane->size[1] + own.peak_bytes;
+    report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;
+    return WEFT_OK;
+}
+
+static enum weft_result run_tile(weft_slice_separable *s, int index,
+                                 const struct weft_slice_run_params *params,
                                  struct weft_slice_report *report)
 {
+    const struct weft_slice_plan *plan = s->plan;
     const struct weft_slice_tile *tile = &plan->tiles[index];
     const struct weft_cell_map *bricks = &plan->tile_plans[index].bricks;
     const uint64_t brick_bytes = bricks->count * WEFT_BRICK_VOXELS * sizeof(float);
     const weft_brick_store *store;
     struct plane plane = {0};
-    struct weft_separable_report own;
+    struct filter filter = {.plan = NULL};
     const double start = weft_now_seconds();
     enum weft_result res =
         weft_footprint_load(plan->footprint, bricks, tile->memory_bytes - brick_bytes, &store);
     const double read = weft_now_seconds();
-    if (res == WEFT_OK)
-        res = plane_create(plan, tile, &plane);
-    if (res != WEFT_OK)
-        goto fail;
-    const bool fit = plane_fill(plan, store, &plane);
     report->read_seconds += read - start;
+    if (res == WEFT_OK && !s->filter.compiled)
+        res = make_tile(s, tile, &plane, &filter);
     report->layout_seconds += weft_now_seconds() - read;
-    const struct weft_separable_run_params run = {
-        .samples = plane.samples,
-        .pixels = pixels + tile->y * stride + tile->x,
-        .stride = stride,
-        .progress = progress,
-        .log = plan->log,
-    };
-    res = filter_plane(context, plan, tile, &plane, &run, report, &own);
-    if (res == WEFT_OK && !fit)
-        res = weft_slice_exact_paint(plan, tile, store, pixels, stride, progress, 1.0,
-                                     &report->exact_pixels);
-    if (res != WEFT_OK)
-        goto fail;
-    add_report(&own, report);
-    const uint64_t bytes = plan->footprint->info.kept_bytes +
-                           4 * (uint64_t)plane.size[0] * (uint64_t)plane.size[1] + own.peak_bytes;
-    report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;
-fail:
+    if (res == WEFT_OK)
+        res = s->filter.compiled
+                  ? filter_tile(plan, tile, store, &s->plane, &s->filter, params, report)
+                  : filter_tile(plan, tile, store, &plane, &filter, params, report);
+    filter_destroy(&filter);
     plane_destroy(&plane);
     return res;
 }
@@ -194,19 +262,21 @@ static bool report_part(void *priv, double fraction)
            p->progress->report(p->progress->priv, (p->done + fraction) / p->count);
 }
 
-enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
+enum weft_result weft_slice_separable_run(weft_slice_separable *s,
                                           const struct weft_slice_run_params *params,
                                           struct weft_slice_report *report)
 {
-    struct part part = {params->progress, 0, plan->info.tile_count};
-    const struct weft_progress own = {report_part, &part};
+    struct part part = {params->progress, 0, s->plan->info.tile_count};
+    const struct weft_progress progress = {report_part, &part};
+    const struct weft_slice_run_params own = {
+        .pixels = params->pixels, .stride = params->stride, .progress = &progress};
     enum weft_result res = WEFT_OK;
     for (; res == WEFT_OK && part.done < part.count; part.done++) {
         res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)
-            res = run_tile(context, plan, part.done, params->pixels, params->stride, &own, report);
+            res = run_tile(s, part.done, &own, report);
     }
     if (res == WEFT_ERR_CANCELLED)
-        weft_note(plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);
+        weft_note(s->plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);
     return res;
 }

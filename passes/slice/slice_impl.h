@@ -7,8 +7,13 @@
 #include "passes/fused/plan.h"
 #include "passes/slice/slice.h"
 
-// All tiles of a separable plan.
-enum weft_result weft_slice_separable_run(weft_context *context, const struct weft_slice_plan *plan,
+// A slice one axis after the other, by a plan that is separable.
+typedef struct weft_slice_separable weft_slice_separable;
+enum weft_result weft_slice_separable_compile(weft_context *context,
+                                              const struct weft_slice_plan *plan,
+                                              weft_slice_separable **out);
+void weft_slice_separable_destroy(weft_slice_separable **separable); // accepts &NULL
+enum weft_result weft_slice_separable_run(weft_slice_separable *separable,
                                           const struct weft_slice_run_params *params,
                                           struct weft_slice_report *report);
 
