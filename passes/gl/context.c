@@ -24,7 +24,12 @@ static const struct {
 #endif
 };
 
-static const char *const kind_names[] = {"auto", "osmesa", "egl"};
+const char *const weft_context_kind_names[] = {
+    [WEFT_CONTEXT_AUTO] = "auto",
+    [WEFT_CONTEXT_OSMESA] = "osmesa",
+    [WEFT_CONTEXT_EGL] = "egl",
+    NULL,
+};
 
 enum weft_result weft_context_create(const struct weft_context_params *params, weft_context **out)
 {
@@ -58,8 +63,8 @@ enum weft_result weft_context_create(const struct weft_context_params *params, w
     }
     char reason[200] = "";
     const bool feared = weft_context_trial_reason(reason, sizeof reason);
-    weft_error(params->log, "no usable GL context (%s%s%s): %s", kind_names[params->kind],
-               feared ? ", with " : "", reason, reasons);
+    weft_error(params->log, "no usable GL context (%s%s%s): %s",
+               weft_context_kind_names[params->kind], feared ? ", with " : "", reason, reasons);
     res = WEFT_ERR_CONTEXT;
 fail:
     free(context);
@@ -87,12 +92,15 @@ const struct weft_context_info *weft_context_get_info(const weft_context *contex
 enum weft_result weft_context_kind_parse(const struct weft_log *log, const char *text,
                                          enum weft_context_kind *out)
 {
-    for (size_t i = 0; i < WEFT_COUNT(kind_names); i++) {
-        if (strcmp(text, kind_names[i]) == 0) {
+    for (size_t i = 0; weft_context_kind_names[i]; i++) {
+        if (strcmp(text, weft_context_kind_names[i]) == 0) {
             *out = (enum weft_context_kind)i;
             return WEFT_OK;
         }
     }
-    weft_error(log, "unknown context '%.64s'; there are: auto, osmesa, egl", text);
+    weft_error(log, "unknown context '%.64s'; there are: %s, %s, %s", text,
+               weft_context_kind_names[WEFT_CONTEXT_AUTO],
+               weft_context_kind_names[WEFT_CONTEXT_OSMESA],
+               weft_context_kind_names[WEFT_CONTEXT_EGL]);
     return WEFT_ERR_ARGUMENT;
 }

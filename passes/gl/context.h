@@ -9,42 +9,54 @@
 
 WEFT_BEGIN_DECLS
 
+// Where contexts come from.
 enum weft_context_kind {
     WEFT_CONTEXT_AUTO,   // a hardware EGL device, else OSMesa, else software EGL
     WEFT_CONTEXT_OSMESA, // llvmpipe through OSMesa
     WEFT_CONTEXT_EGL,    // a hardware EGL device if there is one, else the surfaceless platform
 };
+WEFT_API extern const char *const weft_context_kind_names[]; // "auto", "osmesa", "egl"; NULL-ended
 
-struct weft_context_params {
-    enum weft_context_kind kind;
-    const struct weft_log *log; // borrowed for the context's life
-};
-
-struct weft_context_info {
-    const char *platform; // "OSMesa", "EGL surfaceless", "EGL device"
-    const char *vendor, *renderer, *version;
-    bool hardware;             // not a software rasterizer
-    int max_target_size;       // pixels along a side of a render target
-    int64_t max_buffer_texels; // in one texture buffer
-};
-
-// Thread-safety: one thread at a time. Calls make the context current in the calling thread, callbacks
-// included; when they return, what the caller had current there of EGL or OSMesa is so again (of
-// other window systems, the caller has to make it current again).
-// libOSMesa and libEGL are loaded when a context is first made. Where the environment has variables
-// that choose Mesa's drivers, or limits the address space, a child process (fork) tries each kind
-// first, as such drivers may end the process.
-typedef struct weft_context weft_context;
-
-// Returns WEFT_ERR_CONTEXT when none of the allowed kinds works; the log says why for each tried.
-WEFT_API enum weft_result weft_context_create(const struct weft_context_params *params,
-                                              weft_context **out);
-WEFT_API void weft_context_destroy(weft_context **context); // accepts &NULL, leaves NULL behind
-WEFT_API const struct weft_context_info *weft_context_get_info(const weft_context *context);
-
-// "auto", "osmesa", "egl". Returns WEFT_ERR_ARGUMENT, with the list in the log.
+// Finds a kind by its name. Returns WEFT_ERR_ARGUMENT, with the list of names in the log (may be
+// NULL); *out is then as it was.
 WEFT_API enum weft_result weft_context_kind_parse(const struct weft_log *log, const char *text,
                                                   enum weft_context_kind *out);
+
+struct weft_context_params {
+    enum weft_context_kind kind; // default auto
+    const struct weft_log *log;  // may be NULL; borrowed for the context's life
+};
+#define weft_context_params(...) (&(struct weft_context_params){__VA_ARGS__})
+
+// A native context with its functions, and the programs that were linked for it.
+// Thread-safety: one thread at a time, with all that is compiled for it. Calls make the context
+// current in the calling thread, callbacks included; when they return, what the caller had current
+// there of EGL or OSMesa is so again (of other window systems, the caller has to make it current
+// again).
+typedef struct weft_context weft_context;
+
+// Creates a context of the first allowed kind that works. libOSMesa and libEGL are loaded when a
+// context is first made. Where the environment has variables that choose Mesa's drivers, or limits
+// the address space, a child process (fork) tries each kind first, as such drivers may end the
+// process. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kind), WEFT_ERR_MEMORY, or
+// WEFT_ERR_CONTEXT when none of the allowed kinds works; the log says why for each tried.
+WEFT_API enum weft_result weft_context_create(const struct weft_context_params *params,
+                                              weft_context **out);
+// Ends what was linked and created in it, too: compiled plans are destroyed before. Accepts &NULL,
+// leaves NULL behind.
+WEFT_API void weft_context_destroy(weft_context **context);
+
+// What a context is, and its limits. What needs more than those is refused with WEFT_ERR_LIMIT,
+// with both numbers in the log, by whatever plans or compiles for the context.
+struct weft_context_info {
+    const char *platform;                    // "OSMesa", "EGL surfaceless", "EGL device"
+    const char *vendor, *renderer, *version; // GL's own words
+    bool hardware;                           // not a software rasterizer
+    int max_target_size;                     // pixels along a side of a render target
+    int64_t max_buffer_texels;               // in one texture buffer
+};
+// Valid while the context lives.
+WEFT_API const struct weft_context_info *weft_context_get_info(const weft_context *context);
 
 WEFT_END_DECLS
 #endif
