@@ -421,23 +421,28 @@ static void separable_errors_are_found(void **state)
         samples[i] = m->samples[0][i / SIDE * SAMPLE_STRIDE + i % SIDE];
     const struct weft_separable_params params = {.kernel = m->params.kernel[0],
                                                  .size = {SIDE, SIDE},
-                                                 .samples = samples,
                                                  .width = WIDTH,
                                                  .height = HEIGHT,
                                                  .x = m->columns,
-                                                 .y = m->rows,
-                                                 .pixels = m->pixels[0],
-                                                 .stride = STRIDE};
-    assert_int_equal(weft_separable_run(contexts[0], &params, NULL), WEFT_OK);
-    assert_int_equal(weft_separable_verify(&params, NULL, &clean), WEFT_OK);
+                                                 .y = m->rows};
+    const struct weft_separable_run_params run = {
+        .samples = samples, .pixels = m->pixels[0], .stride = STRIDE};
+    weft_separable_plan *plan = NULL;
+    weft_separable *compiled = NULL;
+    assert_int_equal(weft_separable_plan_create(&params, &plan), WEFT_OK);
+    assert_int_equal(weft_separable_compile(contexts[0], plan, &compiled), WEFT_OK);
+    assert_int_equal(weft_separable_run(compiled, &run, NULL), WEFT_OK);
+    assert_int_equal(weft_separable_verify(plan, &run, NULL, &clean), WEFT_OK);
     assert_true(clean.share <= 1.0 && clean.maximum <= clean.bound);
     m->pixels[0][11 * STRIDE + 20] -= 2.0f;
-    assert_int_equal(weft_separable_verify(&params, NULL, &planted), WEFT_OK);
+    assert_int_equal(weft_separable_verify(plan, &run, NULL, &planted), WEFT_OK);
     assert_planted(&clean, &planted, 20, 11, 2.0, "separable");
     assert_true(planted.share > 1.0 && planted.maximum > planted.bound);
     m->pixels[0][2 * STRIDE + 1] = NAN;
-    assert_int_equal(weft_separable_verify(&params, NULL, &planted), WEFT_OK);
+    assert_int_equal(weft_separable_verify(plan, &run, NULL, &planted), WEFT_OK);
     assert_true(planted.not_finite_mismatches == 1 && isinf(planted.maximum) && planted.at_x == 1);
+    weft_separable_destroy(&compiled);
+    weft_separable_plan_destroy(&plan);
     free(m);
 }
 
