@@ -9,18 +9,16 @@ size_t weft_planner_positions(const struct weft_planner *planner)
     return weft_kernel_tiles_get_info(planner->plan->tiles)->tile_values;
 }
 
-// Sample positions are mostly looked at in their order: a step on is cheaper than divisions.
-static void move_to(const struct weft_kernel_tiles_info *info, uint32_t from, uint32_t to,
-                    int at[3])
+// Sample positions are mostly looked at in their order: how many follow each other in a row.
+static size_t row_length(const struct weft_kernel_tiles_info *info, const uint32_t *positions,
+                         size_t count)
 {
-    const uint32_t m = (uint32_t)info->samples;
-    if (to == from + 1 && at[0] + 1 < info->samples) {
-        at[0]++;
-        return;
-    }
-    at[0] = (int)(to % m);
-    at[1] = (int)(to / m % m);
-    at[2] = (int)(to / m / m);
+    const size_t left = (size_t)info->samples - positions[0] % (size_t)info->samples;
+    const size_t most = count < left ? count : left;
+    size_t length = 1;
+    while (length < most && positions[length] == positions[0] + length)
+        length++;
+    return length;
 }
 
 // Index of a sample in a tile's memory: base + step at.
@@ -57,20 +55,32 @@ static int32_t log_value(const struct weft_planner *planner, const struct weft_k
     return code < planner->full ? (int32_t)planner->plan->log_table[code] : 0;
 }
 
+static int64_t index_of(const struct weft_kernel_tiles_info *info, const struct tile_place *place,
+                        uint32_t position)
+{
+    const uint32_t m = (uint32_t)info->samples;
+    return place->base + position % m * place->step[0] + position / m % m * place->step[1] +
+           position / m / m * place->step[2];
+}
+
 static void add_tile(const struct weft_planner *planner, int tile, int32_t factor, size_t count,
                      const uint32_t *positions, int32_t *out)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(planner->plan->tiles);
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(planner->plan->tiles, tile);
     const struct tile_place place = place_of(info, t);
-    const uint16_t *stored = t->data;
-    uint32_t last = UINT32_MAX - 1;
-    int at[3] = {info->samples, 0, 0};
-    for (size_t i = 0; i < count; last = positions[i++]) {
-        move_to(info, last, positions[i], at);
-        const int64_t index =
-            place.base + at[0] * place.step[0] + at[1] * place.step[1] + at[2] * place.step[2];
-        out[i] += factor * (planner->logarithms ? log_value(planner, t, index) : stored[index]);
+    const int64_t step = place.step[0];
+    for (size_t i = 0, length; i < count; i += length) {
+        const int64_t index = index_of(info, &place, positions[i]);
+        length = row_length(info, positions + i, count - i);
+        if (planner->logarithms) {
+            for (size_t k = 0; k < length; k++)
+                out[i + k] += factor * log_value(planner, t, index + (int64_t)k * step);
+            continue;
+        }
+        const uint16_t *stored = (const uint16_t *)t->data + index;
+        for (size_t k = 0; k < length; k++)
+            out[i + k] += factor * stored[(int64_t)k * step];
     }
 }
 
