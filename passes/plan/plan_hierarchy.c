@@ -9,7 +9,13 @@
 #include "passes/accumulate/tree.h"
 #include "passes/plan/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_LEAVES = 16, SAMPLED = 600, LEAST_LEVEL = -8, MAX_UNITS = 4096 };
+enum {
+    CHUNK = WEFT_PLANNER_CHUNK,
+    MAX_LEAVES = 16,
+    SAMPLED = 600,
+    LEAST_LEVEL = -8,
+    MAX_UNITS = 4096
+};
 
 // Items in a row of planner->items that share a target.
 struct leaf {
@@ -147,13 +153,11 @@ static void start_leaves(struct hierarchy *h)
 // By the sums at all positions.
 static void find_levels(struct hierarchy *h)
 {
-    const size_t all = weft_planner_positions(h->planner);
     uint32_t position[CHUNK];
     int32_t most[MAX_LEAVES] = {0};
-    for (size_t first = 0; first < all; first += CHUNK) {
-        const size_t count = all - first < CHUNK ? all - first : CHUNK;
-        for (size_t i = 0; i < count; i++)
-            position[i] = (uint32_t)(first + i);
+    size_t count;
+    for (size_t first = 0; (count = weft_planner_chunk(h->planner, first, position));
+         first += count) {
         for (int l = 0; l < h->leaf_count; l++) {
             int32_t sum[CHUNK] = {0};
             for (int i = 0; i < h->leaf[l].count; i++)

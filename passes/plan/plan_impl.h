@@ -89,6 +89,10 @@ enum weft_result weft_planner_split_tile(struct weft_planner *planner, int tile,
 // ---- plan_values.c: values at sample positions, numbered x fastest ------------------------------
 
 size_t weft_planner_positions(const struct weft_planner *planner);
+enum { WEFT_PLANNER_CHUNK = 2048 }; // positions looked at together
+// Numbers of the next positions, from `first` on; returns how many there are, 0 at the end.
+size_t weft_planner_chunk(const struct weft_planner *planner, size_t first,
+                          uint32_t positions[WEFT_PLANNER_CHUNK]);
 // With signs and shifts; out[i] += the item's value at positions[i].
 void weft_planner_add_values(const struct weft_planner *planner,
                              const struct weft_pass_plan_item *item, size_t count,

@@ -9,7 +9,7 @@
 
 #include "passes/plan/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_POSITIONS = 6000, JOIN_AT_ONCE = 96 };
+enum { CHUNK = WEFT_PLANNER_CHUNK, MAX_POSITIONS = 6000, JOIN_AT_ONCE = 96 };
 static const int beam_widths[] = {12, 96}, most_rounds[] = {24, 8};
 
 enum weft_result weft_pass_plan_order_create(const struct weft_log *log, int items,
@@ -362,17 +362,16 @@ static void spend_bias(const struct search *s, const int *bundle, int *steps)
 // Adds up everything at all positions; those that fail join the search. false when there are any.
 static bool check_all(struct search *s, const int *bundle, const int *steps)
 {
-    const size_t all = weft_planner_positions(s->planner);
     uint32_t position[CHUNK];
     int32_t sum[CHUNK], value[CHUNK];
     int joined = 0;
-    for (size_t first = 0; first < all && joined < JOIN_AT_ONCE; first += CHUNK) {
-        const size_t count = all - first < CHUNK ? all - first : CHUNK;
+    size_t count;
+    for (size_t first = 0;
+         joined < JOIN_AT_ONCE && (count = weft_planner_chunk(s->planner, first, position));
+         first += count) {
         bool bad[CHUNK] = {false};
-        for (size_t i = 0; i < count; i++) {
-            position[i] = (uint32_t)(first + i);
+        for (size_t i = 0; i < count; i++)
             sum[i] = steps[0] * s->quantum;
-        }
         for (int place = 0; place < s->bundle_count; place++) {
             find_values(s, position, count, bundle[place], value);
             for (size_t i = 0; i < count; i++) {

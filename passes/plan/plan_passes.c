@@ -5,7 +5,7 @@
 
 #include "passes/plan/plan_impl.h"
 
-enum { CHUNK = 2048, MAX_EXTRA_BITS = 8 };
+enum { CHUNK = WEFT_PLANNER_CHUNK, MAX_EXTRA_BITS = 8 };
 
 // ---- lists that grow ----------------------------------------------------------------------------
 
@@ -50,14 +50,11 @@ enum weft_result weft_planner_add_group(struct weft_planner *planner,
 int32_t weft_planner_pass_magnitude(const struct weft_planner *planner,
                                     const struct weft_pass *pass)
 {
-    const size_t all = weft_planner_positions(planner);
+    uint32_t position[CHUNK];
     int32_t largest = 0;
-    for (size_t first = 0; first < all; first += CHUNK) {
-        const size_t count = all - first < CHUNK ? all - first : CHUNK;
-        uint32_t position[CHUNK];
+    size_t count;
+    for (size_t first = 0; (count = weft_planner_chunk(planner, first, position)); first += count) {
         int32_t sum[CHUNK] = {0};
-        for (size_t i = 0; i < count; i++)
-            position[i] = (uint32_t)(first + i);
         for (int g = 0; g < pass->group_count; g++) {
             struct weft_pass_plan_item item = {planner->plan->groups[pass->group_first + g], 0, 0};
             for (int c = 0; c < 4; c++)
@@ -257,15 +254,11 @@ static void add_need(const struct weft_planner *planner, const struct weft_pass_
 static void find_need(const struct weft_planner *planner, const struct weft_pass_plan_order *order,
                       int bits, struct split_need *need)
 {
-    const size_t all = weft_planner_positions(planner);
     uint32_t position[CHUNK];
+    size_t count;
     *need = (struct split_need){0, 0.0, 0};
-    for (size_t first = 0; first < all; first += CHUNK) {
-        const size_t count = all - first < CHUNK ? all - first : CHUNK;
-        for (size_t i = 0; i < count; i++)
-            position[i] = (uint32_t)(first + i);
+    for (size_t first = 0; (count = weft_planner_chunk(planner, first, position)); first += count)
         add_need(planner, order, bits, count, position, need);
-    }
 }
 
 static bool subtracts(const struct weft_planner *planner)

@@ -9,6 +9,16 @@ size_t weft_planner_positions(const struct weft_planner *planner)
     return weft_kernel_tiles_get_info(planner->plan->tiles)->tile_values;
 }
 
+size_t weft_planner_chunk(const struct weft_planner *planner, size_t first,
+                          uint32_t positions[WEFT_PLANNER_CHUNK])
+{
+    const size_t left = weft_planner_positions(planner) - first;
+    const size_t count = left < WEFT_PLANNER_CHUNK ? left : WEFT_PLANNER_CHUNK;
+    for (size_t i = 0; i < count; i++)
+        positions[i] = (uint32_t)(first + i);
+    return count;
+}
+
 // Sample positions are mostly looked at in their order: how many follow each other in a row.
 static size_t row_length(const struct weft_kernel_tiles_info *info, const uint32_t *positions,
                          size_t count)
@@ -95,7 +105,7 @@ void weft_planner_add_values(const struct weft_planner *planner,
                      positions, out);
 }
 
-enum { CHUNK = 2048 };
+enum { CHUNK = WEFT_PLANNER_CHUNK };
 
 static void sum_chunk(const struct weft_planner *planner, size_t count, const uint32_t *positions,
                       struct weft_pass_plan_sums *out)
@@ -121,13 +131,11 @@ static void sum_chunk(const struct weft_planner *planner, size_t count, const ui
 enum weft_result weft_planner_sums(const struct weft_planner *planner,
                                    struct weft_pass_plan_sums *out)
 {
-    const size_t all = weft_planner_positions(planner);
     uint32_t positions[CHUNK];
+    size_t count;
     *out = (struct weft_pass_plan_sums){.least = INT32_MAX, .most = INT32_MIN};
-    for (size_t first = 0; first < all; first += CHUNK) {
-        const size_t count = all - first < CHUNK ? all - first : CHUNK;
-        for (size_t i = 0; i < count; i++)
-            positions[i] = (uint32_t)(first + i);
+    for (size_t first = 0; (count = weft_planner_chunk(planner, first, positions));
+         first += count) {
         sum_chunk(planner, count, positions, out);
         if (weft_planner_cancelled(planner))
             return WEFT_ERR_CANCELLED;

@@ -12,28 +12,12 @@
 #include <jansson.h>
 
 #include "tests/support/command.h"
+#include "tests/support/json.h"
 
 static void skip_without_gl(void)
 {
     if (!command_has_gl())
         skip();
-}
-
-static json_t *parse(const char *text)
-{
-    json_error_t error;
-    json_t *root = json_loads(text, 0, &error);
-    if (!root)
-        fail_msg("%s in: %.200s", error.text, text);
-    return root;
-}
-
-static double number(const json_t *object, const char *key)
-{
-    const json_t *value = json_object_get(object, key);
-    if (!json_is_number(value))
-        fail_msg("%s is no number", key);
-    return json_number_value(value);
 }
 
 static const char *text(const json_t *object, const char *key)

@@ -15,6 +15,7 @@
 #include <math.h>
 
 #include "tests/support/command.h"
+#include "tests/support/json.h"
 #include "tests/support/exr_peer.h"
 #include "filter/half.h"
 #include "weft.h"
@@ -51,23 +52,6 @@ static struct weft_image picture(void)
         plane[i] = 0.5f + 0.5f * sinf(0.7f * (float)i);
     return (struct weft_image){
         .width = WIDTH, .height = HEIGHT, .channel_count = 1, .channels = &grey};
-}
-
-static double number(const json_t *object, const char *key)
-{
-    const json_t *value = json_object_get(object, key);
-    if (!json_is_number(value))
-        fail_msg("no number %s", key);
-    return json_number_value(value);
-}
-
-static json_t *parse(const char *text)
-{
-    json_error_t error;
-    json_t *root = json_loads(text, 0, &error);
-    if (!root)
-        fail_msg("line %d: %s", error.line, error.text);
-    return root;
 }
 
 // `weft ...` succeeds and says `text` on stderr; NULL: says nothing.

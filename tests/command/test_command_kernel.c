@@ -15,27 +15,10 @@
 #include <jansson.h>
 
 #include "tests/support/command.h"
+#include "tests/support/json.h"
 #include "weft.h"
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-
-static json_t *parse(const char *text)
-{
-    json_error_t error;
-    json_t *root = json_loads(text, 0, &error);
-    if (!root)
-        print_error("line %d: %s\n", error.line, error.text);
-    assert_non_null(root);
-    return root;
-}
-
-static double number(const json_t *object, const char *key)
-{
-    const json_t *value = json_object_get(object, key);
-    if (!json_is_number(value))
-        fail_msg("no number %s", key);
-    return json_number_value(value);
-}
 
 static double element(const json_t *array, size_t index)
 {
