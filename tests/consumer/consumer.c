@@ -93,11 +93,10 @@ static enum weft_result enlarge(weft_context *context, const float *const plane[
                                         .plane = {plane[0], plane[1], plane[2]}),
             &source);
     if (res == WEFT_OK)
-        res = weft_resample_run(
-            compiled,
-            &(struct weft_resample_run_params){
-                .source = source, .stride = 10, .plane = {out[0], out[1], out[2]}},
-            NULL);
+        res = weft_resample_run(compiled,
+                                weft_resample_run_params(.source = source, .stride = 10,
+                                                         .plane = {out[0], out[1], out[2]}),
+                                NULL);
     weft_resample_source_destroy(&source);
     weft_resample_compiled_destroy(&compiled);
     weft_resample_plan_destroy(&plan);
