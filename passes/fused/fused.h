@@ -69,6 +69,7 @@ struct weft_slice_params {
     const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
+#define weft_slice_params(...) (&(struct weft_slice_params){__VA_ARGS__})
 
 // One rectangle of the output, with the data it needs resident at once.
 struct weft_slice_tile {

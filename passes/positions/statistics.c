@@ -191,9 +191,22 @@ struct marker {
     bool cancelled;
 };
 
-static void mark_position(struct mask *mask, const int32_t whole[3])
+// Pixels of a row within their cell: what weft_slice_grid_pixel has as whole numbers, of which a
+// cell leaves the last three bits.
+static void mark_positions(const struct weft_slice_grid *grid, const struct weft_slice_block *block,
+                           int dx, int dy, int count, struct mask *mask)
 {
-    mask->row[(whole[2] & 7) * WEFT_BRICK_SIZE + (whole[1] & 7)] |= (uint8_t)(1u << (whole[0] & 7));
+    int64_t at[3];
+    for (int a = 0; a < 3; a++)
+        at[a] = block->position[a] + dx * grid->du[a] + dy * grid->dv[a];
+    for (int i = 0; i < count; i++) {
+        const int x = (int)(at[0] >> grid->fraction_bits) & 7;
+        const int y = (int)(at[1] >> grid->fraction_bits) & 7;
+        const int z = (int)(at[2] >> grid->fraction_bits) & 7;
+        mask->row[z * WEFT_BRICK_SIZE + y] |= (uint8_t)(1u << x);
+        for (int a = 0; a < 3; a++)
+            at[a] += grid->du[a];
+    }
 }
 
 static bool mark_span(void *priv, const struct weft_span *span)
@@ -201,8 +214,6 @@ static bool mark_span(void *priv, const struct weft_span *span)
     struct marker *m = priv;
     const struct weft_slice_grid *grid = &m->footprint->grid;
     const int bx = span->x / WEFT_GRID_BLOCK, by = span->y / WEFT_GRID_BLOCK;
-    int32_t whole[3];
-    double fraction[3];
     if (span->y != m->row) {
         m->row = span->y;
         m->cancelled = !go_on(m->progress, 0.0);
@@ -215,10 +226,8 @@ static bool mark_span(void *priv, const struct weft_span *span)
     m->block_x = bx;
     m->block_y = by;
     const bool one = memcmp(span->low, span->high, sizeof span->low) == 0;
-    for (int i = 0; i < (one ? 1 : span->count); i++) {
-        weft_slice_grid_pixel(grid, &m->block, span->x + i, span->y, whole, fraction);
-        mark_position(mask, whole);
-    }
+    mark_positions(grid, &m->block, span->x % WEFT_GRID_BLOCK, span->y % WEFT_GRID_BLOCK,
+                   one ? 1 : span->count, mask);
     return true;
 }
 
