@@ -1,7 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# sh tests/run.sh: builds weft as it is installed, with warnings as errors, into build/check and runs
-# every test.
+# sh tests/run.sh: builds weft with warnings as errors into build/check and runs every test.
 # Installs Debian packages if any are missing (as root, or with sudo).
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -10,7 +9,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 weft_install_packages
 mkdir -p "$root/build"
 start=$(date +%s)
-weft_build build/check -DCMAKE_BUILD_TYPE=Release -DWEFT_WERROR=ON
+weft_build build/check -DCMAKE_BUILD_TYPE=RelWithDebInfo -DWEFT_WERROR=ON
 built=$(date +%s)
 echo "== testing"
 status=0
