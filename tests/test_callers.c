@@ -1593,8 +1593,8 @@ static void pixel_errors(void)
     struct weft_pixels_verify_params good = {.kernel = {named("bspline")},
                                              .grid = &g,
                                              .size = {8, 8},
-                                             .samples = {{voxels}},
-                                             .pixels = {{out}},
+                                             .samples = {{.values = voxels}},
+                                             .pixels = {{.values = out}},
                                              .log = &logger};
 #define CALL weft_pixels_verify(&p, &error)
     TRUE(weft_pixels_verify(&good, &error) == WEFT_OK && error.pixels_checked == 16);

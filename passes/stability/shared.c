@@ -71,7 +71,8 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
     if (res == WEFT_OK) {
         const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
         *bound = (struct weft_stability_bound){info->error_bound, info->error_absolute};
-        res = weft_slice_run_once(params->context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL);
+        res = weft_slice_run_once(params->context, plan, NULL,
+                                  weft_slice_run_params(.pixels = pixels), NULL);
     }
     weft_slice_plan_destroy(&plan);
     weft_volume_destroy(&volume);
@@ -123,8 +124,9 @@ enum weft_result weft_stability_compare(const struct weft_log *log,
     struct weft_pixels_verify_params *params =
         weft_pixels_verify_params(.dims = 3, .grid = &grid,
                                   .size = {slice->size[0], slice->size[1], slice->size[2]},
-                                  .samples = {{slice->data}}, .pixels = {{pixels}},
-                                  .how = {.max_seconds = INFINITY}, .log = log);
+                                  .samples = {{.values = slice->data}},
+                                  .pixels = {{.values = pixels}}, .how = {.max_seconds = INFINITY},
+                                  .log = log);
     *out = (struct weft_verify_report){0};
     if (bound) {
         params->bound_relative = bound->relative;

@@ -169,8 +169,9 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                          .rows = plan->axis[1].at};
     return weft_pixels_verify(
         weft_pixels_verify_params(.kernel = {info->kernel}, .grid = &grid,
-                                  .size = {info->size[0], info->size[1]}, .samples = {{r.samples}},
-                                  .pixels = {{r.pixels, .stride = r.stride}},
+                                  .size = {info->size[0], info->size[1]},
+                                  .samples = {{.values = r.samples}},
+                                  .pixels = {{.values = r.pixels, .stride = r.stride}},
                                   .bound_relative = weft_separable_error_bound(&info->kernel),
                                   .bound_absolute = 0.0, .how = how_of(params, r.progress),
                                   .log = r.log),

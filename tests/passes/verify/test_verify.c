@@ -230,8 +230,9 @@ static void integers_are_exact(void **state)
     const struct weft_pixel_grid grid = {.width = 2, .height = 2, .columns = at, .rows = at};
     struct weft_pixels_verify_params *params =
         weft_pixels_verify_params(.kernel = {kernel_named("nearest")}, .grid = &grid,
-                                  .size = {2, 2}, .samples = {{samples, WEFT_VERIFY_UINT32}},
-                                  .pixels = {{pixels, WEFT_VERIFY_UINT32}});
+                                  .size = {2, 2},
+                                  .samples = {{.values = samples, .type = WEFT_VERIFY_UINT32}},
+                                  .pixels = {{.values = pixels, .type = WEFT_VERIFY_UINT32}});
     struct weft_verify_report r;
     (void)state;
     assert_int_equal(weft_pixels_verify(params, &r), WEFT_OK);
@@ -263,7 +264,8 @@ static void axes_have_kernels_of_their_own(void **state)
                                                  kernel_named("catmull-rom"),
                                                  kernel_named("catmull-rom")},
                                       .dims = dims, .grid = &grid, .size = {N, N, N},
-                                      .samples = {{samples}}, .pixels = {{pixels}});
+                                      .samples = {{.values = samples}},
+                                      .pixels = {{.values = pixels}});
         assert_int_equal(weft_kernel_derive(NULL, &params->kernel[0], &params->kernel[0]), WEFT_OK);
         for (int x = 0; x < 5; x++)
             pixels[x] = (float)(2.0 * (3.1 + 0.4 * x));
@@ -327,10 +329,10 @@ static void samples_of_pixels_repeat(void **state)
     enum { N = 300 };
     static float sample = 0.0f, pixels[N * N];
     const struct weft_pixel_grid grid = {.width = N, .height = N};
-    struct image m = {.params =
-                          *weft_pixels_verify_params(.kernel = {kernel_named("linear")},
-                                                     .grid = &grid, .size = {1, 1},
-                                                     .samples = {{&sample}}, .pixels = {{pixels}})};
+    struct image m = {.params = *weft_pixels_verify_params(.kernel = {kernel_named("linear")},
+                                                           .grid = &grid, .size = {1, 1},
+                                                           .samples = {{.values = &sample}},
+                                                           .pixels = {{.values = pixels}})};
     (void)state;
     for (int i = 0; i < N * N; i++)
         pixels[i] = (float)(1 + i);
