@@ -13,41 +13,6 @@
 
 static const double UNIT = 0x1p-24; // unit roundoff of single precision
 
-// What Horner's rule rounds for one tap at u in a segment: each step's product and sum by what they
-// are there (a running error), and the coefficients by half a unit each.
-static double horner_error(const struct weft_polynomial_tiles *t, const float *coefficients,
-                           double u)
-{
-    const size_t stride = 4 * (size_t)t->groups;
-    double value = coefficients[(size_t)t->degree * stride];
-    double error = t->exact ? 0.0 : UNIT * fabs(value);
-    for (int p = t->degree - 1; p >= 0; p--) {
-        const double c = coefficients[(size_t)p * stride], product = value * u;
-        value = product + c;
-        error = error * u + UNIT * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
-    }
-    return error;
-}
-
-// The largest sum of these over the taps, found at points a little apart.
-static double rounding_of_weights(const struct weft_polynomial_tiles *t)
-{
-    enum { POINTS = 512 };
-    const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
-    const int points = t->segments < POINTS ? POINTS / t->segments : 1;
-    double largest = 0.0;
-    for (int i = 0; i <= t->segments * points - (points == 1); i++) {
-        const int segment = i / points < t->segments ? i / points : t->segments - 1;
-        const double u = points == 1 ? 1.0 : (double)(i - segment * points) / points;
-        double sum = 0.0;
-        for (int tap = 0; tap < t->width; tap++)
-            sum += horner_error(t, t->coefficients + (size_t)segment * segment_size + tap, u);
-        largest = fmax(largest, sum);
-    }
-    // Between two points it can be a little more.
-    return 1.05 * largest;
-}
-
 // Positions are off by their rounding and what steps add up to (passes/positions/grid.h).
 static double position_error(const struct weft_slice_grid *grid)
 {
@@ -58,18 +23,17 @@ static double position_error(const struct weft_slice_grid *grid)
 static double weight_error(const struct weft_slice_plan *plan, double slope)
 {
     // A fraction times a number of segments that is no power of two is rounded.
-    const int segments = plan->kernel_tiles.segments;
+    const int segments = plan->weights->tiles.segments;
     const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
     const double position = 0x1p-25 + scaled + position_error(&plan->footprint->grid);
-    return rounding_of_weights(&plan->kernel_tiles) + plan->kernel_tiles.sum_error +
-           position * slope;
+    return plan->weights->error + position * slope;
 }
 
 double weft_slice_position_bound(const struct weft_slice_plan *plan)
 {
     const double gain = plan->smooth.gain;
     return 3.0 * gain * gain * position_error(&plan->footprint->grid) *
-           weft_analysis_slope(&plan->info.kernel);
+           weft_footprint_kernel(plan->footprint)->slope;
 }
 
 static int convolved_axes(const struct weft_slice_plan *plan)
@@ -82,7 +46,7 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weight_error(plan, weft_analysis_slope(kernel));
+    double weights = weight_error(plan, weft_footprint_kernel(plan->footprint)->slope);
     int axes = convolved_axes(plan);
     // A product and the additions after it, on each level; the first one is to 0.
     double sums = axes * kernel->width * UNIT;
@@ -97,7 +61,7 @@ static double separable_bound(const struct weft_slice_plan *plan, double gain)
     const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
     const double position = position_error(&plan->footprint->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
-           2.0 * gain * position * weft_analysis_slope(kernel);
+           2.0 * gain * position * weft_footprint_kernel(plan->footprint)->slope;
 }
 
 // What GL may flush to zero is below 2^-126: on each level of sums up to `width` products and as
@@ -130,16 +94,14 @@ static void widen_range(const struct weft_slice_axes *axes, struct weft_source_r
     *range = wide;
 }
 
-static void set_smooth(struct weft_slice_plan *plan, const struct weft_kernel *kernel, double error,
-                       double gain)
+static void set_smooth(struct weft_slice_plan *plan, double error)
 {
-    plan->smooth = (struct weft_slice_smooth){.gain = gain};
-    if (!kernel->unit_sum)
+    const struct weft_slice_kernel *kernel = weft_footprint_kernel(plan->footprint);
+    plan->smooth = (struct weft_slice_smooth){.gain = kernel->gain};
+    if (!plan->info.kernel.unit_sum)
         return;
     plan->smooth.error = error;
-    // The first of two taps is known from that of an even number of taps only.
-    if (kernel->width % 2 == 0 && kernel->width > 2)
-        plan->smooth.curvature = weft_analysis_curvature(kernel);
+    plan->smooth.curvature = kernel->curvature;
 }
 
 // What a prefiltered kernel reads are coefficients, of up to `gain` times the voxels, whatever
@@ -175,13 +137,12 @@ static void set_rounding(struct weft_slice_plan *plan, const struct weft_volume_
 static void set_terms(struct weft_slice_plan *plan, double smooth_error)
 {
     struct weft_slice_plan_info *info = &plan->info;
-    struct weft_kernel plain = info->kernel;
-    plain.prefiltered = false;
-    double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, convolved_axes(plan));
+    const struct weft_slice_kernel *kernel = weft_footprint_kernel(plan->footprint);
+    double gain = kernel->gain, whole = pow(gain, convolved_axes(plan));
     double relative = relative_bound(plan, gain), along = 0.0;
     for (int i = 0; i < plan->axes.kept; i++)
         along += fabs(plan->axes.weight[i]);
-    set_smooth(plan, &plain, smooth_error, gain);
+    set_smooth(plan, smooth_error);
     if (plan->axes.separable) {
         plan->smooth.error = 0.0;
         relative = separable_bound(plan, gain);
@@ -190,7 +151,7 @@ static void set_terms(struct weft_slice_plan *plan, double smooth_error)
     info->bound = (struct weft_bound_terms){
         .relative = relative * (plan->axes.summed ? along : 1.0),
         .absolute = plan->smooth.error + flushed(plan, gain),
-        .prefilter = weft_prefilter_error(&info->kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
+        .prefilter = kernel->prefilter,
     };
     if (info->source == WEFT_SOURCE_FLOAT)
         return;

@@ -19,9 +19,6 @@ enum {
 };
 static const int64_t MAX_TEXELS = INT64_C(1) << 26;
 
-// Polynomial tiles are to be as good as single precision.
-static const double TILE_TOLERANCE = 1e-9;
-
 // ---- cells of a rectangle -----------------------------------------------------------------------
 
 struct planner {
@@ -319,15 +316,15 @@ static enum weft_result check_request(const struct weft_slice_params *p)
     return WEFT_OK;
 }
 
-static enum weft_result create_kernel_tiles(struct weft_slice_plan *plan,
-                                            const struct weft_slice_params *p)
+static enum weft_result find_weights(struct weft_slice_plan *plan,
+                                     const struct weft_slice_params *p)
 {
     enum { DEFAULT_SAMPLES = 64 };
-    const struct weft_kernel *kernel = &plan->info.kernel;
-    if (p->lookup == WEFT_LOOKUP_POLYNOMIAL)
-        return weft_polynomial_tiles_create(p->log, kernel, TILE_TOLERANCE, &plan->kernel_tiles);
-    return weft_polynomial_tiles_sample(p->log, kernel, p->samples ? p->samples : DEFAULT_SAMPLES,
-                                        p->lookup == WEFT_LOOKUP_LINEAR, &plan->kernel_tiles);
+    const int samples = p->lookup == WEFT_LOOKUP_POLYNOMIAL ? 0
+                        : p->samples                        ? p->samples
+                                                            : DEFAULT_SAMPLES;
+    return weft_footprint_weights(p->log, plan->footprint, samples, p->lookup == WEFT_LOOKUP_LINEAR,
+                                  &plan->weights);
 }
 
 // Everything but what lies where.
@@ -340,11 +337,11 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
     plan->range = (struct weft_source_range){p->low, p->high};
     plan->clamp_to_samples = p->clamp_to_samples;
     if (res == WEFT_OK)
-        res = create_kernel_tiles(plan, p);
+        res = find_weights(plan, p);
     if (res != WEFT_OK)
         return res;
-    info->samples = plan->kernel_tiles.segments;
-    info->weight_vectors = (plan->kernel_tiles.degree + 1) * plan->kernel_tiles.groups;
+    info->samples = plan->weights->tiles.segments;
+    info->weight_vectors = (plan->weights->tiles.degree + 1) * plan->weights->tiles.groups;
     const struct weft_slice_grid *grid = &plan->footprint->grid;
     weft_slice_axes_set(&info->kernel, grid,
                         !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples, &plan->axes);
@@ -513,7 +510,6 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
     forget_tiles(*plan);
     free((*plan)->tiles);
     free((*plan)->tile_plans);
-    weft_polynomial_tiles_destroy(&(*plan)->kernel_tiles);
     weft_footprint_destroy(&(*plan)->footprint);
     free((*plan)->text);
     free(*plan);

@@ -44,8 +44,8 @@ struct weft_slice_plan {
     struct weft_source_range range; // of stored samples
     float largest_fit;              // see passes/fused/exact.h
     bool clamp_to_samples;
-    struct weft_polynomial_tiles kernel_tiles;
-    struct weft_slice_tile *tiles; // info.tile_count
+    const struct weft_slice_weights *weights; // the footprint's
+    struct weft_slice_tile *tiles;            // info.tile_count
     struct weft_slice_tile_plan *tile_plans;
     size_t tile_capacity;
     uint64_t separable_bytes; // what the passes of one axis after the other may take

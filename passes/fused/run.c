@@ -115,7 +115,7 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
         [WEFT_LAYOUT_PLAIN] = "PLAIN",
     };
     const struct weft_slice_plan *plan = r->plan;
-    const struct weft_polynomial_tiles *tiles = &plan->kernel_tiles;
+    const struct weft_polynomial_tiles *tiles = &plan->weights->tiles;
     const struct weft_kernel *kernel = &plan->info.kernel;
     const bool full = kind == KIND_FULL;
     const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
@@ -138,7 +138,7 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
 
 static enum weft_result create_kernel(struct weft_fused *r)
 {
-    const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
+    const struct weft_polynomial_tiles *tiles = &r->plan->weights->tiles;
     if (tiles->segments == 1)
         return WEFT_OK; // a uniform
     size_t bytes = tiles->coefficient_count * sizeof *tiles->coefficients;
@@ -313,7 +313,7 @@ static void bind_kernel(const struct weft_fused *r, GLuint program, enum kind ki
 {
     static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
     const GladGLContext *gl = r->gl;
-    const struct weft_polynomial_tiles *tiles = &r->plan->kernel_tiles;
+    const struct weft_polynomial_tiles *tiles = &r->plan->weights->tiles;
     if (kind == KIND_SMOOTH)
         gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
     else if (tiles->segments > 1)

@@ -78,8 +78,8 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
     fprintf(out,
             "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel| + "
             "%.2g\n",
-            weft_layout_name(plan->info.layout), plan->kernel_tiles.degree,
-            plan->kernel_tiles.segments, plan->info.error_bound, plan->info.error_absolute);
+            weft_layout_name(plan->info.layout), plan->weights->tiles.degree,
+            plan->weights->tiles.segments, plan->info.error_bound, plan->info.error_absolute);
     print_savings(out, plan->info.savings);
     if (plan->footprint->coefficients)
         fprintf(out,

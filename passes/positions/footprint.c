@@ -177,6 +177,7 @@ void weft_footprint_destroy(weft_footprint **footprint)
     for (size_t i = 0; i < f->cells_count; i++)
         cells_destroy(f->cells[i]);
     free(f->cells);
+    weft_footprint_forget_weights(f);
     weft_brick_store_destroy(&f->places);
     weft_brick_list_clear(&f->topology);
     weft_volume_destroy(&f->coefficients);

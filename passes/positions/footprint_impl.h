@@ -5,6 +5,7 @@
 
 #include "passes/positions/footprint.h"
 #include "passes/positions/grid.h"
+#include "passes/positions/weights.h"
 #include "tiles/volume/brick_store.h"
 
 // Where in a cell the pixels of a rectangle have floor(position + tap_shift): from low to high, 0
@@ -50,6 +51,10 @@ struct weft_footprint {
     weft_brick_store *store;
     float **blocks;
     size_t block_count, block_capacity;
+    // Of the kernel, made so far: see passes/positions/weights.h.
+    struct weft_slice_weights **weights;
+    size_t weights_count;
+    struct weft_slice_kernel kernel;
     // Computed so far.
     bool measured;
     struct weft_statistics voxels;

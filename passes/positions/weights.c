@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/positions/weights.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "filter/analysis/analysis.h"
+#include "passes/positions/footprint_impl.h"
+
+// Polynomial tiles are to be as good as single precision.
+static const double TILE_TOLERANCE = 1e-9;
+
+static const double UNIT = 0x1p-24; // unit roundoff of single precision
+
+// What Horner's rule rounds for one tap at u in a segment: each step's product and sum by what they
+// are there (a running error), and the coefficients by half a unit each.
+static double horner_error(const struct weft_polynomial_tiles *t, const float *coefficients,
+                           double u)
+{
+    const size_t stride = 4 * (size_t)t->groups;
+    double value = coefficients[(size_t)t->degree * stride];
+    double error = t->exact ? 0.0 : UNIT * fabs(value);
+    for (int p = t->degree - 1; p >= 0; p--) {
+        const double c = coefficients[(size_t)p * stride], product = value * u;
+        value = product + c;
+        error = error * u + UNIT * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
+    }
+    return error;
+}
+
+// The largest sum of these over the taps, found at points a little apart.
+static double rounding_of_weights(const struct weft_polynomial_tiles *t)
+{
+    enum { POINTS = 512 };
+    const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
+    const int points = t->segments < POINTS ? POINTS / t->segments : 1;
+    double largest = 0.0;
+    for (int i = 0; i <= t->segments * points - (points == 1); i++) {
+        const int segment = i / points < t->segments ? i / points : t->segments - 1;
+        const double u = points == 1 ? 1.0 : (double)(i - segment * points) / points;
+        double sum = 0.0;
+        for (int tap = 0; tap < t->width; tap++)
+            sum += horner_error(t, t->coefficients + (size_t)segment * segment_size + tap, u);
+        largest = fmax(largest, sum);
+    }
+    // Between two points it can be a little more.
+    return 1.05 * largest;
+}
+
+enum weft_result weft_footprint_weights(const struct weft_log *log,
+                                        struct weft_footprint *footprint, int samples, bool linear,
+                                        const struct weft_slice_weights **out)
+{
+    const struct weft_kernel *kernel = &footprint->info.kernel;
+    *out = NULL;
+    for (size_t i = 0; !*out && i < footprint->weights_count; i++)
+        if (footprint->weights[i]->samples == samples && footprint->weights[i]->linear == linear)
+            *out = footprint->weights[i];
+    if (*out)
+        return WEFT_OK;
+    void *all =
+        realloc(footprint->weights, (footprint->weights_count + 1) * sizeof *footprint->weights);
+    if (all)
+        footprint->weights = all;
+    struct weft_slice_weights *own = all ? calloc(1, sizeof *own) : NULL;
+    if (!own) {
+        weft_error(log, "not enough memory for the weights of kernel %s", kernel->info->name);
+        return WEFT_ERR_MEMORY;
+    }
+    own->samples = samples;
+    own->linear = linear;
+    const enum weft_result res =
+        samples ? weft_polynomial_tiles_sample(log, kernel, samples, linear, &own->tiles)
+                : weft_polynomial_tiles_create(log, kernel, TILE_TOLERANCE, &own->tiles);
+    if (res != WEFT_OK) {
+        free(own);
+        return res;
+    }
+    own->error = rounding_of_weights(&own->tiles) + own->tiles.sum_error;
+    footprint->weights[footprint->weights_count++] = own;
+    *out = own;
+    return res;
+}
+
+const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint)
+{
+    struct weft_slice_kernel *facts = &footprint->kernel;
+    const struct weft_kernel *kernel = &footprint->info.kernel;
+    struct weft_kernel plain = *kernel;
+    if (facts->known)
+        return facts;
+    plain.prefiltered = false;
+    *facts = (struct weft_slice_kernel){
+        .known = true,
+        .gain = weft_analysis_overshoot(&plain).gain,
+        .slope = weft_analysis_slope(kernel),
+        .prefilter = weft_prefilter_error(kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
+    };
+    // The first of two taps is known from that of an even number of taps only.
+    if (plain.unit_sum && plain.width % 2 == 0 && plain.width > 2)
+        facts->curvature = weft_analysis_curvature(&plain);
+    return facts;
+}
+
+void weft_footprint_forget_weights(struct weft_footprint *footprint)
+{
+    for (size_t i = 0; i < footprint->weights_count; i++) {
+        weft_polynomial_tiles_destroy(&footprint->weights[i]->tiles);
+        free(footprint->weights[i]);
+    }
+    free(footprint->weights);
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/positions/weights.h - a footprint's kernel as engines look it up, and what bounds ask of
+// it: found when first wanted and kept as long as the footprint, whose plans share them (not
+// installed).
+#ifndef WEFT_PASSES_POSITIONS_WEIGHTS_H
+#define WEFT_PASSES_POSITIONS_WEIGHTS_H
+
+#include "filter/analysis/error.h"
+#include "filter/kernels/prefilter.h"
+#include "tiles/kernel/polynomial_tiles.h"
+
+struct weft_footprint;
+
+// Of one look-up.
+struct weft_slice_weights {
+    int samples; // that the kernel is sampled at; 0: polynomials, as good as single precision
+    bool linear; // between samples
+    struct weft_polynomial_tiles tiles;
+    // The largest sum over a position's taps of what Horner's rule in single precision, and
+    // sampling, make each weight off by.
+    double error;
+};
+
+// Of the kernel itself: weft_analysis_overshoot's gain without its prefilter, weft_analysis_slope,
+// weft_analysis_curvature (0 where linear interpolation has no say: of an odd number of taps, or
+// of two, or weights that do not add up to one), and weft_prefilter_error in 3D.
+struct weft_slice_kernel {
+    bool known;
+    double gain, slope, curvature;
+    struct weft_prefilter_error prefilter;
+};
+
+// Finds a look-up's weights, or makes them. Returns what weft_polynomial_tiles_create and
+// weft_polynomial_tiles_sample return.
+enum weft_result weft_footprint_weights(const struct weft_log *log,
+                                        struct weft_footprint *footprint, int samples, bool linear,
+                                        const struct weft_slice_weights **out);
+const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint);
+void weft_footprint_forget_weights(struct weft_footprint *footprint);
+
+#endif
