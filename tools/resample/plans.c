@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plans of `weft resample`: separable, or passes as they are asked for, or the cheapest passes
 // within --max-error by what weft calibrate measured.
+#include <math.h>
 #include <stdlib.h>
 
 #include "tools/common/cost_file.h"
@@ -35,11 +36,21 @@ static bool is_given(const struct resample_job *job, enum resample_plan_option o
     return job->option[RESAMPLE_PLAN + o].given;
 }
 
+// The least bound that passes which need not be planned could have, to the range; INFINITY: none.
+static double least_bound(const struct weft_resample_choice *choice)
+{
+    double least = INFINITY;
+    for (size_t i = 0; i < choice->count; i++)
+        least = fmin(least, choice->candidates[i].bound); // NAN of what is refused
+    return least;
+}
+
 // Says what the best would be.
 static enum weft_result refuse(struct resample_job *job, const struct weft_profile *profile,
                                const struct weft_resample_choice *choice)
 {
     const char *wanted = job->option[RESAMPLE_MAX_ERROR].text;
+    const double least = least_bound(choice);
     job->over_budget = true;
     if (choice->best >= 0) {
         const struct weft_candidate *c = &choice->candidates[choice->best];
@@ -47,6 +58,10 @@ static enum weft_result refuse(struct resample_job *job, const struct weft_profi
                      "best bound found is %.3g of it (%s, %d samples, %d bits)",
                      profile->name, wanted, choice->max_error, c->bound,
                      weft_technique_names[c->method.technique], c->method.samples, c->method.bits);
+    } else if (isfinite(least)) {
+        report_error("no passes of profile %s are within --max-error %s, %.3g of the range: no "
+                     "bound could be below %.3g of it",
+                     profile->name, wanted, choice->max_error, least);
     } else {
         report_error("profile %s has no passes for this kernel, within --max-error %s or not",
                      profile->name, wanted);
