@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/choose/method.h - methods of computing a slice: everything that decides what it costs and
 // how wrong it is, as one value, planned and run by the same calls whatever is behind it. A method
-// runs on one of three methods: the fused pass of passes/slice/slice.h, which convolves in single
+// runs on one of three engines: the fused pass of passes/slice/slice.h, which convolves in single
 // precision from a source of one of four formats; the same one axis after the other
 // (passes/separable/separable.h), for slices along the volume's axes; or the passes of a plan
 // (passes/plan/plan.h) on a target of limited precision.

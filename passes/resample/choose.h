@@ -39,7 +39,7 @@ struct weft_resample_choice {
 };
 
 // Chooses. Returns WEFT_OK with chosen = -1 where nothing meets the budget; WEFT_ERR_ARGUMENT
-// (sources, errors), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED; *out is then all zero.
+// (sources, errors), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED; *out then holds nothing.
 WEFT_API enum weft_result weft_resample_choose(const struct weft_resample_choose_params *params,
                                                struct weft_resample_choice *out);
 WEFT_API void weft_resample_choice_clear(struct weft_resample_choice *choice); // {0} is fine
