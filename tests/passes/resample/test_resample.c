@@ -301,7 +301,7 @@ static void separable_meets_the_reference(void **state)
                                           "bspline3", "bspline3i", "bspline5i"};
     (void)state;
     int runs = 0;
-    for (int k = 0; contexts[k] && k < 2; k++)
+    for (int k = 0; k < 2 && contexts[k]; k++)
         for (size_t i = 0; i < WEFT_COUNT(kernels); i++)
             for (size_t s = 0; s < (k ? 1 : WEFT_COUNT(shapes)); s++, runs++) {
                 const struct weft_kernel kernel = kernel_named(kernels[i]);
