@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # house.sh NM SOURCE_DIR BUILD_DIR: the source tree keeps its shape. Includes and calls run only to
 # the same room or to one that stands before it below, files do not call each other in circles, no
-# folder has more than 24 entries, and every public header says about as much as it declares.
+# folder has more than 28 entries, and every public header says about as much as it declares.
 # Prints what breaks these rules, one line each, and then the figures.
 set -eu
 nm=$1 source=$2 build=$3
-most_entries=24 least_comment=0.75
+most_entries=28 least_comment=0.75
 
 # Each room may use those before it.
 rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume
 tiles/image tiles/readers passes/gl passes/accumulate passes/separable passes/positions passes/plan
 passes/fused passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
-passes/antialias passes/stability weft tools/common tools/plan_json tools/resample tools/slice
-tools/table tools/chart tools/verbs tools'
+passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json
+tools/resample tools/slice tools/table tools/chart tools/verbs tools'
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
 cd "$source"

@@ -7,7 +7,7 @@
 
 #include "tools/chart/chart.h"
 #include "tools/common/kernels.h"
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 
 // Pixels. The first chart's axes lie where labels can be placed by arithmetic.
 enum { WIDTH = 1280, HEIGHT = 840, LEFT = 95, RIGHT = 960, BOTTOM = 135, TOP = 765 };

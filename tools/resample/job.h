@@ -3,8 +3,8 @@
 #ifndef WEFT_TOOLS_RESAMPLE_JOB_H
 #define WEFT_TOOLS_RESAMPLE_JOB_H
 
-#include "tools/common/budget.h"
-#include "tools/common/pass_options.h"
+#include "tools/methods/budget.h"
+#include "tools/methods/pass_options.h"
 
 enum resample_option {
     RESAMPLE_OUTPUT,

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "tools/common/cost_file.h"
+#include "tools/methods/cost_file.h"
 #include "tools/common/report.h"
 #include "tools/resample/job.h"
 

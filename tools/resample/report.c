@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-#include "tools/common/candidates.h"
+#include "tools/methods/candidates.h"
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "tools/common/candidates.h"
-#include "tools/common/cost_file.h"
+#include "tools/methods/candidates.h"
+#include "tools/methods/cost_file.h"
 #include "tools/common/report.h"
 
 // What was measured for the renderer that the slice is made on, or would be.

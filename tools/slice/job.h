@@ -3,9 +3,9 @@
 #ifndef WEFT_TOOLS_SLICE_JOB_H
 #define WEFT_TOOLS_SLICE_JOB_H
 
-#include "tools/common/budget.h"
+#include "tools/methods/budget.h"
 #include "tools/common/options.h"
-#include "tools/common/pass_options.h"
+#include "tools/methods/pass_options.h"
 #include "weft.h"
 
 enum slice_option {

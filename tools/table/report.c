@@ -6,7 +6,7 @@
 
 #include "tools/common/cells.h"
 #include "tools/common/json.h"
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 #include "tools/table/job.h"
 
 static const enum cells_format cells_formats[] = {

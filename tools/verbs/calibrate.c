@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "tools/common/cells.h"
-#include "tools/common/cost_file.h"
+#include "tools/methods/cost_file.h"
 #include "tools/common/json.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"

@@ -9,7 +9,7 @@
 #include "tools/common/ending.h"
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 #include "tools/verbs/verb.h"
 
 static const char default_output[] = "chart.svg", default_signal[] = "marschner-lobb";

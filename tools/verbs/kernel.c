@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tools/common/kernel_curve.h"
+#include "tools/draw/kernel_curve.h"
 #include "tools/common/kernels.h"
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "tools/plan_json/plan_json.h"
-#include "tools/common/plan_options.h"
+#include "tools/methods/plan_options.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 

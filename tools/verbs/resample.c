@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "tools/common/kernels.h"
-#include "tools/common/plan_options.h"
-#include "tools/common/preview.h"
+#include "tools/methods/plan_options.h"
+#include "tools/draw/preview.h"
 #include "tools/common/report.h"
 #include "tools/resample/job.h"
 #include "tools/common/saved.h"

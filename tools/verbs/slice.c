@@ -7,8 +7,8 @@
 
 #include "tools/common/attributes.h"
 #include "tools/common/kernels.h"
-#include "tools/common/plan_options.h"
-#include "tools/common/preview.h"
+#include "tools/methods/plan_options.h"
+#include "tools/draw/preview.h"
 #include "tools/common/report.h"
 #include "tools/slice/budget.h"
 #include "tools/verbs/verb.h"
@@ -329,8 +329,8 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
     struct weft_slice_statistics statistics = {0};
     if (res == WEFT_OK)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan), report_progress("measuring"),
-                                            &statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan),
+                                        report_progress("measuring"), &statistics);
     weft_slice_plan_destroy(&plan);
     params->low = statistics.low;
     params->high = statistics.high > statistics.low ? statistics.high : statistics.low + 1.0;
@@ -493,8 +493,8 @@ static enum weft_result set_passes_report(struct slice_job *job)
     const bool measured = job->choice.plan || job->kernel.prefiltered;
     enum weft_result res = WEFT_OK;
     if (!job->choice.plan && job->kernel.prefiltered)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan), report_progress("measuring"),
-                                            &statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan),
+                                        report_progress("measuring"), &statistics);
     const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(job->plan, job->passes);
     const struct weft_bound_values values = {
         .low = r->low,

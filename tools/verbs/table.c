@@ -9,7 +9,7 @@
 
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 #include "tools/table/job.h"
 #include "tools/verbs/verb.h"
 

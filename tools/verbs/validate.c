@@ -9,7 +9,7 @@
 #include "tools/plan_json/plan_claims.h"
 #include "tools/plan_json/plan_json.h"
 #include "tools/plan_json/plan_names.h"
-#include "tools/common/plan_options.h"
+#include "tools/methods/plan_options.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 

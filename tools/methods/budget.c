@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/budget.h"
+#include "tools/methods/budget.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/pass_options.h - what `weft resample` and `weft slice --profile` share: the options
+// tools/methods/pass_options.h - what `weft resample` and `weft slice --profile` share: the options
 // that say how passes are planned, and what is told of plans and their bounds.
-#ifndef WEFT_TOOLS_COMMON_PASS_OPTIONS_H
-#define WEFT_TOOLS_COMMON_PASS_OPTIONS_H
+#ifndef WEFT_TOOLS_METHODS_PASS_OPTIONS_H
+#define WEFT_TOOLS_METHODS_PASS_OPTIONS_H
 
 #include "tools/common/json.h"
 #include "tools/common/options.h"
-#include "tools/common/plan_options.h"
+#include "tools/methods/plan_options.h"
 #include "weft.h"
 
 enum resample_plan_option {

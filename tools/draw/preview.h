@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/preview.h - what verbs that write a picture share: its colours, range and file
+// tools/draw/preview.h - what verbs that write a picture share: its colours, range and file
 // names.
-#ifndef WEFT_TOOLS_COMMON_PREVIEW_H
-#define WEFT_TOOLS_COMMON_PREVIEW_H
+#ifndef WEFT_TOOLS_DRAW_PREVIEW_H
+#define WEFT_TOOLS_DRAW_PREVIEW_H
 
 #include "tools/common/options.h"
 #include "weft.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/budget.h - error budgets as they are written.
-#ifndef WEFT_TOOLS_COMMON_BUDGET_H
-#define WEFT_TOOLS_COMMON_BUDGET_H
+// tools/methods/budget.h - error budgets as they are written.
+#ifndef WEFT_TOOLS_METHODS_BUDGET_H
+#define WEFT_TOOLS_METHODS_BUDGET_H
 
 #include "weft.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/cost_file.h"
+#include "tools/methods/cost_file.h"
 
 #include <ctype.h>
 #include <errno.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/preview.h"
+#include "tools/draw/preview.h"
 
 #include <stdio.h>
 #include <string.h>

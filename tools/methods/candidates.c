@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/candidates.h"
+#include "tools/methods/candidates.h"
 
 #include <math.h>
 

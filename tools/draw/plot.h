@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/plot.h - plots by gnuplot, run as a child with the script on its standard input.
-#ifndef WEFT_TOOLS_COMMON_PLOT_H
-#define WEFT_TOOLS_COMMON_PLOT_H
+// tools/draw/plot.h - plots by gnuplot, run as a child with the script on its standard input.
+#ifndef WEFT_TOOLS_DRAW_PLOT_H
+#define WEFT_TOOLS_DRAW_PLOT_H
 
 #include <stdio.h>
 

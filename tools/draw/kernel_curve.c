@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/kernel_curve.h"
+#include "tools/draw/kernel_curve.h"
 
 #include <math.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/kernel_curve.h - the curve of a kernel as its user sees it: what a single sample of
+// tools/draw/kernel_curve.h - the curve of a kernel as its user sees it: what a single sample of
 // 1 becomes. For kernels with a prefilter that is the cardinal spline, not the h that weighs
 // coefficients.
-#ifndef WEFT_TOOLS_COMMON_KERNEL_CURVE_H
-#define WEFT_TOOLS_COMMON_KERNEL_CURVE_H
+#ifndef WEFT_TOOLS_DRAW_KERNEL_CURVE_H
+#define WEFT_TOOLS_DRAW_KERNEL_CURVE_H
 
 #include "weft.h"
 

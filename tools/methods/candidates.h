@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/candidates.h - what --max-error compared, of `weft slice` and `weft resample` alike.
-#ifndef WEFT_TOOLS_COMMON_CANDIDATES_H
-#define WEFT_TOOLS_COMMON_CANDIDATES_H
+// tools/methods/candidates.h - what --max-error compared, of `weft slice` and `weft resample`
+// alike.
+#ifndef WEFT_TOOLS_METHODS_CANDIDATES_H
+#define WEFT_TOOLS_METHODS_CANDIDATES_H
 
 #include "tools/common/json.h"
 #include "weft.h"

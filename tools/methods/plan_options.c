@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/plan_options.h"
+#include "tools/methods/plan_options.h"
 
 #include <limits.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/pass_options.h"
+#include "tools/methods/pass_options.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/plot.h"
+#include "tools/draw/plot.h"
 
 #include <errno.h>
 #include <signal.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/plan_options.h - the options that say what is to be planned, as `weft plan` and
+// tools/methods/plan_options.h - the options that say what is to be planned, as `weft plan` and
 // `weft validate --order` share them.
-#ifndef WEFT_TOOLS_COMMON_PLAN_OPTIONS_H
-#define WEFT_TOOLS_COMMON_PLAN_OPTIONS_H
+#ifndef WEFT_TOOLS_METHODS_PLAN_OPTIONS_H
+#define WEFT_TOOLS_METHODS_PLAN_OPTIONS_H
 
 #include "tools/common/options.h"
 #include "weft.h"
