@@ -9,9 +9,14 @@
 // value may be handed in: one that is out of its range gives WEFT_ERR_ARGUMENT (or what the
 // function says) and a line in the log; where there is neither, NAN, NULL, 0, -1 or "unknown".
 //
-// A params struct that is all zero but for what is required asks for the defaults. Where a default
-// is not zero and zero is a value, there is a macro that starts with the defaults, and the struct
-// says so: weft_volume_params(...).
+// Every params struct is filled by a macro of its name, weft_volume_params(.size = {8, 8, 8}, ...),
+// whose value is a pointer to such a struct (in C; C++ has no compound literals). It starts from
+// WEFT_VOLUME_DEFAULTS, which an initialiser of one's own may start with, too. Members left out or
+// zero ask for the defaults. DEFAULTS macros are empty but where zero is a value and the default is
+// another.
+//
+// Thread-safety: nothing is global. Functions may be called from any thread, also at once, with
+// different objects; what may be shared stands beside each object's type.
 #ifndef WEFT_FILTER_BASE_H
 #define WEFT_FILTER_BASE_H
 
@@ -47,24 +52,28 @@ enum weft_result {
     WEFT_ERR_GL = 601,          // GL reported an error
 };
 
-// A short English text for a result; never NULL, static storage.
+// Returns a short English text for a result, "unknown result" for other values; never NULL, static
+// storage.
 WEFT_API const char *weft_result_text(enum weft_result result);
 
+// How much a message matters: why a call failed; what a caller should know although it did not;
+// what was done; what helps whoever looks for a fault.
 enum weft_log_level { WEFT_LOG_ERROR, WEFT_LOG_WARNING, WEFT_LOG_INFO, WEFT_LOG_DEBUG };
 
-// Messages are one line of UTF-8 without a line end, cleaned by weft_text_clean whatever names and
-// file contents they quote, and are valid during the call only.
+// Where messages go. A message is one line of UTF-8 without a line end, up to 1 KiB, cleaned by
+// weft_text_clean whatever names and file contents it quotes, and valid during the call only. It
+// comes in the thread that called weft. The struct is borrowed, as long as a comment says.
 struct weft_log {
-    void (*write)(void *priv, enum weft_log_level level, const char *message);
-    void *priv;
+    void (*write)(void *priv, enum weft_log_level level, const char *message); // NULL: silence
+    void *priv; // handed to write as it is
 };
 
-// Called now and then during long work with the fraction done, 0 to 1, never decreasing.
-// Returning false stops the work, which then returns WEFT_ERR_CANCELLED and leaves no partial
-// output.
+// Called now and then during long work with the fraction done, 0 to 1, never decreasing, in the
+// thread that called weft. Returning false stops the work, which then returns WEFT_ERR_CANCELLED;
+// files are not left in part. The struct is borrowed until the call returns.
 struct weft_progress {
-    bool (*report)(void *priv, double fraction);
-    void *priv;
+    bool (*report)(void *priv, double fraction); // NULL: nobody asks
+    void *priv;                                  // handed to report as it is
 };
 
 // Makes a text that comes from a file, a name or a path safe to print, in place; it never grows.
@@ -75,11 +84,11 @@ struct weft_progress {
 // Returns the text.
 WEFT_API char *weft_text_clean(char *text, bool keep_lines);
 
-// Where a text file's content starts: behind UTF-8's byte order mark (EF BB BF), which some editors
-// put in front, or at `text` itself where there is none.
+// Returns where a text file's content starts: behind UTF-8's byte order mark (EF BB BF), which some
+// editors put in front, or at `text` itself where there is none.
 WEFT_API const char *weft_text_skip_mark(const char *text);
 
-// "0.1.0"; static storage.
+// Returns the version of the library that runs, "0.1.0"; static storage.
 WEFT_API const char *weft_version(void);
 
 WEFT_END_DECLS

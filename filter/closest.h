@@ -13,8 +13,8 @@ WEFT_BEGIN_DECLS
 // Finds the name nearest to the first `length` bytes of `text` in a NULL-ended list. A name counts
 // as near when at most a third of its letters differ (one may where it has three to five, none
 // where it has fewer), or when `text` is its beginning, of three letters or more. Of names equally
-// near the first one is returned; NULL where none is near. Texts of more than 63 bytes are near to
-// nothing. The pointers are required.
+// near the first one is returned; NULL where none is near. Texts and names of more than 63 bytes
+// are near to nothing. The result points into `names`.
 WEFT_API const char *weft_closest_find(const char *text, size_t length, const char *const *names);
 
 WEFT_END_DECLS

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/statistics.h - what numbers are: their range, how many are not finite, how they change.
 // One description of samples, voxels and pixels alike. It grows by whatever is added, in any order
-// and any portions, with the same result. Pure; one thread at a time may add to a struct.
+// and any portions, with the same result.
 #ifndef WEFT_FILTER_STATISTICS_H
 #define WEFT_FILTER_STATISTICS_H
 
@@ -11,24 +11,26 @@
 
 WEFT_BEGIN_DECLS
 
+// Orders of differences that are kept: enough for kernels of order 4.
 enum { WEFT_STATISTICS_DIFFERENCES = 4 };
 
+// Starts as WEFT_STATISTICS_NONE. Thread-safety: one thread at a time may add to a struct.
 struct weft_statistics {
     double minimum, maximum; // of the finite values; NAN both while there are none
-    uint64_t count;          // values added, finite or not
-    uint64_t not_finite;     // of those, NAN and infinities
-    // Largest |n-th difference|, at index n - 1, of neighbours in the lines added; 0 while there
-    // are none. Per sample to the n-th power it is the signal's n-th derivative, as far as the
-    // signal is sampled well.
+    uint64_t count;          // values that were added, finite or not
+    uint64_t not_finite;     // of those, how many are NAN or infinite
+    // Largest |n-th difference| of neighbours in the lines that were added, at index n - 1; 0 while
+    // there are none. It stands for the signal's n-th derivative, per sample distance to the n-th
+    // power, as far as the signal is sampled well.
     double difference[WEFT_STATISTICS_DIFFERENCES];
 };
-// What a struct starts with: of no values.
+// The initialiser of a struct to which no values were added yet.
 #define WEFT_STATISTICS_NONE                                                                       \
     {                                                                                              \
         .minimum = NAN, .maximum = NAN                                                             \
     }
 
-// Adds values to the range and to the counts, not to the differences.
+// Adds `count` values to the range and to the counts; leaves the differences alone.
 WEFT_API void weft_statistics_add(struct weft_statistics *statistics, const float *values,
                                   size_t count);
 
@@ -37,7 +39,7 @@ WEFT_API void weft_statistics_add(struct weft_statistics *statistics, const floa
 WEFT_API void weft_statistics_add_differences(struct weft_statistics *statistics,
                                               const float *values, size_t count, size_t stride);
 
-// The larger of |minimum| and |maximum|; 0 of no finite values.
+// Returns the larger of |minimum| and |maximum|; 0 where there are no finite values.
 WEFT_API double weft_statistics_magnitude(const struct weft_statistics *statistics);
 
 WEFT_END_DECLS

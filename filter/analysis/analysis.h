@@ -3,7 +3,8 @@
 // Numbers are good to about 1e-12 for kernels that are smooth between half integers, shifted ends
 // +-r + k and nowhere else (all of the catalogue). Radial kernels are analysed as what they are in
 // 1D, prefiltered ones (weft_kernel_make_prefiltered) as what they do to samples: in place of h
-// stands the cardinal spline. Allocates nothing, thread-safe.
+// stands the cardinal spline. Pure and thread-safe; nothing is allocated. For kernels that
+// weft_kernel_check refuses all numbers are NAN, and integers 0.
 #ifndef WEFT_FILTER_ANALYSIS_ANALYSIS_H
 #define WEFT_FILTER_ANALYSIS_ANALYSIS_H
 
@@ -11,18 +12,21 @@
 
 WEFT_BEGIN_DECLS
 
+// The largest order that is told, and the largest frequency that is answered for.
 enum { WEFT_ANALYSIS_MAX_ORDER = 12, WEFT_ANALYSIS_MAX_FREQUENCY = 4096 };
 
-// a_n(t) = sum_k (k - t)^n h(t - k) / n!: the factor of the signal's n-th derivative in the
-// reconstruction at t (Moeller, Machiraju, Mueller and Yagel, TVCG 1997). n from 0 to 64, else NAN.
+// Returns a_n(t) = sum_k (k - t)^n h(t - k) / n!, the factor of the signal's n-th derivative in the
+// reconstruction at t (Moeller, Machiraju, Mueller and Yagel, TVCG 1997). n is 0 to 64 and t
+// finite, else NAN.
 WEFT_API double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t);
 
-// The integral of x^n h(x), n as before.
+// Returns the integral of x^n h(x) over the support, n as before.
 WEFT_API double weft_analysis_moment(const struct weft_kernel *kernel, int n);
 
-// What the Taylor coefficients show. d is the derivative that the kernel reconstructs (0: the
-// signal itself). An error constant c means an error of c T^order |f^(order + d)| at sample
-// distance T, by root mean square over all positions of the sample grid, as T goes to 0.
+// What the Taylor coefficients show of a kernel's accuracy. d is the derivative that the kernel
+// reconstructs (0: the signal itself). An error constant c means an error of
+// c T^order |f^(order + d)| at sample distance T, by root mean square over all positions of the
+// sample grid, as T goes to 0.
 struct weft_analysis_order {
     int order;       // largest N with a_n = (n == d) for all n < N + d; WEFT_ANALYSIS_MAX_ORDER at
                      // most; 0 where not even constants (or their slopes) come out right
@@ -34,13 +38,15 @@ struct weft_analysis_order {
                                  // squares; 0 where L is 0. That of the spline through the samples
                                  // is `constant` of the prefiltered kernel, and larger
 };
+// Computes it, which takes tens of milliseconds.
 WEFT_API struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel);
 
-// H(f), the integral of h(x) exp(-2 pi i f x), f in cycles per sample distance, up to
-// WEFT_ANALYSIS_MAX_FREQUENCY, as the time it takes goes with |f|; else NAN.
+// The kernel's Fourier transform at a frequency: real and imaginary part.
 struct weft_analysis_response {
     double re, im;
 };
+// Returns H(f), the integral of h(x) exp(-2 pi i f x), f in cycles per sample distance. |f| is at
+// most WEFT_ANALYSIS_MAX_FREQUENCY, as the time it takes grows with |f|; else NAN.
 WEFT_API struct weft_analysis_response weft_analysis_response(const struct weft_kernel *kernel,
                                                               double frequency);
 
@@ -50,6 +56,7 @@ struct weft_analysis_metrics {
     double smoothing;    // 1 less the energy |H|^2 inside R
     double postaliasing; // the energy |H|^2 outside R
 };
+// Computes them; NAN for other dims, too.
 WEFT_API struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel,
                                                             int dims);
 
@@ -59,16 +66,19 @@ struct weft_analysis_overshoot {
     double below; // how far that falls below 0
     double gain;  // largest sum_k |h(t - k)| over t
 };
+// Computes it, from 1024 positions a unit.
 WEFT_API struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel);
 
-// The largest sum_k |h'(t - k)| over t, of 256 positions: what a shift of a position by d changes a
-// result by is at most d times this times the largest |sample|. 0 for kernels without a derivative;
-// of prefiltered kernels the slope of the kernel itself, that is of its coefficients' weights.
+// Returns the largest sum_k |h'(t - k)| over t, of 256 positions. A shift of a position by d
+// changes a result by at most d times this times the largest |sample|. 0 for kernels without a
+// derivative; of prefiltered kernels the slope of the kernel itself, that is of its coefficients'
+// weights.
 WEFT_API double weft_analysis_slope(const struct weft_kernel *kernel);
 
-// The largest c(t) = sum_m |g_m(t)| over t with which the kernel's weights less those of linear
-// interpolation are second differences, so that |(h - linear) * f| <= c max |f_k-1 - 2 f_k +
-// f_k+1|. 0 where they are not: where the weights do not reproduce constants and ramps.
+// Returns how far a result is from linear interpolation at most, in units of the samples' largest
+// |second difference|: |(h - linear) * f| <= c max |f_k-1 - 2 f_k + f_k+1|. c is the largest
+// sum_m |g_m(t)| over t, where the weights g_m of second differences make the kernel's weights of
+// linear ones. 0 where there are none, as the weights do not reproduce constants and ramps.
 WEFT_API double weft_analysis_curvature(const struct weft_kernel *kernel);
 
 WEFT_END_DECLS

@@ -8,18 +8,16 @@
 //     sum (w' c' - w c)  +  sum w c - exact
 // in which
 // - the first sum is what the engine states: `relative` times the largest |c|, or, where c is
-// mapped
-//   to [0, 1] by its range, `source`, E2, `e3` and `clamp` times that range's width; and
+//   mapped to [0, 1] by its range, `source`, E2, `e3` and `clamp` times that range's width; and
 //   `absolute`;
 // - E2 has two bounds, of which the smaller holds. `e2` is of any c in the range. Coefficients are
 //   not any c: between the nearest position of a tile and the pixel's own their spline changes by
 //   `e2_sampled` times the range of the samples, and the tile's codes by `e2_quantised` times that
 //   of the coefficients;
 // - the second sum is weft_prefilter_error's: `coefficient` times the largest |c|, `sample` times
-// the
-//   largest |f| in reach and `beyond` times the largest farther away. The spline of `e2_sampled` is
-//   that of the samples in reach; those beyond are off from its range's middle by at most both
-//   largest |f|, at either of two positions;
+//   the largest |f| in reach and `beyond` times the largest farther away. The spline of
+//   `e2_sampled` is that of the samples in reach; those beyond are off from its range's middle by
+//   at most both largest |f|, at either of two positions;
 // - a result of passes is rounded to single precision once more, by 2^-24 of itself;
 // - and samples that were no floats lost `sample_rounding` of the largest |f|, and
 //   `absolute_rounding`.

@@ -11,43 +11,49 @@
 
 WEFT_BEGIN_DECLS
 
+// How a texel is taken from a tile: the nearest one, or linearly between two along each axis.
+// Default: nearest.
 enum weft_error_lookup { WEFT_ERROR_NEAREST, WEFT_ERROR_LINEAR };
 // NULL-ended, in the order of the enum: "nearest", "linear".
 WEFT_API extern const char *const weft_error_lookup_names[];
 
+// What is computed: eq. 4, or what the paper's own table was made by. Default: eq. 4.
 enum weft_error_convention {
     // Eq. 4 by its plain definition: all width^dims weights; a tile per tap with M samples per axis
     // at (k + 0.5) / M; the product over the axes is quantised, sign kept; the lookup takes the
     // nearest texel or interpolates linearly between texels in exact arithmetic, clamped at the
     // edges of the tile.
     WEFT_ERROR_EQ4,
-    // What reproduces 53 of the 60 cells of the paper's table 1 to 0.01 %: only the taps on one
-    // side
-    // of the origin per axis ((width / 2)^dims); the half kernel [0, r] in one row of r M texels,
-    // texel k holding h(r k / (r M - 1)), but looked up as if texel k were centred at (k + 0.5) /
-    // M,
-    // interpolating across tiles; quantised by adding 0.5 and truncating towards zero, negative
-    // weights too, and once more after interpolation. Needs a whole half-width.
+    // This reproduces 53 of the 60 cells of the paper's table 1 to 0.01 %: only the taps on one
+    // side of the origin per axis count ((width / 2)^dims); the half kernel [0, r] lies in one row
+    // of r M texels, texel k holding h(r k / (r M - 1)), but looked up as if texel k were centred
+    // at (k + 0.5) / M, interpolating across tiles; weights are quantised by adding 0.5 and
+    // truncating towards zero, negative ones too, and once more after interpolation. It needs a
+    // whole half-width.
     WEFT_ERROR_WSCG2003,
 };
-// Likewise: "eq4", "wscg2003".
+// NULL-ended, in the order of the enum: "eq4", "wscg2003".
 WEFT_API extern const char *const weft_error_convention_names[];
 
+// Which tiles' error is computed, and where. Borrowed until the call returns.
 struct weft_error_kernel_params {
-    struct weft_kernel kernel;
-    int dims;    // 1 to 3 (default 2)
-    int samples; // M, texels per unit and axis, up to 65536 (default 64)
-    int bits;    // of the texels, up to WEFT_FIXED_MAX_BITS (default 8)
-    enum weft_fixed_rounding rounding;
-    enum weft_error_lookup lookup;
-    enum weft_error_convention convention;
+    struct weft_kernel kernel;             // required
+    int dims;                              // 1 to 3 (default 2)
+    int samples;                           // M, texels per unit and axis, up to 65536 (default 64)
+    int bits;                              // of the texels, up to WEFT_FIXED_MAX_BITS (default 8)
+    enum weft_fixed_rounding rounding;     // of the texels (default: to the nearest)
+    enum weft_error_lookup lookup;         // default nearest
+    enum weft_error_convention convention; // default eq. 4
     // Resampling locations per axis, at fractions (i + 0.5) / L (weft_kernel_first_tap), up to 4096
     // (default 1024, in 3D 256). Mirrored, permuted and otherwise equal ones are computed once.
     int locations;
-    int threads; // default: as many as there are processors
-    const struct weft_log *log;
-    struct weft_progress progress; // called from the calling thread
+    int threads;                   // up to 256 (default: as many as there are processors)
+    const struct weft_log *log;    // may be NULL
+    struct weft_progress progress; // default: none
 };
+#define WEFT_ERROR_KERNEL_DEFAULTS
+#define weft_error_kernel_params(...)                                                              \
+    (&(struct weft_error_kernel_params){WEFT_ERROR_KERNEL_DEFAULTS __VA_ARGS__})
 
 // Statistics over all L^dims locations i of eps_i = sum_j |eps_h,j| over the taps j that meet
 // there.
@@ -63,18 +69,20 @@ struct weft_error_kernel {
     double scale;  // what tables multiply by: 2^b - 1, or 2^b for WEFT_ERROR_WSCG2003
 };
 
-// The result does not depend on the number of threads. Returns WEFT_ERR_ARGUMENT,
-// WEFT_ERR_UNSUPPORTED (convention and kernel; radial kernels in 2D and 3D, whose exact weights
-// weft_kernel_tiles_exact has), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+// Computes the error of a kernel's tiles. The result does not
+// depend on the number of threads. Returns WEFT_ERR_ARGUMENT (a range), WEFT_ERR_UNSUPPORTED
+// (convention and kernel; radial kernels in 2D and 3D, whose exact weights weft_kernel_tiles_exact
+// has), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kernel_params *params,
                                                     struct weft_error_kernel *out);
 
-// The leading term of E1 for a signal whose derivative of the kernel's order stays below a bound
-// along each axis, at sample distance 1 (weft_analysis_order). Of prefiltered kernels it is the
-// interpolating spline's, not the blur of the plain one. NAN for radial kernels in 2D and 3D.
+// Returns the leading term of E1, the error of the kernel itself, for a signal whose derivative of
+// the kernel's order stays below `derivative_bound` along each axis, at sample distance 1
+// (weft_analysis_order). Of prefiltered kernels it is the interpolating spline's, not the blur of
+// the plain one. NAN for radial kernels in 2D and 3D.
 WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
 
-// E3 < N eps_m, eq. 14.
+// Returns eq. 14's bound of E3, N eps_m, for N = `passes` that each add one product.
 WEFT_API double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding);
 
 // What a plan says of its arithmetic, for a bound below eq. 14's.
@@ -87,25 +95,27 @@ struct weft_error_arithmetic {
     enum weft_fixed_rounding rounding; // of products and of stores
 };
 
-// E3 <= (products - exact products) eps_m(internal bits), and passes * eps_q(target bits) where the
-// target holds fewer bits than a pass computes with (sums of values already on the target's grid
-// are exact). Equal to eq. 14 for one product a pass and equal bits.
+// Returns a bound of E3: (products - exact products) eps_m(internal bits), and passes *
+// eps_q(target bits) where the target holds fewer bits than a pass computes with (sums of values
+// already on the target's grid are exact). It is eq. 14's for one product a pass and equal bits.
 WEFT_API double weft_error_e3_arithmetic(const struct weft_error_arithmetic *arithmetic);
 
-// What the way by coefficients adds to a result's error, whatever weighs them: an error of at most
-// coefficient max |coefficient| + sample max |sample|, both in reach. Coefficients are rounded to
-// single precision; their filter is cut off past an overlap of weft_prefilter_overlap's `cut` (at
-// most 2^-24) along an axis, which along that axis the kernel then sums up while along the others
-// the cardinal spline's gain counts, not that of the filter; and missing samples are as above.
+// What coefficients in the place of samples add to a result's error, whatever weighs them: at most
+// coefficient * max |coefficient| + sample * max |sample|, both in reach. Three things count.
+// Coefficients are rounded to single precision. Their filter is cut off past an overlap of
+// weft_prefilter_overlap's `cut` along an axis, which the kernel sums up along that axis, while
+// along the others the cardinal spline's gain counts, not that of the filter. And missing samples
+// count as filter/kernels/prefilter.h says.
 struct weft_prefilter_error {
     double coefficient, sample;
-    // Of `sample`, what is cut off. Samples farther than the overlap from all taps may be larger
-    // than those in reach, and add beyond max |sample| of theirs; those past the overlap of another
-    // cut, that cut / `cut` times as much.
+    // The part of `sample` that is cut off. Samples farther than the overlap from all taps may be
+    // larger than those in reach: they add beyond * max |sample| of theirs. Those past the overlap
+    // of another cut add that cut / `cut` times as much.
     double beyond;
     double gain; // largest |result| / largest |sample|
 };
-// All zero for kernels that are not prefiltered. dims is 1 to 3, else NAN.
+// Computes it for `dims` of 1 to 3 (else NAN) and a `cut` above 0, at most 2^-24. All zero for
+// kernels that are not prefiltered.
 WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,
                                                           int dims, double cut);
 

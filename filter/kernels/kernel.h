@@ -3,7 +3,8 @@
 // A kernel h is a 1D reconstruction filter with support [-r, r), used as a tensor product in 2D and
 // 3D, or there radially: filter/kernels/kernel_nd.h has the weights of both. The reconstruction of
 // samples f[i] is g(x) = sum_i f[i] h(x - i) (Hadwiger, Hauser, Moeller, WSCG 2003, eq. 1).
-// Everything here is in double, allocates nothing and is thread-safe.
+// Everything here is in double and allocates nothing. Thread-safety: all functions may be called
+// from any thread; two threads may use one kernel while none changes it.
 #ifndef WEFT_FILTER_KERNELS_KERNEL_H
 #define WEFT_FILTER_KERNELS_KERNEL_H
 
@@ -11,10 +12,12 @@
 
 WEFT_BEGIN_DECLS
 
+// Parameters of a record, and taps along an axis, at most.
 enum { WEFT_KERNEL_PARAMS = 2, WEFT_KERNEL_MAX_WIDTH = 16 };
 
+// What a record says of one of its parameters.
 struct weft_kernel_param {
-    const char *name; // "B"; NULL ends the list
+    const char *name; // "B"; NULL: the record has no more parameters
     double initial;   // value when not given
     double min, max;  // inclusive range
 };
@@ -23,19 +26,23 @@ struct weft_kernel;
 
 // One record of the catalogue: constant data and two short functions. A user's own kernel is such a
 // record too: fill one, keep it as long as kernels refer to it, and hand it to weft_kernel_create.
-// What depends on the parameters is here as it holds for all of them; `refine` may raise it.
+// Its functions must be pure: several threads call them at once. Members that depend on the
+// parameters (continuity, orders, interpolating, unit_sum) say what holds for all of them, and
+// `refine` may raise them.
 struct weft_kernel_info {
-    const char *name;        // "catmull-rom"
-    const char *description; // one line
-    const char *citation;    // authors, year
-    struct weft_kernel_param params[WEFT_KERNEL_PARAMS];
+    const char *name;                                    // "catmull-rom"
+    const char *description;                             // one line
+    const char *citation;                                // authors, year
+    struct weft_kernel_param params[WEFT_KERNEL_PARAMS]; // all zero: it has none
     double radius; // half-width r, up to WEFT_KERNEL_MAX_WIDTH / 2; 0: the first parameter is r
     // h(x), zero outside [-r, r); where h jumps, the limit from the right.
     double (*weight)(const struct weft_kernel *kernel, double x);
     // h'(x), zero outside; where h' jumps, the limit from the right. NULL where there is none.
     double (*derivative)(const struct weft_kernel *kernel, double x);
-    void (*refine)(struct weft_kernel *kernel); // sets what struct weft_kernel says; NULL: as here
-    const void *data;                           // for the functions above; NULL if they need none
+    // Called by weft_kernel_create to set the members of struct weft_kernel that are sharper for
+    // these parameters; NULL: they are as here.
+    void (*refine)(struct weft_kernel *kernel);
+    const void *data; // for the functions above; NULL if they need none
     // A record that reconstructs a derivative of the signal ("d-catmull-rom", "dd-catmull-rom") is
     // that derivative of the kernel `primitive`, with jumps but without impulses where that jumps.
     const struct weft_kernel_info *primitive; // NULL for ordinary records
@@ -43,29 +50,31 @@ struct weft_kernel_info {
     // Degree of the polynomials that the weights are of the fraction (weft_kernel_first_tap), one
     // per tap; -1: they are not polynomials.
     int degree;
-    int continuity; // continuous derivatives: 0 is continuous, -1 jumps
+    int continuity; // h has so many continuous derivatives: 0: h is continuous; -1: h jumps
     // Order of approximation by eq. 1: the error falls as (sample distance)^order; 0: not at all.
     int order;
-    // The same after the samples are prefiltered so that the result interpolates
+    // The order after the samples are prefiltered so that the result interpolates
     // (weft_kernel_make_prefiltered) or is the best in the space of the kernel's shifts (Strang and
-    // Fix); 0: none, or not an ordinary record.
+    // Fix 1971); 0: there is none, or the record reconstructs a derivative.
     int order_prefiltered;
     bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
     bool unit_sum;      // sum_k h(x - k) = 1 for every x
 };
 
-// A record with its parameters set; a plain value, copied freely, made by weft_kernel_create.
+// A record with its parameters set. A plain value that owns nothing, copied freely, made by
+// weft_kernel_create and its kin. A kernel that is all zero stands for the default where a params
+// struct says so.
 struct weft_kernel {
-    const struct weft_kernel_info *info;
-    double param[WEFT_KERNEL_PARAMS];
-    double support; // half-width r
-    int width;      // taps at any position: ceil(2 r)
-    // As in the record, for these parameters.
+    const struct weft_kernel_info *info; // of the catalogue, or borrowed from the user
+    double param[WEFT_KERNEL_PARAMS];    // values, in the order of the record; 0 past those
+    double support;                      // half-width r
+    int width;                           // taps at any position: ceil(2 r)
+    // What the record's members of these names are for these parameters.
     int continuity, order, order_prefiltered;
     bool interpolating, unit_sum;
-    bool normalised; // divided by sum_k h(x - k), see weft_kernel_normalise
-    bool radial;     // h(|d|) in 2D and 3D, see weft_kernel_make_radial
-    // The samples are to be replaced by coefficients, see weft_kernel_make_prefiltered. `order` is
+    bool normalised; // weights are divided by sum_k h(x - k): weft_kernel_normalise
+    bool radial;     // weights in 2D and 3D are h(|d|): weft_kernel_make_radial
+    // Coefficients are to take the place of the samples: weft_kernel_make_prefiltered. `order` is
     // then that of the two together; `interpolating` stays what h itself is.
     bool prefiltered;
 };
@@ -73,27 +82,30 @@ struct weft_kernel {
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
 WEFT_API extern const struct weft_kernel_info *const weft_kernel_list[];
 
-// A record by its name; NULL if there is none.
+// Finds a record of the catalogue by its name, as it is spelt there. Returns NULL if there is none,
+// or for a NULL name.
 WEFT_API const struct weft_kernel_info *weft_kernel_find(const char *name);
 
-// Sets parameters (NULL: all initial; NAN: that one initial) and derives support and width.
-// Returns WEFT_ERR_ARGUMENT, with range and value in the log, or as weft_kernel_check for a user's
-// own record.
+// Makes a kernel of a record: sets its parameters (param NULL: all initial; a NAN: that one
+// initial) and derives support, width and the rest. The record is borrowed as long as kernels of it
+// are used. On failure *out is all zero. Returns WEFT_ERR_ARGUMENT (a parameter out of its range:
+// the log has both; or a user's own record that is wrong, as weft_kernel_check tells).
 WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
                                              const struct weft_kernel_info *info,
                                              const double *param, struct weft_kernel *out);
 
-// Whether a kernel is one: what every call that takes a kernel and has a log asks first. A kernel
-// that was filled by hand, or whose record was, may fail. Returns WEFT_ERR_ARGUMENT; the log names
-// the member that is missing, out of its range or, by the weights at some positions, not true
-// (unit_sum, interpolating). Functions that return numbers give NAN and write no weights for
-// kernels whose info, support or width is wrong.
+// Checks that a kernel is one, as every call does first that takes a kernel and has a log. Kernels
+// that were filled by hand, or whose records were, may fail. Returns WEFT_ERR_ARGUMENT; the log
+// names the member that is missing, out of its range or, by the weights at some positions, not true
+// (unit_sum, interpolating). Functions without a log return NAN and write no weights for kernels
+// whose info, support or width is wrong.
 WEFT_API enum weft_result weft_kernel_check(const struct weft_log *log,
                                             const struct weft_kernel *kernel);
 
-// Makes the weights at every position add up to one: h(x) becomes h(x) / sum_k h(x - k). Nothing
-// happens to a kernel whose weights do already. The sum must not vanish anywhere.
-// Returns WEFT_ERR_ARGUMENT for records that reconstruct a derivative, whose weights add up to 0.
+// Makes the weights at every position add up to one, in place: h(x) becomes h(x) / sum_k h(x - k).
+// A kernel whose weights do already stays as it is. The sum must not vanish anywhere, which is not
+// checked: weights are infinite or NAN where it does. Returns WEFT_ERR_ARGUMENT, the kernel being
+// as before, for records that reconstruct a derivative, whose weights add up to 0.
 WEFT_API enum weft_result weft_kernel_normalise(const struct weft_log *log,
                                                 struct weft_kernel *kernel);
 
@@ -136,26 +148,30 @@ WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);
 
-// Writes what weft_kernel_parse reads back as the same kernel (always NUL-terminated when
-// size > 0); returns what snprintf returns.
+// Writes the text that weft_kernel_parse reads back as the same kernel, cut to size and
+// NUL-terminated when size > 0. Returns what snprintf returns: the length of the whole text.
 WEFT_API int weft_kernel_format(const struct weft_kernel *kernel, char *text, size_t size);
 
-// These and all below are of one axis, radial kernels too.
-WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
-WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double x); // NAN if none
+// The functions below know one axis: for radial kernels, too, they return what holds in 1D.
 
-// The first tap that meets at position x. Even widths: floor(x) - width/2 + 1. Odd widths:
-// floor(x + 1/2) - (width - 1)/2. *fraction (in [0, 1)) is the distance past that floor, the
-// argument of the kernel's tiles: tap j has weight h(fraction + c - j), c = weft_kernel_offset().
-// Positions are clamped to +-2^62; a NAN counts as 0.
+// Returns the weight of a sample at distance x from the position (position less sample), h(x),
+// divided by the sum of weights where the kernel is normalised.
+WEFT_API double weft_kernel_weight(const struct weft_kernel *kernel, double x);
+// Returns the slope of that weight; NAN where the record has no derivative.
+WEFT_API double weft_kernel_derivative(const struct weft_kernel *kernel, double x);
+
+// Returns the first tap, the lowest index of a sample that meets at position x. Even widths:
+// floor(x) - width/2 + 1. Odd widths: floor(x + 1/2) - (width - 1)/2. *fraction (in [0, 1)) is the
+// distance past that floor, the argument of the kernel's tiles: tap j has weight h(fraction + c -
+// j), c = weft_kernel_offset(). Positions are clamped to +-2^62; a NAN counts as 0.
 WEFT_API int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x,
                                        double *fraction);
 
-// x - (first tap) - fraction: width/2 - 1 for even widths, (width - 1)/2 - 1/2 for odd ones.
+// Returns c = x - (first tap) - fraction, the same for every x: width / 2.0 - 1.
 WEFT_API double weft_kernel_offset(const struct weft_kernel *kernel);
 
-// The `width` (<= WEFT_KERNEL_MAX_WIDTH) weights at position x, in order of increasing tap; returns
-// the first tap.
+// Writes the `width` (<= WEFT_KERNEL_MAX_WIDTH) weights of the taps at position x, in order of
+// increasing tap, each h(x - tap). Returns the first tap.
 WEFT_API int64_t weft_kernel_weights(const struct weft_kernel *kernel, double x, double *weights);
 
 WEFT_END_DECLS

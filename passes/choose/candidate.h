@@ -8,25 +8,27 @@
 
 WEFT_BEGIN_DECLS
 
+// How a search judged a candidate. A search that finds nothing has no chosen one.
 enum weft_candidate_state {
-    WEFT_CANDIDATE_CHOSEN,
+    WEFT_CANDIDATE_CHOSEN,  // meets the budget, and no other that does was predicted to be faster
     WEFT_CANDIDATE_DEARER,  // meets the budget, or might: it was predicted to take longer
     WEFT_CANDIDATE_EXCEEDS, // the bound is over the budget
-    WEFT_CANDIDATE_REFUSED, // does not apply, or cannot be planned
+    WEFT_CANDIDATE_REFUSED, // does not apply to the request, or planning it failed
 };
 // NULL-ended, in the order of the enum: "chosen", "dearer", "exceeds", "refused".
 WEFT_API extern const char *const weft_candidate_state_names[];
 
+// One method that a search looked at. Searches fill it in; it is a plain value and owns nothing.
 struct weft_candidate {
     struct weft_method method;
-    char name[96]; // weft_method_format
+    char name[96]; // the method in words, by weft_method_format
     enum weft_candidate_state state;
-    // Passes that were not planned, as they need not be: seconds, bytes and bound are the least
-    // that a plan could have.
+    // The search decided without planning these passes: seconds, bytes and bound are then the
+    // least that any plan of them could have, not what a plan has.
     bool estimated;
-    double seconds; // predicted, of a run
-    uint64_t bytes; // voxels, layouts, tiles and targets while running; of images tiles alone
-    double bound;   // of |result - exact|, in the units of the budget; NAN: refused
+    double seconds; // that a run takes, as the cost model predicts
+    uint64_t bytes; // that a run needs: voxels, layouts, tiles and targets; for images tiles alone
+    double bound;   // of |result - exact|, in the unit of the search's budget; NAN where refused
 };
 
 WEFT_END_DECLS

@@ -11,44 +11,54 @@ WEFT_BEGIN_DECLS
 
 enum { WEFT_COST_ENGINES = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4 };
 
+// A machine's times, each in nanoseconds for one of what it names. A plain value that owns nothing.
 struct weft_cost_model {
-    char renderer[128];              // that it was measured on; "" in the defaults
+    char renderer[128];              // GL's name of where they were measured; "" in the defaults
     double start[WEFT_COST_ENGINES]; // [enum weft_engine]: of a run, whatever its size
-    double voxel;                    // read, of bricks
-    // Fused, per pixel of the slice: finding its cell; position, store and reading back; a vector
-    // of four weights' coefficients, that are uniform or fetched; a fetch of the source.
+    double voxel;                    // that is read from a brick
+    // The fused engine takes for each pixel: `entry` to find its cell; `pixel` for position, store
+    // and reading back; `weights` for four of its weights' coefficients where they are uniform,
+    // `weights_fetched` where they come from a texture; and `fetch` for each fetch of the source.
     double entry, pixel, weights, weights_fetched;
     double fetch[WEFT_COST_LAYOUTS][4]; // [layout less 1][enum weft_source_format]
-    double texel[WEFT_COST_LAYOUTS][4]; // laid out, likewise
-    // Separable: a voxel summed before, a tap of either pass, and each pixel of the result.
+    double texel[WEFT_COST_LAYOUTS][4]; // that is laid out and uploaded, likewise
+    // The separable engine: a voxel that is summed along an axis before, a tap of either pass, and
+    // a pixel of the result.
     double summed, tap, separable_pixel;
-    // Passes: each pixel of the result, whatever the plan; a weight of the exact sum that a pixel's
-    // result is corrected by, where weights do not add up to one. By enum weft_target_format: a
-    // pixel of a pass; and by plain or dot4 moreover: a fetch of it, a sample mapped and laid out,
-    // a byte of tiles made and uploaded. A fetch takes pass_far more of that for each doubling of
-    // the tiles past WEFT_COST_NEAR_BYTES, which a core's cache holds.
+    // Passes: `pass_pixel` for each pixel of the result, whatever the plan; `pass_weight` for each
+    // weight of the exact sum that corrects a pixel where weights do not add up to one. By enum
+    // weft_target_format: `pass` for a pixel of a pass. By that and by [0] plain, [1] dot4: a
+    // fetch, a sample that is mapped and laid out, a byte of tiles that is made and uploaded. Tiles
+    // of more than WEFT_COST_NEAR_BYTES leave a core's cache: a fetch takes `pass_far` times more
+    // for each doubling past that.
     double pass_pixel, pass_weight, pass_far;
     double pass[WEFT_COST_TARGETS], pass_fetch[WEFT_COST_TARGETS][2];
     double pass_sample[WEFT_COST_TARGETS][2], tile_byte[WEFT_COST_TARGETS][2];
 };
 enum { WEFT_COST_NEAR_BYTES = 1 << 20 };
 
-// Of a software GL on two cores.
+// Times of a software GL (llvmpipe) on two cores: what holds until a calibration is at hand.
 WEFT_API extern const struct weft_cost_model weft_cost_default;
 
-// Measures for some seconds. Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL or WEFT_ERR_MEMORY.
+// Measures the times of a context by running methods on volumes and plans of its own, which takes
+// about ten seconds on a software GL. Other load on the machine makes all of them wrong. progress
+// may be NULL. Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *context,
                                               const struct weft_progress *progress,
                                               struct weft_cost_model *out);
 
-// Text, one "name value ..." a line. Returns WEFT_ERR_FORMAT (what is wrong with it is in the log).
+// Reads a model from text: the lines "weft-cost 1" and "renderer NAME", then one "name value ..."
+// for each member, in any order, values from 0 to 1e12. Returns WEFT_ERR_FORMAT where a line is
+// wrong (the log has it) or missing; *out then holds no model.
 WEFT_API enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
                                           struct weft_cost_model *out);
-// To be freed; NULL where memory ran out.
+// Writes the text that weft_cost_parse reads, with six digits of each value. The caller frees it;
+// NULL where memory ran out.
 WEFT_API char *weft_cost_format(const struct weft_cost_model *model);
 
-// Weighs work: of a plan (struct weft_method_plan_info), or of what one would do. Returns seconds
-// of a run; NAN for values that an enum does not have.
+// Predicts the seconds that a run takes from its work: a plan's own (struct weft_method_plan_info),
+// or an estimate of it. Pure and thread-safe. Returns NAN where an enum has a value that it does
+// not know.
 WEFT_API double weft_cost_of(const struct weft_cost_model *model, const struct weft_work *work);
 
 WEFT_END_DECLS

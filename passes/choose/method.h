@@ -15,94 +15,123 @@
 
 WEFT_BEGIN_DECLS
 
-enum weft_engine { WEFT_ENGINE_FUSED, WEFT_ENGINE_SEPARABLE, WEFT_ENGINE_MULTIPASS };
+// What runs a method. Default: fused.
+enum weft_engine {
+    WEFT_ENGINE_FUSED,     // passes/fused/fused.h
+    WEFT_ENGINE_SEPARABLE, // passes/separable/separable.h
+    WEFT_ENGINE_MULTIPASS, // passes/multipass/multipass.h
+};
 // NULL-ended, in the order of the enum: "fused", "separable", "passes".
 WEFT_API extern const char *const weft_engine_names[];
 
+// A method as a value that owns nothing. All zero: the fused pass over floats with exact weights,
+// in the layout that memory allows. The engine tells which of the other members count.
 struct weft_method {
     enum weft_engine engine;
-    // Fused: how samples lie and are stored, and how weights are looked up.
-    enum weft_layout layout; // not AUTO in lists
-    enum weft_source_format source;
-    enum weft_lookup lookup;
-    int samples; // M of sampled tiles (linear and nearest look-up, passes)
-    // Passes.
-    struct weft_profile profile;
-    enum weft_technique technique;
-    int bits; // of kernel tiles; 0: float or half, as the target
+    enum weft_layout layout;        // fused: how samples lie (default auto; weft_method_list has
+                                    // none of that)
+    enum weft_source_format source; // fused: how samples are stored (default float)
+    enum weft_lookup lookup;        // fused: how weights are looked up (default polynomial)
+    int samples; // fused with linear or nearest look-up, and passes: M of the tiles (default 0: as
+                 // in struct weft_slice_params and struct weft_pass_plan_params)
+    struct weft_profile profile;   // passes: the target (default, name empty: unorm8)
+    enum weft_technique technique; // passes (default plain)
+    int bits; // passes: of the kernel's tiles (default 0: as in struct weft_pass_plan_params); 0
+              // also on half and float targets, whose tiles are of the target's format
 };
 
-// "fused interleaved 32f polynomial", "fused plain unorm8 nearest M=64", "separable",
-// "passes unorm8 dot4 M=32 8 bits". Returns what snprintf returns.
+// Writes a method in words: "fused interleaved 32f polynomial", "fused plain unorm8 nearest M=64",
+// "separable", "passes unorm8 dot4 M=32 8 bits". Cut to size, NUL-terminated where size > 0.
+// Returns what snprintf returns.
 WEFT_API int weft_method_format(const struct weft_method *method, char *text, size_t size);
 
-// All methods that are worth a look, each once: fused ones of every layout and format with
-// polynomial tiles, and sampled ones of M = 16 to 512 by either look-up (where those can save
-// anything: with the fastest layout); separable; passes on fp32, fp16, unorm16 and unorm8 with each
-// technique and M = 16 to 64 (in 3D; a tile of M = 512 has 2^27 weights there), and dot4 where it
-// can be. *out is to be freed. Returns WEFT_ERR_MEMORY.
+// Lists all methods that are worth a look, each once: fused ones of every layout and format with
+// polynomial tiles, and in the fastest layout those with sampled tiles of M = 16 to 512 by either
+// look-up; separable; passes on fp32, fp16, unorm16 and unorm8, plain and dot4 with M = 16 to 64 (a
+// 3D tile of M = 512 has 2^27 weights), the other techniques of unorm targets with M = 32. Whether
+// a request can be run by them is for weft_method_plan_create to say. The caller frees *out, which
+// is NULL on failure. Returns WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_method_list(const struct weft_log *log, struct weft_method **out,
                                            size_t *count);
 
+// A method of a request.
 struct weft_method_params {
     struct weft_method method;
-    // kernel, geometry, space, memory, savings to do without, smooth_error, progress, log; what the
-    // method decides (layout, source, lookup, samples, range) is taken from there
+    // The request: kernel, geometry (required), space, footprint, memory_bytes, without,
+    // smooth_error, clamp_to_samples, limits of the GL, progress, log. Leave source,
+    // lookup, samples, low and high 0: the method and the statistics decide them, and the layout.
     struct weft_slice_params slice;
-    struct weft_slice_statistics statistics; // of the voxels in reach (weft_footprint_statistics)
+    // Of the voxels in reach, from weft_footprint_statistics (required): the range that sources and
+    // passes map to [0, 1], and what the bound is for.
+    struct weft_slice_statistics statistics;
 };
+#define WEFT_METHOD_DEFAULTS
+#define weft_method_params(...) (&(struct weft_method_params){WEFT_METHOD_DEFAULTS __VA_ARGS__})
 
-// What a run does: what every engine does, and the work of the one that it runs on as its room
-// describes it, of a plan or before there is one. passes/choose/cost.h weighs it.
+// What a run does, in counts, known from a plan or estimated before there is one. Each engine's own
+// counts stand in its room's work.h; weft_cost_of turns them into seconds.
 struct weft_work {
-    enum weft_engine engine;
-    double pixels; // of the result
-    double voxels; // read, of bricks; 0 for images
+    enum weft_engine engine; // which member of `of` counts
+    double pixels;           // of the result
+    double voxels;           // that are read from bricks; 0 for images
     union {
         struct weft_fused_work fused;         // WEFT_ENGINE_FUSED
         struct weft_separable_work separable; // WEFT_ENGINE_SEPARABLE
         struct {
             struct weft_pass_work plan;
-            double samples; // mapped and laid out, in the boxes of all rectangles
+            double samples; // that are mapped and laid out, in the boxes of all rectangles
         } passes;           // WEFT_ENGINE_MULTIPASS
     } of;
 };
 
-typedef struct weft_method_plan weft_method_plan; // Thread-safety: read-only once made.
+// A method, planned. Thread-safety: read-only once made; running it as of its footprint.
+typedef struct weft_method_plan weft_method_plan;
 
+// What a planned method is. It belongs to the plan and lives as long.
 struct weft_method_plan_info {
-    struct weft_method method;
-    char name[96]; // weft_method_format
+    struct weft_method method; // with the bits of tiles that the plan chose
+    char name[96];             // weft_method_format
     const struct weft_slice_plan_info *slice;
     const struct weft_pass_plan_info *passes; // NULL but for passes
-    double bound; // of |result - exact|, in the volume's values: E2 and E3, and the source's codes
-    double e1;    // leading term of E1 for a signal that changes as its samples do: see
-                  // weft_method_e1
-    uint64_t bytes; // voxels, layouts, tiles and targets while running
+    double bound; // of |result - exact|, in the volume's values, for the statistics' voxels: E2,
+                  // E3 and the source's codes (weft_bound_compute)
+    // Leading term of E1, the kernel's own error, which no method changes, for a signal whose
+    // derivatives are as large as its samples' differences (weft_error_e1). NAN for kernels of
+    // order 0 or above WEFT_STATISTICS_DIFFERENCES.
+    double e1;
+    uint64_t bytes; // that a run needs: voxels, layouts, tiles and targets
     double fetches; // per pixel, at most
-    // Cells that turn out constant or smooth are not known before and count in full.
+    // Cells that turn out constant or smooth only when voxels are read count in full.
     struct weft_work work;
 };
 
-// Returns what weft_slice_plan_create and weft_pass_plan_create return, or WEFT_ERR_UNSUPPORTED
-// (with a reason in the log at debug level: separable for a slice that is not along the axes, a
-// unorm source or target with voxels that are not finite).
+// Plans a method; *out is NULL on failure. The volume is borrowed for the plan's life. Returns
+// WEFT_ERR_ARGUMENT for values that an enum does not have, WEFT_ERR_UNSUPPORTED where the method
+// does not apply (a slice that is not along the volume's axes for separable; voxels that are not
+// finite for a unorm source, or negative for the technique log; a half source whose range is too
+// wide: the log has the reason at debug level), and what weft_slice_plan_create and
+// weft_pass_plan_create return.
 WEFT_API enum weft_result weft_method_plan_create(weft_volume *volume,
                                                   const struct weft_method_params *params,
                                                   weft_method_plan **out);
 WEFT_API void weft_method_plan_destroy(weft_method_plan **plan); // accepts &NULL
 WEFT_API const struct weft_method_plan_info *
 weft_method_plan_get_info(const weft_method_plan *plan);
-// For weft_slice_verify; the method's own. NULL but for passes: their plan.
+// The plans that the method is made of, to be looked at and verified (weft_slice_verify). They
+// belong to the method's plan. That of passes is NULL for other engines.
 WEFT_API const weft_slice_plan *weft_method_plan_get_slice(const weft_method_plan *plan);
 WEFT_API const weft_pass_plan *weft_method_plan_get_passes(const weft_method_plan *plan);
 
+// What a run took.
 struct weft_method_report {
-    double seconds; // the whole run: reading voxels, layout, upload, passes, reading back
+    double seconds; // of all of it: compiling, reading voxels, layout, upload, passes, reading back
     struct weft_slice_report slice;
 };
 
-// As weft_slice_run.
+// Compiles a planned method for a context, runs it once and gives up what was compiled. context
+// NULL: passes run on the CPU. volume is the plan's. pixels has width * height floats, row after
+// row, and is written in part where the run fails; progress and report may be NULL. Returns what
+// weft_slice_run_once returns.
 WEFT_API enum weft_result weft_method_run(weft_context *context, const weft_method_plan *plan,
                                           weft_volume *volume, float *pixels,
                                           const struct weft_progress *progress,
