@@ -4,8 +4,10 @@
 // Pixel (x, y) of a W x H slice samples origin + (x+0.5) u / W + (y+0.5) v / H. Positions are
 // formed in double and rounded to multiples of 2^-29 voxels, half-way up: what is whole, or
 // half-way between two voxels, in exact arithmetic is so in every engine, and exactly the same for
-// every tiling of the output. The kernel's weights come from polynomial tiles made in double; sums
-// are single precision. One pass reads a row of four samples per fetch where the layout allows
+// every tiling of the output. With one layout pixels are, too, in every bit; aligned rows sum their
+// taps in another order than the other two, and the automatic layout depends on memory_bytes: name
+// one where the bytes must not. The kernel's weights come from polynomial tiles made in double;
+// sums are single precision. One pass reads a row of four samples per fetch where the layout allows
 // (dot4; Hadwiger, Hauser, Moeller 2003, section 6). On the lattice an interpolating kernel so
 // gives the voxels, bit by bit (below 2^-126 GL may flush to 0). Where a kernel jumps, the value at
 // the jump is that from the right: nearest takes the voxel toward +infinity half-way between two,
@@ -51,7 +53,7 @@ struct weft_slice_params {
     // What these three and the volume reach, made before and shared with other plans, which so read
     // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
     weft_footprint *footprint;
-    enum weft_layout layout;
+    enum weft_layout layout; // the automatic one goes by memory_bytes; pixels differ by rounding
     enum weft_source_format source;
     double low, high; // of a source that is not float: the range it holds, finite and low < high;
                       // voxels outside are clamped to it (see weft_footprint_statistics)

@@ -152,15 +152,14 @@ static void set_constant(struct weft_slice_layout *l, size_t cell, float value)
 // The cell's voxels as they are laid out in l->block, zeros past its own; or its class alone if one
 // value does for all.
 static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_brick_store *store,
-                                       const struct weft_slice_cells *cells, size_t number,
-                                       float *value)
+                                       size_t number, float *value)
 {
     const struct weft_slice_plan *plan = l->plan;
     const struct weft_slice_axes *axes = &plan->axes;
     const int *order = axes->order, *block_span = l->block_layout.span;
     int32_t min[3], max[3];
     int size[3], span[3], block_size[3] = {1, 1, 1};
-    weft_slice_cell_box(plan, cells, number, min, max);
+    weft_slice_cell_box(plan, number, min, max);
     for (int a = 0; a < 3; a++)
         size[a] = max[a] - min[a] + 1;
     box_span(axes, &l->block_layout, span);
@@ -168,7 +167,7 @@ static enum weft_cell_class make_block(struct weft_slice_layout *l, const weft_b
         block_size[i] = size[order[i]];
     // Aligned rows begin where the cell does: zeros before what is in reach.
     const int lead =
-        l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? cells->at[number].low[order[0]] : 0;
+        l->block_layout.kind == WEFT_LAYOUT_ALIGNED ? plan->cells->at[number].low[order[0]] : 0;
     float *block = l->block + lead, *box = axes->summed ? l->box : block;
     if (product(block_size) < product(block_span))
         memset(l->block, 0, sizeof *l->block * product(block_span));
@@ -212,11 +211,12 @@ void weft_slice_layout_write(struct weft_slice_layout *l, const struct weft_slic
     l->constant_count = 0;
     l->any_unfit = false;
     for (size_t i = 0; i < tile->cells->map.count; i++) {
-        const struct weft_slice_cell *cell = &tile->cells->at[i];
-        float value = tile->content[i].value;
+        const struct weft_slice_content *content = &tile->content[i];
+        const struct weft_slice_cell *cell = &l->plan->cells->at[content->number];
+        float value = content->value;
         enum weft_cell_class class = WEFT_CELL_CONSTANT;
-        if (!tile->content[i].constant) {
-            class = make_block(l, store, tile->cells, i, &value);
+        if (!content->constant) {
+            class = make_block(l, store, content->number, &value);
             l->cells_constant += class == WEFT_CELL_CONSTANT;
             l->cells_smooth += class == WEFT_CELL_SMOOTH;
         }

@@ -38,10 +38,10 @@ static enum weft_result out_of_memory(const struct weft_slice_plan *plan,
     return WEFT_ERR_MEMORY;
 }
 
-void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_slice_cells *cells,
-                         size_t number, int32_t min[3], int32_t max[3])
+void weft_slice_cell_box(const struct weft_slice_plan *plan, size_t number, int32_t min[3],
+                         int32_t max[3])
 {
-    weft_footprint_cell_box(plan->footprint, cells, number, min, max);
+    weft_footprint_cell_box(plan->footprint, plan->cells, number, min, max);
     weft_slice_axes_narrow(&plan->axes, min, max);
 }
 
@@ -52,10 +52,11 @@ static bool sort_cells(const struct weft_slice_plan *plan, struct weft_slice_til
     const struct weft_slice_cells *cells = tile->cells;
     const int *order = plan->axes.order;
     for (size_t i = 0; i < cells->map.count; i++) {
-        const struct weft_slice_cell *cell = &cells->at[i];
         struct weft_slice_content *content = &tile->content[i];
         int32_t min[3], max[3];
-        weft_slice_cell_box(plan, cells, i, min, max);
+        content->number = (size_t)weft_cell_map_find(&plan->cells->map, cells->map.keys[i]);
+        const struct weft_slice_cell *cell = &plan->cells->at[content->number];
+        weft_slice_cell_box(plan, content->number, min, max);
         // A constant convolved is that constant only where the weights sum to one.
         content->constant =
             plan->info.savings & WEFT_SAVING_CONSTANT &&
@@ -238,6 +239,14 @@ static void forget_tiles(struct weft_slice_plan *plan)
     plan->info.tile_count = 0;
 }
 
+static enum weft_result find_whole(const struct planner *planner)
+{
+    struct weft_slice_plan *plan = planner->plan;
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
+    const struct weft_rectangle whole = {.width = g->width, .height = g->height};
+    return weft_footprint_cells(plan->footprint, &whole, planner->progress, 0.0, &plan->cells);
+}
+
 // The layouts to try in turn, each down to a smallest tile.
 static enum weft_result plan_tiles(struct planner *planner, enum weft_layout asked)
 {
@@ -259,7 +268,9 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
             tries[count++].min_tile = MIN_TILE;
         }
     }
-    enum weft_result res = WEFT_ERR_LIMIT;
+    enum weft_result res = plan->axes.separable ? WEFT_OK : find_whole(planner);
+    if (res == WEFT_OK)
+        res = WEFT_ERR_LIMIT;
     for (int i = 0; i < count && res == WEFT_ERR_LIMIT; i++) {
         forget_tiles(plan);
         planner->planned_pixels = 0;
@@ -508,6 +519,7 @@ void weft_slice_plan_destroy(weft_slice_plan **plan)
     if (!plan || !*plan)
         return;
     forget_tiles(*plan);
+    weft_footprint_release((*plan)->footprint, &(*plan)->cells);
     free((*plan)->tiles);
     free((*plan)->tile_plans);
     weft_footprint_destroy(&(*plan)->footprint);

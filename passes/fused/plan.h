@@ -11,8 +11,11 @@
 #include "tiles/kernel/polynomial_tiles.h"
 #include "tiles/volume/block_layout.h"
 
-// What a cell of a tile is made of.
+// What a cell of a tile is made of. Its reach is that of all the slice's pixels in it, not of the
+// tile's alone: whether one value or cheaper pieces do for it is so the same in every tile, and a
+// pixel does not depend on how the slice is cut.
 struct weft_slice_content {
+    size_t number; // among the plan's cells
     bool constant; // every voxel in reach is `value`
     float value;
 };
@@ -38,7 +41,8 @@ struct weft_slice_smooth {
 
 struct weft_slice_plan {
     struct weft_slice_plan_info info;
-    weft_footprint *footprint; // held
+    weft_footprint *footprint;            // held
+    const struct weft_slice_cells *cells; // of the whole slice, the footprint's; NULL: separable
     struct weft_slice_axes axes;
     struct weft_slice_smooth smooth;
     struct weft_source_range range; // of stored samples
@@ -64,10 +68,10 @@ double weft_slice_position_bound(const struct weft_slice_plan *plan);
 // Whether a source of this format can hold a range of voxels.
 bool weft_slice_source_holds(enum weft_source_format source, double low, double high);
 
-// The voxels that a cell's taps reach, inclusive, and that the plan needs: fewer along a summed
-// axis.
-void weft_slice_cell_box(const struct weft_slice_plan *plan, const struct weft_slice_cells *cells,
-                         size_t number, int32_t min[3], int32_t max[3]);
+// The voxels that the taps of one of the plan's cells reach, inclusive, and that the plan needs:
+// fewer along a summed axis.
+void weft_slice_cell_box(const struct weft_slice_plan *plan, size_t number, int32_t min[3],
+                         int32_t max[3]);
 
 // What of a plan does not depend on where the voxels lie: kernel, grid, axes, savings and bounds,
 // without tiles. Returns as weft_slice_plan_create.

@@ -85,7 +85,8 @@ static float *run_slice(weft_context *context, weft_volume *volume,
     return pixels;
 }
 
-static void assert_within(const struct weft_verify_report *error, double tolerance, const char *what)
+static void assert_within(const struct weft_verify_report *error, double tolerance,
+                          const char *what)
 {
     if (!(error->relative_maximum <= tolerance) || error->not_finite_mismatches)
         fail_msg("%s: error %.3g at (%d, %d): %.9g instead of %.9g; %d not finite", what,
@@ -279,6 +280,59 @@ static void tiles_and_layouts_change_no_byte(void **state)
     assert_memory_equal(whole, plain, sizeof *whole * W * H);
     free(plain);
     free(whole);
+    weft_volume_destroy(&volume);
+}
+
+// Blocks of one value, of another one, and of noise: cells that are constant, or smooth, for the
+// pixels of one tile and not for those of the next.
+static weft_volume *make_patches(int n)
+{
+    weft_volume *volume = NULL;
+    float *data = malloc((size_t)n * (size_t)n * (size_t)n * sizeof *data);
+    assert_non_null(data);
+    for (int i = 0; i < n * n * n; i++) {
+        const int x = i % n, y = i / n % n, z = i / n / n;
+        const int patch = (x / 13 + y / 17 + z / 11) % 3;
+        data[i] = patch == 0 ? 0.1f : patch == 1 ? 0.7f : noise(x, y, z);
+    }
+    assert_int_equal(
+        weft_volume_create(weft_volume_params(.size = {n, n, n}, .data = data, .background = 0.3f),
+                           &volume),
+        WEFT_OK);
+    free(data);
+    return volume;
+}
+
+static void tiles_change_no_byte_near_constants(void **state)
+{
+    (void)state;
+    enum { W = 300, H = 290 };
+    static const char *const kernels[] = {"catmull-rom", "linear", "bspline3i"};
+    static const int sides[] = {128, 37, 16};
+    weft_volume *volume = make_patches(96);
+    uint64_t saved = 0;
+    for (size_t i = 0; i < 2 * WEFT_COUNT(kernels); i++) {
+        struct weft_slice_params params = {.space = WEFT_SPACE_INDEX,
+                                           .kernel = kernel_named(kernels[i / 2]),
+                                           .geometry = {.origin = {-8.0, -7.0, 3.0},
+                                                        .u = {110.0, 5.0, 9.0},
+                                                        .v = {4.0, 107.0, 70.0},
+                                                        .width = W,
+                                                        .height = H},
+                                           .layout = WEFT_LAYOUT_INTERLEAVED + (int)(i % 3),
+                                           .smooth_error = i % 2 ? 0.02 : 0.0};
+        struct weft_slice_report report;
+        float *whole = run_slice(contexts[0], volume, &params, NULL, &report);
+        saved += report.cells_constant + report.cells_smooth;
+        for (size_t cut = 0; cut < WEFT_COUNT(sides); cut++) {
+            params.max_target_size = sides[cut];
+            float *tiled = run_slice(contexts[0], volume, &params, NULL, NULL);
+            assert_memory_equal(whole, tiled, sizeof *whole * W * H);
+            free(tiled);
+        }
+        free(whole);
+    }
+    assert_true(saved > 100);
     weft_volume_destroy(&volume);
 }
 
@@ -652,6 +706,7 @@ int main(void)
         cmocka_unit_test(far_offsets_cost_no_accuracy),
         cmocka_unit_test(any_affine_transform_is_inverted),
         cmocka_unit_test(tiles_and_layouts_change_no_byte),
+        cmocka_unit_test(tiles_change_no_byte_near_constants),
         cmocka_unit_test(memory_chooses_the_layout),
         cmocka_unit_test(not_finite_voxels_stay_in_reach),
         cmocka_unit_test(a_clamped_volume_holds_its_edge),
