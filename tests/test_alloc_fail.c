@@ -130,7 +130,7 @@ static enum weft_result slice_volume(void)
         res =
             weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL);
     if (res == WEFT_OK && params.kernel.prefiltered)
-        res = weft_slice_verify(plan, volume, pixels,
+        res = weft_slice_verify(plan, pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 1e-2}, &error);
     weft_slice_plan_destroy(&plan);
     weft_volume_destroy(&volume);

@@ -1663,7 +1663,7 @@ static void slice_runs(void)
     SURVIVED(weft_slice_run_once(context, slice, NULL, weft_slice_run_params(.pixels = out), NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_slice_verify(
-            slice, v, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
+            slice, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
 
     slice_runs_refuse(context, slice);
     weft_pass_plan *flat = plan(2), *deep = plan(3);

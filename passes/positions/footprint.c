@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "filter/kernels/prefilter.h"
+#include "tiles/volume/volume_cache.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
@@ -42,7 +43,10 @@ static enum weft_result create_coefficients(weft_footprint *f)
     if (res != WEFT_OK)
         return res;
     f->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
-    return weft_volume_prefilter(f->volume, &f->info.kernel, f->log, &f->coefficients);
+    res = weft_volume_cache(f->volume, f->log, &f->samples);
+    return res == WEFT_OK
+               ? weft_volume_prefilter(f->samples, &f->info.kernel, f->log, &f->coefficients)
+               : res;
 }
 
 void weft_footprint_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
@@ -154,7 +158,7 @@ static void drop_bricks(weft_footprint *f)
     for (size_t i = 0; i < f->block_count; i++)
         free(f->blocks[i]);
     f->block_count = 0;
-    f->info.kept_bytes = 0;
+    f->store_bytes = f->info.kept_bytes = 0;
 }
 
 static void cells_destroy(struct weft_slice_cells *cells)
@@ -181,6 +185,7 @@ void weft_footprint_destroy(weft_footprint **footprint)
     weft_brick_store_destroy(&f->places);
     weft_brick_list_clear(&f->topology);
     weft_volume_destroy(&f->coefficients);
+    weft_volume_destroy(&f->samples);
     free(f);
 }
 
@@ -406,6 +411,35 @@ bool weft_footprint_note(const weft_footprint *f, const int32_t min[3], const in
 
 // ---- voxels -------------------------------------------------------------------------------------
 
+// What is kept and was read; of coefficients nothing is read but the samples that they depend on.
+static void count_bricks(weft_footprint *f, size_t read)
+{
+    f->info.bricks_read += read;
+    f->info.kept_bytes = f->store_bytes;
+    if (!f->samples)
+        return;
+    const struct weft_volume_cache_info *samples = weft_volume_cache_get_info(f->samples);
+    f->info.bricks_read = samples->bricks_read;
+    f->info.kept_bytes += samples->kept_bytes;
+}
+
+// Samples are kept in what others leave.
+static void limit_samples(weft_footprint *f, uint64_t other_bytes)
+{
+    const uint64_t bytes = f->store_bytes + other_bytes;
+    if (f->samples)
+        weft_volume_cache_limit(f->samples, bytes < f->memory_bytes ? f->memory_bytes - bytes : 0);
+}
+
+enum weft_result weft_footprint_read_samples(weft_footprint *f, size_t count,
+                                             const int32_t (*origin)[3], float *values)
+{
+    limit_samples(f, 0);
+    const enum weft_result res = weft_volume_read(f->samples, count, origin, values);
+    count_bricks(f, 0);
+    return res;
+}
+
 static enum weft_result create_store(weft_footprint *f)
 {
     const struct weft_volume_info *info = weft_volume_get_info(weft_footprint_voxels(f));
@@ -475,8 +509,8 @@ static enum weft_result read_missing(weft_footprint *f, const struct weft_cell_m
     f->info.read_seconds += weft_now_seconds() - start;
     if (res != WEFT_OK)
         goto fail;
-    f->info.bricks_read += count;
-    f->info.kept_bytes += count * BRICK_BYTES;
+    f->store_bytes += count * BRICK_BYTES;
+    count_bricks(f, count);
     for (size_t i = 0; res == WEFT_OK && i < count; i++)
         res = weft_brick_store_add_brick(f->store, origin[i], values + i * WEFT_BRICK_VOXELS);
 fail:
@@ -491,14 +525,16 @@ enum weft_result weft_footprint_load(weft_footprint *f, const struct weft_cell_m
 {
     *out = NULL;
     size_t missing = count_missing(f, bricks);
-    if (f->info.kept_bytes && missing &&
-        f->info.kept_bytes + missing * BRICK_BYTES + other_bytes > f->memory_bytes) {
+    if (f->store_bytes && missing &&
+        f->store_bytes + missing * BRICK_BYTES + other_bytes > f->memory_bytes) {
         drop_bricks(f);
         missing = bricks->count;
     }
+    limit_samples(f, missing * BRICK_BYTES + other_bytes);
     enum weft_result res = f->store ? WEFT_OK : create_store(f);
     if (res == WEFT_OK && missing)
         res = read_missing(f, bricks, missing);
+    count_bricks(f, 0);
     if (res == WEFT_OK)
         *out = f->store;
     return res;

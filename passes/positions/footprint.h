@@ -45,9 +45,11 @@ struct weft_footprint_info {
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
-    uint64_t bricks_read; // so far, from the volume (of coefficients: from these)
-    uint64_t kept_bytes;  // of voxels, now
-    double read_seconds;  // so far
+    // So far, from the volume: for prefiltered kernels those that coefficients depend on. Each
+    // counts once as long as memory_bytes holds them all.
+    uint64_t bricks_read;
+    uint64_t kept_bytes; // of voxels, and coefficients, now
+    double read_seconds; // so far
 };
 
 // Finds which bricks and tiles lie near the cut; no voxel is read. The one who creates a footprint

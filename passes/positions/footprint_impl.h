@@ -39,7 +39,8 @@ struct weft_footprint {
     const struct weft_log *log;
     int holders;
     weft_volume *volume;
-    weft_volume *coefficients; // prefiltered kernels: what is read in place of the volume, or NULL
+    // Prefiltered kernels: the volume's bricks, kept, and what is read in place of them; or NULL.
+    weft_volume *samples, *coefficients;
     struct weft_slice_grid grid;
     struct weft_brick_list topology; // of everything near the cut
     weft_brick_store *places;        // of the topology, without voxels
@@ -51,6 +52,7 @@ struct weft_footprint {
     weft_brick_store *store;
     float **blocks;
     size_t block_count, block_capacity;
+    uint64_t store_bytes; // of voxels or coefficients, without the samples that are kept
     // Of the kernel, made so far: see passes/positions/weights.h.
     struct weft_slice_weights **weights;
     size_t weights_count;
@@ -100,9 +102,14 @@ bool weft_footprint_note(const weft_footprint *footprint, const int32_t min[3],
 // The one way that voxels are read: bricks that are not kept are, and kept as long as memory_bytes
 // holds them, the other bricks that are kept and the caller's other_bytes; or else those kept are
 // dropped before. *out answers for these bricks and the tiles, clamped where the volume is, until
-// the next call. Returns WEFT_ERR_MEMORY and what weft_volume_read returns.
+// the next call. Coefficients are made of the volume's bricks, which are kept in what that leaves.
+// Returns WEFT_ERR_MEMORY and what weft_volume_read returns.
 enum weft_result weft_footprint_load(weft_footprint *footprint, const struct weft_cell_map *bricks,
                                      uint64_t other_bytes, const weft_brick_store **out);
+// The same of the volume's own bricks where taps read coefficients of it, for prefiltered kernels:
+// as weft_volume_read, and from what is kept of them.
+enum weft_result weft_footprint_read_samples(weft_footprint *footprint, size_t count,
+                                             const int32_t (*origin)[3], float *values);
 
 // The statistics with their shells.
 enum weft_result weft_footprint_measure(weft_footprint *footprint,

@@ -485,14 +485,13 @@ static enum weft_result measure_bricks_around(weft_footprint *f,
         const size_t left = list->brick_count - from, count = left < CHUNK ? left : CHUNK;
         const int32_t(*origin)[3] = (const int32_t(*)[3])list->brick_origin + from;
         res = go_on(progress, (double)from / (double)list->brick_count)
-                  ? weft_volume_read(f->volume, count, origin, values)
+                  ? weft_footprint_read_samples(f, count, origin, values)
                   : WEFT_ERR_CANCELLED;
         for (size_t b = 0; res == WEFT_OK && b < count; b++) {
             const float *brick = values + b * WEFT_BRICK_VOXELS;
             if (measure_brick(reach, origin[b], brick))
                 measure_differences(brick, &f->voxels);
         }
-        f->info.bricks_read += count;
     }
     free(values);
     return res;

@@ -14,7 +14,6 @@ static const double NEGLIGIBLE = 1e-13;
 struct weft_slice_samples {
     const struct weft_log *log;
     const struct weft_slice_plan *plan;
-    weft_volume *volume;
     struct weft_kernel kernel;
     struct weft_prefilter prefilter;
     int overlap, near;
@@ -64,12 +63,12 @@ static void set_overlap(weft_slice_samples *s, const struct weft_slice_statistic
     s->negligible = largest > 0.0 ? NEGLIGIBLE * shells->at_taps / largest : NEGLIGIBLE;
 }
 
-enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
+enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan,
                                            const struct weft_slice_statistics *statistics,
                                            const struct weft_slice_shells *shells,
                                            weft_slice_samples **out)
 {
-    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    weft_volume *volume = plan->footprint->samples;
     enum weft_result res = WEFT_ERR_MEMORY;
     weft_slice_samples *s = calloc(1, sizeof *s);
     *out = NULL;
@@ -79,7 +78,6 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     }
     s->log = plan->log;
     s->plan = plan;
-    s->volume = volume;
     s->kernel = plan->info.kernel;
     res = weft_prefilter_compute(plan->log, &s->kernel, &s->prefilter);
     if (res != WEFT_OK)
@@ -88,6 +86,7 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, w
     struct weft_kernel plain = s->kernel;
     plain.prefiltered = false;
     s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
     struct weft_region region;
     weft_slice_grid_region(&plan->footprint->grid, s->kernel.width, &region);
     region = weft_region_widen(&region, s->overlap);
@@ -143,8 +142,8 @@ static enum weft_result read_bricks(weft_slice_samples *s, size_t known)
     for (size_t i = 0; i < count; i++)
         for (int a = 0; a < 3; a++)
             origin[i][a] = s->map.keys[known + i].at[a] * WEFT_BRICK_SIZE;
-    res = weft_volume_read(s->volume, count, (const int32_t(*)[3])origin,
-                           s->values + known * WEFT_BRICK_VOXELS);
+    res = weft_footprint_read_samples(s->plan->footprint, count, (const int32_t(*)[3])origin,
+                                      s->values + known * WEFT_BRICK_VOXELS);
     for (size_t i = known; res == WEFT_OK && i < s->map.count; i++)
         s->largest[i] = find_largest(s->values + i * WEFT_BRICK_VOXELS);
 fail:
@@ -168,7 +167,7 @@ static int64_t clamp(int64_t x, int64_t low, int64_t high)
 static void set_axis(const weft_slice_samples *s, int a, double position, struct sum *sum,
                      struct weft_prefilter_axis *out)
 {
-    const struct weft_volume_info *info = weft_volume_get_info(s->volume);
+    const struct weft_volume_info *info = weft_volume_get_info(s->plan->footprint->samples);
     const int32_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
     const int32_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
     double fraction;

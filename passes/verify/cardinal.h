@@ -9,12 +9,12 @@
 
 typedef struct weft_slice_samples weft_slice_samples;
 
-// Finds which of the volume's bricks the plan's slice depends on; they are read when needed, and
-// kept up to 64 MiB. statistics and shells are the footprint's: voxels count
-// out to where what is left out is below some 2^-30 of the largest one at the taps. plan and volume
-// are borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are not prefiltered, WEFT_ERR_MEMORY,
-// and what weft_volume_find returns.
-enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan, weft_volume *volume,
+// Finds which of the volume's bricks the plan's slice depends on; they are read through the plan's
+// footprint when needed, up to 64 MiB at a time. statistics and shells are the footprint's: voxels
+// count out to where what is left out is below some 2^-30 of the largest one at the taps. The plan
+// is borrowed. Returns WEFT_ERR_ARGUMENT for kernels that are not prefiltered, WEFT_ERR_MEMORY, and
+// what weft_volume_find returns.
+enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan,
                                            const struct weft_slice_statistics *statistics,
                                            const struct weft_slice_shells *shells,
                                            weft_slice_samples **out);

@@ -7,7 +7,6 @@
 
 struct subject {
     const struct weft_slice_plan *plan;
-    weft_volume *volume;
     const float *pixels;
     weft_footprint *rest;                         // of what floats lack, where it is verified
     weft_slice_samples *samples;                  // of prefiltered kernels, in place of the cursors
@@ -117,8 +116,7 @@ static enum weft_result set_samples(struct subject *s, struct weft_verifier *v)
     const struct weft_slice_statistics *statistics = &footprint->statistics;
     enum weft_result res = weft_footprint_measure(footprint, v->how.progress);
     if (res == WEFT_OK)
-        res = weft_slice_samples_create(s->plan, s->volume, statistics, &footprint->shells,
-                                        &s->samples);
+        res = weft_slice_samples_create(s->plan, statistics, &footprint->shells, &s->samples);
     if (res != WEFT_OK)
         return res;
     const struct weft_bound_values values = {.low = statistics->low,
@@ -143,15 +141,14 @@ static void set_bound(const struct weft_slice_plan *plan, struct weft_verifier *
     v->bound_relative = weft_bound_compute(&terms, &one).total;
 }
 
-enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
-                                   const float *pixels,
+enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pixels,
                                    const struct weft_slice_verify_params *params,
                                    struct weft_verify_report *out)
 {
     static const struct weft_slice_verify_params defaults;
     const struct weft_slice_verify_params *p = params ? params : &defaults;
     const struct weft_kernel *kernel = &plan->info.kernel;
-    struct subject subject = {.plan = plan, .volume = volume, .pixels = pixels};
+    struct subject subject = {.plan = plan, .pixels = pixels};
     struct weft_verifier v = {
         .width = plan->footprint->grid.index.width,
         .height = plan->footprint->grid.index.height,

@@ -88,10 +88,10 @@ struct weft_slice_verify_params {
 // coefficient: it is the sum over the volume's voxels with the weights of the cardinal spline
 // (weft_prefilter_weights, cut off at 2^-32, or farther out where voxels there are so much larger
 // that they count), which takes hundreds of times as long. The bound is the plan's, for prefiltered
-// kernels from what is measured of coefficients and voxels. params may be NULL; plan and volume are
-// borrowed. Returns WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what weft_volume_read returns.
-WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, weft_volume *volume,
-                                            const float *pixels,
+// kernels from what is measured of coefficients and voxels; bricks that the plan's footprint keeps
+// are not read again for them either. params may be NULL. Returns WEFT_ERR_CANCELLED,
+// WEFT_ERR_MEMORY and what weft_volume_read returns.
+WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pixels,
                                             const struct weft_slice_verify_params *params,
                                             struct weft_verify_report *out);
 

@@ -123,8 +123,8 @@ static enum weft_result verify_kernel(struct bench *b, const weft_method_plan *p
     const struct weft_slice_verify_params params = {.max_seconds = VERIFY_SECONDS,
                                                     .progress = progress};
     struct weft_verify_report error;
-    enum weft_result res = weft_slice_verify(weft_method_plan_get_slice(plan), b->scene->volume,
-                                             b->pixels, &params, &error);
+    enum weft_result res =
+        weft_slice_verify(weft_method_plan_get_slice(plan), b->pixels, &params, &error);
     if (res == WEFT_OK)
         set_errors(point, &error, weft_method_plan_get_info(plan)->bound);
     return res;

@@ -235,7 +235,6 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
                                   json_number(r->high), "clamped", json_count(r->clamped)));
     json_object_set_new(root, "bound", resample_bound_json(&job->bound));
     json_object_set_new(root, "rectangles", json_integer(r->rectangles));
-    json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
 }
 
 static void set_run(json_t *root, const struct slice_job *job)
@@ -244,7 +243,10 @@ static void set_run(json_t *root, const struct slice_job *job)
     const struct weft_context_info *context = weft_context_get_info(job->context);
     struct rusage usage = {0};
     getrusage(RUSAGE_SELF, &usage);
+    const struct weft_footprint_info *reach =
+        weft_footprint_get_info(weft_slice_plan_get_footprint(job->plan));
     json_object_set_new(root, "passes", json_integer(r->passes));
+    json_object_set_new(root, "bricks_read", json_count(reach->bricks_read));
     if (job->passes)
         set_passes_run(root, job);
     else

@@ -432,7 +432,7 @@ static enum weft_result verify(struct slice_job *job)
     struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
     enum weft_result res = open_rest(job, &params.rest);
     if (res == WEFT_OK)
-        res = weft_slice_verify(job->plan, job->volume, job->pixels, &params, &job->error);
+        res = weft_slice_verify(job->plan, job->pixels, &params, &job->error);
     weft_volume_destroy(&params.rest);
     job->verify_seconds = report_now_seconds() - start;
     return res;

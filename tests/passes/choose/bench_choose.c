@@ -95,7 +95,7 @@ static enum weft_result time_contenders(const struct bench *b, const struct job 
             if (run >= 0 || res != WEFT_OK)
                 continue;
             struct weft_verify_report error;
-            res = weft_slice_verify(weft_method_plan_get_slice(c->plan), job->volume, pixels,
+            res = weft_slice_verify(weft_method_plan_get_slice(c->plan), pixels,
                                     &(struct weft_slice_verify_params){.max_seconds = 0.1}, &error);
             // The first run warms up, and tells which ways are to be timed.
             c->within = error.maximum <= budget;

@@ -51,9 +51,8 @@ static bool check(weft_context *context, const struct job *job, const char *what
     struct weft_verify_report error;
     assert_non_null(pixels);
     assert_int_equal(weft_method_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
-    assert_int_equal(
-        weft_slice_verify(weft_method_plan_get_slice(plan), job->volume, pixels, NULL, &error),
-        WEFT_OK);
+    assert_int_equal(weft_slice_verify(weft_method_plan_get_slice(plan), pixels, NULL, &error),
+                     WEFT_OK);
     if (!(error.maximum <= info->bound) || error.not_finite_mismatches)
         fail_msg("%s: %s with %s: error %.3g at (%d, %d) of %dx%d, %.9g instead of %.9g; the bound "
                  "is %.3g; %d not finite",

@@ -158,7 +158,7 @@ static enum weft_result run_turns(const struct bench *b, struct way ways[2])
         }
     }
     for (int w = 0; res == WEFT_OK && w < 2; w++)
-        res = weft_slice_verify(ways[w].plan, b->volume, ways[w].pixels,
+        res = weft_slice_verify(ways[w].plan, ways[w].pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 2.0},
                                 &ways[w].error);
     return res;

@@ -208,7 +208,7 @@ static enum weft_result take_turns(const struct job *job, weft_context *context,
             // Both round in single precision.
             if (turn < 0 && res == WEFT_OK) {
                 *failures += !(largest_difference(pixels, expected, count) <= 1e-5);
-                res = weft_slice_verify(ways[l].plan, volume, pixels,
+                res = weft_slice_verify(ways[l].plan, pixels,
                                         &(struct weft_slice_verify_params){.max_seconds = 2.0},
                                         &ways[l].error);
                 *failures += !(ways[l].error.relative_maximum <= 2e-6);

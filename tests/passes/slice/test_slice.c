@@ -80,7 +80,7 @@ static float *run_slice(weft_context *context, weft_volume *volume,
         weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), report),
         WEFT_OK);
     if (error)
-        assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, error), WEFT_OK);
+        assert_int_equal(weft_slice_verify(plan, pixels, NULL, error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
     return pixels;
 }
@@ -552,7 +552,7 @@ static void runs_and_verification_can_be_cancelled(void **state)
         weft_slice_run_once(contexts[0], plan, NULL,
                             weft_slice_run_params(.pixels = pixels, .progress = &progress), NULL),
         WEFT_ERR_CANCELLED);
-    assert_int_equal(weft_slice_verify(plan, volume, pixels,
+    assert_int_equal(weft_slice_verify(plan, pixels,
                                        &(struct weft_slice_verify_params){.progress = &progress},
                                        &error),
                      WEFT_ERR_CANCELLED);
@@ -680,7 +680,7 @@ static void any_parameters_can_be_sliced(void **state)
             assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
                                                  weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
-            assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);
             const struct weft_slice_plan_info *plan_info = weft_slice_plan_get_info(plan);
             const double bound =
                 plan_info->error_bound * error.magnitude + plan_info->error_absolute;

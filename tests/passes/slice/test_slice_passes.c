@@ -165,7 +165,7 @@ static double bound_of(const struct fixture *f)
 static void assert_within_bound(const struct fixture *f, const float *pixels, const char *what)
 {
     struct weft_verify_report error;
-    assert_int_equal(weft_slice_verify(f->slice, f->volume, pixels, NULL, &error), WEFT_OK);
+    assert_int_equal(weft_slice_verify(f->slice, pixels, NULL, &error), WEFT_OK);
     if (!(error.maximum <= bound_of(f)) || error.not_finite_mismatches)
         fail_msg("%s: error %.3g at (%d, %d): %.9g instead of %.9g; the bound is %.3g; %d not "
                  "finite",

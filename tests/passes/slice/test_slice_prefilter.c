@@ -95,7 +95,7 @@ static struct result slice(weft_context *context, weft_volume *volume,
         weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = r.pixels), NULL),
         WEFT_OK);
     if (verify)
-        assert_int_equal(weft_slice_verify(plan, volume, r.pixels, NULL, &r.error), WEFT_OK);
+        assert_int_equal(weft_slice_verify(plan, r.pixels, NULL, &r.error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
     return r;
 }
@@ -220,7 +220,7 @@ static void finite_pixels_know_nothing_of_missing_voxels(void **state)
             weft_slice_plan *plan = NULL;
             struct weft_verify_report error;
             assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-            assert_int_equal(weft_slice_verify(plan, volume, full.pixels, NULL, &error), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, full.pixels, NULL, &error), WEFT_OK);
             assert_true(error.not_finite_mismatches > 100);
             weft_slice_plan_destroy(&plan);
             free(r.pixels);
@@ -244,7 +244,7 @@ static void verification_sees_blur(void **state)
     struct weft_verify_report error;
     params.kernel = kernel_named("bspline3i");
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-    assert_int_equal(weft_slice_verify(plan, volume, plain.pixels, NULL, &error), WEFT_OK);
+    assert_int_equal(weft_slice_verify(plan, plain.pixels, NULL, &error), WEFT_OK);
     assert_true(error.relative_maximum > 0.1);
     weft_slice_plan_destroy(&plan);
     free(plain.pixels);
@@ -482,7 +482,7 @@ static void check_far(const struct weft_kernel *kernel, int axis, int away, floa
     assert_int_equal(
         weft_slice_run_once(contexts[0], plan, NULL, weft_slice_run_params(.pixels = pixels), NULL),
         WEFT_OK);
-    assert_int_equal(weft_slice_verify(plan, volume, pixels, NULL, &error), WEFT_OK);
+    assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, error.pixels_total);
     const double found = far_error(&params, data, size, pixels);
     const double near = info->error_bound * (away > 0 ? 1.0 : (double)value) + info->error_absolute;
@@ -575,7 +575,7 @@ static void passes_run_on_coefficients(void **state)
                          WEFT_OK);
         // Coefficients of noise reach farther than its voxels.
         assert_true(report.high > 1.5 && report.low < -1.5);
-        assert_int_equal(weft_slice_verify(slice_plan, volume, pixels, NULL, &error), WEFT_OK);
+        assert_int_equal(weft_slice_verify(slice_plan, pixels, NULL, &error), WEFT_OK);
         const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(slice_plan, plan);
         const struct weft_bound_values values = {
             .low = report.low, .high = report.high, .sample_low = -1.0, .sample_high = 1.0};

@@ -14,6 +14,7 @@
 #include "tests/support/contexts.h"
 #include "filter/check.h"
 #include "passes/gl/context_backend.h"
+#include "tiles/volume/volume_impl.h"
 #include "weft.h"
 
 enum { N = 40 };
@@ -172,11 +173,111 @@ static void plans_are_cut_to_the_contexts_limits(void **state)
     weft_volume_destroy(&volume);
 }
 
+// ---- reading ------------------------------------------------------------------------------------
+
+enum { BRICKS = N / WEFT_BRICK_SIZE };
+
+// A volume that counts how often each of its bricks is read.
+struct counted {
+    weft_volume *base;
+    int reads[BRICKS * BRICKS * BRICKS];
+};
+
+static enum weft_result find_counted(weft_volume *volume, const struct weft_region *region,
+                                     struct weft_brick_list *out)
+{
+    const struct counted *c = volume->data;
+    return weft_volume_find(c->base, region, out);
+}
+
+static enum weft_result read_counted(weft_volume *volume, size_t count, const int32_t (*origin)[3],
+                                     float *values)
+{
+    struct counted *c = volume->data;
+    for (size_t i = 0; i < count; i++)
+        c->reads[(origin[i][2] / 8 * BRICKS + origin[i][1] / 8) * BRICKS + origin[i][0] / 8]++;
+    return weft_volume_read(c->base, count, origin, values);
+}
+
+static void clear_counted(void *data)
+{
+    weft_volume_destroy(&((struct counted *)data)->base);
+}
+
+static weft_volume *make_counted(void)
+{
+    static const struct weft_volume_backend backend = {sizeof(struct counted), find_counted,
+                                                       read_counted, clear_counted};
+    weft_volume *volume = NULL;
+    assert_int_equal(weft_volume_make(&log_to_stderr, &backend, &volume), WEFT_OK);
+    struct counted *c = volume->data;
+    c->base = make_volume();
+    volume->info = *weft_volume_get_info(c->base);
+    volume->info.metadata = NULL;
+    volume->info.metadata_count = 0;
+    return volume;
+}
+
+// Statistics, two runs and verification; returns how many bricks were read in all.
+static uint64_t read_all(const char *kernel, uint64_t memory_bytes, float *pixels, int *most)
+{
+    weft_volume *volume = make_counted();
+    const struct counted *c = volume->data;
+    const struct weft_slice_params params = {.kernel = kernel_named(kernel),
+                                             .space = WEFT_SPACE_INDEX,
+                                             .geometry = oblique,
+                                             .layout = WEFT_LAYOUT_PLAIN,
+                                             .memory_bytes = memory_bytes,
+                                             .log = &log_to_stderr};
+    const struct weft_slice_verify_params few = {.max_seconds = 1e-3};
+    struct weft_slice_statistics statistics;
+    struct weft_verify_report error;
+    weft_slice_plan *plan = NULL;
+    uint64_t sum = 0;
+    assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+    weft_footprint *footprint = weft_slice_plan_get_footprint(plan);
+    assert_int_equal(weft_footprint_statistics(footprint, NULL, &statistics), WEFT_OK);
+    for (int run = 0; run < 2; run++)
+        assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+                                             weft_slice_run_params(.pixels = pixels), NULL),
+                         WEFT_OK);
+    assert_int_equal(weft_slice_verify(plan, pixels, &few, &error), WEFT_OK);
+    assert_true(error.maximum <= error.bound);
+    *most = 0;
+    for (int i = 0; i < BRICKS * BRICKS * BRICKS; i++) {
+        sum += (uint64_t)c->reads[i];
+        *most = c->reads[i] > *most ? c->reads[i] : *most;
+    }
+    assert_int_equal(weft_footprint_get_info(footprint)->bricks_read, sum);
+    assert_true(memory_bytes == 0 ||
+                weft_footprint_get_info(footprint)->kept_bytes <= memory_bytes);
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+    return sum;
+}
+
+static void bricks_are_read_once_in_all(void **state)
+{
+    static const char *const kernels[] = {"catmull-rom", "bspline3i", "bspline5i"};
+    static float room[150 * 130], none[150 * 130];
+    (void)state;
+    for (size_t k = 0; k < WEFT_COUNT(kernels); k++) {
+        int once, often;
+        const uint64_t least = read_all(kernels[k], 0, room, &once);
+        const uint64_t more = read_all(kernels[k], 256 << 10, none, &often);
+        assert_in_range(least, 40, BRICKS * BRICKS * BRICKS);
+        assert_int_equal(once, 1);
+        assert_true(often > 1 && more > least);
+        assert_memory_equal(room, none, sizeof room);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(compiled_slices_run_often),
         cmocka_unit_test(plans_are_cut_to_the_contexts_limits),
+        cmocka_unit_test(bricks_are_read_once_in_all),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }

@@ -102,7 +102,7 @@ static struct weft_slice_report run(weft_context *context, weft_volume *volume,
         weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = out), &report),
         WEFT_OK);
     if (what)
-        assert_int_equal(weft_slice_verify(plan, volume, out, NULL, &error), WEFT_OK);
+        assert_int_equal(weft_slice_verify(plan, out, NULL, &error), WEFT_OK);
     const double bound = info->error_bound * error.magnitude + info->error_absolute;
     if (!(error.maximum <= bound) || error.not_finite_mismatches)
         fail_msg("%s, %s: error %.3g at (%d, %d), %.9g instead of %.9g; the bound is %.3g; %d not "
@@ -485,9 +485,8 @@ static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *
         WEFT_OK);
     assert_int_equal(weft_method_plan_create(volume, &params, &method), WEFT_OK);
     assert_int_equal(weft_method_run(contexts[0], method, volume, pixels, NULL, &report), WEFT_OK);
-    assert_int_equal(
-        weft_slice_verify(weft_method_plan_get_slice(method), volume, pixels, NULL, &error),
-        WEFT_OK);
+    assert_int_equal(weft_slice_verify(weft_method_plan_get_slice(method), pixels, NULL, &error),
+                     WEFT_OK);
     const double bound = weft_method_plan_get_info(method)->bound;
     if (!(error.maximum <= bound) || error.not_finite_mismatches)
         fail_msg("%s on %s: error %.3g, the bound is %.3g; %d not finite on one side", kernel,

@@ -577,17 +577,17 @@ static void slice_errors_are_found(void **state)
                                                  weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             const struct weft_slice_verify_params all = {.max_seconds = INFINITY};
-            assert_int_equal(weft_slice_verify(plan, volume, pixels, &all, &clean), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, pixels, &all, &clean), WEFT_OK);
             assert_true(clean.maximum <= clean.bound && clean.share <= 1.0);
             const struct weft_slice_verify_params few = {.max_seconds = 1e-12, .seed = 3};
-            assert_int_equal(weft_slice_verify(plan, volume, pixels, &few, &sampled[cut]), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, pixels, &few, &sampled[cut]), WEFT_OK);
             checked[cut] = sampled[cut].pixels_checked;
             pixels[41 * PIXELS + 17] += 3.0f;
-            assert_int_equal(weft_slice_verify(plan, volume, pixels, &all, &planted), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, pixels, &all, &planted), WEFT_OK);
             assert_planted(&clean, &planted, 17, 41, 3.0, kernels[k]);
             assert_true(planted.maximum > planted.bound && planted.share > 1.0);
             pixels[3] = NAN;
-            assert_int_equal(weft_slice_verify(plan, volume, pixels, &all, &planted), WEFT_OK);
+            assert_int_equal(weft_slice_verify(plan, pixels, &all, &planted), WEFT_OK);
             assert_true(planted.not_finite_mismatches == 1 && isinf(planted.maximum) &&
                         planted.at_x == 3 && planted.at_y == 0);
             weft_slice_plan_destroy(&plan);
