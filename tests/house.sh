@@ -6,7 +6,7 @@
 # Prints what breaks these rules, one line each, and then the figures.
 set -eu
 nm=$1 source=$2 build=$3
-most_entries=28 least_comment=0.75
+most_entries=28 least_comment=0.9
 
 # Each room may use those before it.
 rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume

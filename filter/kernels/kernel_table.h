@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// filter/kernels/kernel_table.h - a kernel from samples of it.
+// filter/kernels/kernel_table.h - a kernel from samples of it: for measured filters, and for
+// formulas that the catalogue does not have. tiles/kernel/kernel_file.h reads such tables from
+// files.
 #ifndef WEFT_FILTER_KERNELS_KERNEL_TABLE_H
 #define WEFT_FILTER_KERNELS_KERNEL_TABLE_H
 
@@ -9,7 +11,7 @@ WEFT_BEGIN_DECLS
 
 enum { WEFT_KERNEL_TABLE_MAX_SAMPLES = 1 << 20 }; // of one table
 
-// What a kernel is between two samples of its table.
+// What a kernel is between two samples of its table. Default: linear.
 enum weft_kernel_between {
     WEFT_KERNEL_BETWEEN_LINEAR,
     WEFT_KERNEL_BETWEEN_CUBIC, // Hermite with central differences as slopes (Catmull and Rom 1974)
@@ -28,14 +30,17 @@ struct weft_kernel_table_params {
     enum weft_kernel_between between; // default linear
     const struct weft_log *log;       // may be NULL
 };
+#define WEFT_KERNEL_TABLE_DEFAULTS
+#define weft_kernel_table_params(...)                                                              \
+    (&(struct weft_kernel_table_params){WEFT_KERNEL_TABLE_DEFAULTS __VA_ARGS__})
 
 // A table as a record. The record refers to the struct around it, so that this must neither move
 // nor end while a kernel is made of it. Allocates nothing: there is nothing to destroy. Read-only
 // once initialised, and then thread-safe; all members but info are private.
 struct weft_kernel_table {
     struct weft_kernel_info info; // for weft_kernel_create, which takes no parameters of it
-    const double *samples;
-    double support, last; // index of the last sample
+    const double *samples;        // borrowed from the params
+    double support, last;         // index of the last sample
     bool whole;
     enum weft_kernel_between between;
 };

@@ -18,6 +18,7 @@
 
 WEFT_BEGIN_DECLS
 
+// Limits of all trees.
 enum {
     WEFT_TREE_MAX_LEAVES = 1 << 16,
     WEFT_TREE_MAX_INPUTS = 16,               // of a node
@@ -25,7 +26,8 @@ enum {
     WEFT_TREE_MAX_TOTAL_WEIGHT = 0x7fffffff, // below 2^31
 };
 
-// What is pointed to is borrowed until weft_tree_create returns, but for the log.
+// The leaves and the shape of a tree. What is pointed to is borrowed until weft_tree_create
+// returns, but for the log.
 struct weft_tree_params {
     int leaf_count;         // N, 1 to WEFT_TREE_MAX_LEAVES (required)
     const uint32_t *weight; // of each leaf, > 0 (default NULL: all equal)
@@ -37,6 +39,8 @@ struct weft_tree_params {
     const double *leaf_error_lsb; // bound of what each leaf is wrong by (default NULL: 0)
     const struct weft_log *log;   // borrowed for the tree's life
 };
+#define WEFT_TREE_DEFAULTS
+#define weft_tree_params(...) (&(struct weft_tree_params){WEFT_TREE_DEFAULTS __VA_ARGS__})
 
 // One pass. Slots are a stack of targets: a leaf is put on top, a node takes its inputs, which are
 // the uppermost slots, and leaves its result in the first one of them. As no pass reads what it
@@ -55,6 +59,7 @@ struct weft_tree_step {
     uint32_t denominator;
 };
 
+// What a tree is. It belongs to the tree and lives as long.
 struct weft_tree_info {
     int leaf_count, node_count; // node_count < N
     int levels;                 // nodes above leaf 0, above other leaves as many or fewer
@@ -80,16 +85,19 @@ struct weft_tree_info {
     const struct weft_tree_step *steps; // in postfix order
 };
 
-typedef struct weft_tree weft_tree; // Thread-safety: read-only once made.
+// A schedule of passes. Thread-safety: read-only once made.
+typedef struct weft_tree weft_tree;
 
-// On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (a range, or level_branching's product below
-// N), WEFT_ERR_LIMIT (leaves or the sum of weights; both numbers in the log) or WEFT_ERR_MEMORY.
+// Makes the schedule for N leaves; nothing is drawn. On failure *out is NULL. Returns
+// WEFT_ERR_ARGUMENT (a range, or level_branching's product below N), WEFT_ERR_LIMIT (leaves or the
+// sum of weights; both numbers in the log) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_tree_create(const struct weft_tree_params *params, weft_tree **out);
 WEFT_API void weft_tree_destroy(weft_tree **tree); // accepts &NULL, leaves NULL behind
 WEFT_API const struct weft_tree_info *weft_tree_get_info(const weft_tree *tree);
 
-// A node in integers, input k being codes[k * stride]: floor((sum_k numerator[k] y_k + denominator
-// / 2) / denominator), that is, rounded to nearest, halves up. Equal codes come back unchanged.
+// Returns a node's result in integers, input k being codes[k * stride]: floor((sum_k numerator[k]
+// y_k + denominator / 2) / denominator), that is, rounded to nearest, halves up. Equal codes come
+// back unchanged. node must not be a leaf.
 static inline uint16_t weft_tree_combine(const struct weft_tree_step *node, const uint16_t *codes,
                                          size_t stride)
 {
@@ -99,8 +107,8 @@ static inline uint16_t weft_tree_combine(const struct weft_tree_step *node, cons
     return (uint16_t)(sum / node->denominator);
 }
 
-// Fills `count` codes of a leaf; called once for each leaf, in order. Anything but WEFT_OK ends the
-// run, which returns it.
+// Where the leaves' codes come from. `fill` writes `count` codes of a leaf, and is called once for
+// each leaf, in order, in the calling thread. Anything but WEFT_OK ends the run, which returns it.
 struct weft_tree_source {
     enum weft_result (*fill)(void *priv, int leaf, size_t count, uint16_t *codes);
     void *priv;

@@ -46,20 +46,23 @@ enum weft_saving {
 // NULL-ended, in the order of the bits: "constant", "axis", "separable", "smooth".
 WEFT_API extern const char *const weft_saving_names[];
 
+// Which slice is planned, and what it may cost. Borrowed until the call returns, but for the log
+// and the footprint.
 struct weft_slice_params {
     struct weft_kernel kernel;           // default (info NULL): catmull-rom
-    enum weft_space space;               // of the geometry
+    enum weft_space space;               // of the geometry (default world)
     struct weft_slice_geometry geometry; // required; weft_slice_axis_geometry helps
     // What these three and the volume reach, made before and shared with other plans, which so read
     // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
     weft_footprint *footprint;
-    enum weft_layout layout; // the automatic one goes by memory_bytes; pixels differ by rounding
-    enum weft_source_format source;
+    enum weft_layout layout;        // of voxels in the texture buffer (default auto, which goes by
+                                    // memory_bytes; pixels differ by rounding)
+    enum weft_source_format source; // how voxels are stored there (default float)
     double low, high; // of a source that is not float: the range it holds, finite and low < high;
                       // voxels outside are clamped to it (see weft_footprint_statistics)
-    enum weft_lookup lookup;
-    int samples;           // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
-    unsigned without;      // bits of enum weft_saving
+    enum weft_lookup lookup; // of weights (default polynomial)
+    int samples;             // M of the tiles of linear and nearest look-up, 1 to 1024 (default 64)
+    unsigned without;        // savings to do without, bits of enum weft_saving (default: none)
     double smooth_error;   // by which cheaper pieces may be off, in the volume's values (default 0:
                            // no such pieces)
     bool clamp_to_samples; // each pixel to the range of the samples next to it (2 along each axis,
@@ -71,7 +74,8 @@ struct weft_slice_params {
     const struct weft_progress *progress; // of planning, which visits every pixel; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
-#define weft_slice_params(...) (&(struct weft_slice_params){__VA_ARGS__})
+#define WEFT_SLICE_DEFAULTS
+#define weft_slice_params(...) (&(struct weft_slice_params){WEFT_SLICE_DEFAULTS __VA_ARGS__})
 
 // One rectangle of the output, with the data it needs resident at once.
 struct weft_slice_tile {
@@ -82,8 +86,11 @@ struct weft_slice_tile {
     uint64_t memory_bytes;   // voxels + layout + table + target
 };
 
+// A planned slice. Thread-safety: one thread at a time, for a plan and its footprint together.
 typedef struct weft_slice_plan weft_slice_plan;
 
+// What a plan is: the parameters with their defaults filled in, and what they came to. It belongs
+// to the plan and lives as long.
 struct weft_slice_plan_info {
     struct weft_kernel kernel;
     struct weft_slice_geometry geometry; // as asked for

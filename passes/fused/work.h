@@ -8,11 +8,12 @@
 
 WEFT_BEGIN_DECLS
 
+// The work of one run, known from a plan or estimated before there is one.
 struct weft_fused_work {
-    enum weft_layout layout; // not AUTO
-    enum weft_source_format source;
-    double texels;        // laid out and uploaded
-    double fetches;       // of the source, per pixel
+    enum weft_layout layout;        // not AUTO
+    enum weft_source_format source; // of the texels
+    double texels;                  // that are laid out and uploaded
+    double fetches;                 // of the source, per pixel
     double weights;       // vectors of four coefficients that a pixel's weights are made of
     bool weights_fetched; // from a texture, or else uniform
 };

@@ -26,7 +26,8 @@ struct weft_context_params {
     enum weft_context_kind kind; // default auto
     const struct weft_log *log;  // may be NULL; borrowed for the context's life
 };
-#define weft_context_params(...) (&(struct weft_context_params){__VA_ARGS__})
+#define WEFT_CONTEXT_DEFAULTS
+#define weft_context_params(...) (&(struct weft_context_params){WEFT_CONTEXT_DEFAULTS __VA_ARGS__})
 
 // A native context with its functions, and the programs that were linked for it.
 // Thread-safety: one thread at a time, with all that is compiled for it. Calls make the context

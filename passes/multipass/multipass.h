@@ -21,11 +21,14 @@ WEFT_BEGIN_DECLS
 
 // ---- compiling ----------------------------------------------------------------------------------
 
+// What is compiled.
 struct weft_multipass_params {
     const weft_pass_plan *plan; // required; borrowed while the compiled plan lives
     const struct weft_log *log; // may be NULL
 };
-#define weft_multipass_params(...) (&(struct weft_multipass_params){__VA_ARGS__})
+#define WEFT_MULTIPASS_DEFAULTS
+#define weft_multipass_params(...)                                                                 \
+    (&(struct weft_multipass_params){WEFT_MULTIPASS_DEFAULTS __VA_ARGS__})
 
 // A plan made ready to run. Thread-safety: one thread at a time, and one at a time with whatever
 // else uses its context.
@@ -75,6 +78,7 @@ struct weft_pixel_grid {
     int fraction_bits; // positions are rounded to so many, half-way up; 0: they stay as they are
 };
 
+// Samples in, pixels out. Borrowed until the call returns.
 struct weft_multipass_run_params {
     const struct weft_samples *samples;   // required
     const struct weft_pixel_grid *grid;   // required
@@ -84,8 +88,11 @@ struct weft_multipass_run_params {
     const struct weft_progress *progress; // may be NULL; asked before every pass
     const struct weft_log *log;           // may be NULL
 };
-#define weft_multipass_run_params(...) (&(struct weft_multipass_run_params){__VA_ARGS__})
+#define WEFT_MULTIPASS_RUN_DEFAULTS
+#define weft_multipass_run_params(...)                                                             \
+    (&(struct weft_multipass_run_params){WEFT_MULTIPASS_RUN_DEFAULTS __VA_ARGS__})
 
+// What a run did.
 struct weft_multipass_report {
     double low, high; // the range that was mapped
     uint64_t clamped; // samples outside it, or not finite, of all channels

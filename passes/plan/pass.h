@@ -39,22 +39,27 @@
 
 WEFT_BEGIN_DECLS
 
+// Targets that one pass combines, and groups of taps that one pass adds, at most.
 enum { WEFT_PASS_MAX_INPUTS = 16, WEFT_PASS_MAX_GROUPS = 16 };
 
-// What one fetch of the source and one of a tile texture give: one tap, or four (dot4).
+// What one fetch of the source and one of a tile texture give: one tap, or four (dot4). Component c
+// of arrays is R, G, B or A; without dot4 component 0 alone counts.
 struct weft_tap_group {
     int offset[3]; // component c reads the sample at first tap + offset + pattern[c]
-    int tile[4];   // of the tile set; -1: weight 0. Without dot4 only the first counts
+    int tile[4];   // number in the tile set; -1: weight 0
     int sign[4];   // +1, -1 (0 with tile -1)
     int shift[4];  // brings tiles of different scales to the pass's divisor
 };
 
+// What a pass does: it adds products of taps to a target, or combines targets.
 enum weft_pass_kind { WEFT_PASS_TAPS, WEFT_PASS_COMBINE };
+// Which part of its sum a pass stores, as above.
 enum weft_pass_part { WEFT_PASS_WHOLE, WEFT_PASS_HIGH, WEFT_PASS_LOW };
 // NULL-ended, in the order of the enums: "taps", "combine"; "whole", "high", "low".
 WEFT_API extern const char *const weft_pass_kind_names[];
 WEFT_API extern const char *const weft_pass_part_names[];
 
+// One rendering pass. The kind tells which group of members counts.
 struct weft_pass {
     enum weft_pass_kind kind;
     int target;  // slot that it writes
@@ -62,25 +67,28 @@ struct weft_pass {
     int initial; // codes (taps)
     // Taps.
     enum weft_pass_part part;
-    bool subtract;
-    bool reads_target; // ping-pong: n may have either sign; else blending, and n is >= 0
-    int bias;          // in 2^-e codes (taps), in units of 1 / denominator (combine)
-    int divisor;
-    int group_first, group_count;
+    bool subtract;                // n is made with all signs turned, and taken away
+    bool reads_target;            // ping-pong: n may have either sign; else blending, and n is >= 0
+    int bias;                     // in 2^-e codes (taps), in units of 1 / denominator (combine)
+    int divisor;                  // of the pass's products, >= 1
+    int group_first, group_count; // its groups in the list's, up to WEFT_PASS_MAX_GROUPS
     // Combine. A slot that is read is free afterwards, unless it is the target.
     int input_count;
     int input[WEFT_PASS_MAX_INPUTS];     // slots
     int numerator[WEFT_PASS_MAX_INPUTS]; // either sign
-    int denominator;
+    int denominator;                     // >= 1
 };
 
+// Passes in the order in which they run, and what they share. Plans make and own lists
+// (weft_pass_plan_get_info); what a list of one's own points to is borrowed during calls.
+// Thread-safety: read-only use from any thread.
 struct weft_pass_list {
-    const weft_kernel_tiles *tiles;
-    enum weft_target_format target;
-    int dims;
-    bool dot4;         // four taps a group, from a source interleaved with `pattern`
-    int dot_width;     // 4, 3: as in struct weft_profile
-    int pattern[4][3]; // offsets of R, G, B, A; {0} without dot4
+    const weft_kernel_tiles *tiles; // required
+    enum weft_target_format target; // of every slot
+    int dims;                       // 1 to 3, as the tiles'
+    bool dot4;                      // four taps a group, from a source interleaved with `pattern`
+    int dot_width;                  // 4, 3: as in struct weft_profile
+    int pattern[4][3];              // offsets of R, G, B, A; {0} without dot4
     bool exact_inside;
     int extra_bits;    // e
     double range;      // INFINITY: never saturates

@@ -88,7 +88,9 @@ struct weft_pass_plan_params {
     const struct weft_progress *progress; // asked now and then, its fraction stays 0; may be NULL
     const struct weft_log *log;           // borrowed for the plan's life
 };
-#define weft_pass_plan_params(...) (&(struct weft_pass_plan_params){__VA_ARGS__})
+#define WEFT_PASS_PLAN_DEFAULTS
+#define weft_pass_plan_params(...)                                                                 \
+    (&(struct weft_pass_plan_params){WEFT_PASS_PLAN_DEFAULTS __VA_ARGS__})
 
 // Bounds of |result - exact|, for a source mapped to [0, 1]. Between sample positions radial
 // kernels are looked at in the corners of cells only. E1, the kernel's own error, is

@@ -29,6 +29,7 @@
 
 WEFT_BEGIN_DECLS
 
+// The inputs for which ranges are followed. Default: constants.
 enum weft_worst_case {
     WEFT_WORST_CONSTANT, // one code everywhere, every one there is (the paper's: 1.0)
     WEFT_WORST_ANY,      // every input sample anywhere in [0, 1], independently in every pass
@@ -36,29 +37,31 @@ enum weft_worst_case {
 // NULL-ended, in the order of the enum: "constant", "any".
 WEFT_API extern const char *const weft_worst_case_names[];
 
-// Of the target of a pass, after it, over all sample positions and inputs; what is outside [0, 1]
-// clamps, but later passes are followed as if it had not. Half and float targets never leave their
-// range.
+// The values that a pass's target has after it, over all sample positions and inputs. What is
+// outside [0, 1] clamps, but later passes are followed as if it had not. Half and float targets
+// never leave their range.
 struct weft_range {
     double minimum, maximum;
     int minimum_at[3], maximum_at[3]; // sample positions, the first of several
 };
 
-// A pass leaves its range where its target does, where a fragment that is blended (the codes that a
-// whole or high part adds or takes away) is outside [0, 1], or where a sum inside may saturate at
+// What a simulation found. A pass leaves its range where its target does, where a fragment that is
+// blended (the codes that a whole or high part adds or takes away) is outside [0, 1], or where a
+// sum inside may saturate at
 // +-range, as the bias may come first or last.
 struct weft_range_report {
     bool valid;      // no pass leaves its range
-    int pass;        // else the first one that does, from 0,
-    int position[3]; // a sample position where it goes furthest,
-    double value;    // and how far: the target's, the fragment's or the sum's value (magnitude)
+    int pass;        // the first one that does, from 0, where the list is not valid
+    int position[3]; // a sample position where that pass goes furthest
+    double value;    // what it comes to there: the target's, the fragment's or the sum's magnitude
     double overflow; // largest excursion of any pass, >= 0
 };
 
-// ranges: pass_count entries, or NULL. A value is outside when it is by more than 1e-9. On failure
-// ranges and report stay as they were. Returns WEFT_ERR_ARGUMENT (a tile, slot or numerator that
-// makes no sense, or a slot that is read but holds nothing, with the pass in the log),
-// WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+// Follows a list of passes. ranges gets pass_count entries, or is NULL; progress may be NULL. A
+// value is outside when it is by more than 1e-9. On failure ranges and report stay as they were.
+// Pure and thread-safe. Returns WEFT_ERR_ARGUMENT (a tile, slot or numerator that makes no sense,
+// or a slot that is read but holds nothing, with the pass in the log), WEFT_ERR_MEMORY or
+// WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result
 weft_range_simulate(const struct weft_log *log, const struct weft_pass_list *passes,
                     enum weft_worst_case worst_case, const struct weft_progress *progress,

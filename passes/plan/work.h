@@ -8,6 +8,7 @@
 
 WEFT_BEGIN_DECLS
 
+// The work of one run. All of it is counted, nothing timed.
 struct weft_pass_work {
     enum weft_target_format target;
     bool dot4;
@@ -17,7 +18,7 @@ struct weft_pass_work {
     double exact_weights; // per pixel: of the exact sum that it is corrected by; 0 where sums are 1
 };
 
-// What the passes of a plan do.
+// Returns what the passes of a plan do. Pure and thread-safe, as all below.
 WEFT_API struct weft_pass_work weft_pass_work_of(const struct weft_pass_plan_info *plan);
 
 // The least that any plan of these parameters does: a fetch of source and tile for each group of

@@ -12,6 +12,7 @@
 
 WEFT_BEGIN_DECLS
 
+// What is chosen for. Borrowed until the call returns, the log of `passes` for the plan's life.
 struct weft_resample_choose_params {
     // What the passes have in common, and where the search starts (required). channels: 1 or 4.
     struct weft_pass_plan_params passes;
@@ -25,7 +26,12 @@ struct weft_resample_choose_params {
     const struct weft_cost_model *model; // default (NULL): weft_cost_default
     const struct weft_log *log;          // may be NULL
 };
+#define WEFT_RESAMPLE_CHOOSE_DEFAULTS
+#define weft_resample_choose_params(...)                                                           \
+    (&(struct weft_resample_choose_params){WEFT_RESAMPLE_CHOOSE_DEFAULTS __VA_ARGS__})
 
+// What was chosen. weft_resample_choice_clear frees it. Thread-safety: read-only use from any
+// thread.
 struct weft_resample_choice {
     // By predicted time of all sources, refused ones last. Bounds are to the width of a source's
     // range, of the one of whose max_error the bound takes the largest part.

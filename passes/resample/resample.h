@@ -183,7 +183,9 @@ struct weft_resample_run_params {
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;           // may be NULL
 };
-#define weft_resample_run_params(...) (&(struct weft_resample_run_params){__VA_ARGS__})
+#define WEFT_RESAMPLE_RUN_DEFAULTS
+#define weft_resample_run_params(...)                                                              \
+    (&(struct weft_resample_run_params){WEFT_RESAMPLE_RUN_DEFAULTS __VA_ARGS__})
 
 // What a run did. Sizes are of the largest tile, times of all.
 struct weft_resample_work {
@@ -230,7 +232,9 @@ struct weft_resample_verify_params {
     struct weft_verify_params how; // for how long, with what progress
     const struct weft_log *log;    // may be NULL
 };
-#define weft_resample_verify_params(...) (&(struct weft_resample_verify_params){__VA_ARGS__})
+#define WEFT_RESAMPLE_VERIFY_DEFAULTS
+#define weft_resample_verify_params(...)                                                           \
+    (&(struct weft_resample_verify_params){WEFT_RESAMPLE_VERIFY_DEFAULTS __VA_ARGS__})
 
 // Verifies pixels against the source's samples (passes/verify/verify.h): of prefiltered kernels by
 // the cardinal spline over the samples themselves, so that what coefficients got wrong is found,

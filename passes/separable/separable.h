@@ -18,6 +18,7 @@ enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24 };
 
 // ---- plans --------------------------------------------------------------------------------------
 
+// What is planned. Borrowed until the call returns, but for the log.
 struct weft_separable_params {
     struct weft_kernel kernel; // default (info NULL): catmull-rom; not radial
     int size[2];               // samples along x and y (required)
@@ -28,18 +29,21 @@ struct weft_separable_params {
                                // the work is cut into rectangles that fit
     const struct weft_log *log; // may be NULL; borrowed while the plan lives
 };
-#define weft_separable_params(...) (&(struct weft_separable_params){__VA_ARGS__})
+#define WEFT_SEPARABLE_DEFAULTS
+#define weft_separable_params(...)                                                                 \
+    (&(struct weft_separable_params){WEFT_SEPARABLE_DEFAULTS __VA_ARGS__})
 
 // What is filtered where: taps, and the order of the axes that fetches less for the whole. Pure; as
 // many threads as like may read a plan at the same time.
 typedef struct weft_separable_plan weft_separable_plan;
 
-// On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions),
+// Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions),
 // WEFT_ERR_UNSUPPORTED (radial kernels) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
                                                      weft_separable_plan **out);
 WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accepts &NULL, leaves NULL
 
+// What a plan is: its parameters with their defaults filled in, and the order of the axes.
 struct weft_separable_info {
     struct weft_kernel kernel;
     int size[2], width, height;
@@ -56,10 +60,10 @@ weft_separable_plan_get_info(const weft_separable_plan *plan);
 // one thread at a time, and one at a time with whatever else uses its context.
 typedef struct weft_separable weft_separable;
 
-// Plan and context are borrowed and must outlive it. Rectangles on software GLs are smaller than
-// memory_bytes allows where that is faster. On failure *out is NULL. Returns WEFT_ERR_LIMIT (what a
-// rectangle needs, memory_bytes and the context's texels are in the log), WEFT_ERR_MEMORY or
-// WEFT_ERR_GL.
+// Compiles a plan. Plan and context are borrowed and must outlive the result. Rectangles on
+// software GLs are smaller than memory_bytes allows where that is faster. On failure *out is NULL.
+// Returns WEFT_ERR_LIMIT (what a rectangle needs, memory_bytes and the context's texels are in the
+// log), WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_separable_compile(weft_context *context,
                                                  const weft_separable_plan *plan,
                                                  weft_separable **out);
@@ -67,6 +71,7 @@ WEFT_API void weft_separable_destroy(weft_separable **compiled); // accepts &NUL
 
 // ---- runs ---------------------------------------------------------------------------------------
 
+// Samples in, pixels out. Borrowed until the call returns.
 struct weft_separable_run_params {
     const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required);
                           // beyond them the nearest sample's value holds
@@ -75,8 +80,11 @@ struct weft_separable_run_params {
     const struct weft_progress *progress; // may be NULL; asked before every rectangle
     const struct weft_log *log;           // may be NULL
 };
-#define weft_separable_run_params(...) (&(struct weft_separable_run_params){__VA_ARGS__})
+#define WEFT_SEPARABLE_RUN_DEFAULTS
+#define weft_separable_run_params(...)                                                             \
+    (&(struct weft_separable_run_params){WEFT_SEPARABLE_RUN_DEFAULTS __VA_ARGS__})
 
+// What a run did.
 struct weft_separable_report {
     double prepare_seconds; // a look at the samples
     double upload_seconds;  // weights and samples
@@ -89,13 +97,13 @@ struct weft_separable_report {
     int programs_linked;
 };
 
-// Filters. Only samples in reach of a pixel are uploaded; weights stay for the next run where one
-// rectangle holds all of an axis. The pixels are the same for every memory_bytes, bit for bit. A
-// tap whose weight is exactly 0 does not count: pixels are not finite where a sample that counts is
-// not, or where the result is beyond the range of floats, and nowhere else; sums do not leave that
-// range on the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit.
-// Returns WEFT_ERR_ARGUMENT (stride, pointers), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED;
-// pixels may then be written in part. report may be NULL.
+// Filters samples with a compiled plan. Only samples in reach of a pixel are uploaded; weights stay
+// for the next run where one rectangle holds all of an axis. The pixels are the same for every
+// memory_bytes, bit for bit. A tap whose weight is exactly 0 does not count: pixels are not finite
+// where a sample that counts is not, or where the result is beyond the range of floats, and nowhere
+// else; sums do not leave that range on the way. Where both weights are 1 and all others 0 the
+// pixel is the sample, bit by bit. Returns WEFT_ERR_ARGUMENT (stride, pointers), WEFT_ERR_MEMORY,
+// WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
 WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
                                              const struct weft_separable_run_params *params,
                                              struct weft_separable_report *report);

@@ -8,13 +8,15 @@
 
 WEFT_BEGIN_DECLS
 
+// The work of one run.
 struct weft_separable_work {
     double summed; // samples that are prepared: of slices, voxels summed along the third axis
-    double taps;   // of both passes, over all pixels
+    double taps;   // that both passes add up, over all pixels
 };
 
-// Of a kernel's width, a plane of samples in reach, and pixels: columns and rows of both, all > 0.
-// The first pass is along the axis that leaves fewer pixels between the two.
+// Counts the work for a kernel's width, a plane of samples in reach and a plane of pixels: columns
+// and rows of both, all > 0. Pure and thread-safe. The first pass is along the axis that leaves
+// fewer pixels between the two.
 WEFT_API struct weft_separable_work weft_separable_work_of(int width, double sample_columns,
                                                            double sample_rows, double columns,
                                                            double rows);

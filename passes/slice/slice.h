@@ -43,12 +43,15 @@ WEFT_API enum weft_result weft_slice_compile(weft_context *context, const weft_s
                                              weft_slice **out);
 WEFT_API void weft_slice_destroy(weft_slice **slice); // accepts &NULL, leaves NULL behind
 
+// Where the pixels of a run go.
 struct weft_slice_run_params {
     float *pixels;                        // [y * stride + x], required
     int64_t stride;                       // floats from row to row (default the slice's width)
     const struct weft_progress *progress; // may be NULL
 };
-#define weft_slice_run_params(...) (&(struct weft_slice_run_params){__VA_ARGS__})
+#define WEFT_SLICE_RUN_DEFAULTS
+#define weft_slice_run_params(...)                                                                 \
+    (&(struct weft_slice_run_params){WEFT_SLICE_RUN_DEFAULTS __VA_ARGS__})
 
 // What a run took. Seconds of this run, one after the other; counts over all of the slice.
 struct weft_slice_report {

@@ -40,6 +40,9 @@ struct weft_stability_params {
                                 // image that a case names: one is generated, and the text says so
     const struct weft_log *log; // may be NULL
 };
+#define WEFT_STABILITY_DEFAULTS
+#define weft_stability_params(...)                                                                 \
+    (&(struct weft_stability_params){WEFT_STABILITY_DEFAULTS __VA_ARGS__})
 
 // A known failure. Records are const and static; a program of its own may make one.
 struct weft_stability_case {

@@ -68,6 +68,8 @@ struct weft_verify_params {
     uint64_t seed;      // of the sample (default 0)
     const struct weft_progress *progress; // NULL is fine
 };
+#define WEFT_VERIFY_DEFAULTS
+#define weft_verify_params(...) (&(struct weft_verify_params){WEFT_VERIFY_DEFAULTS __VA_ARGS__})
 
 // ---- slices -------------------------------------------------------------------------------------
 
@@ -80,6 +82,9 @@ struct weft_slice_verify_params {
                        // is of the stored values (default NULL: of floats; prefiltered kernels:
                        // always)
 };
+#define WEFT_SLICE_VERIFY_DEFAULTS
+#define weft_slice_verify_params(...)                                                              \
+    (&(struct weft_slice_verify_params){WEFT_SLICE_VERIFY_DEFAULTS __VA_ARGS__})
 
 // Verifies pixels[y * width + x] of a slice against the volume's voxels, without layouts or the
 // GPU's positions; voxels that the plan's footprint keeps are not read again. Where a position is
@@ -114,6 +119,9 @@ struct weft_multipass_verify_params {
     struct weft_verify_params how;
     const struct weft_log *log; // may be NULL
 };
+#define WEFT_MULTIPASS_VERIFY_DEFAULTS
+#define weft_multipass_verify_params(...)                                                          \
+    (&(struct weft_multipass_verify_params){WEFT_MULTIPASS_VERIFY_DEFAULTS __VA_ARGS__})
 
 // Verifies pixels that weft_multipass_run wrote against its samples (of prefiltered kernels,
 // coefficients), with the derived kernel along an axis where the plan has a derivative. The bound

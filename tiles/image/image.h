@@ -87,6 +87,7 @@ WEFT_API const struct weft_image_attribute *weft_image_find(const struct weft_im
 WEFT_API size_t weft_image_attribute_format(const struct weft_image_attribute *attribute,
                                             char *text, size_t size);
 
+// Which part of which file. weft_image_list_load uses path, limits and log alone.
 struct weft_image_load_params {
     const char *path;           // required
     int part;                   // from 0 (default 0, the first)
@@ -94,6 +95,9 @@ struct weft_image_load_params {
     struct weft_limits limits;  // of the reader process (default: its own, see limits.h)
     const struct weft_log *log; // may be NULL
 };
+#define WEFT_IMAGE_LOAD_DEFAULTS
+#define weft_image_load_params(...)                                                                \
+    (&(struct weft_image_load_params){WEFT_IMAGE_LOAD_DEFAULTS __VA_ARGS__})
 
 // Reads a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
 // compresses it. Deep parts and subsampled channels have no planes and only inform. Ownership:
@@ -116,6 +120,7 @@ WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_para
                                                struct weft_image_list *out);
 WEFT_API void weft_image_list_clear(struct weft_image_list *list);
 
+// Where and how images are written.
 struct weft_image_save_params {
     const char *path; // required
     bool no_clobber;  // an existing file is an error (default: it is replaced)
@@ -126,6 +131,9 @@ struct weft_image_save_params {
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;           // may be NULL
 };
+#define WEFT_IMAGE_SAVE_DEFAULTS
+#define weft_image_save_params(...)                                                                \
+    (&(struct weft_image_save_params){WEFT_IMAGE_SAVE_DEFAULTS __VA_ARGS__})
 
 // What became of the values, over all parts.
 struct weft_image_save_report {
@@ -165,6 +173,7 @@ WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
 // NULL where there is none of that name.
 WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
 
+// A plane, and the colours of its values. Borrowed until the call returns.
 struct weft_preview_params {
     const char *path;      // required
     bool no_clobber;       // an existing file is an error (default: it is replaced)
@@ -175,7 +184,8 @@ struct weft_preview_params {
     const struct weft_colour_map *colour_map; // default (NULL): grey
     const struct weft_log *log;               // may be NULL
 };
-#define weft_preview_params(...) (&(struct weft_preview_params){__VA_ARGS__})
+#define WEFT_PREVIEW_DEFAULTS
+#define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})
 
 // Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
 // Values beyond the range take its end colours; a range of no width shows its value in the middle

@@ -99,7 +99,9 @@ struct weft_kernel_tiles_params {
     uint64_t memory_bytes; // what the set may hold, parts of split tiles included (default 1 GiB)
     const struct weft_log *log; // borrowed for the set's life
 };
-#define weft_kernel_tiles_params(...) (&(struct weft_kernel_tiles_params){__VA_ARGS__})
+#define WEFT_KERNEL_TILES_DEFAULTS
+#define weft_kernel_tiles_params(...)                                                              \
+    (&(struct weft_kernel_tiles_params){WEFT_KERNEL_TILES_DEFAULTS __VA_ARGS__})
 
 // weight = sign * stored / (one * scale); sign is -1 where `negated`, `one` is in the set's info.
 struct weft_kernel_tile {

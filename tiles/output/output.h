@@ -11,11 +11,11 @@
 
 WEFT_BEGIN_DECLS
 
-// Writes size bytes of data. A new file gets 0666 & ~umask, one that replaces another that one's
-// permissions. A symbolic link stays, and what it leads to is replaced. Devices, pipes and
-// /dev/stdout are written to where they stand; no_clobber does not apply to them.
-// Returns WEFT_ERR_WRITE (also when no_clobber is set and the file exists), WEFT_ERR_MEMORY, or
-// WEFT_ERR_ARGUMENT (no path, or no data of a size).
+// Writes `size` bytes of data as a file, which appears when it is complete. A new file gets 0666 &
+// ~umask, one that replaces another that one's permissions. A symbolic link stays, and what it
+// leads to is replaced. Devices, pipes and /dev/stdout are written to where they stand; no_clobber
+// does not apply to them. Thread-safe. Returns WEFT_ERR_WRITE (also when no_clobber is set and the
+// file exists), WEFT_ERR_MEMORY, or WEFT_ERR_ARGUMENT (no path, or no data of a size).
 WEFT_API enum weft_result weft_file_save(const struct weft_log *log, const char *path,
                                          bool no_clobber, const void *data, size_t size);
 

@@ -8,12 +8,15 @@
 WEFT_BEGIN_DECLS
 
 // File decoders run in their own processes (weft-read-vdb, weft-read-exr), because a damaged file
-// may make them crash, run forever or ask for any amount of memory. Zero means the default.
+// may make them crash, run forever or ask for any amount of memory. A process that exceeds a limit
+// is ended, and the call that it worked for returns WEFT_ERR_LIMIT, or WEFT_ERR_READER where it
+// crashed on the way. Zero means the default.
 struct weft_limits {
-    uint64_t memory_bytes; // address space beside the mapped file (default 4 GiB)
-    uint64_t output_bytes; // handed over in one answer            (default 4 GiB)
+    uint64_t memory_bytes; // address space beside the mapped file (default 4 GiB; VDB files: see
+                           // weft_volume_open)
+    uint64_t output_bytes; // that one answer may have             (default 4 GiB)
     uint32_t cpu_seconds;  // processor time over its whole life   (default 600)
-    uint32_t wall_seconds; // for any one answer                   (default 300)
+    uint32_t wall_seconds; // that any one answer may take         (default 300)
 };
 
 WEFT_END_DECLS

@@ -14,6 +14,7 @@
 
 WEFT_BEGIN_DECLS
 
+// Voxels along a side of a brick, and in it.
 enum { WEFT_BRICK_SIZE = 8, WEFT_BRICK_VOXELS = 512 };
 
 // Index coordinates that weft accepts are within +-2^30, so that sums cannot overflow.
@@ -21,15 +22,15 @@ enum { WEFT_BRICK_SIZE = 8, WEFT_BRICK_VOXELS = 512 };
 
 // A constant cube of 8, 128 or 4096 voxels a side (OpenVDB's node sizes), aligned to its size.
 struct weft_volume_tile {
-    int32_t origin[3];
-    int32_t size;
-    float value;
+    int32_t origin[3]; // index coordinates of its first voxel
+    int32_t size;      // voxels along a side
+    float value;       // of all its voxels
 };
 
-// One of a grid's or an image's attributes, as text.
+// One of a grid's attributes, as text. Longer texts are cut and end in "...".
 struct weft_metadata {
-    char key[64];    // longer texts are cut and end in "..."
-    char value[192]; // as text
+    char key[64];
+    char value[192];
 };
 
 // What a volume is. Texts of files are cleaned (weft_text_clean). A grid's name is what
@@ -62,16 +63,19 @@ struct weft_volume_info {
     struct weft_metadata *metadata; // owned by the volume or list that holds this record
 };
 
-typedef struct weft_volume weft_volume; // Thread-safety: one thread at a time.
+// A volume, wherever its voxels are. Thread-safety: one thread at a time.
+typedef struct weft_volume weft_volume;
 
 // ---- voxels already in memory; no process is started -------------------------------------------
 
-// Start from weft_volume_params(...): 0 is a background, and not the default.
+// A dense block of voxels. Start from weft_volume_params(...): a background of 0 is a value, and
+// not the default.
 struct weft_volume_params {
     int size[3];       // voxels along x, y, z (required, each > 0)
     int32_t origin[3]; // index coordinates of the first voxel (default 0)
     float background;  // value outside the data (default NAN = clamp to edge)
-    const float *data; // [z][y][x], x fastest, tightly packed; borrowed until the call returns
+    const float *data; // required: [z][y][x], x fastest, tightly packed; borrowed until the call
+                       // returns
     double index_to_world[3][4]; // default (all zero): identity
     const char *name;            // default "density"
     const struct weft_log *log;  // borrowed for the volume's life
@@ -85,34 +89,42 @@ struct weft_volume_params {
 WEFT_API enum weft_result weft_volume_create(const struct weft_volume_params *params,
                                              weft_volume **out);
 
+// Sparse voxels: what pointers lead to is borrowed until the call returns, but for the log.
 struct weft_volume_bricks_params {
-    size_t brick_count;
-    const int32_t (*brick_origin)[3]; // multiples of 8, any order, no duplicates
-    const float *brick_values;        // brick_count * 512
-    size_t tile_count;
+    size_t brick_count;                   // may be 0
+    const int32_t (*brick_origin)[3];     // multiples of 8, any order, no duplicates
+    const float *brick_values;            // brick_count * 512, brick after brick
+    size_t tile_count;                    // may be 0
     const struct weft_volume_tile *tiles; // disjoint from the bricks and from each other
-    float background;
-    double index_to_world[3][4]; // default (all zero): identity
-    const char *name;            // default "density"
-    const char *grid_class;      // default "fog volume"
-    const struct weft_log *log;
+    float background;                     // value where there is neither (default 0)
+    double index_to_world[3][4];          // default (all zero): identity
+    const char *name;                     // default "density"
+    const char *grid_class;               // default "fog volume"
+    const struct weft_log *log;           // may be NULL; borrowed for the volume's life
 };
+#define WEFT_VOLUME_BRICKS_DEFAULTS
+#define weft_volume_bricks_params(...)                                                             \
+    (&(struct weft_volume_bricks_params){WEFT_VOLUME_BRICKS_DEFAULTS __VA_ARGS__})
 
-// The same from sparse data, copied. Active voxels are those that differ from the background, in
-// level sets those with |value| < |background|. Returns as weft_volume_create.
+// Creates a volume from sparse voxels, which it copies. Active voxels are those that differ from
+// the background, in level sets those with |value| < |background|. Returns as weft_volume_create.
 WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bricks_params *params,
                                                     weft_volume **out);
 
 // ---- VDB files ---------------------------------------------------------------------------------
 
+// A grid of a VDB file. weft_volume_list_load uses path, limits and log alone.
 struct weft_volume_open_params {
     const char *path; // required
     const char *grid; // its name as listed or in the file (default: the first of a scalar type)
     bool rest; // values are what floats lack of the grid's: stored - float, so that both together
                // are exact (to 48 bits); 0 where the float is infinite. No warning then.
-    struct weft_limits limits;
-    const struct weft_log *log;
+    struct weft_limits limits;  // of the reader process
+    const struct weft_log *log; // may be NULL; borrowed for the volume's life
 };
+#define WEFT_VOLUME_OPEN_DEFAULTS
+#define weft_volume_open_params(...)                                                               \
+    (&(struct weft_volume_open_params){WEFT_VOLUME_OPEN_DEFAULTS __VA_ARGS__})
 
 // Starts a reader, which loads the grid's tree without its voxels and stays until destroy. int32
 // and double voxels are read once to count those that a float does not hold, and a warning tells
@@ -123,6 +135,7 @@ struct weft_volume_open_params {
 WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
                                            weft_volume **out);
 
+// The grids of a file, in its order. Owned by whoever loaded it.
 struct weft_volume_list {
     size_t count;
     struct weft_volume_info *grids;
@@ -137,12 +150,16 @@ WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_pa
                                                 struct weft_volume_list *out);
 WEFT_API void weft_volume_list_clear(struct weft_volume_list *list);
 
+// Where and how a volume is written.
 struct weft_volume_save_params {
-    const char *path; // required
-    bool no_clobber;  // an existing file is an error
-    struct weft_limits limits;
-    const struct weft_log *log;
+    const char *path;           // required
+    bool no_clobber;            // an existing file is an error (default: it is replaced)
+    struct weft_limits limits;  // of the writer process
+    const struct weft_log *log; // may be NULL
 };
+#define WEFT_VOLUME_SAVE_DEFAULTS
+#define weft_volume_save_params(...)                                                               \
+    (&(struct weft_volume_save_params){WEFT_VOLUME_SAVE_DEFAULTS __VA_ARGS__})
 
 // Writes an in-memory volume as a float grid through weft-write-vdb: to a temporary file in the
 // same folder, then renamed. Level sets get their inside filled (signed flood fill). Returns
@@ -177,14 +194,16 @@ WEFT_API enum weft_result weft_volume_prefilter(weft_volume *volume,
                                                 const struct weft_kernel *kernel,
                                                 const struct weft_log *log, weft_volume **out);
 
-WEFT_API void weft_volume_destroy(weft_volume **volume); // accepts &NULL, leaves NULL behind
+// Frees a volume and ends its reader. Accepts &NULL, leaves NULL behind.
+WEFT_API void weft_volume_destroy(weft_volume **volume);
 
-// Valid until the volume is destroyed.
+// Tells what a volume is; valid until it is destroyed.
 WEFT_API const struct weft_volume_info *weft_volume_get_info(const weft_volume *volume);
 
 // ---- what lies where, and the voxels -----------------------------------------------------------
 
-// lower <= normal . p <= upper for points p in index space.
+// A slab of index space: the points p with lower <= normal . p <= upper. The normal is finite and
+// need not have length 1; the ends may be infinite, not NAN.
 struct weft_slab {
     double normal[3], lower, upper;
 };
@@ -193,10 +212,11 @@ struct weft_slab {
 // voxels, [origin, origin + 7], has a point in common with the box and with each slab by itself.
 struct weft_region {
     int32_t min[3], max[3];
-    int slab_count;
+    int slab_count; // 0 to 3
     struct weft_slab slab[3];
 };
 
+// What of a volume meets a region. Owned by whoever asked.
 struct weft_brick_list {
     size_t brick_count;
     int32_t (*brick_origin)[3]; // sorted by z, then y, then x; no duplicates
@@ -204,16 +224,18 @@ struct weft_brick_list {
     struct weft_volume_tile *tiles; // sorted likewise by origin; the background is not listed
 };
 
-// Which bricks and tiles meet the region; no voxel is read. A clamp-to-edge volume lists the bricks
-// that hold its data, those at its faces also where the region has points that clamp to them.
-// Ownership: clear it with weft_brick_list_clear.
-// Returns WEFT_ERR_LIMIT, _MEMORY, _READER, _FORMAT (the reader's answer contradicts itself).
+// Lists the bricks and tiles that meet a region; no voxel is read. A clamp-to-edge volume lists the
+// bricks that hold its data, those at its faces also where the region has points that clamp to
+// them. Ownership: clear it with weft_brick_list_clear. Returns WEFT_ERR_ARGUMENT (a slab),
+// WEFT_ERR_LIMIT, _MEMORY, _READER, _FORMAT (the reader's answer contradicts itself).
 WEFT_API enum weft_result weft_volume_find(weft_volume *volume, const struct weft_region *region,
                                            struct weft_brick_list *out);
 WEFT_API void weft_brick_list_clear(struct weft_brick_list *list);
 
 // Reads the voxels of listed bricks into values (count * 512 floats, brick after brick in the order
-// given). double and int32 values are rounded to float, bool is 0 or 1.
+// given). double and int32 values are rounded to float, bool is 0 or 1. Origins are those of bricks
+// that weft_volume_find lists. Returns WEFT_ERR_ARGUMENT (an origin that is none), WEFT_ERR_LIMIT,
+// _MEMORY, _READER, _FORMAT; values may then be written in part.
 WEFT_API enum weft_result weft_volume_read(weft_volume *volume, size_t count,
                                            const int32_t (*brick_origin)[3], float *values);
 
