@@ -6,6 +6,8 @@
 #include "filter/check.h"
 #include "passes/positions/grid.h"
 
+const char *const weft_space_names[] = {"world", "index", NULL};
+
 enum { DEFAULT_SIDE = 1024 };
 
 void weft_slice_active_box(const struct weft_volume_info *info, enum weft_space space,

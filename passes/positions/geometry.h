@@ -11,6 +11,8 @@ WEFT_BEGIN_DECLS
 
 // What coordinates mean: the world's units, by the volume's index_to_world, or voxels.
 enum weft_space { WEFT_SPACE_WORLD, WEFT_SPACE_INDEX };
+// NULL-ended, in the order of the enum: "world", "index".
+WEFT_API extern const char *const weft_space_names[];
 
 // The largest cut: pixels along a side, and in all (8 GiB of floats).
 enum { WEFT_SLICE_MAX_SIZE = 1 << 20 };

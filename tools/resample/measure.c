@@ -5,7 +5,7 @@
 
 static const struct option_value *range_of(const struct resample_job *job)
 {
-    return &job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE];
+    return &job->option[RESAMPLE_PASSES + PASS_SOURCE_RANGE];
 }
 
 // ---- sources ------------------------------------------------------------------------------------

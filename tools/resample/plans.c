@@ -31,9 +31,9 @@ enum weft_result resample_create_context(struct resample_job *job)
 
 // ---- passes within a budget ---------------------------------------------------------------------
 
-static bool is_given(const struct resample_job *job, enum resample_plan_option o)
+static bool is_given(const struct resample_job *job, enum pass_option o)
 {
-    return job->option[RESAMPLE_PLAN + o].given;
+    return job->option[RESAMPLE_PASSES + o].given;
 }
 
 // The least bound that passes which need not be planned could have, to the range; INFINITY: none.
@@ -77,9 +77,9 @@ static enum weft_result choose(struct resample_job *job, int channels,
     struct weft_resample_choice *choice = &job->choices[channels > 1];
     struct weft_resample_choose_params params = {
         .passes = *weft_pass_plan_params(),
-        .any_technique = !is_given(job, RESAMPLE_PLAN_TECHNIQUE),
-        .any_samples = !is_given(job, RESAMPLE_PLAN_RESOLUTION),
-        .any_bits = !is_given(job, RESAMPLE_PLAN_BITS),
+        .any_technique = !is_given(job, PASS_TECHNIQUE),
+        .any_samples = !is_given(job, PASS_RESOLUTION),
+        .any_bits = !is_given(job, PASS_BITS),
         .sources = sources,
         .max_error = max_error,
         .width = job->result.width,
@@ -97,9 +97,8 @@ static enum weft_result choose(struct resample_job *job, int channels,
         return WEFT_OK;
     if (job->context)
         cost_file_load(weft_context_get_info(job->context)->renderer, &model, NULL);
-    enum weft_result res =
-        resample_plan_params(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE, &job->kernel, 2,
-                             channels, &params.passes);
+    enum weft_result res = pass_plan_params(&job->option[RESAMPLE_PASSES], PASS_DEFAULT_PROFILE,
+                                            &job->kernel, 2, channels, &params.passes);
     if (res == WEFT_OK)
         res = weft_resample_choose(&params, choice);
     if (res != WEFT_OK)
@@ -135,8 +134,8 @@ static enum weft_result plan_passes(struct resample_job *job)
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++) {
         weft_pass_plan **plan = job->group[g].count > 1 ? &job->together : &job->single;
         if (!*plan)
-            res = resample_plan_create(&job->option[RESAMPLE_PLAN], RESAMPLE_DEFAULT_PROFILE,
-                                       &job->kernel, 2, job->group[g].count, plan);
+            res = pass_plan_create(&job->option[RESAMPLE_PASSES], PASS_DEFAULT_PROFILE,
+                                   &job->kernel, 2, job->group[g].count, plan);
     }
     return res;
 }

@@ -69,7 +69,7 @@ size_t resample_attributes(const struct resample_job *job,
 {
     const struct weft_context_info *context =
         job->context ? weft_context_get_info(job->context) : NULL;
-    char kernel[KERNELS_TEXT], summary[RESAMPLE_PLAN_TEXT];
+    char kernel[KERNELS_TEXT], summary[PASS_TEXT];
     size_t count = 0;
     weft_kernel_format(&job->kernel, kernel, sizeof kernel);
     add_text(out, &count, "version", "%s", weft_version());
@@ -82,7 +82,7 @@ size_t resample_attributes(const struct resample_job *job,
         const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(first_plan(job));
         add_text(out, &count, "profile", "%s", plan->profile.name);
         add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
-        add_text(out, &count, "plan", "%s", resample_plan_summary(first_plan(job), summary));
+        add_text(out, &count, "plan", "%s", pass_plan_summary(first_plan(job), summary));
     }
     if (job->option[RESAMPLE_MAX_ERROR].given)
         add_text(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
@@ -127,13 +127,12 @@ static json_t *groups_json(const struct resample_job *job)
         if (job->option[RESAMPLE_EXPLAIN].given)
             continue;
         json_object_update_new(
-            one,
-            json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(of->low), "high",
-                      json_number(of->high), "sample_low", json_number(of->sample_low),
-                      "sample_high", json_number(of->sample_high), "clamped",
-                      json_count(of->clamped), "minimum", json_number(group->minimum), "maximum",
-                      json_number(group->maximum), "not_finite", json_count(group->not_finite),
-                      "bound", resample_bound_json(&group->bound)));
+            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(of->low),
+                           "high", json_number(of->high), "sample_low", json_number(of->sample_low),
+                           "sample_high", json_number(of->sample_high), "clamped",
+                           json_count(of->clamped), "minimum", json_number(group->minimum),
+                           "maximum", json_number(group->maximum), "not_finite",
+                           json_count(group->not_finite), "bound", pass_bound_json(&group->bound)));
         json_object_set_new(one, "e1", json_number(group->e1));
         if (job->option[RESAMPLE_MAX_ERROR].given)
             json_object_set_new(one, "max_error", json_number(group->max_error));
@@ -254,9 +253,9 @@ static json_t *job_json(const struct resample_job *job)
     json_t *plans = json_array();
     weft_kernel_format(&job->kernel, kernel, sizeof kernel);
     if (job->single)
-        json_array_append_new(plans, resample_plan_json(job->single));
+        json_array_append_new(plans, pass_plan_json(job->single));
     if (job->together)
-        json_array_append_new(plans, resample_plan_json(job->together));
+        json_array_append_new(plans, pass_plan_json(job->together));
     json_t *root =
         json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "weft", json_text(weft_version()), "method",
                   method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
@@ -335,19 +334,19 @@ static void explain(const struct resample_job *job)
         explain_budget(job);
     resample_print_choices(job);
     if (job->single)
-        resample_plan_print(job->single);
+        pass_plan_print(job->single);
     if (job->together)
-        resample_plan_print(job->together);
+        pass_plan_print(job->together);
 }
 
 static void print_error(const struct resample_job *job, const struct resample_group *group)
 {
     const struct weft_verify_report *e = &group->error;
-    char name[300], bound[RESAMPLE_PLAN_TEXT];
+    char name[300], bound[PASS_TEXT];
     resample_group_name(job, group, name, sizeof name);
     printf("%s: max error %.3g at pixel (%d, %d), rms %.3g; bound %s, for samples from %.9g to "
            "%.9g; E1 %.3g\n",
-           name, e->maximum, e->at_x, e->at_y, e->rms, resample_bound_format(&group->bound, bound),
+           name, e->maximum, e->at_x, e->at_y, e->rms, pass_bound_format(&group->bound, bound),
            group->statistics.sample_low, group->statistics.sample_high, group->e1);
     if (e->not_finite_mismatches)
         printf("%s: finite on one side only: %llu values\n", name,

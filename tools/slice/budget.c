@@ -65,7 +65,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
 enum weft_result slice_choose(struct slice_job *job)
 {
     const struct option_value *o = job->option;
-    const struct option_value *profile_text = &o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE];
+    const struct option_value *profile_text = &o[SLICE_PASSES + PASS_PROFILE];
     struct weft_profile profile;
     struct budget budget;
     if (!o[SLICE_MAX_ERROR].given)

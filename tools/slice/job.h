@@ -29,8 +29,8 @@ enum slice_option {
     SLICE_CLAMP,
     SLICE_MAX_ERROR,
     SLICE_MEMORY,
-    SLICE_PASSES, // the first of enum resample_plan_option
-    SLICE_RANGE = SLICE_PASSES + RESAMPLE_PLAN_OPTION_COUNT,
+    SLICE_PASSES, // the first of enum pass_option
+    SLICE_RANGE = SLICE_PASSES + PASS_OPTION_COUNT,
     SLICE_COLOUR_MAP,
     SLICE_EXPLAIN,
     SLICE_VERIFY,

@@ -12,11 +12,6 @@
 #include "tools/common/saved.h"
 #include "tools/slice/budget.h"
 
-static const char *space_name(enum weft_space space)
-{
-    return space == WEFT_SPACE_INDEX ? "index" : "world";
-}
-
 static uint64_t sum_cells(const struct weft_slice_plan_info *plan, bool laid_out)
 {
     uint64_t sum = 0;
@@ -51,9 +46,9 @@ static size_t passes_attributes(const struct slice_job *job, struct weft_metadat
 {
     const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(job->passes);
     const struct weft_slice_report *r = &job->report;
-    char summary[RESAMPLE_PLAN_TEXT];
+    char summary[PASS_TEXT];
     size_t count = 0;
-    add_text(out, &count, "plan", "%s", resample_plan_summary(job->passes, summary));
+    add_text(out, &count, "plan", "%s", pass_plan_summary(job->passes, summary));
     add_text(out, &count, "profile", "%s", plan->profile.name);
     add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
     add_text(out, &count, "source_range", "%.17g,%.17g", r->low, r->high);
@@ -73,7 +68,7 @@ size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SL
     add_text(out, &count, "volume", "%s", paths_base_name(job->input));
     add_text(out, &count, "grid", "%s", weft_volume_get_info(job->volume)->name);
     add_text(out, &count, "kernel", "%s", kernel);
-    add_text(out, &count, "space", "%s", space_name(plan->space));
+    add_text(out, &count, "space", "%s", weft_space_names[plan->space]);
     add_text(out, &count, "size", "%dx%d", g->width, g->height);
     add_point(out, &count, "origin", g->origin);
     add_point(out, &count, "u", g->u);
@@ -151,7 +146,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "grid", json_text(weft_volume_get_info(job->volume)->name));
     set_values(root, weft_volume_get_info(job->volume));
     json_object_set_new(root, "kernel", json_text(kernel));
-    json_object_set_new(root, "space", json_text(space_name(plan->space)));
+    json_object_set_new(root, "space", json_text(weft_space_names[plan->space]));
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
@@ -161,7 +156,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     if (job->choice.plan)
         json_object_set_new(root, "budget", slice_budget_json(job));
     if (job->passes) {
-        json_object_set_new(root, "pass_plan", resample_plan_json(job->passes));
+        json_object_set_new(root, "pass_plan", pass_plan_json(job->passes));
         return;
     }
     json_object_set_new(root, "source", json_text(weft_source_format_name(plan->source)));
@@ -233,7 +228,7 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "source_range",
                         json_pack("{s:o,s:o,s:o}", "low", json_number(r->low), "high",
                                   json_number(r->high), "clamped", json_count(r->clamped)));
-    json_object_set_new(root, "bound", resample_bound_json(&job->bound));
+    json_object_set_new(root, "bound", pass_bound_json(&job->bound));
     json_object_set_new(root, "rectangles", json_integer(r->rectangles));
 }
 
@@ -307,7 +302,7 @@ static void print_error(const struct weft_verify_report *e)
 double slice_verify_bound(const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
-    const bool ranged = job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    const bool ranged = job->option[SLICE_PASSES + PASS_SOURCE_RANGE].given;
     if (!job->passes)
         return ranged ? NAN : job->error.bound;
     return ranged && r->clamped ? NAN : job->bound.total;
@@ -320,8 +315,8 @@ static void print_bound(const struct slice_job *job)
         return;
     }
     const struct weft_slice_report *r = &job->report;
-    char text[RESAMPLE_PLAN_TEXT];
-    printf("bound: %s, for voxels from %.9g to %.9g\n", resample_bound_format(&job->bound, text),
+    char text[PASS_TEXT];
+    printf("bound: %s, for voxels from %.9g to %.9g\n", pass_bound_format(&job->bound, text),
            r->low, r->high);
 }
 
@@ -347,7 +342,7 @@ void slice_print_text(const struct slice_job *job)
             slice_budget_print(job);
         printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
         if (job->passes)
-            resample_plan_print(job->passes);
+            pass_plan_print(job->passes);
         return;
     }
     if (job->option[SLICE_PREVIEW].given && !report_is_quiet())

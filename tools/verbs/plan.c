@@ -9,19 +9,14 @@
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 
-enum { PLAN_ORDER = PLAN_COMMON_COUNT, PLAN_NO_SPLITS, PLAN_OPTION_COUNT };
+enum { PLAN_NO_SPLITS = PLAN_COMMON_COUNT, PLAN_OPTION_COUNT };
 
 static const struct option_spec options[PLAN_OPTION_COUNT] = {
     PLAN_COMMON_OPTIONS,
-    [PLAN_ORDER] = {.name = "order",
-                    'o',
-                    OPTION_CHOICE,
-                    NULL,
-                    "of the passes. planned: searched for, so that no store clamps (default); "
-                    "greedy: the first tap that fits comes next, the baseline; natural: tap by "
-                    "tap, as naive code has it. The last two may clamp, and the plan says so",
-                    weft_order_names,
-                    WEFT_ORDER_GIVEN},
+    [PLAN_PASSES + PASS_ORDER] = PASS_SPEC_ORDER(
+        'o', "of the passes. planned: searched for, so that no store clamps (default); greedy: the "
+             "first tap that fits comes next, the baseline; natural: tap by tap, as naive code has "
+             "it. The last two may clamp, and the plan says so"),
     [PLAN_NO_SPLITS] = {.name = "no-splits",
                         0,
                         OPTION_FLAG,
@@ -43,7 +38,7 @@ static enum weft_result print_plan(const weft_pass_plan *plan, bool json)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[PLAN_QUIET].given, values[PLAN_VERBOSE].given);
-    if (plan_options_help(values))
+    if (pass_options_help(&values[PLAN_KERNEL], &values[PLAN_PASSES]))
         return report_finish(WEFT_OK);
     if (operand) {
         report_error("'%s' is too much: weft plan takes options only (see weft help plan)",
@@ -53,8 +48,7 @@ static int run(const char *operand, const struct option_value *values)
     weft_kernel_file *file = NULL;
     weft_pass_plan *plan = NULL;
     struct weft_pass_plan_params *params =
-        weft_pass_plan_params(.order = (enum weft_order)values[PLAN_ORDER].integer[0],
-                              .progress = report_progress("planning"),
+        weft_pass_plan_params(.progress = report_progress("planning"),
                               .no_splits = values[PLAN_NO_SPLITS].given);
     enum weft_result res = plan_options_read(values, params, &file);
     if (res == WEFT_OK)

@@ -47,7 +47,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
                          "'help' lists them"},
     [RESAMPLE_NORMALISE] = KERNELS_NORMALISE_OPTION,
-    RESAMPLE_PLAN_OPTIONS(RESAMPLE_PLAN, "filter in the passes of a plan: what a pass may do"),
+    PASS_OPTIONS(RESAMPLE_PASSES, "filter in the passes of a plan: what a pass may do"),
     [RESAMPLE_CHANNELS] =
         {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
     [RESAMPLE_PART] = {.name = "part",
@@ -181,7 +181,7 @@ static enum weft_result check_options(struct resample_job *job)
     }
     enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
     if (res == WEFT_OK)
-        res = resample_plan_check(&o[RESAMPLE_PLAN]);
+        res = pass_options_check(&o[RESAMPLE_PASSES]);
     if (res == WEFT_OK)
         res =
             kernels_load_filter(o[RESAMPLE_KERNEL].given ? o[RESAMPLE_KERNEL].text : "catmull-rom",
@@ -236,8 +236,8 @@ static bool asks_for_passes(const struct resample_job *job)
 {
     const struct option_value *o = job->option;
     bool any = o[RESAMPLE_TOGETHER].given || o[RESAMPLE_EMULATE].given;
-    for (int i = 0; i < RESAMPLE_PLAN_OPTION_COUNT; i++)
-        any = any || o[RESAMPLE_PLAN + i].given;
+    for (int i = 0; i < PASS_OPTION_COUNT; i++)
+        any = any || o[RESAMPLE_PASSES + i].given;
     return any || weft_kernel_is_radial(&job->kernel, 2);
 }
 
@@ -348,7 +348,7 @@ static void destroy(struct resample_job *job)
 // The first group that is not within its bound is told.
 static bool check_groups(const struct resample_job *job)
 {
-    const bool ranged = job->option[RESAMPLE_PLAN + RESAMPLE_PLAN_SOURCE_RANGE].given;
+    const bool ranged = job->option[RESAMPLE_PASSES + PASS_SOURCE_RANGE].given;
     bool good = true;
     for (size_t g = 0; good && g < job->group_count; g++) {
         const struct resample_group *group = &job->group[g];
@@ -499,7 +499,7 @@ static void destroy_parts(struct resample_job *jobs, size_t count)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
-    if (resample_plan_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PLAN]) ||
+    if (pass_options_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PASSES]) ||
         preview_help(&values[RESAMPLE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
     if (!operand) {

@@ -14,7 +14,6 @@
 #include "tools/verbs/verb.h"
 
 static const char *const axes[] = {"x", "y", "z", NULL};
-static const char *const spaces[] = {"world", "index", NULL}; // in the order of enum weft_space
 
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
@@ -69,7 +68,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                      OPTION_CHOICE,
                      NULL,
                      "what the coordinates above mean (default world)",
-                     spaces},
+                     weft_space_names},
     [SLICE_CONTEXT] = {.name = "context",
                        0,
                        OPTION_TEXT,
@@ -121,7 +120,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "BYTES",
                       "bound for voxels, layouts and GL memory, K, M or G for powers of 1024 "
                       "(default 1G); the work is cut into tiles that fit"},
-    RESAMPLE_PLAN_OPTIONS(SLICE_PASSES, "slice in passes, as hardware of limited precision does"),
+    PASS_OPTIONS(SLICE_PASSES, "slice in passes, as hardware of limited precision does"),
     [SLICE_RANGE] = {.name = "range",
                      0,
                      OPTION_RANGE,
@@ -171,7 +170,7 @@ static struct preview_options preview_options(const struct slice_job *job)
 // Of the options that say how passes are planned, two go with fused slices too.
 static const char *passes_conflict(const struct option_value *o)
 {
-    const bool profile = o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given;
+    const bool profile = o[SLICE_PASSES + PASS_PROFILE].given;
     const bool chosen = o[SLICE_MAX_ERROR].given;
     const bool fused = o[SLICE_SOURCE].given || o[SLICE_LOOKUP].given;
     const bool sampled = o[SLICE_LOOKUP].given && o[SLICE_LOOKUP].integer[0] != 0;
@@ -180,14 +179,13 @@ static const char *passes_conflict(const struct option_value *o)
         return "--source, --lookup and --clamp are of slices without --profile";
     if (chosen && fused)
         return "--max-error chooses what --source and --lookup say";
-    for (int i = RESAMPLE_PLAN_PROFILE + 1; i < RESAMPLE_PLAN_OPTION_COUNT; i++) {
+    for (int i = PASS_PROFILE + 1; i < PASS_OPTION_COUNT; i++) {
         if (!o[SLICE_PASSES + i].given)
             continue;
         if (chosen)
             return "--max-error chooses what --technique, --resolution, --bits, --taps-per-pass, "
                    "--worst-case, --order and --source-range say";
-        if (!profile && !(i == RESAMPLE_PLAN_RESOLUTION && sampled) &&
-            !(i == RESAMPLE_PLAN_SOURCE_RANGE && stored))
+        if (!profile && !(i == PASS_RESOLUTION && sampled) && !(i == PASS_SOURCE_RANGE && stored))
             return "--technique, --resolution, --bits, --taps-per-pass, --worst-case, --order and "
                    "--source-range need --profile NAME (--resolution: or --lookup; "
                    "--source-range: or --source)";
@@ -206,7 +204,7 @@ static const char *option_conflict(const struct option_value *o)
         return "-q and -v exclude each other";
     if (!o[SLICE_PREVIEW].given && (o[SLICE_RANGE].given || o[SLICE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
-    if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given && o[SLICE_LAYOUT].given)
+    if (o[SLICE_PASSES + PASS_PROFILE].given && o[SLICE_LAYOUT].given)
         return "--layout is of slices without --profile";
     const char *conflict = passes_conflict(o);
     if (conflict)
@@ -239,7 +237,7 @@ static enum weft_result check_options(struct slice_job *job)
                      (long long)WEFT_SLICE_MAX_PIXELS);
         return WEFT_ERR_ARGUMENT;
     }
-    enum weft_result res = resample_plan_check(&o[SLICE_PASSES]);
+    enum weft_result res = pass_options_check(&o[SLICE_PASSES]);
     if (res == WEFT_OK && o[SLICE_KERNEL].given)
         res = kernels_load_filter(o[SLICE_KERNEL].text, 3, &job->kernel, &job->kernel_file);
     if (res == WEFT_OK && o[SLICE_KERNEL].given && !job->kernel.radial) // which slices refuse
@@ -315,7 +313,7 @@ static enum weft_result read_without(const char *text, unsigned *out)
 // A source that is not float needs the voxels' range before it is planned.
 static enum weft_result find_range(struct slice_job *job, struct weft_slice_params *params)
 {
-    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    const struct option_value *range = &job->option[SLICE_PASSES + PASS_SOURCE_RANGE];
     struct weft_slice_params plain = *params;
     weft_slice_plan *plan = NULL;
     if (params->source == WEFT_SOURCE_FLOAT)
@@ -349,7 +347,7 @@ static enum weft_result make_plan(struct slice_job *job)
         .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
         .source = (enum weft_source_format)o[SLICE_SOURCE].integer[0],
         .lookup = (enum weft_lookup)o[SLICE_LOOKUP].integer[0],
-        .samples = (int)o[SLICE_PASSES + RESAMPLE_PLAN_RESOLUTION].number[0],
+        .samples = (int)o[SLICE_PASSES + PASS_RESOLUTION].number[0],
         .clamp_to_samples = o[SLICE_CLAMP].given,
         .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
         .progress = report_progress("planning"),
@@ -357,7 +355,7 @@ static enum weft_result make_plan(struct slice_job *job)
     };
     enum weft_result res = read_without(o[SLICE_WITHOUT].text, &params->without);
     // Passes take every tap's voxels, whatever its weight.
-    if (o[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given)
+    if (o[SLICE_PASSES + PASS_PROFILE].given)
         params->without |= WEFT_SAVING_AXIS;
     if (res == WEFT_OK)
         res = find_range(job, params);
@@ -370,13 +368,12 @@ static enum weft_result make_plan(struct slice_job *job)
 
 static enum weft_result plan_passes(struct slice_job *job)
 {
-    if (!job->option[SLICE_PASSES + RESAMPLE_PLAN_PROFILE].given ||
-        job->option[SLICE_MAX_ERROR].given)
+    if (!job->option[SLICE_PASSES + PASS_PROFILE].given || job->option[SLICE_MAX_ERROR].given)
         return WEFT_OK;
     double start = report_now_seconds();
     const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
     enum weft_result res =
-        resample_plan_create(&job->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->own_passes);
+        pass_plan_create(&job->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->own_passes);
     job->passes = job->own_passes;
     job->plan_seconds += report_now_seconds() - start;
     return res;
@@ -519,7 +516,7 @@ static enum weft_result run_chosen(struct slice_job *job)
 
 static enum weft_result run_planned(struct slice_job *job)
 {
-    const struct option_value *range = &job->option[SLICE_PASSES + RESAMPLE_PLAN_SOURCE_RANGE];
+    const struct option_value *range = &job->option[SLICE_PASSES + PASS_SOURCE_RANGE];
     const struct weft_slice_passes passes = {
         .plan = job->passes,
         .low = range->given ? range->number[0] : NAN,
@@ -575,7 +572,7 @@ static enum weft_result run_stages(struct slice_job *job)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
-    if (resample_plan_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]) ||
+    if (pass_options_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]) ||
         preview_help(&values[SLICE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
     if (!operand) {

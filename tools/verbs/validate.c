@@ -13,15 +13,20 @@
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 
-enum { VALIDATE_ORDER = PLAN_COMMON_COUNT, VALIDATE_SPLIT, VALIDATE_OPTION_COUNT };
+enum {
+    VALIDATE_ORDER = PLAN_PASSES + PASS_ORDER, // a list of taps here
+    VALIDATE_WORST_CASE = PLAN_PASSES + PASS_WORST_CASE,
+    VALIDATE_SPLIT = PLAN_COMMON_COUNT,
+    VALIDATE_OPTION_COUNT
+};
 
 static const struct option_spec options[VALIDATE_OPTION_COUNT] = {
     PLAN_COMMON_OPTIONS,
-    [PLAN_TAPS_PER_PASS] = {.name = "taps-per-pass",
-                            't',
-                            OPTION_NUMBER,
-                            "N",
-                            "of the order, that one pass takes (default 1)"},
+    [PLAN_PASSES + PASS_TAPS_PER_PASS] = {.name = "taps-per-pass",
+                                          't',
+                                          OPTION_NUMBER,
+                                          "N",
+                                          "of the order, that one pass takes (default 1)"},
     [VALIDATE_ORDER] = {.name = "order",
                         'o',
                         OPTION_TEXT,
@@ -254,8 +259,8 @@ static enum weft_result validate_file(const char *path, const struct option_valu
         return res;
     struct verdict v = {.list = &file.list, .worst_case = file.worst_case};
     res = plan_claims_judge(path, &file, report_progress("judging"), &v.fault, &plan);
-    if (o[PLAN_WORST_CASE].given)
-        v.worst_case = (enum weft_worst_case)o[PLAN_WORST_CASE].integer[0];
+    if (o[VALIDATE_WORST_CASE].given)
+        v.worst_case = (enum weft_worst_case)o[VALIDATE_WORST_CASE].integer[0];
     if (res == WEFT_OK && v.fault.kind == PLAN_FAULT_NONE) {
         ranges = calloc((size_t)v.list->pass_count, sizeof *ranges);
         res = ranges ? simulate(&v, ranges) : WEFT_ERR_MEMORY;
@@ -282,12 +287,13 @@ static enum weft_result answer_plan(const weft_pass_plan *plan, const struct opt
 static enum weft_result validate_order(const struct option_value *o, bool *valid)
 {
     struct weft_pass_plan_params *params =
-        weft_pass_plan_params(.order = WEFT_ORDER_GIVEN, .progress = report_progress("simulating"));
+        weft_pass_plan_params(.progress = report_progress("simulating"));
     weft_kernel_file *file = NULL;
     weft_pass_plan *plan = NULL;
     struct weft_tile_name *names = NULL;
     struct weft_pass_plan_split *splits = NULL;
     enum weft_result res = plan_options_read(o, params, &file);
+    params->order = WEFT_ORDER_GIVEN;
     params->taps_per_pass = params->taps_per_pass ? params->taps_per_pass : 1;
     if (res == WEFT_OK)
         res = plan_names_parse(o[VALIDATE_ORDER].text, params->dims, &names,
@@ -322,8 +328,8 @@ static bool check_options(const char *operand, const struct option_value *o)
     } else if (!order && o[VALIDATE_SPLIT].given) {
         report_error("--split needs --order");
     } else {
-        for (int i = 0; !order && i < PLAN_SUBJECT_COUNT; i++) {
-            if (o[i].given) {
+        for (int i = 0; !order && i < PLAN_MEMORY; i++) {
+            if (o[i].given && i != VALIDATE_WORST_CASE) {
                 report_error("--%s goes with --order; %s says it itself", options[i].name, operand);
                 return false;
             }
@@ -336,7 +342,7 @@ static bool check_options(const char *operand, const struct option_value *o)
 static int run(const char *operand, const struct option_value *values)
 {
     report_set_level(values[PLAN_QUIET].given, values[PLAN_VERBOSE].given);
-    if (plan_options_help(values))
+    if (pass_options_help(&values[PLAN_KERNEL], &values[PLAN_PASSES]))
         return report_finish(WEFT_OK);
     if (!check_options(operand, values))
         return EXIT_CODE_USAGE;
