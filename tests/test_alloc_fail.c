@@ -83,7 +83,6 @@ static enum weft_result load_parts(void)
 static enum weft_result make_tiles(void)
 {
     weft_kernel_tiles *set = NULL;
-    struct weft_tile_group group = {.data = NULL};
     struct weft_kernel kernel;
     enum weft_result res = weft_kernel_parse(&test_log, "catmull-rom", &kernel);
     if (res == WEFT_OK)
@@ -91,9 +90,6 @@ static enum weft_result make_tiles(void)
             weft_kernel_tiles_params(.kernel = kernel, .samples = 8, .log = &test_log), &set);
     if (res == WEFT_OK)
         res = weft_kernel_tiles_split(set, 0, NAN);
-    if (res == WEFT_OK)
-        res = weft_tile_group_create(set, (const int[4]){0, 1, 2, -1}, &group);
-    weft_tile_group_destroy(&group);
     weft_kernel_tiles_destroy(&set);
     return res;
 }

@@ -272,8 +272,6 @@ static void errors(void)
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
         if (ints[i] < 1 || ints[i] > 3)
             TRUE(isnan(weft_error_e1(&good.kernel, ints[i], 1.0)));
-        weft_error_e3(ints[i], ints[i], WEFT_FIXED_ROUND);
-        weft_error_e3_arithmetic(&(struct weft_error_arithmetic){ints[i], 1, 1, ints[i], 1, 0});
     }
 }
 
@@ -289,25 +287,6 @@ static void bounds(void)
         weft_bound_compute(&terms, &read);
         weft_bound_compute(&good, &values);
     }
-}
-
-static void fixed(void)
-{
-    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
-        const int bits = ints[i];
-        const bool good = bits >= 1 && bits <= WEFT_FIXED_MAX_BITS;
-        for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
-            weft_fixed_quantise(numbers[n], bits, WEFT_FIXED_ROUND);
-        TRUE(good || weft_fixed_quantise(0.5, bits, WEFT_FIXED_ROUND) == 0);
-        TRUE(good || isnan(weft_fixed_value(1, bits)));
-        TRUE(good || weft_fixed_multiply(1, 1, bits, WEFT_FIXED_ROUND) == 0);
-        TRUE(good || weft_fixed_clamp(77, bits) == 0);
-        TRUE(good || isnan(weft_fixed_quantise_error(bits, WEFT_FIXED_ROUND)));
-        TRUE(good || isnan(weft_fixed_multiply_error(bits, WEFT_FIXED_TRUNCATE)));
-    }
-    TRUE(weft_fixed_multiply(INT64_MAX, INT64_MIN, 8, WEFT_FIXED_ROUND) == 0);
-    weft_fixed_clamp(INT64_MIN, 8);
-    weft_fixed_value(INT64_MIN, 8);
 }
 
 static void kernels(void)
@@ -510,7 +489,6 @@ static void tile_questions(void)
 {
     weft_kernel_tiles *set = tiles();
     const int origin[3] = {0};
-    struct weft_tile_group group;
     weft_kernel_tiles_get_info(set);
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
         const int bad = ints[i], at[3] = {bad, bad, bad};
@@ -527,17 +505,9 @@ static void tile_questions(void)
         TRUE(isnan(weft_kernel_tiles_exact(set, at, origin)));
         TRUE(isnan(weft_kernel_tiles_exact(set, origin, at)));
         REFUSED(weft_kernel_tiles_split(set, bad, NAN));
-        if (bad != -1)
-            REFUSED(weft_tile_group_create(set, (int[4]){bad, 0, 0, 0}, &group));
-        SURVIVED(weft_tile_group_create_taps(set, (int[4][3]){{bad, bad, bad}},
-                                             (enum weft_tile_part)bad, &group));
-        TRUE(isnan(weft_tile_group_value(set, &group, bad, origin)));
-        TRUE(isnan(weft_tile_group_value(set, &group, 0, at)));
-        weft_tile_group_destroy(&group);
     }
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_kernel_tiles_split(set, 0, numbers[n]));
-    weft_tile_group_destroy(NULL);
     weft_kernel_tiles_destroy(&set);
 }
 
@@ -1682,7 +1652,7 @@ static void slice_runs(void)
     weft_context_destroy(&context);
 }
 
-static void way_runs(void)
+static void method_runs(void)
 {
     weft_context *context = open_context();
     weft_volume *v = volume();
@@ -1744,11 +1714,8 @@ static const struct {
      {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},
     {statistics, {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude)}},
-    {errors, {F(error_kernel_compute), F(error_e1), F(error_e3), F(error_e3_arithmetic)}},
+    {errors, {F(error_kernel_compute), F(error_e1)}},
     {bounds, {F(bound_compute)}},
-    {fixed,
-     {F(fixed_quantise), F(fixed_value), F(fixed_multiply), F(fixed_clamp), F(fixed_quantise_error),
-      F(fixed_multiply_error)}},
     {kernels,
      {F(kernel_check), F(kernel_normalise), F(kernel_make_radial), F(kernel_make_prefiltered),
       F(kernel_derive), F(kernel_format), F(kernel_weight), F(kernel_derivative),
@@ -1763,8 +1730,8 @@ static const struct {
     {tile_sets, {F(kernel_tiles_create), F(kernel_tiles_destroy)}},
     {tile_questions,
      {F(kernel_tiles_get_info), F(kernel_tiles_get), F(kernel_tiles_find), F(kernel_tiles_position),
-      F(kernel_tiles_value), F(kernel_tiles_integer), F(kernel_tiles_exact), F(kernel_tiles_split),
-      F(tile_group_create), F(tile_group_create_taps), F(tile_group_value), F(tile_group_destroy)}},
+      F(kernel_tiles_value), F(kernel_tiles_integer), F(kernel_tiles_exact),
+      F(kernel_tiles_split)}},
     {layouts, {F(context_kind_parse), F(profile_parse), F(cost_parse)}},
     {volumes, {F(volume_create), F(volume_create_bricks), F(volume_destroy)}},
     {volume_files,
@@ -1815,7 +1782,7 @@ static const struct {
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
-    {way_runs,
+    {method_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},

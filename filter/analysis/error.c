@@ -537,17 +537,3 @@ double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivati
         return NAN;
     return dims * weft_analysis_order(kernel).largest * derivative_bound;
 }
-
-double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding)
-{
-    return passes * weft_fixed_multiply_error(bits, rounding);
-}
-
-double weft_error_e3_arithmetic(const struct weft_error_arithmetic *a)
-{
-    double error = (a->products - a->exact_products) *
-                   weft_fixed_multiply_error(a->internal_bits, a->rounding);
-    if (a->target_bits < a->internal_bits)
-        error += a->passes * weft_fixed_quantise_error(a->target_bits, a->rounding);
-    return error;
-}

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // filter/analysis/error.h - the error of a reconstruction by its sources, for samples in [0, 1]
 // (Hadwiger, Hauser and Moeller, WSCG 2003; equation numbers are theirs): E1 is the kernel's own,
-// E2 that of its sampled and quantised tiles, E3 that of the fixed-point arithmetic. All are
-// absolute.
+// E2 that of its sampled and quantised tiles; both are absolute. E3, that of arithmetic, is a
+// plan's (passes/plan/range.h).
 #ifndef WEFT_FILTER_ANALYSIS_ERROR_H
 #define WEFT_FILTER_ANALYSIS_ERROR_H
 
@@ -81,24 +81,6 @@ WEFT_API enum weft_result weft_error_kernel_compute(const struct weft_error_kern
 // (weft_analysis_order). Of prefiltered kernels it is the interpolating spline's, not the blur of
 // the plain one. NAN for radial kernels in 2D and 3D.
 WEFT_API double weft_error_e1(const struct weft_kernel *kernel, int dims, double derivative_bound);
-
-// Returns eq. 14's bound of E3, N eps_m, for N = `passes` that each add one product.
-WEFT_API double weft_error_e3(int passes, int bits, enum weft_fixed_rounding rounding);
-
-// What a plan says of its arithmetic, for a bound below eq. 14's.
-struct weft_error_arithmetic {
-    int passes;         // each adds its products to the target and rounds the sum there
-    int products;       // over all passes
-    int exact_products; // of those, by weights that are 0 or 1 at every position: no error
-    int internal_bits;  // of products and sums within a pass
-    int target_bits;    // of what is stored between passes, at most internal_bits
-    enum weft_fixed_rounding rounding; // of products and of stores
-};
-
-// Returns a bound of E3: (products - exact products) eps_m(internal bits), and passes *
-// eps_q(target bits) where the target holds fewer bits than a pass computes with (sums of values
-// already on the target's grid are exact). It is eq. 14's for one product a pass and equal bits.
-WEFT_API double weft_error_e3_arithmetic(const struct weft_error_arithmetic *arithmetic);
 
 // What coefficients in the place of samples add to a result's error, whatever weighs them: at most
 // coefficient * max |coefficient| + sample * max |sample|, both in reach. Three things count.

@@ -86,9 +86,9 @@ void weft_gl_buffer_destroy(const GladGLContext *gl, struct weft_gl_buffer *buff
     *buffer = (struct weft_gl_buffer){0};
 }
 
-enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
-                                    GLenum format, size_t texel_count,
-                                    struct weft_gl_buffer *buffer)
+// Makes sure of the size. What was there is undefined.
+static enum weft_result fit(const struct weft_log *log, const GladGLContext *gl, GLenum format,
+                            size_t texel_count, struct weft_gl_buffer *buffer)
 {
     const size_t bytes = texel_count * format_bytes(format);
     if (buffer->buffer && buffer->format != format)
@@ -112,8 +112,7 @@ enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLCon
                                      GLenum format, const void *data, size_t bytes,
                                      struct weft_gl_buffer *buffer)
 {
-    const enum weft_result res =
-        weft_gl_buffer_fit(log, gl, format, bytes / format_bytes(format), buffer);
+    const enum weft_result res = fit(log, gl, format, bytes / format_bytes(format), buffer);
     if (res != WEFT_OK)
         return res;
     gl->BindBuffer(GL_TEXTURE_BUFFER, buffer->buffer);

@@ -36,10 +36,6 @@ void weft_gl_buffer_destroy(const GladGLContext *gl, struct weft_gl_buffer *buff
 enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLContext *gl,
                                      GLenum format, const void *data, size_t bytes,
                                      struct weft_gl_buffer *buffer);
-// The same without content: makes sure of the size. What was there is undefined.
-enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
-                                    GLenum format, size_t texel_count,
-                                    struct weft_gl_buffer *buffer);
 
 // Write-only memory for the first `size_bytes`, whose old content is lost; NULL when GL fails.
 void *weft_gl_buffer_map(const GladGLContext *gl, const struct weft_gl_buffer *buffer,

@@ -111,8 +111,6 @@ enum weft_result weft_planner_sums(const struct weft_planner *planner,
 // Fills planner->items, one per tile or, with dot4, per four taps, whose pattern goes to the list.
 // With `mixed`, one item may have weights of both signs.
 enum weft_result weft_planner_make_items(struct weft_planner *planner, bool mixed);
-enum weft_result weft_planner_add_item(struct weft_planner *planner,
-                                       const struct weft_tap_group *group);
 // An item in two: a tile by its values, four taps by twos. false if it cannot be (a result is set
 // when something failed).
 bool weft_planner_split_item(struct weft_planner *planner, int item, enum weft_result *res);

@@ -46,8 +46,7 @@ static enum weft_result make_room(struct weft_planner *planner)
     return WEFT_OK;
 }
 
-enum weft_result weft_planner_add_item(struct weft_planner *planner,
-                                       const struct weft_tap_group *group)
+static enum weft_result add_item(struct weft_planner *planner, const struct weft_tap_group *group)
 {
     enum weft_result res = make_room(planner);
     if (res == WEFT_OK)
@@ -82,7 +81,7 @@ static enum weft_result make_plain(struct weft_planner *planner)
             continue;
         memcpy(group.offset, tile->tap, sizeof group.offset);
         put(&group, 0, tile, i);
-        res = weft_planner_add_item(planner, &group);
+        res = add_item(planner, &group);
     }
     return res;
 }
@@ -229,7 +228,7 @@ static enum weft_result use_cover(struct weft_planner *planner, struct cover *co
         *count += make_groups(planner, cover, i, number, mixed, group);
         for (int g = 0; planner->plan->list.dot4 && g < 2 && res == WEFT_OK; g++)
             if (signs_of(&group[g]))
-                res = weft_planner_add_item(planner, &group[g]);
+                res = add_item(planner, &group[g]);
     }
     return res;
 }
@@ -297,7 +296,7 @@ static enum weft_result split_group(struct weft_planner *planner, int index)
         loser->tile[c] = -1;
         loser->sign[c] = loser->shift[c] = 0;
     }
-    enum weft_result res = weft_planner_add_item(planner, &moved);
+    enum weft_result res = add_item(planner, &moved);
     if (res != WEFT_OK)
         return res;
     planner->items[index] = (struct weft_pass_plan_item){
@@ -317,7 +316,7 @@ static enum weft_result split_tile(struct weft_planner *planner, int index)
     struct weft_tap_group piece = item->group;
     piece.tile[c] = weft_kernel_tiles_get_info(planner->plan->tiles)->tile_count - 1;
     item->largest = largest_of(planner, &item->group);
-    return weft_planner_add_item(planner, &piece);
+    return add_item(planner, &piece);
 }
 
 bool weft_planner_split_item(struct weft_planner *planner, int item, enum weft_result *res)

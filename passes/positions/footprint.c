@@ -376,8 +376,10 @@ void weft_footprint_box(const weft_footprint *f, const struct weft_rectangle *r,
     }
 }
 
-void weft_footprint_bricks(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
-                           struct weft_cell_key *from, struct weft_cell_key *to)
+// The bricks, from the first to the last along each axis, that hold a box of voxels, which is
+// clamped where the volume is; in units of 8 voxels.
+static void find_bricks(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
+                        struct weft_cell_key *from, struct weft_cell_key *to)
 {
     const struct weft_volume_info *v = weft_volume_get_info(weft_footprint_voxels(f));
     for (int a = 0; a < 3; a++) {
@@ -392,7 +394,7 @@ bool weft_footprint_note(const weft_footprint *f, const int32_t min[3], const in
                          struct weft_cell_map *bricks)
 {
     struct weft_cell_key from, to, at;
-    weft_footprint_bricks(f, min, max, &from, &to);
+    find_bricks(f, min, max, &from, &to);
     for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
         for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
             for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {

@@ -90,12 +90,8 @@ void weft_footprint_cell_box(const weft_footprint *footprint, const struct weft_
 void weft_footprint_box(const weft_footprint *footprint, const struct weft_rectangle *rectangle,
                         int32_t min[3], int32_t max[3]);
 
-// The bricks, from the first to the last along each axis, that hold a box of voxels, which is
-// clamped where the volume is; in units of 8 voxels.
-void weft_footprint_bricks(const weft_footprint *footprint, const int32_t min[3],
-                           const int32_t max[3], struct weft_cell_key *from,
-                           struct weft_cell_key *to);
-// Notes those of them that have voxels of their own. false: out of memory.
+// Notes the bricks that hold a box of voxels, which is clamped where the volume is, and have voxels
+// of their own. false: out of memory.
 bool weft_footprint_note(const weft_footprint *footprint, const int32_t min[3],
                          const int32_t max[3], struct weft_cell_map *bricks);
 

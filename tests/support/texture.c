@@ -8,23 +8,18 @@ static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 
 struct storage {
     const char *name;
-    GLenum internal_format[2], type; // of one channel and of four
-    size_t texel_bytes;              // of one channel
-    double one;                      // the integer that GL reads as 1.0
-    bool bytes;                      // held as 16 bits by the set
+    GLenum internal_format, type;
+    size_t texel_bytes;
+    double one; // the integer that GL reads as 1.0
+    bool bytes; // held as 16 bits by the set
 };
 
-static const GLenum channel_formats[2] = {GL_RED, GL_RGBA};
-
-static const struct storage unorm_8 = {"R8", {GL_R8, GL_RGBA8}, GL_UNSIGNED_BYTE, 1, 255.0, true};
-static const struct storage unorm_16 = {"R16", {GL_R16, GL_RGBA16}, GL_UNSIGNED_SHORT, 2, 65535.0,
-                                        false};
-static const struct storage snorm_8 = {"R8_SNORM", {GL_R8_SNORM, GL_RGBA8_SNORM}, GL_BYTE, 1, 127.0,
-                                       true};
-static const struct storage snorm_16 = {
-    "R16_SNORM", {GL_R16_SNORM, GL_RGBA16_SNORM}, GL_SHORT, 2, 32767.0, false};
-static const struct storage half_float = {"R16F", {GL_R16F, GL_RGBA16F}, GL_FLOAT, 2, 1.0, false};
-static const struct storage full_float = {"R32F", {GL_R32F, GL_RGBA32F}, GL_FLOAT, 4, 1.0, false};
+static const struct storage unorm_8 = {"R8", GL_R8, GL_UNSIGNED_BYTE, 1, 255.0, true};
+static const struct storage unorm_16 = {"R16", GL_R16, GL_UNSIGNED_SHORT, 2, 65535.0, false};
+static const struct storage snorm_8 = {"R8_SNORM", GL_R8_SNORM, GL_BYTE, 1, 127.0, true};
+static const struct storage snorm_16 = {"R16_SNORM", GL_R16_SNORM, GL_SHORT, 2, 32767.0, false};
+static const struct storage half_float = {"R16F", GL_R16F, GL_FLOAT, 2, 1.0, false};
+static const struct storage full_float = {"R32F", GL_R32F, GL_FLOAT, 4, 1.0, false};
 
 static const struct storage *find_storage(const struct weft_kernel_tiles_info *info,
                                           enum weft_error_lookup lookup)
@@ -48,7 +43,7 @@ static const struct storage *storage_of(const struct weft_tile_texture *texture)
     static const struct storage *const all[] = {&unorm_8,  &unorm_16,   &snorm_8,
                                                 &snorm_16, &half_float, &full_float};
     size_t i = 0;
-    while (all[i]->internal_format[texture->channels == 4] != texture->internal_format)
+    while (all[i]->internal_format != texture->internal_format)
         i++;
     return all[i];
 }
@@ -85,8 +80,8 @@ static enum weft_result check_sizes(const struct weft_log *log, const GladGLCont
     }
     const GLenum proxy = proxies[info->dims - 1];
     GLint width = 0;
-    allocate(gl, proxy, info->dims, info->samples, texture->internal_format,
-             channel_formats[texture->channels == 4], storage->type, NULL);
+    allocate(gl, proxy, info->dims, info->samples, texture->internal_format, GL_RED, storage->type,
+             NULL);
     gl->GetTexLevelParameteriv(proxy, 0, GL_TEXTURE_WIDTH, &width);
     if (gl->GetError() != GL_NO_ERROR)
         width = 0; // some raise what a proxy should only answer
@@ -135,14 +130,12 @@ static enum weft_result create(const struct weft_log *log, const GladGLContext *
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(tiles);
     const struct storage *storage = find_storage(info, lookup);
-    const size_t count = info->tile_values * (size_t)out->channels;
-    const bool four = out->channels == 4;
+    const size_t count = info->tile_values;
     uint8_t *staging = NULL;
     out->target = targets[info->dims - 1];
-    out->internal_format = storage->internal_format[four];
+    out->internal_format = storage->internal_format;
     out->bytes = count * storage->texel_bytes;
-    for (int c = 0; c < 4; c++)
-        out->factor[c] *= storage->one / info->one;
+    out->factor *= storage->one / info->one;
     enum weft_result res = check_sizes(log, gl, info, storage, memory_bytes, out);
     if (res != WEFT_OK)
         goto fail;
@@ -158,8 +151,8 @@ static enum weft_result create(const struct weft_log *log, const GladGLContext *
     gl->GenTextures(1, &out->texture);
     gl->BindTexture(out->target, out->texture);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    allocate(gl, out->target, info->dims, info->samples, out->internal_format,
-             channel_formats[four], storage->type, storage->bytes ? staging : values);
+    allocate(gl, out->target, info->dims, info->samples, out->internal_format, GL_RED,
+             storage->type, storage->bytes ? staging : values);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
     set_sampling(gl, out->target, lookup);
     res = weft_gl_check(log, gl, "uploading a tile");
@@ -182,24 +175,12 @@ enum weft_result weft_tile_texture_create(const struct weft_log *log, const Glad
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     const struct weft_kernel_tile *t = weft_kernel_tiles_get(tiles, tile);
-    *out = (struct weft_tile_texture){.channels = 1};
+    *out = (struct weft_tile_texture){0};
     weft_require(log, t);
-    out->factor[0] = (t->negated ? -1.0 : 1.0) / t->scale;
+    out->factor = (t->negated ? -1.0 : 1.0) / t->scale;
     return create(log, gl, tiles, t->data, lookup, memory_bytes, out);
 fail:
     return res;
-}
-
-enum weft_result weft_tile_texture_create_group(const struct weft_log *log, const GladGLContext *gl,
-                                                const weft_kernel_tiles *tiles,
-                                                const struct weft_tile_group *group,
-                                                enum weft_error_lookup lookup,
-                                                uint64_t memory_bytes,
-                                                struct weft_tile_texture *out)
-{
-    *out = (struct weft_tile_texture){.channels = 4};
-    memcpy(out->factor, group->factor, sizeof out->factor);
-    return create(log, gl, tiles, group->data, lookup, memory_bytes, out);
 }
 
 void weft_tile_texture_destroy(const GladGLContext *gl, struct weft_tile_texture *texture)
@@ -214,7 +195,7 @@ enum weft_result weft_tile_texture_read(const struct weft_log *log, const GladGL
                                         const struct weft_tile_texture *texture, void *values)
 {
     const struct storage *storage = storage_of(texture);
-    const size_t count = weft_kernel_tiles_get_info(tiles)->tile_values * (size_t)texture->channels;
+    const size_t count = weft_kernel_tiles_get_info(tiles)->tile_values;
     uint8_t *staging = storage->bytes ? malloc(count) : NULL;
     if (storage->bytes && !staging) {
         weft_error(log, "not enough memory to read a tile of %zu bytes back", count);
@@ -223,8 +204,7 @@ enum weft_result weft_tile_texture_read(const struct weft_log *log, const GladGL
     gl->BindTexture(texture->target, texture->texture);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
     gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
-    gl->GetTexImage(texture->target, 0, channel_formats[texture->channels == 4], storage->type,
-                    storage->bytes ? staging : values);
+    gl->GetTexImage(texture->target, 0, GL_RED, storage->type, storage->bytes ? staging : values);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
     if (storage->bytes)
         widen(storage, staging, count, values);

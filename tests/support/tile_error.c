@@ -340,7 +340,7 @@ static enum weft_result add_measured(struct survey *s, const struct target *t, i
         return res;
     res = draw(s, t, tile, &texture);
     for (size_t n = 0; res == WEFT_OK && n < s->positions; n++)
-        s->weight[MEASURED][n] += texture.factor[0] * (double)t->pixels[n];
+        s->weight[MEASURED][n] += texture.factor * (double)t->pixels[n];
     weft_tile_texture_destroy(t->gl, &texture);
     return res;
 }

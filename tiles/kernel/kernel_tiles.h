@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/kernel/kernel_tiles.h - kernels sampled, quantised, split and interleaved.
+// tiles/kernel/kernel_tiles.h - kernels sampled, quantised and split.
 // A tile is one unit-wide piece of a kernel, sampled at M positions per axis: the weight of one tap
 // for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
 // multiplication (Hadwiger, Hauser, Moeller, WSCG 2003), or for radial kernels
@@ -175,28 +175,6 @@ WEFT_API double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const in
 // WEFT_ERR_MEMORY, the set being as before.
 WEFT_API enum weft_result weft_kernel_tiles_split(weft_kernel_tiles *tiles, int tile,
                                                   double threshold);
-
-// Four tiles interleaved for one dot product with four samples (dot4, section 6). A component that
-// is no tile is zero. weight = stored / one * factor.
-struct weft_tile_group {
-    int tile[4]; // -1: zero
-    double factor[4];
-    void *data; // M^dims times four values of the format, nothing mirrored; owned
-};
-
-// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT (the group alone over the set's memory_bytes) or
-// WEFT_ERR_MEMORY.
-WEFT_API enum weft_result weft_tile_group_create(const weft_kernel_tiles *tiles, const int tile[4],
-                                                 struct weft_tile_group *out);
-// The same for any four taps, in the order in which the source's samples lie in RGBA. Taps outside
-// the kernel, and those without such a part, are zero; a tap whose tile is split is refused.
-WEFT_API enum weft_result weft_tile_group_create_taps(const weft_kernel_tiles *tiles,
-                                                      const int tap[4][3], enum weft_tile_part part,
-                                                      struct weft_tile_group *out);
-WEFT_API void weft_tile_group_destroy(struct weft_tile_group *group); // {0} is fine
-WEFT_API double weft_tile_group_value(const weft_kernel_tiles *tiles,
-                                      const struct weft_tile_group *group, int component,
-                                      const int position[3]);
 
 WEFT_END_DECLS
 #endif

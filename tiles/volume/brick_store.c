@@ -256,12 +256,6 @@ void weft_brick_store_copy(const weft_brick_store *store, const int32_t origin[3
     }
 }
 
-float weft_brick_store_voxel(const weft_brick_store *store, int32_t i, int32_t j, int32_t k)
-{
-    struct weft_brick_cursor cursor = {.store = store};
-    return weft_brick_cursor_voxel(&cursor, i, j, k);
-}
-
 static int32_t clamp(int32_t x, int32_t low, int32_t high)
 {
     return x < low ? low : x > high ? high : x;

@@ -52,9 +52,6 @@ enum weft_brick_kind weft_brick_store_find(const weft_brick_store *store, const 
 // The 512 voxels of the brick at an origin, whatever its kind.
 void weft_brick_store_copy(const weft_brick_store *store, const int32_t origin[3], float *out);
 
-// One voxel, anywhere.
-float weft_brick_store_voxel(const weft_brick_store *store, int32_t i, int32_t j, int32_t k);
-
 // Remembers the last brick, for many look-ups close together. One per thread; start with
 // { .store = store }.
 struct weft_brick_cursor {

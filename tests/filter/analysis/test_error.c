@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
+#include "tests/support/fixed.h"
 #include "filter/analysis/analysis.h"
 #include "filter/check.h"
 #include "filter/analysis/error.h"
@@ -223,7 +224,7 @@ static double tile_value(const struct plain *s, const int texel[3], const int ta
         const int k = texel[d] < 0 ? 0 : texel[d] >= s->p.samples ? s->p.samples - 1 : texel[d];
         product *= axis_weight(s, (k + 0.5) / s->p.samples, tap[d]);
     }
-    return weft_fixed_value(weft_fixed_quantise(product, s->p.bits, s->p.rounding), s->p.bits);
+    return fixed_value(fixed_quantise(product, s->p.bits, s->p.rounding), s->p.bits);
 }
 
 static double looked_up(const struct plain *s, const double u[3], const int tap[3])
@@ -417,62 +418,13 @@ static void test_bad_arguments(void **state)
     assert_int_equal(weft_error_kernel_compute(&bad[0], &error), WEFT_ERR_UNSUPPORTED);
 }
 
-// Integer arithmetic as hardware does it: passes of products in internal bits, each pass's sum
-// rounded to the target's. Returns the error against real numbers.
-static double run_passes(const struct weft_error_arithmetic *a, uint32_t *seed)
-{
-    int per_pass = a->products / a->passes, made = 0;
-    double stored = 0.0, exact = 0.0;
-    for (int pass = 0; pass < a->passes; pass++) {
-        double sum = stored;
-        for (int i = 0; i < per_pass; i++, made++) {
-            int64_t most = (INT64_C(1) << a->internal_bits) - 1;
-            int64_t f = (int64_t)((*seed = *seed * 1664525u + 1013904223u) >> 8) % (most + 1);
-            int64_t h = (int64_t)((*seed = *seed * 1664525u + 1013904223u) >> 8) % (most + 1);
-            // Small weights, so that nothing clamps; the first ones are exactly 0 and 1 in turn.
-            h = made < a->exact_products ? (made == 0 ? most : 0) : h / (2 * a->products);
-            sum += weft_fixed_value(weft_fixed_multiply(f / 2, h, a->internal_bits, a->rounding),
-                                    a->internal_bits);
-            exact +=
-                weft_fixed_value(f / 2, a->internal_bits) * weft_fixed_value(h, a->internal_bits);
-        }
-        stored = a->target_bits < a->internal_bits
-                     ? weft_fixed_value(weft_fixed_quantise(sum, a->target_bits, a->rounding),
-                                        a->target_bits)
-                     : sum;
-    }
-    return fabs(stored - exact);
-}
-
-// The bound holds for what integers do, is not idle, and is eq. 14 in the simplest case.
-static void test_arithmetic(void **state)
-{
-    static const struct weft_error_arithmetic cases[] = {
-        {64, 64, 0, 8, 8, WEFT_FIXED_ROUND},     {64, 64, 0, 12, 8, WEFT_FIXED_ROUND},
-        {16, 64, 0, 12, 8, WEFT_FIXED_TRUNCATE}, {16, 16, 4, 8, 8, WEFT_FIXED_TRUNCATE},
-        {4, 16, 2, 16, 8, WEFT_FIXED_ROUND},
-    };
-    (void)state;
-    uint32_t seed = 1;
-    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        double bound = weft_error_e3_arithmetic(&cases[i]), largest = 0.0;
-        for (int run = 0; run < 3000; run++)
-            largest = larger(largest, run_passes(&cases[i], &seed));
-        if (!(largest <= bound * (1.0 + 1e-9) && largest >= 0.05 * bound))
-            fail_msg("case %zu: error %.4g, bound %.4g", i, largest, bound);
-    }
-    assert_near(weft_error_e3_arithmetic(&cases[0]), weft_error_e3(64, 8, WEFT_FIXED_ROUND), 1e-15,
-                "eq. 14");
-}
-
-// E1 of linear interpolation: |f''| / 8 per axis. E3 of 64 passes at 8 bits: 64 * 127 / 255^2.
+// E1 of linear interpolation: |f''| / 8 per axis.
 static void test_terms(void **state)
 {
     const struct weft_kernel linear = kernel_named("linear");
     (void)state;
     assert_near(weft_error_e1(&linear, 1, 2.0), 0.25, 1e-12, "E1");
     assert_near(weft_error_e1(&linear, 3, 1.0), 0.375, 1e-12, "E1");
-    assert_near(weft_error_e3(64, 8, WEFT_FIXED_ROUND), 64 * 127.0 / 65025, 1e-15, "E3");
 }
 
 int main(void)
@@ -481,7 +433,7 @@ int main(void)
         cmocka_unit_test(test_eq4),        cmocka_unit_test(test_wscg2003),
         cmocka_unit_test(test_statistics), cmocka_unit_test(test_threads),
         cmocka_unit_test(test_cancel),     cmocka_unit_test(test_bad_arguments),
-        cmocka_unit_test(test_terms),      cmocka_unit_test(test_arithmetic),
+        cmocka_unit_test(test_terms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

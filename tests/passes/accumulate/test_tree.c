@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
+#include "tests/support/fixed.h"
 #include "filter/fixed.h"
 #include "passes/accumulate/tree.h"
 
@@ -576,10 +577,10 @@ static void test_halves_go_up(void **state)
 // N equal frames added by blending, each times alpha = 1 / N (section 2), all in 8 bits.
 static int64_t blend(int64_t code, int frame_count, enum weft_fixed_rounding rounding)
 {
-    const int64_t alpha = weft_fixed_quantise(1.0 / frame_count, 8, rounding);
+    const int64_t alpha = fixed_quantise(1.0 / frame_count, 8, rounding);
     int64_t target = 0;
     for (int i = 0; i < frame_count; i++)
-        target = weft_fixed_clamp(target + weft_fixed_multiply(code, alpha, 8, rounding), 8);
+        target = fixed_clamp(target + fixed_multiply(code, alpha, 8, rounding), 8);
     return target;
 }
 

@@ -534,94 +534,6 @@ static void split_parts_add_up_exactly(void **state)
     }
 }
 
-static int stored_integer(const struct weft_kernel_tiles_info *info, const void *data, size_t i)
-{
-    return info->format == WEFT_TILE_UNORM ? ((const uint16_t *)data)[i]
-                                           : ((const int16_t *)data)[i];
-}
-
-static void assert_group(const weft_kernel_tiles *set, const struct weft_tile_group *group)
-{
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
-    int at[3] = {0};
-    do {
-        for (int c = 0; c < 4; c++) {
-            const double plain =
-                group->tile[c] < 0 ? 0.0 : weft_kernel_tiles_value(set, group->tile[c], at);
-            const double interleaved = weft_tile_group_value(set, group, c, at);
-            const size_t n = (size_t)((at[2] * info->samples + at[1]) * info->samples + at[0]);
-            if (group->tile[c] >= 0 && info->format <= WEFT_TILE_SNORM) {
-                const int sign = group->factor[c] < 0.0 ? -1 : 1;
-                assert_int_equal(weft_kernel_tiles_integer(set, group->tile[c], at),
-                                 sign * stored_integer(info, group->data, 4 * n + (size_t)c));
-            }
-            // q / one * (1 / scale) against q / (one scale): five roundings of 1.1e-16.
-            if (!(fabs(interleaved - plain) <= 6e-16 * fabs(plain)))
-                fail_msg("%s: %.17g interleaved, %.17g plain", info->kernel.info->name, interleaved,
-                         plain);
-        }
-    } while (next(info->dims, info->samples, at));
-}
-
-static void assert_interleaved(const weft_kernel_tiles *set, const char *what)
-{
-    (void)what;
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
-    if (info->tile_count > 300)
-        return;
-    compared++;
-    struct weft_tile_group group;
-    for (int t = 0; t < info->tile_count; t += 7) {
-        // Any four, in any order, and a gap.
-        const int tile[4] = {t, (t * 5 + 3) % info->tile_count, -1, info->tile_count - 1 - t};
-        assert_int_equal(weft_tile_group_create(set, tile, &group), WEFT_OK);
-        assert_group(set, &group);
-        weft_tile_group_destroy(&group);
-    }
-}
-
-static void interleaved_equals_plain(void **state)
-{
-    (void)state;
-    compared = 0;
-    over_the_catalogue(assert_interleaved,
-                       *weft_kernel_tiles_params(.scaling = WEFT_TILE_SCALE_EACH), false);
-    assert_true(compared > 100);
-}
-
-static void groups_follow_any_four_offsets(void **state)
-{
-    (void)state;
-    weft_kernel_tiles *set =
-        make(weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom"), .samples = 16));
-    // Along x, along y, a square, and one that sticks out.
-    const int taps[][4][3] = {{{0, 1}, {1, 1}, {2, 1}, {3, 1}},
-                              {{2, 0}, {2, 1}, {2, 2}, {2, 3}},
-                              {{0, 0}, {1, 0}, {0, 1}, {1, 1}},
-                              {{3, 0}, {4, 0}, {5, 0}, {-1, 0}}};
-    for (size_t i = 0; i < WEFT_COUNT(taps); i++) {
-        struct weft_tile_group positive, negative;
-        assert_int_equal(weft_tile_group_create_taps(set, taps[i], WEFT_TILE_POSITIVE, &positive),
-                         WEFT_OK);
-        assert_int_equal(weft_tile_group_create_taps(set, taps[i], WEFT_TILE_NEGATIVE, &negative),
-                         WEFT_OK);
-        int at[3] = {0};
-        do {
-            for (int c = 0; c < 4; c++) {
-                const int *tap = taps[i][c];
-                const bool inside = tap[0] >= 0 && tap[0] < 4 && tap[1] < 4;
-                const double exact = inside ? weft_kernel_tiles_exact(set, tap, at) : 0.0;
-                const double sum = weft_tile_group_value(set, &positive, c, at) +
-                                   weft_tile_group_value(set, &negative, c, at);
-                assert_true(fabs(sum - exact) <= 0.5 / 255.0 + 1e-12);
-            }
-        } while (next(2, 16, at));
-        weft_tile_group_destroy(&positive);
-        weft_tile_group_destroy(&negative);
-    }
-    weft_kernel_tiles_destroy(&set);
-}
-
 // ---- bad requests -------------------------------------------------------------------------------
 
 static void bad_arguments_are_named(void **state)
@@ -672,7 +584,7 @@ static void bad_arguments_are_named(void **state)
     }
 }
 
-static void splits_and_groups_know_their_limits(void **state)
+static void splits_know_their_limits(void **state)
 {
     (void)state;
     struct message message = {.count = 0};
@@ -681,27 +593,13 @@ static void splits_and_groups_know_their_limits(void **state)
     weft_kernel_tiles *set =
         make(weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8,
                                       .memory_bytes = 5 * 128, .log = &log));
-    struct weft_tile_group group;
     assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_ERR_LIMIT);
     assert_non_null(strstr(message.text, "640"));
     assert_non_null(strstr(message.text, "256"));
     assert_int_equal(weft_kernel_tiles_get_info(set)->tile_count, 16);
     assert_int_equal(weft_kernel_tiles_split(set, 16, NAN), WEFT_ERR_ARGUMENT);
     assert_int_equal(weft_kernel_tiles_split(set, -1, NAN), WEFT_ERR_ARGUMENT);
-    assert_int_equal(weft_tile_group_create(set, (const int[4]){0, 1, 2, 16}, &group),
-                     WEFT_ERR_ARGUMENT);
-    assert_null(group.data);
-    assert_int_equal(weft_tile_group_create(set, (const int[4]){0, 1, 2, 3}, &group), WEFT_OK);
-    weft_tile_group_destroy(&group);
     assert_null(weft_kernel_tiles_get(set, 16));
-    weft_kernel_tiles_destroy(&set);
-    set = make(
-        weft_kernel_tiles_params(.kernel = kernel_named("bspline"), .samples = 8, .log = &log));
-    assert_int_equal(weft_kernel_tiles_split(set, 0, NAN), WEFT_OK);
-    const int taps[4][3] = {{1, 0}, {0, 0}, {2, 0}, {3, 0}};
-    assert_int_equal(weft_tile_group_create_taps(set, taps, WEFT_TILE_POSITIVE, &group),
-                     WEFT_ERR_ARGUMENT);
-    assert_non_null(strstr(message.text, "(0, 0, 0) is split"));
     weft_kernel_tiles_destroy(&set);
     weft_kernel_tiles_destroy(&set);
 }
@@ -748,10 +646,8 @@ int main(void)
         cmocka_unit_test(scaled_tiles_use_the_full_range),
         cmocka_unit_test(separate_parts_have_one_sign_each),
         cmocka_unit_test(split_parts_add_up_exactly),
-        cmocka_unit_test(interleaved_equals_plain),
-        cmocka_unit_test(groups_follow_any_four_offsets),
         cmocka_unit_test(bad_arguments_are_named),
-        cmocka_unit_test(splits_and_groups_know_their_limits),
+        cmocka_unit_test(splits_know_their_limits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -190,8 +190,8 @@ static void weights_are_products_with_one_slope(void **state)
     const enum weft_tile_scaling scalings[] = {WEFT_TILE_SCALE_SET, WEFT_TILE_SCALE_EACH};
     for (int i = 0; i < 4; i++)
         over_the_catalogue(assert_products,
-                           *weft_kernel_tiles_params(.scaling = scalings[i % 2], .store_all = !(i / 2),
-                                                     .exact_scale = i == 1),
+                           *weft_kernel_tiles_params(.scaling = scalings[i % 2],
+                                                     .store_all = !(i / 2), .exact_scale = i == 1),
                            all_formats);
 }
 
@@ -410,68 +410,6 @@ static void split_parts_add_up_exactly(void **state)
                        all_formats);
 }
 
-static void assert_interleaved(const struct weft_kernel_tiles_params *params, const char *what)
-{
-    weft_kernel_tiles *set = make(params);
-    const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
-    struct weft_tile_group group;
-    for (int t = 0; t < info->tile_count; t += 7) {
-        const int tile[4] = {t, (t * 5 + 3) % info->tile_count, -1, info->tile_count - 1 - t};
-        assert_int_equal(weft_tile_group_create(set, tile, &group), WEFT_OK);
-        int at[3] = {0};
-        do {
-            for (int c = 0; c < 4; c++) {
-                const double w = tile[c] < 0 ? 0.0 : weft_kernel_tiles_value(set, tile[c], at);
-                // q / one * (1 / scale) against q / (one scale): five roundings of 1.1e-16.
-                assert_near(weft_tile_group_value(set, &group, c, at), w, 6e-16 * fabs(w), what);
-            }
-        } while (next(info->dims, info->samples, at));
-        weft_tile_group_destroy(&group);
-    }
-    weft_kernel_tiles_destroy(&set);
-}
-
-static void interleaved_equals_plain(void **state)
-{
-    (void)state;
-    over_the_catalogue(assert_interleaved,
-                       *weft_kernel_tiles_params(.scaling = WEFT_TILE_SCALE_EACH), all_formats);
-}
-
-static void groups_follow_any_four_offsets(void **state)
-{
-    (void)state;
-    // Along x, along z, and one that sticks out.
-    const int taps[][4][3] = {{{0, 1, 2}, {1, 1, 2}, {2, 1, 2}, {3, 1, 2}},
-                              {{2, 0, 0}, {2, 0, 1}, {2, 0, 2}, {2, 0, 3}},
-                              {{3, 0, 0}, {4, 0, 0}, {5, 0, 0}, {-1, 0, 0}}};
-    for (int i = 0; i < 3 * (int)WEFT_COUNT(taps); i++) {
-        weft_kernel_tiles *set = make(
-            weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom"), .dims = 3, .samples = 6,
-                                     .derivative = 1 + i % 3, .scaling = WEFT_TILE_SCALE_SET));
-        const int(*tap)[3] = taps[i / 3];
-        const double step = 1.0 / (255.0 * weft_kernel_tiles_get(set, 0)->scale);
-        struct weft_tile_group positive, negative;
-        assert_int_equal(weft_tile_group_create_taps(set, tap, WEFT_TILE_POSITIVE, &positive),
-                         WEFT_OK);
-        assert_int_equal(weft_tile_group_create_taps(set, tap, WEFT_TILE_NEGATIVE, &negative),
-                         WEFT_OK);
-        int at[3] = {0};
-        do {
-            for (int c = 0; c < 4; c++) {
-                const bool inside = tap[c][0] >= 0 && tap[c][0] < 4;
-                assert_near(weft_tile_group_value(set, &positive, c, at) +
-                                weft_tile_group_value(set, &negative, c, at),
-                            inside ? weft_kernel_tiles_exact(set, tap[c], at) : 0.0,
-                            0.5 * step + 1e-12, "group");
-            }
-        } while (next(3, 6, at));
-        weft_tile_group_destroy(&positive);
-        weft_tile_group_destroy(&negative);
-        weft_kernel_tiles_destroy(&set);
-    }
-}
-
 // ---- the error of a set -------------------------------------------------------------------------
 
 // Looked up at its own samples a set is as good as its format.
@@ -618,8 +556,6 @@ int main(void)
         cmocka_unit_test(in_1d_it_is_the_derivative),
         cmocka_unit_test(mirrored_fetch_equals_unmirrored),
         cmocka_unit_test(split_parts_add_up_exactly),
-        cmocka_unit_test(interleaved_equals_plain),
-        cmocka_unit_test(groups_follow_any_four_offsets),
         cmocka_unit_test(the_error_is_that_of_slopes),
         cmocka_unit_test(no_tile_is_scaled_by_more),
         cmocka_unit_test(bad_arguments_are_named),

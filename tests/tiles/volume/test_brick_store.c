@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "tests/support/bricks.h"
 #include "tiles/volume/brick_store.h"
 
 #include <setjmp.h>
@@ -42,7 +43,7 @@ static void test_many_bricks(void **state)
                     inside ? (float)(n * WEFT_BRICK_VOXELS + (k & 7) * 64 + (j & 7) * 8 + (i & 7))
                            : -3;
                 assert_true(weft_brick_cursor_voxel(&cursor, i, j, k) == expected);
-                assert_true(weft_brick_store_voxel(store, i, j, k) == expected);
+                assert_true(brick_voxel(store, i, j, k) == expected);
             }
     assert_int_equal(weft_brick_store_check_disjoint(store), WEFT_OK);
     weft_brick_store_destroy(&store);
@@ -60,13 +61,13 @@ static void test_tiles(void **state)
     for (size_t i = 0; i < WEFT_COUNT(tiles); i++)
         assert_int_equal(weft_brick_store_add_tile(store, &tiles[i]), WEFT_OK);
     assert_int_equal(weft_brick_store_add_brick(store, (int32_t[3]){0, 0, 0}, values), WEFT_OK);
-    assert_true(weft_brick_store_voxel(store, -1, 0, 0) == 1);
-    assert_true(weft_brick_store_voxel(store, -4096, 4095, 4095) == 1);
-    assert_true(weft_brick_store_voxel(store, -4097, 0, 0) == 9);
-    assert_true(weft_brick_store_voxel(store, 127, 255, -1) == 2);
-    assert_true(weft_brick_store_voxel(store, 127, 256, -1) == 9);
-    assert_true(weft_brick_store_voxel(store, 15, 7, 7) == 3);
-    assert_true(weft_brick_store_voxel(store, 7, 7, 7) == 0);
+    assert_true(brick_voxel(store, -1, 0, 0) == 1);
+    assert_true(brick_voxel(store, -4096, 4095, 4095) == 1);
+    assert_true(brick_voxel(store, -4097, 0, 0) == 9);
+    assert_true(brick_voxel(store, 127, 255, -1) == 2);
+    assert_true(brick_voxel(store, 127, 256, -1) == 9);
+    assert_true(brick_voxel(store, 15, 7, 7) == 3);
+    assert_true(brick_voxel(store, 7, 7, 7) == 0);
     assert_int_equal(weft_brick_store_check_disjoint(store), WEFT_OK);
 
     const float *found;
@@ -112,7 +113,7 @@ static void test_clamp(void **state)
         values[v] = (float)v;
     assert_int_equal(weft_brick_store_add_brick(store, (int32_t[3]){0, 0, 0}, values), WEFT_OK);
     weft_brick_store_clamp(store, (int32_t[3]){0, 0, 0}, (int32_t[3]){7, 7, 7});
-    assert_true(weft_brick_store_voxel(store, -100, 3, 1000000) == 7 * 64 + 3 * 8);
+    assert_true(brick_voxel(store, -100, 3, 1000000) == 7 * 64 + 3 * 8);
     const float *found;
     float constant;
     assert_int_equal(weft_brick_store_find(store, (int32_t[3]){8, 0, 0}, &found, &constant),

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/bricks.h"
 #include "filter/check.h"
 #include "tests/support/vdb_files.h"
 #include "tiles/volume/brick_store.h"
@@ -94,7 +95,7 @@ static void test_dense(void **state)
                 for (int i = -9; i < 30; i++) {
                     bool in = i >= -3 && i < W - 3 && j >= 5 && j < H + 5 && k >= 1 && k < D + 1;
                     float expected = in ? data[k - 1][j - 5][i + 3] : clamped ? 0 : 2;
-                    assert_true(weft_brick_store_voxel(whole.store, i, j, k) == expected);
+                    assert_true(brick_voxel(whole.store, i, j, k) == expected);
                 }
         free_whole(&whole);
         weft_volume_destroy(&read);
@@ -144,8 +145,8 @@ static void test_level_set(void **state)
             at[i] = seed % 101 - 50;
         double d = sqrt((double)(at[0] * at[0] + at[1] * at[1] + at[2] * at[2])) - 40;
         float expected = (float)(d < -3 ? -3 : d > 3 ? 3 : d);
-        float got = weft_brick_store_voxel(whole.store, at[0] + centre[0], at[1] + centre[1],
-                                           at[2] + centre[2]);
+        float got =
+            brick_voxel(whole.store, at[0] + centre[0], at[1] + centre[1], at[2] + centre[2]);
         assert_true(got == expected);
     }
     free_whole(&whole);
@@ -271,8 +272,7 @@ static void test_types(void **state)
                         int expected = fixture_value(i, j, k);
                         if (g == 4)
                             expected = expected != 0;
-                        assert_true(weft_brick_store_voxel(whole.store, i, j, k) ==
-                                    (float)expected);
+                        assert_true(brick_voxel(whole.store, i, j, k) == (float)expected);
                     }
             free_whole(&whole);
             weft_volume_destroy(&volume);

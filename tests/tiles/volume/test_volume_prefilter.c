@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/bricks.h"
 #include "tests/support/common.h"
 #include "filter/kernels/prefilter.h"
 #include "filter/analysis/reference.h"
@@ -239,10 +240,10 @@ static void sparse_volumes_keep_their_constant_regions(void **state)
     }
     assert_true(inner);
     // Deep in the tile and far outside nothing is left of the borders.
-    assert_true(weft_brick_store_voxel(whole.store, 64, 64, 64) == 0.5f);
-    assert_true(weft_brick_store_voxel(whole.store, 16, 64, 64) == 0.5f);
-    assert_true(weft_brick_store_voxel(whole.store, -40, -40, 64) == -0.25f);
-    assert_true(weft_brick_store_voxel(whole.store, -1, 64, 64) != -0.25f);
+    assert_true(brick_voxel(whole.store, 64, 64, 64) == 0.5f);
+    assert_true(brick_voxel(whole.store, 16, 64, 64) == 0.5f);
+    assert_true(brick_voxel(whole.store, -40, -40, 64) == -0.25f);
+    assert_true(brick_voxel(whole.store, -1, 64, 64) != -0.25f);
     unload(&whole);
     free(d.values);
     weft_volume_destroy(&volume);
@@ -402,7 +403,7 @@ static void what_depends_on_missing_voxels_is_missing(void **state)
             weft_volume_destroy(&filled);
         }
         assert_true(there > 100 && missing > 1000);
-        const float at = weft_brick_store_voxel(whole.store, 7, 15, 11);
+        const float at = brick_voxel(whole.store, 7, 15, 11);
         assert_true(isnan(cases[i].odd) ? isnan(at) : at == cases[i].odd);
         unload(&whole);
         weft_volume_destroy(&volume);
@@ -422,7 +423,7 @@ static void a_missing_background_leaves_what_is_far_from_it(void **state)
     weft_volume *volume = prefilter(base, "bspline3i");
     struct whole whole = load(volume, &everywhere);
     for (int32_t x = -20; x < 148; x++) {
-        const double value = weft_brick_store_voxel(whole.store, x, 64, 64);
+        const double value = brick_voxel(whole.store, x, 64, 64);
         const int distance = x < 64 ? x + 1 : 128 - x; // from the nearest missing voxel
         assert_int_equal(isfinite(value), distance > 14);
         if (isfinite(value))
@@ -455,7 +456,7 @@ static double interpolation_error(weft_volume *base, const char *name,
     for (int z = region->min[2]; z <= region->max[2]; z++)
         for (int y = region->min[1]; y <= region->max[1]; y++)
             for (int x = region->min[0]; x <= region->max[0]; x++) {
-                const double voxel = weft_brick_store_voxel(voxels.store, x, y, z);
+                const double voxel = brick_voxel(voxels.store, x, y, z);
                 const double value =
                     weft_reference_compute(&kernel, 3, (double[]){x, y, z}, fetch, &cursor).value;
                 largest = fmax(largest, fabs(voxel));
