@@ -52,7 +52,7 @@ static void budgets_are_kept(void **state)
             if (strcmp(text(candidate, "state"), "chosen"))
                 continue;
             chosen++;
-            assert_string_equal(text(candidate, "name"), text(budget, "way"));
+            assert_string_equal(text(candidate, "name"), text(budget, "method"));
         }
         assert_int_equal(chosen, 1);
         json_decref(root);
@@ -67,7 +67,7 @@ static void a_budget_on_a_profile_chooses_its_plan(void **state)
         parse(command_succeeds("slice", "ml.vdb", OBLIQUE, "--profile", "unorm16", "--kernel",
                                "linear", "--max-error", "0.2", "--verify", "--json"));
     const json_t *budget = json_object_get(root, "budget");
-    assert_non_null(strstr(text(budget, "way"), "passes unorm16 "));
+    assert_non_null(strstr(text(budget, "method"), "passes unorm16 "));
     assert_string_equal(text(json_object_get(root, "pass_plan"), "profile"), "unorm16");
     assert_true(number(json_object_get(root, "verify"), "maximum") <= 0.2);
     json_decref(root);

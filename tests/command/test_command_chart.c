@@ -115,17 +115,18 @@ static void files_agree(void **state)
     json_t *root = json_load_file("chart.json", 0, &error);
     assert_non_null(root);
     assert_false(json_boolean_value(json_object_get(root, "interrupted")));
-    const json_t *ways = json_object_get(root, "ways"), *truth = json_object_get(root, "truth");
-    check_points(ways, "max_error");
+    const json_t *methods = json_object_get(root, "methods"),
+                 *truth = json_object_get(root, "truth");
+    check_points(methods, "max_error");
     check_points(truth, "rms_error");
-    const json_t *peer = json_array_get(json_object_get(ways, "points"), 0);
+    const json_t *peer = json_array_get(json_object_get(methods, "points"), 0);
     assert_string_equal(json_string_value(json_object_get(peer, "label")),
                         "an \"other\", slow one");
     assert_int_equal(count_lines("chart.csv"),
-                     1 + json_array_size(json_object_get(ways, "points")) +
+                     1 + json_array_size(json_object_get(methods, "points")) +
                          json_array_size(json_object_get(truth, "points")));
     // An oblique slice is not for separable filtering, and says so.
-    const json_t *first = json_array_get(json_object_get(ways, "skipped"), 0);
+    const json_t *first = json_array_get(json_object_get(methods, "skipped"), 0);
     assert_string_equal(json_string_value(json_object_get(first, "label")), "separable");
     json_decref(root);
 }
@@ -163,8 +164,8 @@ static void interruption_keeps_results(void **state)
     json_t *root = json_load_file("cut.json", 0, &error);
     assert_non_null(root);
     assert_true(json_boolean_value(json_object_get(root, "interrupted")));
-    assert_int_equal(count_lines("cut.csv"),
-                     1 + json_array_size(json_object_get(json_object_get(root, "ways"), "points")));
+    assert_int_equal(count_lines("cut.csv"), 1 + json_array_size(json_object_get(
+                                                     json_object_get(root, "methods"), "points")));
     json_decref(root);
 }
 

@@ -288,9 +288,9 @@ static void check_windows(const struct windows *w, int first, int size, int disp
 static void the_picture_keeps_its_place(void **state)
 {
     (void)state;
-    static const char *const ways[] = {"separable", "--emulate"};
+    static const char *const methods[] = {"separable", "--emulate"};
     size_t ran = 0;
-    for (size_t i = 0; i < COUNT(window_cases) * COUNT(ways); i++) {
+    for (size_t i = 0; i < COUNT(window_cases) * COUNT(methods); i++) {
         const struct windows axis[2] = {window_cases[i % COUNT(window_cases)],
                                         window_cases[(i + 3) % COUNT(window_cases)]};
         const bool emulated = i >= COUNT(window_cases);
@@ -317,7 +317,7 @@ static void the_picture_keeps_its_place(void **state)
         weft_image_clear(&out);
         ran++;
     }
-    assert_int_equal(ran, COUNT(window_cases) * (command_has_gl() ? COUNT(ways) : 1));
+    assert_int_equal(ran, COUNT(window_cases) * (command_has_gl() ? COUNT(methods) : 1));
     unlink("ramp.exr");
     unlink("out.exr");
 }
@@ -463,17 +463,17 @@ static void the_same_size_is_the_same(void **state)
         values[i] = i == 5 * 16 + 7 ? NAN : i % 3 ? 1e30f : i % 2 ? -0.0f : 1e-40f;
     make_values("same.exr", values);
     for (size_t i = 0; i < COUNT(kernels) * COUNT(value_methods); i++) {
-        const char *const *way = value_methods[i / COUNT(kernels)];
+        const char *const *method = value_methods[i / COUNT(kernels)];
         struct weft_image out;
         json_t *root = parse(command_succeeds(
             "resample", "same.exr", "-o", "out.exr", "--verify", "--json", "--size", "16x12",
-            "--kernel", kernels[i % COUNT(kernels)], way[0] ? way[0] : "-q", way[1]));
+            "--kernel", kernels[i % COUNT(kernels)], method[0] ? method[0] : "-q", method[1]));
         const json_t *group = json_array_get(part(root, "groups"), 0);
         assert_true(number(group, "not_finite") == 1);
         assert_true(number(part(group, "verify"), "not_finite_mismatches") == 0);
         load("out.exr", &out);
         assert_true(isnan(out.channels[0].plane[5 * 16 + 7]));
-        if (!way[0])
+        if (!method[0])
             assert_memory_equal(out.channels[0].plane, values, sizeof values);
         weft_image_clear(&out);
         json_decref(root);
@@ -493,10 +493,10 @@ static void no_data_may_be_the_largest_float(void **state)
         values[i] = (i % 16 > 9) != (i / 16 > 5) ? -FLT_MAX : (float)i;
     make_values("nodata.exr", values);
     for (size_t i = 0; i < COUNT(kernels) * COUNT(value_methods); i++) {
-        const char *const *way = value_methods[i / COUNT(kernels)];
+        const char *const *method = value_methods[i / COUNT(kernels)];
         const char *json = command_succeeds(
             "resample", "nodata.exr", "--verify", "--json", "--size", "41x31", "--kernel",
-            kernels[i % COUNT(kernels)], way[0] ? way[0] : "-q", way[1]);
+            kernels[i % COUNT(kernels)], method[0] ? method[0] : "-q", method[1]);
         assert_within_bounds(json, kernels[i % COUNT(kernels)]);
         json_t *root = parse(json);
         // Weights that are positive leave nothing outside the range of floats.
@@ -512,12 +512,12 @@ static void no_data_may_be_the_largest_float(void **state)
 // ---- normalised kernels -------------------------------------------------------------------------
 
 // "lanczos:3" of a channel that is 1 everywhere, at an odd size.
-static json_t *resample_white(const char *kernel, const char *normalise, const char *way)
+static json_t *resample_white(const char *kernel, const char *normalise, const char *method)
 {
     char option[32];
     snprintf(option, sizeof option, "--normalise=%s", normalise ? normalise : "");
     return parse(command_succeeds("resample", "white.exr", "--json", "--verify", "--size", "53x47",
-                                  "--kernel", kernel, normalise ? option : "-q", way));
+                                  "--kernel", kernel, normalise ? option : "-q", method));
 }
 
 // Its smallest and largest pixel, and how far from 1 the bound lets them be.

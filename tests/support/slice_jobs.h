@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tests/support/slice_jobs.h - random slices of random volumes, seeded, for tests and benches of
-// ways. A job that cannot be made ends the program.
+// methods. A job that cannot be made ends the program.
 #ifndef WEFT_TESTS_SUPPORT_SLICE_JOBS_H
 #define WEFT_TESTS_SUPPORT_SLICE_JOBS_H
 
@@ -107,8 +107,8 @@ static inline void set_job(struct random *r, int magnification, struct job *job)
     weft_slice_plan *plan = NULL;
     job_must(weft_kernel_parse(NULL, kernel, &job->params.slice.kernel) == WEFT_OK, "kernel");
     job_must(weft_slice_plan_create(job->volume, &job->params.slice, &plan) == WEFT_OK, "plan");
-    job_must(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &job->params.statistics) ==
-                 WEFT_OK,
+    job_must(weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL,
+                                       &job->params.statistics) == WEFT_OK,
              "measure");
     weft_slice_plan_destroy(&plan);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What `weft chart` measures: ways planned, run and compared, one after the other.
+// What `weft chart` measures: methods planned, run and compared, one after the other.
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -14,7 +14,7 @@ static const double PLAN_SECONDS = 6.0, RUN_SECONDS = 6.0;
 static const double BUDGET_SECONDS = 85.0, QUICK_BUDGET_SECONDS = 12.0;
 static const double VERIFY_SECONDS = 0.2;
 
-// Of each round of two: what happens to the machine for a while is not to fall on one way alone.
+// Of each round of two: what happens to the machine for a while is not to fall on one method alone.
 enum { LEAST_RUNS = 3, MOST_RUNS = CHART_RUNS / 2 };
 static const double RUNS_SECONDS = 0.3, QUICK_RUNS_SECONDS = 0.1; // more runs until then
 
@@ -25,7 +25,7 @@ struct bench {
     const struct weft_slice_statistics *statistics; // of the kernel in hand
     float *pixels;
     double start, budget;      // of the chart
-    size_t done, total;        // ways
+    size_t done, total;        // methods
     double deadline;           // of what runs now; INFINITY: none
     char reason[CHART_REASON]; // of the last failure, from the log
     bool reason_is_error;
@@ -33,7 +33,7 @@ struct bench {
 
 // ---- what the library says ----------------------------------------------------------------------
 
-// A way that cannot be is no error of the chart: its reason is kept, errors before details.
+// A method that cannot be is no error of the chart: its reason is kept, errors before details.
 static void keep_reason(void *priv, enum weft_log_level level, const char *message)
 {
     struct bench *b = priv;
@@ -52,7 +52,7 @@ static bool go_on(void *priv, double fraction)
            report_now_seconds() < b->deadline;
 }
 
-// ---- one way ------------------------------------------------------------------------------------
+// ---- one method ---------------------------------------------------------------------------------
 
 static int compare_numbers(const void *a, const void *b)
 {
@@ -190,7 +190,7 @@ static enum weft_result measure_method(struct bench *b, struct chart_point *poin
     return res;
 }
 
-// ---- many ways ----------------------------------------------------------------------------------
+// ---- many methods -------------------------------------------------------------------------------
 
 static enum chart_family family_of(const struct weft_method *method)
 {
@@ -215,8 +215,8 @@ static void name_technique(const struct weft_method *method, char out[CHART_TEXT
              detail);
 }
 
-// What keeps one way from being measured and the rest not.
-static bool is_of_the_way(enum weft_result res)
+// What keeps one method from being measured and the rest not.
+static bool is_of_the_method(enum weft_result res)
 {
     return res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT ||
            (res == WEFT_ERR_CANCELLED && !ending_is_due());
@@ -240,7 +240,7 @@ static enum weft_result add_method(struct bench *b, const struct weft_method *me
     b->done++;
     if (res == WEFT_OK)
         return chart_append(&chart->point, &chart->count, &point);
-    if (!is_of_the_way(res)) {
+    if (!is_of_the_method(res)) {
         if (b->reason_is_error)
             report_error("%s: %s", point.label, b->reason);
         return res;
@@ -260,7 +260,7 @@ static enum weft_result measure_again(struct bench *b, int kernel)
             report_now_seconds() - b->start > b->budget)
             continue;
         res = measure_method(b, point);
-        if (is_of_the_way(res))
+        if (is_of_the_method(res))
             res = WEFT_OK;
     }
     return res;
@@ -336,7 +336,8 @@ static bool is_quick(const struct weft_method *method)
                : method->samples == 64;
 }
 
-// Kernels beside the first one: what they cost and keep by a good way in floats and one in bytes.
+// Kernels beside the first one: what they cost and keep by a good method in floats and one in
+// bytes.
 static bool is_for_other_kernels(const struct weft_method *method)
 {
     return method->engine == WEFT_ENGINE_FUSED && method->lookup == WEFT_LOOKUP_POLYNOMIAL &&
@@ -391,7 +392,7 @@ enum weft_result chart_measure_methods(struct chart_job *job)
     count = order_methods(methods, count, job->option[CHART_QUICK].given);
     b.total = count + 2 * (size_t)(b.chart->kernel_count - 1);
     res = allocate_pixels(&b);
-    // The other kernels come after the fast ways, in case the time is over early.
+    // The other kernels come after the fast methods, in case the time is over early.
     for (quick_ones = 0; quick_ones < count && rank(&methods[quick_ones]) <= 2;)
         quick_ones++;
     if (res == WEFT_OK)

@@ -13,7 +13,7 @@
 enum { WIDTH = 1280, HEIGHT = 840, LEFT = 95, RIGHT = 960, BOTTOM = 135, TOP = 765 };
 enum { TRUTH_PANEL = 480, TRUTH_GAP = 85 };
 
-// Fused ways are cold colours, the darker the more bits; passes are warm ones.
+// Fused methods are cold colours, the darker the more bits; passes are warm ones.
 static const struct {
     const char *name, *colour;
     int mark; // of gnuplot
@@ -89,7 +89,7 @@ static void put_caption(FILE *s, const struct chart_job *job, int width, int hei
 
 // ---- the first chart ----------------------------------------------------------------------------
 
-struct ways_plot {
+struct methods_plot {
     FILE *s;
     const struct chart_job *job;
     const struct chart *chart;
@@ -97,12 +97,12 @@ struct ways_plot {
 };
 
 // Where errors of 0 are drawn: below all others.
-static double shown_error(const struct ways_plot *plot, const struct chart_point *p)
+static double shown_error(const struct methods_plot *plot, const struct chart_point *p)
 {
     return p->max_error > plot->y.low ? p->max_error : plot->y.low * 1.2;
 }
 
-static void find_ranges(struct ways_plot *plot)
+static void find_ranges(struct methods_plot *plot)
 {
     plot->x = plot->y = (struct range){DBL_MAX, DBL_MIN};
     for (size_t i = 0; i < plot->chart->count; i++) {
@@ -125,7 +125,7 @@ static double to_pixels(double value, struct range range, double pixels)
 }
 
 // The error as parts of the range of the voxels, in bits, on the right.
-static void set_bits_axis(const struct ways_plot *plot)
+static void set_bits_axis(const struct methods_plot *plot)
 {
     const double width = plot->job->statistics.voxel_high - plot->job->statistics.voxel_low;
     if (!(width > 0.0))
@@ -139,7 +139,7 @@ static void set_bits_axis(const struct ways_plot *plot)
     fputs(")\n", plot->s);
 }
 
-static void set_frame(const struct ways_plot *plot)
+static void set_frame(const struct methods_plot *plot)
 {
     FILE *s = plot->s;
     char title[2 * KERNELS_TEXT], others[CHART_TEXT] = "";
@@ -154,7 +154,7 @@ static void set_frame(const struct ways_plot *plot)
             (double)LEFT / WIDTH, (double)RIGHT / WIDTH, (double)BOTTOM / HEIGHT,
             (double)TOP / HEIGHT);
     put_label(s, (double)LEFT / WIDTH, (TOP + 50.0) / HEIGHT, "left font 'sans,15'",
-              "Time against error: every way of computing one slice");
+              "Time against error: every method of computing one slice");
     put_label(s, (double)LEFT / WIDTH, (TOP + 25.0) / HEIGHT, "left font 'sans,12'", title);
     set_axis(s, "x", plot->x);
     set_axis(s, "y", plot->y);
@@ -196,7 +196,7 @@ static bool is_in(const struct group *group, const struct chart_point *p)
 }
 
 // Writes the points of a group as block $bN; false if there are none.
-static bool write_block(const struct ways_plot *plot, const struct group *group, int number)
+static bool write_block(const struct methods_plot *plot, const struct group *group, int number)
 {
     bool any = false;
     for (size_t i = 0; i < plot->chart->count; i++) {
@@ -233,7 +233,7 @@ static void append_group(FILE *plots, FILE *bounds, const struct group *group, i
 }
 
 // Data blocks go to the script at once; what plots them is gathered, bounds to be drawn first.
-static void write_groups(const struct ways_plot *plot, FILE *plots, FILE *bounds)
+static void write_groups(const struct methods_plot *plot, FILE *plots, FILE *bounds)
 {
     int number = 0;
     for (int f = 0; f < CHART_PEER; f++) {
@@ -264,7 +264,7 @@ static int compare_seconds(const void *a, const void *b)
 }
 
 // The front by time; the corners of the step line are what its points leave possible.
-static void write_front(const struct ways_plot *plot, const struct chart_point **sorted)
+static void write_front(const struct methods_plot *plot, const struct chart_point **sorted)
 {
     size_t count = 0;
     for (size_t i = 0; i < plot->chart->count; i++)
@@ -309,7 +309,7 @@ static bool has_label(const struct chart_point *p)
            (is_other_kernel(p) && p->method.source == WEFT_SOURCE_FLOAT);
 }
 
-static void write_label(const struct ways_plot *plot, const struct chart_label *label,
+static void write_label(const struct methods_plot *plot, const struct chart_label *label,
                         const struct chart_point *p)
 {
     const double x = (LEFT + label->at_x) / WIDTH, y = (BOTTOM + label->at_y) / HEIGHT;
@@ -326,7 +326,7 @@ static void write_label(const struct ways_plot *plot, const struct chart_label *
     put_label(plot->s, x, y, style, label->text);
 }
 
-static enum weft_result write_labels(const struct ways_plot *plot)
+static enum weft_result write_labels(const struct methods_plot *plot)
 {
     const struct chart *chart = plot->chart;
     const double width = RIGHT - LEFT, height = TOP - BOTTOM;
@@ -357,7 +357,7 @@ static enum weft_result write_labels(const struct ways_plot *plot)
 
 static enum weft_result write_methods(FILE *s, const struct chart_job *job)
 {
-    struct ways_plot plot = {.s = s, .job = job, .chart = &job->methods};
+    struct methods_plot plot = {.s = s, .job = job, .chart = &job->methods};
     char *plots = NULL, *bounds = NULL;
     size_t plots_size, bounds_size;
     FILE *plots_out = open_memstream(&plots, &plots_size);
@@ -392,7 +392,7 @@ static enum weft_result write_methods(FILE *s, const struct chart_job *job)
 // Bits of looks: formats of the source hardly change the time.
 enum { TRUTH_LOOKS = 4, OVER_TIME = 1 | 8, OVER_SAMPLES = 15 };
 
-// By how the signal's samples are held and summed, in the order of the ways measured.
+// By how the signal's samples are held and summed, in the order of the methods measured.
 static int look_of(const struct chart_point *p)
 {
     return p->family >= CHART_PASSES                 ? 3

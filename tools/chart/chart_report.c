@@ -11,7 +11,7 @@
 
 const char *chart_name(const struct chart_job *job, const struct chart *chart)
 {
-    return chart == &job->methods ? "ways" : "truth";
+    return chart == &job->methods ? "methods" : "truth";
 }
 
 const char *chart_kernel_text(const struct chart *chart, const struct chart_point *point)
@@ -139,7 +139,7 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
     json_object_set_new(root, "renderer", json_text(weft_context_get_info(job->context)->renderer));
     if (job->has_methods) {
         json_object_set_new(root, "slice", slice_json(job));
-        json_object_set_new(root, "ways", chart_json(&job->methods));
+        json_object_set_new(root, "methods", chart_json(&job->methods));
     }
     if (job->has_truth)
         json_object_set_new(root, "truth", chart_json(&job->truth));
@@ -163,7 +163,7 @@ static int compare_seconds(const void *a, const void *b)
 static bool fill_front(const struct chart *chart, bool truth, struct chart_point **front,
                        size_t count, struct cells *cells)
 {
-    static const char *const heads[] = {"way", "kernel", "ms", "max error", "rms error", "MiB"};
+    static const char *const heads[] = {"method", "kernel", "ms", "max error", "rms error", "MiB"};
     bool good = cells_create(cells, (int)count + 1, truth ? 7 : 6);
     cells->text_columns = 2;
     for (int i = 0; i < 6 && good; i++)
@@ -206,7 +206,7 @@ enum weft_result chart_print(const struct chart_job *job)
 {
     enum weft_result res = WEFT_OK;
     if (job->has_methods && job->methods.count) {
-        printf("%zu ways measured, %zu skipped; none is faster and more accurate than:\n",
+        printf("%zu methods measured, %zu skipped; none is faster and more accurate than:\n",
                job->methods.count, job->methods.skipped_count);
         res = print_front(&job->methods, false);
     }

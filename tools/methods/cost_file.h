@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/methods/cost_file.h - what ways cost, as `weft calibrate` measured it, in a file for each
-// renderer: $XDG_CACHE_HOME/weft/cost-RENDERER.txt, or below ~/.cache.
+// tools/methods/cost_file.h - what methods cost, as `weft calibrate` measured it, in a file for
+// each renderer: $XDG_CACHE_HOME/weft/cost-RENDERER.txt, or below ~/.cache.
 #ifndef WEFT_TOOLS_METHODS_COST_FILE_H
 #define WEFT_TOOLS_METHODS_COST_FILE_H
 

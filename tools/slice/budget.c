@@ -101,7 +101,7 @@ json_t *slice_budget_json(const struct slice_job *job)
     for (size_t i = 0; i < job->choice.count; i++)
         json_array_append_new(candidates, candidate_json(&job->choice.candidates[i]));
     return json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "max_error", json_number(job->max_error),
-                     "way", method->name, "bound", json_number(method->bound), "e1",
+                     "method", method->name, "bound", json_number(method->bound), "e1",
                      json_number(method->e1), "low", json_number(job->choice.statistics.voxel_low),
                      "high", json_number(job->choice.statistics.voxel_high), "cost_model",
                      json_text(model_name(job)), "candidates", candidates);

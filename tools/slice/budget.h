@@ -6,7 +6,7 @@
 #include "tools/common/json.h"
 #include "tools/slice/job.h"
 
-// The stage: measures the voxels in reach, chooses, and makes the chosen way's plans the job's.
+// The stage: measures the voxels in reach, chooses, and makes the chosen method's plans the job's.
 // Nothing to do without --max-error. Returns WEFT_ERR_LIMIT, after an error line with what the best
 // method's bound is, where none meets the budget.
 enum weft_result slice_choose(struct slice_job *job);

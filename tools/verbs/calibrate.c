@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft calibrate: what ways cost on this machine, measured and kept.
+// weft calibrate: what methods cost on this machine, measured and kept.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,7 +58,7 @@ static bool set_heading(struct cells *cells, const char *const *heading)
 
 static bool print_general(const struct weft_cost_model *m)
 {
-    static const char *const heading[] = {"of any way", "ns"};
+    static const char *const heading[] = {"of any method", "ns"};
     const struct {
         const char *what;
         double value;
@@ -267,16 +267,16 @@ static const char *const epilogue[] = {
     "The numbers are kept in $XDG_CACHE_HOME/weft, or ~/.cache/weft, in a file for each renderer. "
     "Where there is none, other verbs take numbers of a software OpenGL on two cores.",
     "What else the machine does meanwhile counts as OpenGL's: calibrate when it is idle. Costs "
-    "decide which way is taken, never how right its result is.",
+    "decide which method is taken, never how right its result is.",
     NULL,
 };
 
 const struct verb verb_calibrate = {
     .name = "calibrate",
-    .summary = "what ways of filtering cost on this machine",
+    .summary = "what methods of filtering cost on this machine",
     .usage = "[-o FILE] [--context auto|osmesa|egl] [--json]",
     .description = "Runs small jobs for some ten seconds and finds what a pixel, a fetch, a pass "
-                   "and the like take here, so that the cheapest of several ways can be chosen.",
+                   "and the like take here, so that the cheapest of several methods can be chosen.",
     .epilogue = epilogue,
     .options = options,
     .option_count = CALIBRATE_OPTION_COUNT,

@@ -69,8 +69,8 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       OPTION_TEXT,
                       "NAME;NAME;...",
                       "the kernels, separated by semicolons, or by commas that no number follows. "
-                      "The first chart runs all ways with the first one, and two ways with the "
-                      "others (default catmull-rom;linear;mitchell;bspline3;lanczos:3)"},
+                      "The first chart runs all methods with the first one, and two methods with "
+                      "the others (default catmull-rom;linear;mitchell;bspline3;lanczos:3)"},
     [CHART_SIZE] =
         {.name = "size", 0, OPTION_PIXELS, "WxH", "pixels (default 512x512; quick: 256x256)"},
     [CHART_POINTS] = {.name = "points",
@@ -80,7 +80,7 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       "points measured elsewhere, for the first chart: "
                       "technique,label,seconds,bytes,max_error,rms_error"},
     [CHART_QUICK] =
-        {.name = "quick", 0, OPTION_FLAG, NULL, "fewer ways and runs, in half a minute"},
+        {.name = "quick", 0, OPTION_FLAG, NULL, "fewer methods and runs, in half a minute"},
     [CHART_CONTEXT] = {.name = "context",
                        0,
                        OPTION_TEXT,
@@ -394,11 +394,11 @@ static const char *const epilogue[] = {
 
 const struct verb verb_chart = {
     .name = "chart",
-    .summary = "speed charted against accuracy, for every way of computing a slice",
+    .summary = "speed charted against accuracy, for every method of computing a slice",
     .usage = "[VOLUME.vdb|SIGNAL] [-o CHART.svg] [options]",
-    .description = "Computes one slice in every way there is, measures time, memory and error, and "
-                   "charts one against the other. Takes a volume, or one of the signals of weft "
-                   "make (default marschner-lobb), and then draws a second chart, of the error "
+    .description = "Computes one slice by every method there is, measures time, memory and error, "
+                   "and charts one against the other. Takes a volume, or one of the signals of "
+                   "weft make (default marschner-lobb), and then draws a second chart, of the error "
                    "against the signal itself. Takes up to three minutes.",
     .epilogue = epilogue,
     .options = options,

@@ -111,8 +111,8 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                          0,
                          OPTION_TEXT,
                          "E|8bit|12bit|16bit",
-                         "take the cheapest way whose error bound is at most E, or half a code of "
-                         "the voxels' range; with --profile, the cheapest plan on that. "
+                         "take the cheapest method whose error bound is at most E, or half a code "
+                         "of the voxels' range; with --profile, the cheapest plan on that. "
                          "--explain lists what was considered"},
     [SLICE_MEMORY] = {.name = "memory",
                       0,
@@ -405,7 +405,7 @@ static enum weft_result create_context(struct slice_job *job)
     return res;
 }
 
-// What a way costs depends on where it would run.
+// What a method costs depends on where it would run.
 static enum weft_result create_context_for_choice(struct slice_job *job)
 {
     const struct option_value *o = job->option;

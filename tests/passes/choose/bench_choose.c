@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Random slices and error budgets: is what weft_choose takes within the budget, and how much slower
-// than the fastest of all ways that are? A way is within when its largest error, measured against
-// the double reference, is; ways are timed in turns, as whole runs.
-// Usage: bench_choose [--bench] [--context osmesa|egl] [--jobs N] [--runs N]
-// Without --bench a few small jobs are run once each, and only errors can fail.
+// than the fastest of all methods that are? A method is within when its largest error, measured
+// against the double reference, is; methods are timed in turns, as whole runs. Usage: bench_choose
+// [--bench] [--context osmesa|egl] [--jobs N] [--runs N] Without --bench a few small jobs are run
+// once each, and only errors can fail.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,7 +27,7 @@ struct bench {
     int jobs, runs, magnification;
 };
 
-// A way that is run: planned as it would be, were it chosen.
+// A method that is run: planned as it would be, were it chosen.
 struct contender {
     const struct weft_candidate *candidate;
     weft_method_plan *plan;
@@ -97,7 +97,7 @@ static enum weft_result time_contenders(const struct bench *b, const struct job 
             struct weft_verify_report error;
             res = weft_slice_verify(weft_method_plan_get_slice(c->plan), pixels,
                                     &(struct weft_slice_verify_params){.max_seconds = 0.1}, &error);
-            // The first run warms up, and tells which ways are to be timed.
+            // The first run warms up, and tells which methods are to be timed.
             c->within = error.maximum <= budget;
         }
     }
@@ -189,8 +189,8 @@ static int run(struct bench *b, bool calibrate)
         return 1;
     qsort(t.ratios, (size_t)t.jobs, sizeof *t.ratios, compare);
     printf("%d jobs: %d budgets that no bound meets, %d over their budget; time by that of the "
-           "fastest way within: median %.2f, 90 %% %.2f, worst %.2f; within 1.5: %d of %d (%.1f "
-           "%%), of ways whose bound is within: %d (%.1f %%)\n",
+           "fastest method within: median %.2f, 90 %% %.2f, worst %.2f; within 1.5: %d of %d (%.1f "
+           "%%), of methods whose bound is within: %d (%.1f %%)\n",
            b->jobs, t.none, t.over, t.ratios[t.jobs / 2], t.ratios[t.jobs * 9 / 10], t.worst,
            t.good, t.jobs, 100.0 * t.good / t.jobs, t.good_by_bound,
            100.0 * t.good_by_bound / t.jobs);

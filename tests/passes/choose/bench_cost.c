@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cost model beside the clock: calibrates, and runs all ways of slices through a volume.
+// The cost model beside the clock: calibrates, and runs all methods of slices through a volume.
 // Without --bench a small case with the costs of weft_cost_default, of which only sanity is
 // checked: times depend on the machine's load. Usage:
 // bench_cost [--bench] [--context auto|osmesa|egl] [--kernels NAME,...] [--defaults]
@@ -81,7 +81,7 @@ static struct weft_slice_geometry plane(const struct bench *b, bool oblique)
     return g;
 }
 
-// ---- one way ------------------------------------------------------------------------------------
+// ---- one method ---------------------------------------------------------------------------------
 
 static int by_value(const void *a, const void *b)
 {
@@ -150,7 +150,7 @@ static enum weft_result run_slice(struct bench *b, const char *kernel, bool obli
     if (res == WEFT_OK)
         res = weft_method_list(&log_to_stderr, &methods, &count);
     printf("%s, %s: %d x %d pixels of %d^3 voxels\n  %-44s %9s %9s %6s\n", kernel,
-           oblique ? "oblique" : "along the axes", b->side, b->side, b->size, "way", "predicted",
+           oblique ? "oblique" : "along the axes", b->side, b->side, b->size, "method", "predicted",
            "measured", "ratio");
     params.slice.progress = &progress;
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
@@ -205,7 +205,7 @@ static int run(struct bench *b)
         res = calibrate(b);
     if (res == WEFT_OK)
         res = run_kernels(b);
-    printf("%d of %d ways within a factor of 1.5 (times in ms, medians of %d)\n", b->close,
+    printf("%d of %d methods within a factor of 1.5 (times in ms, medians of %d)\n", b->close,
            b->compared, b->runs);
     weft_volume_destroy(&b->volume);
     weft_context_destroy(&b->context);

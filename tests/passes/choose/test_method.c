@@ -26,8 +26,8 @@ static struct weft_method random_method(struct random *r)
 
 // ---- tests --------------------------------------------------------------------------------------
 
-// What may be unsupported: separable ways, of slices that are not along the axes, and logarithms,
-// of voxels below 0.
+// What may be unsupported: separable methods, of slices that are not along the axes, and
+// logarithms, of voxels below 0.
 static bool may_be_refused(const struct job *job)
 {
     const struct weft_method *method = &job->params.method;
@@ -36,7 +36,7 @@ static bool may_be_refused(const struct job *job)
             job->params.statistics.low < 0.0);
 }
 
-// Runs one way and checks every pixel against the bound. Returns false where it is unsupported.
+// Runs one method and checks every pixel against the bound. Returns false where it is unsupported.
 static bool check(weft_context *context, const struct job *job, const char *what,
                   struct weft_method_report *report, unsigned *savings, double *tightness)
 {
@@ -66,7 +66,7 @@ static bool check(weft_context *context, const struct job *job, const char *what
     return true;
 }
 
-static void fused_ways_stay_within_their_bounds(void **state)
+static void fused_methods_stay_within_their_bounds(void **state)
 {
     (void)state;
     struct random r = {5};
@@ -98,15 +98,16 @@ static void fused_ways_stay_within_their_bounds(void **state)
         smooth += report.slice.cells_smooth;
         weft_volume_destroy(&job.volume);
     }
-    print_message("%d of %d ways ran; bound / error: least %.3g; cells found constant %d, smooth "
-                  "%d\n",
-                  ran, (int)JOBS, tightness, (int)constant, (int)smooth);
+    print_message(
+        "%d of %d methods ran; bound / error: least %.3g; cells found constant %d, smooth "
+        "%d\n",
+        ran, (int)JOBS, tightness, (int)constant, (int)smooth);
     assert_in_range(certain, JOBS / 2, ran - 1); // and some that are separable
     assert_true(constant > 0 && smooth > 0);
     assert_int_equal(savings, WEFT_SAVING_ALL);
 }
 
-static void listed_ways_stay_within_their_bounds(void **state)
+static void listed_methods_stay_within_their_bounds(void **state)
 {
     (void)state;
     struct random r = {11};
@@ -124,7 +125,7 @@ static void listed_ways_stay_within_their_bounds(void **state)
             weft_method_format(&methods[k], other, sizeof other);
             assert_string_not_equal(name, other);
         }
-        snprintf(what, sizeof what, "way %d", (int)i);
+        snprintf(what, sizeof what, "method %d", (int)i);
         set_job(&r, 1, &job);
         job.params.method = methods[i];
         // Planning others takes long with many taps or samples.
@@ -136,17 +137,18 @@ static void listed_ways_stay_within_their_bounds(void **state)
         ran += check(contexts[0], &job, what, &report, &savings, &tightness);
         weft_volume_destroy(&job.volume);
     }
-    print_message("%d of %d ways ran; bound / error: least %.3g\n", (int)ran, (int)count,
+    print_message("%d of %d methods ran; bound / error: least %.3g\n", (int)ran, (int)count,
                   tightness);
-    assert_in_range(certain, count - 5, ran); // all but one separable way and a few of logarithms
+    assert_in_range(certain, count - 5,
+                    ran); // all but one separable method and a few of logarithms
     free(methods);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fused_ways_stay_within_their_bounds),
-        cmocka_unit_test(listed_ways_stay_within_their_bounds),
+        cmocka_unit_test(fused_methods_stay_within_their_bounds),
+        cmocka_unit_test(listed_methods_stay_within_their_bounds),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }

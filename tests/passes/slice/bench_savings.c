@@ -53,7 +53,7 @@ struct bench {
 };
 
 // One of the two runs.
-struct way {
+struct method {
     weft_slice_plan *plan;
     float *pixels;
     double seconds[MAX_RUNS];
@@ -121,7 +121,7 @@ static struct weft_slice_geometry make_plane(const struct bench *b, const struct
 // ---- one saving ---------------------------------------------------------------------------------
 
 static enum weft_result plan_method(const struct bench *b, const struct saving *s, bool with,
-                                    struct way *way)
+                                    struct method *method)
 {
     struct weft_slice_params params = {
         .kernel = b->kernel,
@@ -131,72 +131,75 @@ static enum weft_result plan_method(const struct bench *b, const struct saving *
         .log = &log_to_stderr,
     };
     struct weft_slice_statistics statistics;
-    enum weft_result res = weft_slice_plan_create(b->volume, &params, &way->plan);
+    enum weft_result res = weft_slice_plan_create(b->volume, &params, &method->plan);
     if (res == WEFT_OK && s->budget > 0.0) {
-        res =
-            weft_footprint_statistics(weft_slice_plan_get_footprint(way->plan), NULL, &statistics);
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(method->plan), NULL,
+                                        &statistics);
         params.smooth_error = s->budget * (statistics.high - statistics.low);
-        weft_slice_plan_destroy(&way->plan);
+        weft_slice_plan_destroy(&method->plan);
         if (res == WEFT_OK)
-            res = weft_slice_plan_create(b->volume, &params, &way->plan);
+            res = weft_slice_plan_create(b->volume, &params, &method->plan);
     }
-    way->pixels = malloc(pixel_count(b, s) * sizeof *way->pixels);
-    return res == WEFT_OK && !way->pixels ? WEFT_ERR_MEMORY : res;
+    method->pixels = malloc(pixel_count(b, s) * sizeof *method->pixels);
+    return res == WEFT_OK && !method->pixels ? WEFT_ERR_MEMORY : res;
 }
 
-static enum weft_result run_turns(const struct bench *b, struct way ways[2])
+static enum weft_result run_turns(const struct bench *b, struct method methods[2])
 {
     enum weft_result res = WEFT_OK;
     for (int run = -1; res == WEFT_OK && run < b->runs; run++) {
         for (int w = 0; res == WEFT_OK && w < 2; w++) {
             const double start = weft_now_seconds();
-            res = weft_slice_run_once(b->context, ways[w].plan, NULL,
-                                      weft_slice_run_params(.pixels = ways[w].pixels),
-                                      &ways[w].report);
+            res = weft_slice_run_once(b->context, methods[w].plan, NULL,
+                                      weft_slice_run_params(.pixels = methods[w].pixels),
+                                      &methods[w].report);
             if (run >= 0)
-                ways[w].seconds[run] = weft_now_seconds() - start;
+                methods[w].seconds[run] = weft_now_seconds() - start;
         }
     }
     for (int w = 0; res == WEFT_OK && w < 2; w++)
-        res = weft_slice_verify(ways[w].plan, ways[w].pixels,
+        res = weft_slice_verify(methods[w].plan, methods[w].pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 2.0},
-                                &ways[w].error);
+                                &methods[w].error);
     return res;
 }
 
-static void print_saving(struct bench *b, const struct saving *s, struct way ways[2])
+static void print_saving(struct bench *b, const struct saving *s, struct method methods[2])
 {
     double difference = 0.0;
     for (size_t i = 0; i < pixel_count(b, s); i++)
-        difference = fmax(difference, fabs((double)ways[0].pixels[i] - (double)ways[1].pixels[i]));
+        difference =
+            fmax(difference, fabs((double)methods[0].pixels[i] - (double)methods[1].pixels[i]));
     for (int w = 0; w < 2; w++) {
-        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(ways[w].plan);
-        const double bound = info->error_bound * ways[w].error.magnitude + info->error_absolute;
-        b->failures += !(ways[w].error.maximum <= bound) || ways[w].error.not_finite_mismatches;
+        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(methods[w].plan);
+        const double bound = info->error_bound * methods[w].error.magnitude + info->error_absolute;
+        b->failures +=
+            !(methods[w].error.maximum <= bound) || methods[w].error.not_finite_mismatches;
     }
-    const double with = median(ways[0].seconds, b->runs),
-                 without = median(ways[1].seconds, b->runs);
+    const double with = median(methods[0].seconds, b->runs),
+                 without = median(methods[1].seconds, b->runs);
     const double pixels = (double)pixel_count(b, s);
     printf("%-21s %8.2f %8.2f %6.2f %8.2f %8.2f %8.1f %8.1f %10.2e %10.2e %10.2e\n", s->name,
-           1e3 * with, 1e3 * without, without / with, 1e-6 * (double)ways[0].report.uploaded_bytes,
-           1e-6 * (double)ways[1].report.uploaded_bytes, (double)ways[0].report.fetches / pixels,
-           (double)ways[1].report.fetches / pixels, ways[0].error.maximum, ways[1].error.maximum,
-           difference);
+           1e3 * with, 1e3 * without, without / with,
+           1e-6 * (double)methods[0].report.uploaded_bytes,
+           1e-6 * (double)methods[1].report.uploaded_bytes,
+           (double)methods[0].report.fetches / pixels, (double)methods[1].report.fetches / pixels,
+           methods[0].error.maximum, methods[1].error.maximum, difference);
 }
 
 static enum weft_result run_saving(struct bench *b, const struct saving *s)
 {
-    struct way ways[2] = {{0}};
-    enum weft_result res = plan_method(b, s, true, &ways[0]);
+    struct method methods[2] = {{0}};
+    enum weft_result res = plan_method(b, s, true, &methods[0]);
     if (res == WEFT_OK)
-        res = plan_method(b, s, false, &ways[1]);
+        res = plan_method(b, s, false, &methods[1]);
     if (res == WEFT_OK)
-        res = run_turns(b, ways);
+        res = run_turns(b, methods);
     if (res == WEFT_OK)
-        print_saving(b, s, ways);
+        print_saving(b, s, methods);
     for (int w = 0; w < 2; w++) {
-        weft_slice_plan_destroy(&ways[w].plan);
-        free(ways[w].pixels);
+        weft_slice_plan_destroy(&methods[w].plan);
+        free(methods[w].pixels);
     }
     return res;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The slice engine beside plain C: a 1024 x 1024 oblique Catmull-Rom slice of a dense 256^3 volume,
-// data resident. Without --bench it runs a small case once and checks that all ways agree.
+// data resident. Without --bench it runs a small case once and checks that all methods agree.
 // Usage: bench_slice [--bench] [--context osmesa|egl] [--runs N]
 #include <math.h>
 #include <pthread.h>
@@ -139,9 +139,9 @@ static bool make_job(int size, int side, struct job *job)
     return true;
 }
 
-// One layout's plan, and what its runs took. Runs of all ways take turns, so that what slows the
+// One layout's plan, and what its runs took. Runs of all methods take turns, so that what slows the
 // machine down for a while slows all of them, and ratios are taken turn by turn.
-struct way {
+struct method {
     weft_slice_plan *plan;
     double seconds[MAX_RUNS], whole_seconds[MAX_RUNS], ratio[MAX_RUNS];
     struct weft_slice_report report;
@@ -163,16 +163,16 @@ static enum weft_result make_plan(const struct job *job, weft_volume *volume,
     return weft_slice_plan_create(volume, &params, plan);
 }
 
-static enum weft_result run_method(struct way *way, weft_context *context, float *pixels, int turn,
-                                   double baseline)
+static enum weft_result run_method(struct method *method, weft_context *context, float *pixels,
+                                   int turn, double baseline)
 {
     double start = weft_now_seconds();
     enum weft_result res = weft_slice_run_once(
-        context, way->plan, NULL, weft_slice_run_params(.pixels = pixels), &way->report);
+        context, method->plan, NULL, weft_slice_run_params(.pixels = pixels), &method->report);
     if (res == WEFT_OK && turn >= 0) {
-        way->seconds[turn] = way->report.pass_seconds;
-        way->whole_seconds[turn] = weft_now_seconds() - start;
-        way->ratio[turn] = baseline / way->report.pass_seconds;
+        method->seconds[turn] = method->report.pass_seconds;
+        method->whole_seconds[turn] = weft_now_seconds() - start;
+        method->ratio[turn] = baseline / method->report.pass_seconds;
     }
     return res;
 }
@@ -189,29 +189,29 @@ static double largest_difference(const float *a, const float *b, size_t count)
 
 enum { FIRST = WEFT_LAYOUT_INTERLEAVED, LAST = WEFT_LAYOUT_PLAIN };
 
-// All turns of all ways; the one before the first warms up. `failures` counts wrong results.
+// All turns of all methods; the one before the first warms up. `failures` counts wrong results.
 static enum weft_result take_turns(const struct job *job, weft_context *context,
-                                   weft_volume *volume, struct way *ways, double *baseline,
+                                   weft_volume *volume, struct method *methods, double *baseline,
                                    int runs, int *failures)
 {
     size_t count = (size_t)job->side * (size_t)job->side;
     float *pixels = malloc(count * sizeof *pixels), *expected = malloc(count * sizeof *expected);
     enum weft_result res = pixels && expected ? WEFT_OK : WEFT_ERR_MEMORY;
     for (int l = FIRST; res == WEFT_OK && l <= LAST; l++)
-        res = make_plan(job, volume, (enum weft_layout)l, &ways[l].plan);
+        res = make_plan(job, volume, (enum weft_layout)l, &methods[l].plan);
     for (int turn = -1; res == WEFT_OK && turn < runs; turn++) {
         double seconds = run_baseline(job, expected);
         if (turn >= 0)
             baseline[turn] = seconds;
         for (int l = FIRST; res == WEFT_OK && l <= LAST; l++) {
-            res = run_method(&ways[l], context, pixels, turn, seconds);
+            res = run_method(&methods[l], context, pixels, turn, seconds);
             // Both round in single precision.
             if (turn < 0 && res == WEFT_OK) {
                 *failures += !(largest_difference(pixels, expected, count) <= 1e-5);
-                res = weft_slice_verify(ways[l].plan, pixels,
+                res = weft_slice_verify(methods[l].plan, pixels,
                                         &(struct weft_slice_verify_params){.max_seconds = 2.0},
-                                        &ways[l].error);
-                *failures += !(ways[l].error.relative_maximum <= 2e-6);
+                                        &methods[l].error);
+                *failures += !(methods[l].error.relative_maximum <= 2e-6);
             }
         }
     }
@@ -220,28 +220,28 @@ static enum weft_result take_turns(const struct job *job, weft_context *context,
     return res;
 }
 
-static void print_methods(const struct job *job, const weft_context *context, struct way *ways,
-                          double *baseline, int runs)
+static void print_methods(const struct job *job, const weft_context *context,
+                          struct method *methods, double *baseline, int runs)
 {
     const struct weft_context_info *info = weft_context_get_info(context);
     double megapixels = 1e-6 * job->side * job->side, megabytes = 4e-6 * pow(job->size, 3);
     double seconds = median(baseline, runs);
     printf("%s, %s, %s; %d^3 voxels, %d x %d pixels, medians of %d turns\n", info->platform,
            info->renderer, info->version, job->size, job->side, job->side, runs);
-    printf("%-24s %10s %8s %10s %10s %10s\n", "way", "Mpixel/s", "ratio", "whole ms", "MB",
+    printf("%-24s %10s %8s %10s %10s %10s\n", "method", "Mpixel/s", "ratio", "whole ms", "MB",
            "max error");
     printf("%-24s %10.1f %8.2f %10.1f %10.1f\n", "plain C, 2 threads", megapixels / seconds, 1.0,
            1e3 * seconds, megabytes);
     for (int l = FIRST; l <= LAST; l++)
         printf("%-24s %10.1f %8.2f %10.1f %10.1f %10.2e\n", weft_layout_name((enum weft_layout)l),
-               megapixels / median(ways[l].seconds, runs), median(ways[l].ratio, runs),
-               1e3 * median(ways[l].whole_seconds, runs), 1e-6 * (double)ways[l].report.peak_bytes,
-               ways[l].error.relative_maximum);
+               megapixels / median(methods[l].seconds, runs), median(methods[l].ratio, runs),
+               1e3 * median(methods[l].whole_seconds, runs),
+               1e-6 * (double)methods[l].report.peak_bytes, methods[l].error.relative_maximum);
 }
 
 static int run(enum weft_context_kind kind, int size, int side, int runs)
 {
-    static struct way ways[LAST + 1];
+    static struct method methods[LAST + 1];
     static double baseline[MAX_RUNS];
     struct job job;
     weft_context *context = NULL;
@@ -258,11 +258,11 @@ static int run(enum weft_context_kind kind, int size, int side, int runs)
                                                               .log = &log_to_stderr},
                                  &volume);
     if (res == WEFT_OK)
-        res = take_turns(&job, context, volume, ways, baseline, runs, &failures);
+        res = take_turns(&job, context, volume, methods, baseline, runs, &failures);
     if (res == WEFT_OK)
-        print_methods(&job, context, ways, baseline, runs);
+        print_methods(&job, context, methods, baseline, runs);
     for (int l = FIRST; l <= LAST; l++)
-        weft_slice_plan_destroy(&ways[l].plan);
+        weft_slice_plan_destroy(&methods[l].plan);
     weft_volume_destroy(&volume);
     weft_context_destroy(&context);
     free(job.data);

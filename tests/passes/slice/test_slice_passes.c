@@ -77,21 +77,22 @@ static struct weft_slice_geometry across(const weft_volume *volume, int axis, do
     return g;
 }
 
-struct way {
+struct method {
     const char *kernel, *profile;
     enum weft_technique technique;
     int samples;
     enum weft_order order;
 };
 
-static weft_pass_plan *make_plan(const struct way *way)
+static weft_pass_plan *make_plan(const struct method *method)
 {
     weft_pass_plan *plan = NULL;
     struct weft_pass_plan_params *params =
-        weft_pass_plan_params(.kernel = kernel_named(way->kernel), .dims = 3,
-                              .samples = way->samples, .technique = way->technique,
-                              .order = way->order, .log = &log_to_stderr);
-    assert_int_equal(weft_profile_parse(&log_to_stderr, way->profile, &params->profile), WEFT_OK);
+        weft_pass_plan_params(.kernel = kernel_named(method->kernel), .dims = 3,
+                              .samples = method->samples, .technique = method->technique,
+                              .order = method->order, .log = &log_to_stderr);
+    assert_int_equal(weft_profile_parse(&log_to_stderr, method->profile, &params->profile),
+                     WEFT_OK);
     assert_int_equal(weft_pass_plan_create(params, &plan), WEFT_OK);
     return plan;
 }
@@ -106,11 +107,11 @@ struct fixture {
 };
 
 static void set_up(struct fixture *f, weft_volume *volume, const struct weft_slice_geometry *g,
-                   const struct way *way)
+                   const struct method *method)
 {
     const struct weft_slice_params params = {
-        .kernel = kernel_named(way->kernel), .space = WEFT_SPACE_INDEX, .geometry = *g};
-    *f = (struct fixture){.volume = volume, .plan = make_plan(way)};
+        .kernel = kernel_named(method->kernel), .space = WEFT_SPACE_INDEX, .geometry = *g};
+    *f = (struct fixture){.volume = volume, .plan = make_plan(method)};
     assert_int_equal(weft_slice_plan_create(volume, &params, &f->slice), WEFT_OK);
     f->count = (size_t)g->width * (size_t)g->height;
 }
@@ -175,7 +176,7 @@ static void assert_within_bound(const struct fixture *f, const float *pixels, co
 
 // ---- accuracy -----------------------------------------------------------------------------------
 
-static const struct way ways[] = {
+static const struct method methods[] = {
     {"catmull-rom", "fp32", WEFT_TECHNIQUE_PLAIN, 48, WEFT_ORDER_PLANNED},
     {"catmull-rom", "fp32", WEFT_TECHNIQUE_DOT4, 32, WEFT_ORDER_PLANNED},
     {"linear", "fp32", WEFT_TECHNIQUE_PLAIN, 128, WEFT_ORDER_PLANNED},
@@ -205,14 +206,14 @@ static void slices_stay_within_the_bound(void **state)
                         volumes[v].background);
         const struct weft_slice_geometry slices[] = {
             oblique(70, 60), across(volume, 2, NAN, 50, 40), across(volume, 0, -4.75, 33, 35)};
-        for (size_t w = 0; w < WEFT_COUNT(ways); w++) {
+        for (size_t w = 0; w < WEFT_COUNT(methods); w++) {
             for (size_t s = 0; s < WEFT_COUNT(slices); s++) {
                 char what[128];
                 struct fixture f;
-                set_up(&f, volume, &slices[s], &ways[w]);
+                set_up(&f, volume, &slices[s], &methods[w]);
                 float *pixels = run(&f, contexts[0], 0);
                 snprintf(what, sizeof what, "%s, slice %d, %s on %s", volumes[v].signal, (int)s,
-                         ways[w].kernel, ways[w].profile);
+                         methods[w].kernel, methods[w].profile);
                 assert_within_bound(&f, pixels, what);
                 free(pixels);
                 tear_down(&f);
@@ -226,11 +227,11 @@ static void slices_stay_within_the_bound(void **state)
 static void fine_tiles_come_close_to_one_pass(void **state)
 {
     (void)state;
-    const struct way way = {"linear", "fp32", WEFT_TECHNIQUE_PLAIN, 128, WEFT_ORDER_PLANNED};
+    const struct method method = {"linear", "fp32", WEFT_TECHNIQUE_PLAIN, 128, WEFT_ORDER_PLANNED};
     const struct weft_slice_geometry g = oblique(80, 80);
     weft_volume *volume = make_volume(make_voxels("marschner-lobb", 0.0, 1.0), 0.0f);
     struct fixture f;
-    set_up(&f, volume, &g, &way);
+    set_up(&f, volume, &g, &method);
     float *pixels = run(&f, contexts[0], 0), *one_pass = make_pixels(&f);
     assert_int_equal(weft_slice_run_once(contexts[0], f.slice, NULL,
                                          weft_slice_run_params(.pixels = one_pass), NULL),
@@ -259,16 +260,16 @@ static void gl_and_emulation_agree_in_every_bit(void **state)
     weft_volume *volume = make_volume(make_voxels("chirp", -0.25, 2.0), 0.5f);
     const struct weft_slice_geometry g = oblique(90, 50);
     int compared = 0;
-    for (size_t w = 0; w < WEFT_COUNT(ways); w++) {
+    for (size_t w = 0; w < WEFT_COUNT(methods); w++) {
         struct fixture f;
         // Floats are summed in an order of GL's own.
-        if (strncmp(ways[w].profile, "fp", 2) == 0)
+        if (strncmp(methods[w].profile, "fp", 2) == 0)
             continue;
-        set_up(&f, volume, &g, &ways[w]);
+        set_up(&f, volume, &g, &methods[w]);
         float *emulated = run(&f, NULL, 0);
         for (int c = 0; c < 2 && contexts[c]; c++) {
             float *pixels = run(&f, contexts[c], 0);
-            assert_same_bits(pixels, emulated, f.count, ways[w].profile);
+            assert_same_bits(pixels, emulated, f.count, methods[w].profile);
             free(pixels);
             compared++;
         }
@@ -284,7 +285,7 @@ static void cutting_changes_no_bit(void **state)
     (void)state;
     weft_volume *volume = make_volume(make_voxels("marschner-lobb", -1.0, 3.0), 0.0f);
     const struct weft_slice_geometry g = oblique(530, 290); // more than one block each way
-    static const struct way both[] = {
+    static const struct method both[] = {
         {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 16, WEFT_ORDER_NATURAL},
         {"bspline2", "fp32", WEFT_TECHNIQUE_PLAIN, 7, WEFT_ORDER_PLANNED},
     };
@@ -309,8 +310,8 @@ static void cutting_changes_no_bit(void **state)
 
 // ---- what is in reach ---------------------------------------------------------------------------
 
-static const struct way small_method = {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 8,
-                                        WEFT_ORDER_NATURAL};
+static const struct method small_method = {"catmull-rom", "unorm8", WEFT_TECHNIQUE_PLAIN, 8,
+                                           WEFT_ORDER_NATURAL};
 
 static void the_range_is_that_of_the_voxels_in_reach(void **state)
 {
@@ -442,7 +443,7 @@ static void bad_arguments_are_refused(void **state)
     (void)state;
     weft_volume *volume = make_volume(make_voxels("ramp", 0.0, 1.0), 0.0f);
     const struct weft_slice_geometry g = oblique(40, 40);
-    const struct way other = {"bspline", "fp32", WEFT_TECHNIQUE_PLAIN, 8, WEFT_ORDER_PLANNED};
+    const struct method other = {"bspline", "fp32", WEFT_TECHNIQUE_PLAIN, 8, WEFT_ORDER_PLANNED};
     struct message message = {.count = 0};
     const struct weft_log log = {keep_message, &message};
     struct fixture f;

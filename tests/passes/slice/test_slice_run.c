@@ -38,7 +38,7 @@ static weft_volume *make_volume(void)
 static const struct weft_slice_geometry oblique = {{4, 3, 5}, {28, 9, 6}, {-5, 25, 10}, 150, 130};
 static const struct weft_slice_geometry across = {{2, 2, 17.3}, {34, 0, 0}, {0, 34, 0}, 150, 130};
 
-// The ways that a slice is run.
+// The methods by which a slice is run.
 static const struct engine {
     const char *name;
     const struct weft_slice_geometry *geometry;

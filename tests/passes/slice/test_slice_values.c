@@ -60,7 +60,7 @@ static struct weft_slice_geometry across(int axis, bool turned, double depth, in
     return g;
 }
 
-// Every way of running a slice that promises single precision.
+// Every method of running a slice that promises single precision.
 static const struct engine {
     enum weft_layout layout;
     unsigned without;
