@@ -2,7 +2,7 @@
 // filter/analysis/error.h - the error of a reconstruction by its sources, for samples in [0, 1]
 // (Hadwiger, Hauser and Moeller, WSCG 2003; equation numbers are theirs): E1 is the kernel's own,
 // E2 that of its sampled and quantised tiles; both are absolute. E3, that of arithmetic, is a
-// plan's (passes/plan/range.h).
+// plan's (passes/plan/plan.h).
 #ifndef WEFT_FILTER_ANALYSIS_ERROR_H
 #define WEFT_FILTER_ANALYSIS_ERROR_H
 

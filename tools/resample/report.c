@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a finished resampling tells: EXR attributes, JSON, text.
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #include "tools/methods/candidates.h"
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/resample/job.h"
 #include "tools/common/saved.h"
 
@@ -25,25 +24,11 @@ static const char *method_name(const struct resample_job *job)
 
 // ---- EXR attributes -----------------------------------------------------------------------------
 
-static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
-                     ...) __attribute__((format(printf, 4, 5)));
-
-static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
-                     ...)
-{
-    struct weft_metadata *entry = &list[(*count)++];
-    snprintf(entry->key, sizeof entry->key, "weft.%s", key);
-    va_list args;
-    va_start(args, format);
-    vsnprintf(entry->value, sizeof entry->value, format, args);
-    va_end(args);
-}
-
 // "R 0,1; G 0,0.5": of as many groups as fit.
 static void add_list(const struct resample_job *job, struct weft_metadata *list, size_t *count,
                      const char *key, bool ranges)
 {
-    add_text(list, count, key, "%s", "");
+    run_report_add(list, count, key, "%s", "");
     char *value = list[*count - 1].value;
     size_t used = 0;
     for (size_t g = 0; g < job->group_count; g++) {
@@ -67,32 +52,26 @@ static void add_list(const struct resample_job *job, struct weft_metadata *list,
 size_t resample_attributes(const struct resample_job *job,
                            struct weft_metadata out[RESAMPLE_ATTRIBUTES])
 {
-    const struct weft_context_info *context =
-        job->context ? weft_context_get_info(job->context) : NULL;
     char kernel[KERNELS_TEXT], summary[PASS_TEXT];
     size_t count = 0;
     weft_kernel_format(&job->kernel, kernel, sizeof kernel);
-    add_text(out, &count, "version", "%s", weft_version());
-    add_text(out, &count, "image", "%s", paths_base_name(job->input));
-    add_text(out, &count, "kernel", "%s", kernel);
-    add_text(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
-             job->image.width, job->image.height);
-    add_text(out, &count, "method", "%s", method_name(job));
+    run_report_add(out, &count, "version", "%s", weft_version());
+    run_report_add(out, &count, "image", "%s", paths_base_name(job->input));
+    run_report_add(out, &count, "kernel", "%s", kernel);
+    run_report_add(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
+                   job->image.width, job->image.height);
+    run_report_add(out, &count, "method", "%s", method_name(job));
     if (!job->separable) {
         const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(first_plan(job));
-        add_text(out, &count, "profile", "%s", plan->profile.name);
-        add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
-        add_text(out, &count, "plan", "%s", pass_plan_summary(first_plan(job), summary));
+        run_report_add(out, &count, "profile", "%s", plan->profile.name);
+        run_report_add(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+        run_report_add(out, &count, "plan", "%s", pass_plan_summary(first_plan(job), summary));
     }
     if (job->option[RESAMPLE_MAX_ERROR].given)
-        add_text(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
+        run_report_add(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
     add_list(job, out, &count, "source_range", true);
     add_list(job, out, &count, "bound", false);
-    if (context)
-        add_text(out, &count, "renderer", "%s, %s, OpenGL %s", context->platform, context->renderer,
-                 context->version);
-    else
-        add_text(out, &count, "renderer", "CPU");
+    run_report_add_renderer(out, &count, job->context);
     return count;
 }
 
@@ -192,46 +171,32 @@ static double mpixels_per_second(const struct resample_job *job)
 static json_t *seconds_json(const struct resample_job *job)
 {
     const struct weft_resample_work *r = &job->work;
-    const struct {
-        const char *name;
-        double seconds;
-    } times[] = {
+    const struct run_stage stages[] = {
         {"load", job->load_seconds},       {"plan", job->plan_seconds},
         {"context", job->context_seconds}, {"prepare", r->prepare_seconds},
         {"upload", r->upload_seconds},     {"passes", r->pass_seconds},
         {"readback", r->readback_seconds}, {"verify", job->verify_seconds},
-        {"write", job->write_seconds},     {"total", report_now_seconds() - job->start},
+        {"write", job->write_seconds},
     };
-    json_t *object = json_object();
-    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
-        json_object_set_new(object, times[i].name, json_number(times[i].seconds));
-    return object;
+    return run_report_seconds(stages, sizeof stages / sizeof *stages, job->start);
 }
 
 static void set_context(json_t *root, const struct resample_job *job)
 {
-    const struct weft_context_info *context =
-        job->context ? weft_context_get_info(job->context) : NULL;
-    json_object_set_new(root, "emulated", json_boolean(!context));
-    if (context)
-        json_object_set_new(
-            root, "context",
-            json_pack("{s:o,s:o,s:o,s:o,s:b}", "platform", json_text(context->platform), "vendor",
-                      json_text(context->vendor), "renderer", json_text(context->renderer),
-                      "version", json_text(context->version), "hardware", context->hardware));
+    json_object_set_new(root, "emulated", json_boolean(!job->context));
+    if (job->context)
+        json_object_set_new(root, "context", run_report_context(job->context));
 }
 
 static void set_run(json_t *root, const struct resample_job *job)
 {
     const struct weft_resample_work *r = &job->work;
-    struct rusage usage = {0};
-    getrusage(RUSAGE_SELF, &usage);
     json_object_update_new(
         root, json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "tiles_run", r->tiles, "source_bytes",
                         json_count(r->source_bytes), "tile_bytes", json_count(r->tile_bytes),
                         "target_bytes", json_count(r->target_bytes), "position_bytes",
                         json_count(r->position_bytes), "process_peak_bytes",
-                        json_count((uint64_t)usage.ru_maxrss * 1024), "seconds", seconds_json(job),
+                        run_report_process_peak(), "seconds", seconds_json(job),
                         "mpixels_per_second", json_number(mpixels_per_second(job))));
     set_context(root, job);
     if (!job->context)
@@ -240,11 +205,9 @@ static void set_run(json_t *root, const struct resample_job *job)
     if (job->option[RESAMPLE_OUTPUT].given)
         json_object_set_new(root, "output", json_text(job->option[RESAMPLE_OUTPUT].text));
     if (job->option[RESAMPLE_PREVIEW].given)
-        json_object_set_new(root, "preview",
-                            json_pack("{s:o,s:o,s:o}", "path",
-                                      json_text(job->option[RESAMPLE_PREVIEW].text), "low",
-                                      json_number(job->preview_range[0]), "high",
-                                      json_number(job->preview_range[1])));
+        json_object_set_new(
+            root, "preview",
+            run_report_preview(job->option[RESAMPLE_PREVIEW].text, job->preview_range));
 }
 
 static json_t *job_json(const struct resample_job *job)
@@ -377,9 +340,8 @@ void resample_print_text(const struct resample_job *job)
         explain(job);
         return;
     }
-    if (job->option[RESAMPLE_PREVIEW].given && !report_is_quiet())
-        report_line("%s: values from %.9g to %.9g", job->option[RESAMPLE_PREVIEW].text,
-                    job->preview_range[0], job->preview_range[1]);
+    if (job->option[RESAMPLE_PREVIEW].given)
+        run_report_print_preview(job->option[RESAMPLE_PREVIEW].text, job->preview_range);
     for (size_t g = 0; job->option[RESAMPLE_VERIFY].given && g < job->group_count; g++)
         print_error(job, &job->group[g]);
     note_times(job);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a finished slice tells: EXR attributes, JSON, text.
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/resource.h>
 
 #include "tools/common/json.h"
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/common/saved.h"
 #include "tools/slice/budget.h"
 
@@ -22,24 +21,10 @@ static uint64_t sum_cells(const struct weft_slice_plan_info *plan, bool laid_out
 
 // ---- EXR attributes -----------------------------------------------------------------------------
 
-static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
-                     ...) __attribute__((format(printf, 4, 5)));
-
-static void add_text(struct weft_metadata *list, size_t *count, const char *key, const char *format,
-                     ...)
-{
-    struct weft_metadata *entry = &list[(*count)++];
-    snprintf(entry->key, sizeof entry->key, "weft.%s", key);
-    va_list args;
-    va_start(args, format);
-    vsnprintf(entry->value, sizeof entry->value, format, args);
-    va_end(args);
-}
-
 // 17 digits: the geometry can be repeated to the last bit.
 static void add_point(struct weft_metadata *list, size_t *count, const char *key, const double p[3])
 {
-    add_text(list, count, key, "%.17g,%.17g,%.17g", p[0], p[1], p[2]);
+    run_report_add(list, count, key, "%.17g,%.17g,%.17g", p[0], p[1], p[2]);
 }
 
 static size_t passes_attributes(const struct slice_job *job, struct weft_metadata *out)
@@ -48,28 +33,27 @@ static size_t passes_attributes(const struct slice_job *job, struct weft_metadat
     const struct weft_slice_report *r = &job->report;
     char summary[PASS_TEXT];
     size_t count = 0;
-    add_text(out, &count, "plan", "%s", pass_plan_summary(job->passes, summary));
-    add_text(out, &count, "profile", "%s", plan->profile.name);
-    add_text(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
-    add_text(out, &count, "source_range", "%.17g,%.17g", r->low, r->high);
-    add_text(out, &count, "bound", "%.3g", job->bound.total);
+    run_report_add(out, &count, "plan", "%s", pass_plan_summary(job->passes, summary));
+    run_report_add(out, &count, "profile", "%s", plan->profile.name);
+    run_report_add(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
+    run_report_add(out, &count, "source_range", "%.17g,%.17g", r->low, r->high);
+    run_report_add(out, &count, "bound", "%.3g", job->bound.total);
     return count;
 }
 
 size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES])
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
-    const struct weft_context_info *context = weft_context_get_info(job->context);
     const struct weft_slice_geometry *g = &plan->geometry, *index = &plan->index_geometry;
     char kernel[128];
     weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
     size_t count = 0;
-    add_text(out, &count, "version", "%s", weft_version());
-    add_text(out, &count, "volume", "%s", paths_base_name(job->input));
-    add_text(out, &count, "grid", "%s", weft_volume_get_info(job->volume)->name);
-    add_text(out, &count, "kernel", "%s", kernel);
-    add_text(out, &count, "space", "%s", weft_space_names[plan->space]);
-    add_text(out, &count, "size", "%dx%d", g->width, g->height);
+    run_report_add(out, &count, "version", "%s", weft_version());
+    run_report_add(out, &count, "volume", "%s", paths_base_name(job->input));
+    run_report_add(out, &count, "grid", "%s", weft_volume_get_info(job->volume)->name);
+    run_report_add(out, &count, "kernel", "%s", kernel);
+    run_report_add(out, &count, "space", "%s", weft_space_names[plan->space]);
+    run_report_add(out, &count, "size", "%dx%d", g->width, g->height);
     add_point(out, &count, "origin", g->origin);
     add_point(out, &count, "u", g->u);
     add_point(out, &count, "v", g->v);
@@ -79,12 +63,11 @@ size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SL
     if (job->passes)
         count += passes_attributes(job, out + count);
     else
-        add_text(out, &count, "plan",
-                 "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
-                 weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
-                 (unsigned long long)plan->bricks_read, plan->error_bound);
-    add_text(out, &count, "renderer", "%s, %s, OpenGL %s", context->platform, context->renderer,
-             context->version);
+        run_report_add(out, &count, "plan",
+                       "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
+                       weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
+                       (unsigned long long)plan->bricks_read, plan->error_bound);
+    run_report_add_renderer(out, &count, job->context);
     return count;
 }
 
@@ -183,26 +166,14 @@ static double mpixels_per_second(const struct slice_job *job)
 static json_t *seconds_json(const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
-    const struct {
-        const char *name;
-        double seconds;
-    } times[] = {
-        {"open", job->open_seconds},
-        {"plan", job->plan_seconds},
-        {"context", job->context_seconds},
-        {"read", r->read_seconds},
-        {"layout", r->layout_seconds},
-        {"upload", r->upload_seconds},
-        {"passes", r->pass_seconds},
-        {"readback", r->readback_seconds},
-        {"verify", job->verify_seconds},
-        {"write", job->write_seconds},
-        {"total", report_now_seconds() - job->start},
+    const struct run_stage stages[] = {
+        {"open", job->open_seconds},       {"plan", job->plan_seconds},
+        {"context", job->context_seconds}, {"read", r->read_seconds},
+        {"layout", r->layout_seconds},     {"upload", r->upload_seconds},
+        {"passes", r->pass_seconds},       {"readback", r->readback_seconds},
+        {"verify", job->verify_seconds},   {"write", job->write_seconds},
     };
-    json_t *object = json_object();
-    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
-        json_object_set_new(object, times[i].name, json_number(times[i].seconds));
-    return object;
+    return run_report_seconds(stages, sizeof stages / sizeof *stages, job->start);
 }
 
 // The bound of passes is told beside.
@@ -235,9 +206,6 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
 static void set_run(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
-    const struct weft_context_info *context = weft_context_get_info(job->context);
-    struct rusage usage = {0};
-    getrusage(RUSAGE_SELF, &usage);
     const struct weft_footprint_info *reach =
         weft_footprint_get_info(weft_slice_plan_get_footprint(job->plan));
     json_object_set_new(root, "passes", json_integer(r->passes));
@@ -248,27 +216,21 @@ static void set_run(json_t *root, const struct slice_job *job)
         json_object_set_new(root, "exact_pixels", json_count(r->exact_pixels));
     json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
     json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
-    json_object_set_new(root, "process_peak_bytes", json_count((uint64_t)usage.ru_maxrss * 1024));
+    json_object_set_new(root, "process_peak_bytes", run_report_process_peak());
     json_object_set_new(root, "seconds", seconds_json(job));
     json_object_set_new(root, "mpixels_per_second", json_number(mpixels_per_second(job)));
     json_object_set_new(root, "minimum", json_number(r->minimum));
     json_object_set_new(root, "maximum", json_number(r->maximum));
     json_object_set_new(root, "not_finite", json_count(r->not_finite));
-    json_object_set_new(root, "context",
-                        json_pack("{s:o,s:o,s:o,s:o,s:b}", "platform", json_text(context->platform),
-                                  "vendor", json_text(context->vendor), "renderer",
-                                  json_text(context->renderer), "version",
-                                  json_text(context->version), "hardware", context->hardware));
+    json_object_set_new(root, "context", run_report_context(job->context));
     if (job->option[SLICE_OUTPUT].given) {
         json_object_set_new(root, "output", json_text(job->option[SLICE_OUTPUT].text));
         json_object_set_new(root, "file", saved_json(&job->saved));
     }
     if (job->option[SLICE_PREVIEW].given)
-        json_object_set_new(root, "preview",
-                            json_pack("{s:o,s:o,s:o}", "path",
-                                      json_text(job->option[SLICE_PREVIEW].text), "low",
-                                      json_number(job->preview_range[0]), "high",
-                                      json_number(job->preview_range[1])));
+        json_object_set_new(
+            root, "preview",
+            run_report_preview(job->option[SLICE_PREVIEW].text, job->preview_range));
     if (job->option[SLICE_VERIFY].given)
         json_object_set_new(root, "verify", error_json(job));
 }
@@ -345,9 +307,8 @@ void slice_print_text(const struct slice_job *job)
             pass_plan_print(job->passes);
         return;
     }
-    if (job->option[SLICE_PREVIEW].given && !report_is_quiet())
-        report_line("%s: values from %.9g to %.9g", job->option[SLICE_PREVIEW].text,
-                    job->preview_range[0], job->preview_range[1]);
+    if (job->option[SLICE_PREVIEW].given)
+        run_report_print_preview(job->option[SLICE_PREVIEW].text, job->preview_range);
     if (job->option[SLICE_VERIFY].given)
         print_error(&job->error);
     if (job->option[SLICE_VERIFY].given)

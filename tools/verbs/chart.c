@@ -396,10 +396,11 @@ const struct verb verb_chart = {
     .name = "chart",
     .summary = "speed charted against accuracy, for every method of computing a slice",
     .usage = "[VOLUME.vdb|SIGNAL] [-o CHART.svg] [options]",
-    .description = "Computes one slice by every method there is, measures time, memory and error, "
-                   "and charts one against the other. Takes a volume, or one of the signals of "
-                   "weft make (default marschner-lobb), and then draws a second chart, of the error "
-                   "against the signal itself. Takes up to three minutes.",
+    .description =
+        "Computes one slice by every method there is, measures time, memory and error, "
+        "and charts one against the other. Takes a volume, or one of the signals of "
+        "weft make (default marschner-lobb), and then draws a second chart, of the error "
+        "against the signal itself. Takes up to three minutes.",
     .epilogue = epilogue,
     .options = options,
     .option_count = CHART_OPTION_COUNT,
