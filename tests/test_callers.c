@@ -198,13 +198,15 @@ static void analysis(void)
     })
     const struct weft_kernel none = {0};
     TRUE(isnan(weft_analysis_order(&none).constant));
-    TRUE(isnan(weft_analysis_overshoot(&none).gain));
+    TRUE(isnan(weft_analysis_overshoot(&none).above));
+    TRUE(isnan(weft_analysis_gain(&none)));
     TRUE(isnan(weft_analysis_curvature(&none)));
     TRUE(isnan(weft_analysis_slope(&none)));
     for (int k = 1; k < 6; k++) {
         const struct weft_kernel kernel = bad_kernel(k);
         weft_analysis_order(&kernel);
         weft_analysis_overshoot(&kernel);
+        weft_analysis_gain(&kernel);
         weft_analysis_curvature(&kernel);
         weft_analysis_slope(&kernel);
     }
@@ -1705,7 +1707,8 @@ static const struct {
 #define F(name) "weft_" #name
     {analysis,
      {F(analysis_taylor), F(analysis_moment), F(analysis_order), F(analysis_response),
-      F(analysis_metrics), F(analysis_overshoot), F(analysis_curvature), F(analysis_slope)}},
+      F(analysis_metrics), F(analysis_overshoot), F(analysis_gain), F(analysis_curvature),
+      F(analysis_slope)}},
     {texts,
      {F(result_text), F(version), F(text_clean), F(text_skip_mark), F(target_name), F(target_bits),
       F(target_one), F(stability_verdict_text), F(layout_name), F(source_format_name),

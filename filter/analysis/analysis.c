@@ -396,14 +396,21 @@ static double maximum(const struct weft_kernel *kernel, const struct weft_prefil
 struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel)
 {
     if (!weft_kernel_usable(kernel))
-        return (struct weft_analysis_overshoot){NAN, NAN, NAN};
+        return (struct weft_analysis_overshoot){NAN, NAN};
     const struct weft_prefilter prefilter = prefilter_of(kernel);
     const double reach = kernel->width;
     return (struct weft_analysis_overshoot){
         .above = maximum(kernel, &prefilter, step_at, -reach, reach) - 1.0,
         .below = maximum(kernel, &prefilter, minus_step_at, -reach, reach),
-        .gain = maximum(kernel, &prefilter, gain_at, 0.0, 1.0),
     };
+}
+
+double weft_analysis_gain(const struct weft_kernel *kernel)
+{
+    if (!weft_kernel_usable(kernel))
+        return NAN;
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    return maximum(kernel, &prefilter, gain_at, 0.0, 1.0);
 }
 
 // Weights less those of linear interpolation, summed up twice: what is left after the last tap are

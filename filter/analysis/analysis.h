@@ -60,14 +60,17 @@ struct weft_analysis_metrics {
 WEFT_API struct weft_analysis_metrics weft_analysis_metrics(const struct weft_kernel *kernel,
                                                             int dims);
 
-// The reconstruction of a unit step and the worst that samples in [0, 1] or [-1, 1] can do.
+// The reconstruction of a unit step.
 struct weft_analysis_overshoot {
-    double above; // largest value of the step's reconstruction, less 1
-    double below; // how far that falls below 0
-    double gain;  // largest sum_k |h(t - k)| over t
+    double above; // its largest value, less 1
+    double below; // how far it falls below 0
 };
 // Computes it, from 1024 positions a unit.
 WEFT_API struct weft_analysis_overshoot weft_analysis_overshoot(const struct weft_kernel *kernel);
+
+// Returns the largest sum_k |h(t - k)| over t, of 1024 positions refined: the most that samples in
+// [-1, 1] give along an axis. NAN for kernels that cannot be used.
+WEFT_API double weft_analysis_gain(const struct weft_kernel *kernel);
 
 // Returns the largest sum_k |h'(t - k)| over t, of 256 positions. A shift of a position by d
 // changes a result by at most d times this times the largest |sample|. 0 for kernels without a

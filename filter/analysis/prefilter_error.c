@@ -39,7 +39,7 @@ struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kerne
     // The product of the filters cut off less that of the whole ones is a sum of `dims` products in
     // which one factor is the difference, some are cut off and some are whole: each is convolved
     // with the kernel along its own axis.
-    const double gain = weft_analysis_overshoot(&plain).gain, whole = pow(gain, dims);
+    const double gain = weft_analysis_gain(&plain), whole = pow(gain, dims);
     const double cardinal = cardinal_gain(&prefilter, kernel) + cut * gain;
     error.coefficient = 0x1p-24 * whole;
     error.beyond = dims * gain * cut * pow(cardinal, dims - 1);

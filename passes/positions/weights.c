@@ -92,7 +92,7 @@ const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *foo
     plain.prefiltered = false;
     *facts = (struct weft_slice_kernel){
         .known = true,
-        .gain = weft_analysis_overshoot(&plain).gain,
+        .gain = weft_analysis_gain(&plain),
         .slope = weft_analysis_slope(kernel),
         .prefilter = weft_prefilter_error(kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
     };

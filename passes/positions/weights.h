@@ -21,7 +21,7 @@ struct weft_slice_weights {
     double error;
 };
 
-// Of the kernel itself: weft_analysis_overshoot's gain without its prefilter, weft_analysis_slope,
+// Of the kernel itself: weft_analysis_gain without its prefilter, weft_analysis_slope,
 // weft_analysis_curvature (0 where linear interpolation has no say: of an odd number of taps, or
 // of two, or weights that do not add up to one), and weft_prefilter_error in 3D.
 struct weft_slice_kernel {

@@ -8,7 +8,7 @@ static double own_gain(const struct weft_kernel *kernel)
 {
     struct weft_kernel plain = *kernel;
     plain.prefiltered = false;
-    return weft_analysis_overshoot(&plain).gain;
+    return weft_analysis_gain(&plain);
 }
 
 static double bound_of_gain(double gain, double width)

@@ -112,7 +112,7 @@ WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
 
 // |pixel - exact| is at most this times the largest |sample| in reach, where sums stay within the
 // range of floats and GL rounds to nearest. With u = 2^-24, n = the kernel's width and g = its gain
-// (weft_analysis_overshoot), a weight is off by u, a product by another u and a sum of n terms by n
+// (weft_analysis_gain), a weight is off by u, a product by another u and a sum of n terms by n
 // - 1 more, so that each term of the two passes together carries 2 (n + 1) factors of up to 1 + u:
 // the bound is g^2 ((1 + u)^(2 n + 2) - 1). GL may flush what is below 2^-126 to zero: add
 // 2^-125 (n + g) (1 + g) if samples are that small, and where some are so large that sums are

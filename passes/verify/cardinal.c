@@ -85,7 +85,7 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan,
     set_overlap(s, statistics, shells);
     struct weft_kernel plain = s->kernel;
     plain.prefiltered = false;
-    s->whole = pow(weft_analysis_overshoot(&plain).gain, 3);
+    s->whole = pow(weft_analysis_gain(&plain), 3);
     const struct weft_volume_info *info = weft_volume_get_info(volume);
     struct weft_region region;
     weft_slice_grid_region(&plan->footprint->grid, s->kernel.width, &region);

@@ -93,7 +93,7 @@ enum weft_result weft_cardinal_create(const struct weft_log *log,
         c->kernel[a] = kernel[a];
         c->size[a] = size[a];
         c->overlap[a] = weft_prefilter_overlap(&c->prefilter[a], WEIGHTS_ERROR);
-        c->whole *= weft_analysis_overshoot(&plain).gain;
+        c->whole *= weft_analysis_gain(&plain);
     }
     res = allocate(log, c, channels);
     if (res != WEFT_OK)

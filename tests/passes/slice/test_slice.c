@@ -105,7 +105,7 @@ static double tolerance_for(const struct weft_kernel_info *info)
 {
     struct weft_kernel kernel;
     assert_int_equal(weft_kernel_create(NULL, info, NULL, &kernel), WEFT_OK);
-    return info->derivation > 0 ? TOLERANCE * pow(weft_analysis_overshoot(&kernel).gain, 3)
+    return info->derivation > 0 ? TOLERANCE * pow(weft_analysis_gain(&kernel), 3)
                                 : TOLERANCE;
 }
 
