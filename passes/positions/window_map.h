@@ -28,7 +28,8 @@ struct weft_window_map {
     int64_t sample;   // the display window's first pixel, counted from the first sample
 };
 
-// The map from all of `samples` samples to all of `pixels` pixels: windows without an offset.
+// Returns the map from all of `samples` samples to all of `pixels` pixels: windows without an
+// offset.
 WEFT_API struct weft_window_map weft_window_map_plain(int samples, int pixels);
 
 // Scales an image's windows along an axis to a display window of `to` pixels. The display window's
@@ -43,18 +44,18 @@ WEFT_API enum weft_result weft_window_map_scale(const struct weft_log *log, stru
                                                 struct weft_window *new_display,
                                                 struct weft_window_map *out);
 
-// Where pixel number `pixel` of the result lies, in samples, counted from the first sample, plus
-// `shift`: one division of whole numbers, so that what is whole, or half-way between two samples,
-// is so here. NAN for a map, a pixel or a shift that is beyond its range.
+// Returns where pixel number `pixel` of the result lies, in samples, counted from the first sample,
+// plus `shift`: one division of whole numbers, so that what is whole, or half-way between two
+// samples, is so here. NAN for a map, a pixel or a shift that is beyond its range.
 WEFT_API double weft_window_map_position(const struct weft_window_map *map, int pixel, int shift);
 
 // The same of `count` pixels from `first` on: at[i] is that of first + i.
 WEFT_API void weft_window_map_positions(const struct weft_window_map *map, int first, int count,
                                         int shift, double *at);
 
-// The sample in whose unit square a pixel's centre lies, of two that meet there the later one,
-// counted from the first sample; it may lie before that or past the last one. INT64_MIN for a map
-// or a pixel that is beyond its range.
+// Returns the sample in whose unit square a pixel's centre lies, of two that meet there the later
+// one, counted from the first sample; it may lie before that or past the last one. INT64_MIN for a
+// map or a pixel that is beyond its range.
 WEFT_API int64_t weft_window_map_square(const struct weft_window_map *map, int pixel);
 
 WEFT_END_DECLS

@@ -161,13 +161,13 @@ WEFT_API void weft_resample_source_destroy(weft_resample_source **source); // ac
 WEFT_API const struct weft_resample_source_info *
 weft_resample_source_get_info(const weft_resample_source *source);
 
-// Leading term of the kernel's own error, which no engine is to blame for: weft_error_e1 for a
-// signal that changes as the samples do. NAN where `difference` is, and for radial kernels. The
-// kernel is analysed anew in every call, which takes tens of milliseconds.
+// Returns the leading term of the kernel's own error, which no engine is to blame for:
+// weft_error_e1 for a signal that changes as the samples do. NAN where `difference` is, and for
+// radial kernels. The kernel is analysed anew in every call, which takes tens of milliseconds.
 WEFT_API double weft_resample_e1(const weft_resample_source *source);
 
-// How far results may be off, the largest of which is `result` (0: not known yet), in the source's
-// values: the plan's terms, by weft_bound_compute. Integers that are moved have no error.
+// Returns how far results may be off, the largest of which is `result` (0: not known yet), in the
+// source's values: the plan's terms, by weft_bound_compute. Integers that are moved have no error.
 WEFT_API struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
                                                const struct weft_resample_statistics *statistics,
                                                double result);
@@ -252,11 +252,12 @@ struct weft_resample_integers {
     int64_t stride;        // from row to row, at least width (default width)
 };
 
-// Whether a kernel takes one sample, with a weight of 1, at every position: nearest, by whatever
-// name. It then moves integers without passes.
+// Returns whether a kernel takes one sample, with a weight of 1, at every position: nearest, by
+// whatever name. It then moves integers without passes.
 WEFT_API bool weft_resample_moves(const struct weft_kernel *kernel);
 
-// The smallest and the largest; 0 and 0 of sizes or a stride that are out of their ranges.
+// Writes the smallest and the largest integer; 0 and 0 of sizes or a stride that are out of their
+// ranges.
 WEFT_API void weft_resample_integer_range(const struct weft_resample_integers *integers,
                                           uint32_t range[2]);
 

@@ -34,7 +34,7 @@ enum weft_image_compression {
 };
 // NULL-ended, in the order of the enum: "zip", "zips", "rle", "none", "piz", "pxr24", ...
 WEFT_API extern const char *const weft_image_compression_names[];
-// Whether weft writes it, too; false for values that are none.
+// Returns whether weft writes it, too; false for values that are none.
 WEFT_API bool weft_image_is_writable(enum weft_image_compression compression);
 
 // One channel of an image. To save, zero means the default everywhere but in name and in the
@@ -78,12 +78,13 @@ struct weft_image {
     int part, part_count; // which of the file's parts this is
 };
 
-// The attribute of that name, or NULL; it lives as long as the image's attributes.
+// Returns the attribute of that name, or NULL; it lives as long as the image's attributes.
 WEFT_API const struct weft_image_attribute *weft_image_find(const struct weft_image *image,
                                                             const char *name);
 
-// An attribute's value in words, "1:02:03:04" or "(20 bytes of type x)" where its type is unknown;
-// control characters become spaces or '?'. Cut to size, as snprintf does; returns the whole length.
+// Writes an attribute's value in words, "1:02:03:04" or "(20 bytes of type x)" where its type is
+// unknown; control characters become spaces or '?'. Cut to size, as snprintf does; returns the
+// whole length.
 WEFT_API size_t weft_image_attribute_format(const struct weft_image_attribute *attribute,
                                             char *text, size_t size);
 
@@ -114,7 +115,7 @@ struct weft_image_list {
     struct weft_image *images; // without planes
 };
 
-// All parts of a file, in its order, deep ones among them; params->part and info_only do not
+// Lists all parts of a file, in its order, deep ones among them; params->part and info_only do not
 // matter. Ownership: clear it with weft_image_list_clear. Returns as weft_image_load.
 WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_params *params,
                                                struct weft_image_list *out);
@@ -154,7 +155,7 @@ struct weft_image_save_report {
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 
-// The same for count parts. Where they are more than one they have different names, and the same
+// Writes count parts likewise. Where they are more than one they have different names, and the same
 // display window (all 0 in each or in none), pixelAspectRatio, timeCode and chromaticities. report
 // may be NULL.
 WEFT_API enum weft_result weft_image_save_parts(const struct weft_image *parts, size_t count,
@@ -170,7 +171,7 @@ struct weft_colour_map {
     void (*colour)(double t, uint8_t rgb[3]);
 };
 WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
-// NULL where there is none of that name.
+// Finds a colour map by its name. Returns NULL where there is none.
 WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
 
 // A plane, and the colours of its values. Borrowed until the call returns.

@@ -14,6 +14,7 @@
 
 WEFT_BEGIN_DECLS
 
+// The most samples of a tile along an axis.
 enum { WEFT_TILES_MAX_SAMPLES = 4096 };
 
 // How a tile holds weights. Default: unorm.
@@ -103,7 +104,8 @@ struct weft_kernel_tiles_params {
 #define weft_kernel_tiles_params(...)                                                              \
     (&(struct weft_kernel_tiles_params){WEFT_KERNEL_TILES_DEFAULTS __VA_ARGS__})
 
-// weight = sign * stored / (one * scale); sign is -1 where `negated`, `one` is in the set's info.
+// One tile, which belongs to its set: weight = sign * stored / (one * scale), where sign is -1
+// where `negated`, `one` is in the set's info.
 struct weft_kernel_tile {
     int tap[3]; // 0 to width - 1, counted from weft_kernel_first_tap; 0 along axes past dims
     enum weft_tile_part part;
@@ -145,27 +147,28 @@ WEFT_API enum weft_result weft_kernel_tiles_create(const struct weft_kernel_tile
                                                    weft_kernel_tiles **out);
 WEFT_API void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles); // accepts &NULL, leaves NULL
 
-// Lives as long as the set; splits change its counts.
+// Tells what a set is; lives as long as the set, and splits change its counts.
 WEFT_API const struct weft_kernel_tiles_info *
 weft_kernel_tiles_get_info(const weft_kernel_tiles *tiles);
-// Tile 0 to tile_count - 1, NULL for other numbers; valid until the next split.
+// Returns tile 0 to tile_count - 1, NULL for other numbers; valid until the next split.
 WEFT_API const struct weft_kernel_tile *weft_kernel_tiles_get(const weft_kernel_tiles *tiles,
                                                               int tile);
-// The first tile of that tap and part, -1 if there is none. The part of a tile that is not
-// separated is WEFT_TILE_WHOLE.
+// Returns the number of the first tile of that tap and part, -1 if there is none. The part of a
+// tile that is not separated is WEFT_TILE_WHOLE.
 WEFT_API int weft_kernel_tiles_find(const weft_kernel_tiles *tiles, const int tap[3],
                                     enum weft_tile_part part);
 
-// Position of sample k in its tile, 0 to 1.
+// Returns the position of sample k in its tile, 0 to 1.
 WEFT_API double weft_kernel_tiles_position(const weft_kernel_tiles *tiles, int k);
-// What a tile adds to its tap's weight at a sample position, each 0 to M - 1 (0 past dims). NAN,
-// like all of these, where there is no such tile, tap or position.
+// Returns what a tile adds to its tap's weight at a sample position, each 0 to M - 1 (0 past dims).
+// NAN, like all of these, where there is no such tile, tap or position.
 WEFT_API double weft_kernel_tiles_value(const weft_kernel_tiles *tiles, int tile,
                                         const int position[3]);
-// The same as an integer, sign included, at the tile's own scale; integer formats only, else 0.
+// Returns the same as an integer, sign included, at the tile's own scale; integer formats only,
+// else 0.
 WEFT_API int weft_kernel_tiles_integer(const weft_kernel_tiles *tiles, int tile,
                                        const int position[3]);
-// The exact weight that a tap has there.
+// Returns the exact weight that a tap has there, in double.
 WEFT_API double weft_kernel_tiles_exact(const weft_kernel_tiles *tiles, const int tap[3],
                                         const int position[3]);
 

@@ -141,9 +141,9 @@ struct weft_volume_list {
     struct weft_volume_info *grids;
 };
 
-// All grids of a file, supported or not, damaged or not, without reading their trees: box and voxel
-// count are what the file's metadata claims; background is NAN, bricks and memory_bytes are 0.
-// Where the table itself is damaged the grids before the damage are listed, and the last one's
+// Lists all grids of a file, supported or not, damaged or not, without reading their trees: box and
+// voxel count are what the file's metadata claims; background is NAN, bricks and memory_bytes are
+// 0. Where the table itself is damaged the grids before the damage are listed, and the last one's
 // problem tells how many more there are. Ownership: clear it with weft_volume_list_clear. Returns
 // as weft_volume_open; WEFT_OK where at least one grid's name could be read, or there is none.
 WEFT_API enum weft_result weft_volume_list_load(const struct weft_volume_open_params *params,
@@ -173,12 +173,12 @@ WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
 // largest |voxel|: the overlap is weft_prefilter_overlap of it (15 voxels for cubics).
 #define WEFT_VOLUME_PREFILTER_ERROR 0x1p-28
 
-// A volume whose voxels are the coefficients by which `kernel` interpolates the given volume's
-// (filter/kernels/prefilter.h), computed in double when they are read and rounded to float. Each
-// depends on the voxels within the overlap along the axes and on nothing else: its bytes are the
-// same whatever else is read. Along one axis errors are within 2^-28 of the largest |voxel|; in 3D
-// they are within 3 gain^2 2^-28 and half a unit of the last place of coefficients of up to gain^3
-// times it.
+// Creates a volume whose voxels are the coefficients by which `kernel` interpolates the given
+// volume's (filter/kernels/prefilter.h), computed in double when they are read and rounded to
+// float. Each depends on the voxels within the overlap along the axes and on nothing else: its
+// bytes are the same whatever else is read. Along one axis errors are within 2^-28 of the largest
+// |voxel|; in 3D they are within 3 gain^2 2^-28 and half a unit of the last place of coefficients
+// of up to gain^3 times it.
 //
 // Data reaches farther: bricks within the overlap of others are listed, and active_min and _max are
 // wider by it, the other counts being the given volume's. Constant regions stay what they are, to
