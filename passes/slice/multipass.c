@@ -26,13 +26,21 @@ struct reach {
     int size[3];
 };
 
+// What a slice is cut into: run at once, with the box of what it reaches.
+struct piece {
+    struct weft_rectangle at;
+    struct reach reach;
+};
+
 struct weft_slice_multipass {
     struct weft_slice_passes p;
     const struct weft_pass_plan_info *plan;
     weft_footprint *footprint;
     weft_multipass *compiled;
     uint64_t memory_bytes;
-    float *box; // grows to the largest rectangle's
+    struct piece *pieces;
+    size_t piece_count, piece_capacity;
+    float *box; // grows to the largest piece's
     size_t box_voxels;
     // Of a run.
     const struct weft_slice_run_params *run;
@@ -185,6 +193,83 @@ static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
            2 * r->plan->tile_bytes;
 }
 
+static enum weft_result refuse(const struct weft_slice_multipass *r,
+                               const struct weft_rectangle *at, const struct reach *reach,
+                               uint64_t bytes)
+{
+    weft_error(r->p.log,
+               "%d x %d pixels of the slice reach a box of %d x %d x %d voxels, which needs "
+               "%" PRIu64 " bytes; the limits are %d voxels along a side and %" PRIu64 " bytes",
+               at->width, at->height, reach->size[0], reach->size[1], reach->size[2], bytes,
+               MAX_BOX_SIDE, r->memory_bytes);
+    return WEFT_ERR_LIMIT;
+}
+
+// The piece has the reach from then on.
+static enum weft_result append_piece(struct weft_slice_multipass *r,
+                                     const struct weft_rectangle *at, const struct reach *reach)
+{
+    if (r->piece_count == r->piece_capacity) {
+        const size_t capacity = r->piece_capacity ? 2 * r->piece_capacity : 16;
+        void *pieces = realloc(r->pieces, capacity * sizeof *r->pieces);
+        if (!pieces)
+            return out_of_memory(r, capacity * sizeof *r->pieces, "the rectangles of a slice");
+        r->pieces = pieces;
+        r->piece_capacity = capacity;
+    }
+    r->pieces[r->piece_count++] = (struct piece){*at, *reach};
+    return WEFT_OK;
+}
+
+static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
+                                      const struct weft_rectangle *whole);
+
+static enum weft_result cut_halves(struct weft_slice_multipass *r,
+                                   const struct weft_rectangle *whole)
+{
+    struct weft_rectangle half[2];
+    cut_in_half(whole, half);
+    enum weft_result res = cut_rectangle(r, &half[0]);
+    return res == WEFT_OK ? cut_rectangle(r, &half[1]) : res;
+}
+
+// Cuts a rectangle into as many pieces as the size of its box asks for.
+static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
+                                      const struct weft_rectangle *whole)
+{
+    struct reach reach = {.cells = NULL};
+    enum weft_result res = WEFT_OK;
+    set_box(r->footprint, whole, &reach);
+    const bool fits = is_fit(whole, &reach);
+    if (fits)
+        res = find_bricks(r, whole, &reach);
+    const uint64_t bytes = rectangle_bytes(r, whole, &reach);
+    const bool whole_runs = fits && bytes <= r->memory_bytes;
+    if (res == WEFT_OK && whole_runs)
+        res = append_piece(r, whole, &reach);
+    else if (res == WEFT_OK && !can_be_cut(whole))
+        res = refuse(r, whole, &reach, bytes);
+    if (res != WEFT_OK || !whole_runs)
+        reach_destroy(r, &reach);
+    return res == WEFT_OK && !whole_runs ? cut_halves(r, whole) : res;
+}
+
+// No voxel is read and nothing made.
+static enum weft_result cut_slice(struct weft_slice_multipass *r)
+{
+    const struct weft_slice_geometry *g = &r->footprint->grid.index;
+    enum weft_result res = WEFT_OK;
+    for (int y = 0; res == WEFT_OK && y < g->height; y += WEFT_GRID_BLOCK) {
+        for (int x = 0; res == WEFT_OK && x < g->width; x += WEFT_GRID_BLOCK) {
+            const struct weft_rectangle block = block_at(g, x, y);
+            res = cut_rectangle(r, &block);
+        }
+    }
+    return res;
+}
+
+// ---- one piece ----------------------------------------------------------------------------------
+
 // Whether the range is known to hold all voxels in reach: then what it does not is not in reach.
 static bool range_holds(const struct weft_slice_multipass *r)
 {
@@ -302,9 +387,10 @@ static enum weft_result convolve(struct weft_slice_multipass *r, const struct we
     return res;
 }
 
-static enum weft_result run_rectangle(struct weft_slice_multipass *r,
-                                      const struct weft_rectangle *at, const struct reach *reach)
+static enum weft_result run_piece(struct weft_slice_multipass *r, const struct piece *piece)
 {
+    const struct weft_rectangle *at = &piece->at;
+    const struct reach *reach = &piece->reach;
     const uint64_t other_bytes = rectangle_bytes(r, at, reach) - reach->bricks.count * BRICK_BYTES;
     const weft_brick_store *store;
     const double start = weft_now_seconds();
@@ -321,66 +407,7 @@ static enum weft_result run_rectangle(struct weft_slice_multipass *r,
     return res;
 }
 
-static enum weft_result refuse(const struct weft_slice_multipass *r,
-                               const struct weft_rectangle *at, const struct reach *reach,
-                               uint64_t bytes)
-{
-    weft_error(r->p.log,
-               "%d x %d pixels of the slice reach a box of %d x %d x %d voxels, which needs "
-               "%" PRIu64 " bytes; the limits are %d voxels along a side and %" PRIu64 " bytes",
-               at->width, at->height, reach->size[0], reach->size[1], reach->size[2], bytes,
-               MAX_BOX_SIDE, r->memory_bytes);
-    return WEFT_ERR_LIMIT;
-}
-
-static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
-                                      const struct weft_rectangle *whole);
-
-static enum weft_result run_halves(struct weft_slice_multipass *r,
-                                   const struct weft_rectangle *whole)
-{
-    struct weft_rectangle half[2];
-    cut_in_half(whole, half);
-    enum weft_result res = cut_rectangle(r, &half[0]);
-    return res == WEFT_OK ? cut_rectangle(r, &half[1]) : res;
-}
-
-// Runs a rectangle, in as many pieces as the size of its box asks for.
-static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
-                                      const struct weft_rectangle *whole)
-{
-    struct reach reach = {.cells = NULL};
-    enum weft_result res = WEFT_OK;
-    set_box(r->footprint, whole, &reach);
-    const bool fits = is_fit(whole, &reach);
-    if (fits)
-        res = find_bricks(r, whole, &reach);
-    const uint64_t bytes = rectangle_bytes(r, whole, &reach);
-    const bool runs = fits && bytes <= r->memory_bytes;
-    if (res == WEFT_OK && runs)
-        res = run_rectangle(r, whole, &reach);
-    else if (res == WEFT_OK && !can_be_cut(whole))
-        res = refuse(r, whole, &reach, bytes);
-    reach_destroy(r, &reach);
-    return res == WEFT_OK && !runs ? run_halves(r, whole) : res;
-}
-
 // ---- runs ---------------------------------------------------------------------------------------
-
-static enum weft_result each_block(struct weft_slice_multipass *r,
-                                   enum weft_result (*run)(struct weft_slice_multipass *r,
-                                                           const struct weft_rectangle *block))
-{
-    const struct weft_slice_geometry *g = &r->footprint->grid.index;
-    enum weft_result res = WEFT_OK;
-    for (int y = 0; res == WEFT_OK && y < g->height; y += WEFT_GRID_BLOCK) {
-        for (int x = 0; res == WEFT_OK && x < g->width; x += WEFT_GRID_BLOCK) {
-            const struct weft_rectangle block = block_at(g, x, y);
-            res = run(r, &block);
-        }
-    }
-    return res;
-}
 
 // The voxels' own range is what the footprint knows, or finds now.
 static enum weft_result find_range(struct weft_slice_multipass *r)
@@ -436,8 +463,10 @@ enum weft_result weft_slice_multipass_compile(weft_context *context,
     r->plan = weft_pass_plan_get_info(passes->plan);
     r->footprint = plan->footprint;
     r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
-    res = weft_multipass_compile(
-        context, weft_multipass_params(.plan = passes->plan, .log = passes->log), &r->compiled);
+    res = cut_slice(r);
+    if (res == WEFT_OK)
+        res = weft_multipass_compile(
+            context, weft_multipass_params(.plan = passes->plan, .log = passes->log), &r->compiled);
     if (res == WEFT_OK)
         *out = r;
     else
@@ -450,6 +479,9 @@ void weft_slice_multipass_destroy(weft_slice_multipass **multipass)
     if (!multipass || !*multipass)
         return;
     weft_multipass_destroy(&(*multipass)->compiled);
+    for (size_t i = 0; i < (*multipass)->piece_count; i++)
+        reach_destroy(*multipass, &(*multipass)->pieces[i].reach);
+    free((*multipass)->pieces);
     free((*multipass)->box);
     free(*multipass);
     *multipass = NULL;
@@ -464,7 +496,8 @@ enum weft_result weft_slice_multipass_run(weft_slice_multipass *r,
     r->report = (struct weft_slice_report){0};
     enum weft_result res = find_range(r);
     if (res == WEFT_OK)
-        res = each_block(r, cut_rectangle);
+        for (size_t i = 0; res == WEFT_OK && i < r->piece_count; i++)
+            res = run_piece(r, &r->pieces[i]);
     if (res == WEFT_OK && !weft_range_is_open(r->p.low, r->p.low, r->p.high) && r->report.clamped)
         weft_warn(r->p.log,
                   "%" PRIu64 " voxels in reach are outside the source range from %g to %g, or not "

@@ -136,14 +136,65 @@ static enum weft_result filter_create(weft_context *context, const struct weft_s
     return res;
 }
 
-// Of one tile everything is kept. Several have planes of their own, whose filters would together
-// take more than the plan's memory: they are made as they are needed.
-struct weft_slice_separable {
-    const struct weft_slice_plan *plan;
-    weft_context *context;
+// A tile's samples and what filters them.
+struct stage {
     struct plane plane;
     struct filter filter;
 };
+
+// Every tile has a stage of its own. All are kept where the plan's memory holds them beside the
+// bricks of any tile; else they are made as they are needed.
+struct weft_slice_separable {
+    const struct weft_slice_plan *plan;
+    weft_context *context;
+    struct stage *stages; // by tile; NULL: not kept
+    uint64_t kept_bytes;  // of all stages, or 0
+};
+
+static void stage_destroy(struct stage *stage)
+{
+    filter_destroy(&stage->filter);
+    plane_destroy(&stage->plane);
+}
+
+static enum weft_result stage_create(weft_context *context, const struct weft_slice_plan *plan,
+                                     const struct weft_slice_tile *tile, struct stage *stage)
+{
+    *stage = (struct stage){.filter = {.plan = NULL}};
+    const enum weft_result res = plane_create(plan, tile, &stage->plane);
+    return res == WEFT_OK ? filter_create(context, plan, tile, &stage->plane, &stage->filter) : res;
+}
+
+static uint64_t brick_bytes(const struct weft_slice_plan *plan, int tile)
+{
+    return plan->tile_plans[tile].bricks.count * WEFT_BRICK_VOXELS * sizeof(float);
+}
+
+// The bytes of all stages; 0 where they are too many together.
+static uint64_t bytes_to_keep(const struct weft_slice_plan *plan)
+{
+    uint64_t stages = 0, bricks = 0;
+    for (int i = 0; i < plan->info.tile_count; i++) {
+        const uint64_t own = brick_bytes(plan, i);
+        stages += plan->tiles[i].memory_bytes - own;
+        bricks = own > bricks ? own : bricks;
+    }
+    return plan->info.tile_count == 1 || stages + bricks <= 2 * plan->separable_bytes ? stages : 0;
+}
+
+static enum weft_result keep_stages(weft_slice_separable *s)
+{
+    const struct weft_slice_plan *plan = s->plan;
+    enum weft_result res = WEFT_OK;
+    s->stages = calloc((size_t)plan->info.tile_count, sizeof *s->stages);
+    if (!s->stages) {
+        weft_error(plan->log, "not enough memory to compile the slice");
+        return WEFT_ERR_MEMORY;
+    }
+    for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
+        res = stage_create(s->context, plan, &plan->tiles[i], &s->stages[i]);
+    return res;
+}
 
 enum weft_result weft_slice_separable_compile(weft_context *context,
                                               const struct weft_slice_plan *plan,
@@ -158,11 +209,9 @@ enum weft_result weft_slice_separable_compile(weft_context *context,
     }
     s->plan = plan;
     s->context = context;
-    if (plan->info.tile_count == 1) {
-        res = plane_create(plan, &plan->tiles[0], &s->plane);
-        if (res == WEFT_OK)
-            res = filter_create(context, plan, &plan->tiles[0], &s->plane, &s->filter);
-    }
+    s->kept_bytes = bytes_to_keep(plan);
+    if (s->kept_bytes)
+        res = keep_stages(s);
     if (res == WEFT_OK)
         *out = s;
     else
@@ -174,26 +223,22 @@ void weft_slice_separable_destroy(weft_slice_separable **separable)
 {
     if (!separable || !*separable)
         return;
-    filter_destroy(&(*separable)->filter);
-    plane_destroy(&(*separable)->plane);
+    for (int i = 0; (*separable)->stages && i < (*separable)->plan->info.tile_count; i++)
+        stage_destroy(&(*separable)->stages[i]);
+    free((*separable)->stages);
     free(*separable);
     *separable = NULL;
 }
 
-static enum weft_result make_tile(const weft_slice_separable *s, const struct weft_slice_tile *tile,
-                                  struct plane *plane, struct filter *filter)
+// What a tile's samples are laid out in and filtered by is there, and bytes of others beside.
+static enum weft_result filter_tile(const struct weft_slice_plan *plan,
+                                    const struct weft_slice_tile *tile,
+                                    const weft_brick_store *store, struct stage *stage,
+                                    uint64_t beside, const struct weft_slice_run_params *params,
+                                    struct weft_slice_report *report)
 {
-    *filter = (struct filter){.plan = NULL};
-    const enum weft_result res = plane_create(s->plan, tile, plane);
-    return res == WEFT_OK ? filter_create(s->context, s->plan, tile, plane, filter) : res;
-}
-
-// What a tile's samples are laid out in and filtered by is there.
-static enum weft_result
-filter_tile(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
-            const weft_brick_store *store, struct plane *plane, const struct filter *filter,
-            const struct weft_slice_run_params *params, struct weft_slice_report *report)
-{
+    struct plane *plane = &stage->plane;
+    const struct filter *filter = &stage->filter;
     struct weft_separable_report own;
     const double start = weft_now_seconds();
     const bool fit = plane_fill(plan, store, plane);
@@ -213,7 +258,7 @@ filter_tile(const struct weft_slice_plan *plan, const struct weft_slice_tile *ti
     add_report(&own, report);
     report->fetches += (uint64_t)(weft_separable_plan_get_info(filter->plan)->fetches_per_pixel *
                                   tile->width * tile->height);
-    const uint64_t bytes = plan->footprint->info.kept_bytes +
+    const uint64_t bytes = plan->footprint->info.kept_bytes + beside +
                            4 * (uint64_t)plane->size[0] * (uint64_t)plane->size[1] + own.peak_bytes;
     report->peak_bytes = bytes > report->peak_bytes ? bytes : report->peak_bytes;
     return WEFT_OK;
@@ -225,25 +270,22 @@ static enum weft_result run_tile(weft_slice_separable *s, int index,
 {
     const struct weft_slice_plan *plan = s->plan;
     const struct weft_slice_tile *tile = &plan->tiles[index];
-    const struct weft_cell_map *bricks = &plan->tile_plans[index].bricks;
-    const uint64_t brick_bytes = bricks->count * WEFT_BRICK_VOXELS * sizeof(float);
+    const uint64_t stage_bytes = tile->memory_bytes - brick_bytes(plan, index);
+    const uint64_t beside = s->stages ? s->kept_bytes - stage_bytes : 0; // of the other stages
     const weft_brick_store *store;
-    struct plane plane = {0};
-    struct filter filter = {.plan = NULL};
+    struct stage own = {.filter = {.plan = NULL}};
+    struct stage *stage = s->stages ? &s->stages[index] : &own;
     const double start = weft_now_seconds();
-    enum weft_result res =
-        weft_footprint_load(plan->footprint, bricks, tile->memory_bytes - brick_bytes, &store);
+    enum weft_result res = weft_footprint_load(plan->footprint, &plan->tile_plans[index].bricks,
+                                               stage_bytes + beside, &store);
     const double read = weft_now_seconds();
     report->read_seconds += read - start;
-    if (res == WEFT_OK && !s->filter.compiled)
-        res = make_tile(s, tile, &plane, &filter);
+    if (res == WEFT_OK && !s->stages)
+        res = stage_create(s->context, plan, tile, &own);
     report->layout_seconds += weft_now_seconds() - read;
     if (res == WEFT_OK)
-        res = s->filter.compiled
-                  ? filter_tile(plan, tile, store, &s->plane, &s->filter, params, report)
-                  : filter_tile(plan, tile, store, &plane, &filter, params, report);
-    filter_destroy(&filter);
-    plane_destroy(&plane);
+        res = filter_tile(plan, tile, store, stage, beside, params, report);
+    stage_destroy(&own);
     return res;
 }
 

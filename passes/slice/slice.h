@@ -35,9 +35,11 @@ struct weft_slice_passes {
 // Makes programs, buffers, targets and kernel tiles for a plan. The context must outlive the
 // result; NULL is the CPU, which runs plans of passes alone, in the same integers. `passes` may be
 // NULL: as the slice is planned. The slice's plan is borrowed while the result lives.
+// Passes are cut into rectangles here, before anything is made or read.
 // Returns WEFT_ERR_ARGUMENT (no plan, or one of passes that is not for this slice; a range without
-// width), WEFT_ERR_LIMIT (tiles beyond what the context holds: plan with its limits),
-// WEFT_ERR_MEMORY, WEFT_ERR_GL, and what weft_multipass_compile returns.
+// width), WEFT_ERR_LIMIT (tiles beyond what the context holds: plan with its limits; or what the
+// smallest rectangle of passes needs and the limit are in the log), WEFT_ERR_MEMORY, WEFT_ERR_GL,
+// and what weft_multipass_compile returns.
 WEFT_API enum weft_result weft_slice_compile(weft_context *context, const weft_slice_plan *plan,
                                              const struct weft_slice_passes *passes,
                                              weft_slice **out);
@@ -82,9 +84,9 @@ struct weft_slice_report {
 // in every run and whatever the number of threads; a second run reads what the footprint has not
 // kept, and makes nothing anew. The values of a plan of passes with a derivative are per voxel.
 // report may be NULL. Returns WEFT_ERR_ARGUMENT (pixels, stride), WEFT_ERR_CANCELLED,
-// WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite), WEFT_ERR_LIMIT (what the
-// smallest rectangle of passes needs and the limit are in the log), WEFT_ERR_GL, WEFT_ERR_MEMORY,
-// and what weft_volume_read and weft_multipass_run return; pixels may then be written in part.
+// WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite), WEFT_ERR_GL,
+// WEFT_ERR_MEMORY, and what weft_volume_read and weft_multipass_run return; pixels may then be
+// written in part.
 WEFT_API enum weft_result weft_slice_run(weft_slice *slice,
                                          const struct weft_slice_run_params *params,
                                          struct weft_slice_report *report);

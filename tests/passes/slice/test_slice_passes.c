@@ -502,13 +502,14 @@ static void far_apart_pixels_are_refused_with_numbers(void **state)
     const struct weft_log log = {keep_message, &message};
     struct fixture f;
     set_up(&f, volume, &g, &small_method);
-    float *pixels = make_pixels(&f);
     struct weft_slice_passes passes = passes_of(&f);
+    weft_slice *slice = NULL;
     passes.log = &log;
-    assert_int_equal(run_passes(contexts[0], &f, &passes, pixels, NULL), WEFT_ERR_LIMIT);
+    // Before anything is run.
+    assert_int_equal(weft_slice_compile(contexts[0], f.slice, &passes, &slice), WEFT_ERR_LIMIT);
+    assert_null(slice);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "2048 voxels"));
-    free(pixels);
     tear_down(&f);
     weft_volume_destroy(&volume);
 }

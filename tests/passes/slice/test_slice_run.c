@@ -173,6 +173,49 @@ static void plans_are_cut_to_the_contexts_limits(void **state)
     weft_volume_destroy(&volume);
 }
 
+// Several tiles: what filters them is made once where there is room, so that a second run uploads
+// less, and each time where there is none. Pixels are those of one tile.
+static void separable_tiles_are_kept_where_there_is_room(void **state)
+{
+    static float whole[150 * 130], cut[2][150 * 130];
+    int kept = 0, made = 0;
+    (void)state;
+    weft_volume *volume = make_volume();
+    for (int size = 0; size < 2; size++) {
+        struct weft_slice_params params = {.kernel = kernel_named("linear"),
+                                           .space = WEFT_SPACE_INDEX,
+                                           .geometry = across,
+                                           .log = &log_to_stderr};
+        params.geometry.width = size ? 150 : 40;
+        params.geometry.height = size ? 130 : 36;
+        const size_t count = (size_t)params.geometry.width * (size_t)params.geometry.height;
+        for (uint64_t bytes = 400 << 10; bytes >= 70 << 10; bytes -= 5 << 10) {
+            weft_slice_plan *plan = NULL;
+            weft_slice *slice = NULL;
+            struct weft_slice_report report[2];
+            params.memory_bytes = bytes;
+            assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
+            assert_int_equal(weft_slice_compile(contexts[0], plan, NULL, &slice), WEFT_OK);
+            for (int run = 0; run < 2; run++)
+                assert_int_equal(
+                    weft_slice_run(slice, weft_slice_run_params(.pixels = cut[run]), &report[run]),
+                    WEFT_OK);
+            const bool several = weft_slice_plan_get_info(plan)->tile_count > 1;
+            const bool less = report[1].uploaded_bytes < report[0].uploaded_bytes;
+            kept += several && less;
+            made += several && !less;
+            if (bytes == 400 << 10)
+                memcpy(whole, cut[0], count * sizeof *whole);
+            assert_memory_equal(cut[0], whole, count * sizeof *whole);
+            assert_memory_equal(cut[1], whole, count * sizeof *whole);
+            weft_slice_destroy(&slice);
+            weft_slice_plan_destroy(&plan);
+        }
+    }
+    assert_true(kept > 0 && made > 0);
+    weft_volume_destroy(&volume);
+}
+
 // ---- reading ------------------------------------------------------------------------------------
 
 enum { BRICKS = N / WEFT_BRICK_SIZE };
@@ -277,6 +320,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(compiled_slices_run_often),
         cmocka_unit_test(plans_are_cut_to_the_contexts_limits),
+        cmocka_unit_test(separable_tiles_are_kept_where_there_is_room),
         cmocka_unit_test(bricks_are_read_once_in_all),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
