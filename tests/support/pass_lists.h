@@ -377,4 +377,13 @@ static inline struct hand_list *hand_random_list(enum weft_target_format target)
     return h;
 }
 
+// ---- interrupts ---------------------------------------------------------------------------------
+
+// A progress callback that cancels at its Nth call; priv: N as an int, which it counts down.
+static inline bool cancel_at_call(void *priv, double fraction)
+{
+    (void)fraction;
+    return --*(int *)priv > 0;
+}
+
 #endif

@@ -13,6 +13,7 @@
 #include "tests/support/common.h"
 #include "filter/check.h"
 #include "tests/support/tile_error.h"
+#include "tests/support/samples.h"
 #include "weft.h"
 
 static struct message last;
@@ -343,16 +344,6 @@ static void impulses_show_the_distance(void **state)
 
 // ---- tile sets ----------------------------------------------------------------------------------
 
-static bool next(int dims, int count, int at[3])
-{
-    for (int a = 0; a < dims; a++) {
-        if (++at[a] < count)
-            return true;
-        at[a] = 0;
-    }
-    return false;
-}
-
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
 {
     struct weft_kernel_tiles_params p = *params;
@@ -390,7 +381,7 @@ static void check_set(const weft_kernel_tiles *set, double steps, double sum_ste
             p[a] = weft_kernel_tiles_position(set, at[a]) + (info->width % 2 ? 0.5 : 0.0);
         const int count = weft_kernel_weights_nd(&info->kernel, info->dims, p, w, first);
         int tap[3] = {0};
-        for (int i = 0; i < count; i++, next(info->dims, info->width, tap)) {
+        for (int i = 0; i < count; i++, next_position(info->dims, info->width, tap)) {
             const double tile = tile_weight(set, tap, at);
             if (i % 13 == 0)
                 assert_near(weft_kernel_tiles_exact(set, tap, at), w[i], 1e-12, "exact");
@@ -398,7 +389,7 @@ static void check_set(const weft_kernel_tiles *set, double steps, double sum_ste
             sum += tile;
         }
         assert_near(sum, total(w, count), sum_tolerance, "sum");
-    } while (next(info->dims, info->samples, at));
+    } while (next_position(info->dims, info->samples, at));
 }
 
 static void tiles_hold_the_weights(void **state)
@@ -484,8 +475,8 @@ static void tiles_are_symmetric(void **state)
                     assert_true(w == weft_kernel_tiles_exact(set, tap_back, back));
                     assert_true(w == weft_kernel_tiles_exact(set, tap_swap, swap));
                     assert_true((double)(float)w == tile_weight(set, tap, at));
-                } while (next(dims, k.width, tap));
-            } while (next(dims, 6, at));
+                } while (next_position(dims, k.width, tap));
+            } while (next_position(dims, 6, at));
             weft_kernel_tiles_destroy(&set);
         }
     }

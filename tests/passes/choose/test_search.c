@@ -137,6 +137,20 @@ static void check_best(const struct job *job, const struct weft_search_result *r
     }
 }
 
+static struct weft_search start_search(struct job *job, const struct weft_log *log,
+                                       double max_error)
+{
+    weft_quiet_log_init(&job->quiet, log);
+    destroying = job;
+    return (struct weft_search){.candidates = job->candidates,
+                                .count = job->count,
+                                .max_error = max_error,
+                                .quiet = &job->quiet,
+                                .priv = job,
+                                .plan = plan,
+                                .destroy = destroy};
+}
+
 static void the_cheapest_within_is_found(void **state)
 {
     (void)state;
@@ -147,16 +161,8 @@ static void the_cheapest_within_is_found(void **state)
         set_job(&job);
         const bool tells = rand() % 2;
         const int expected = cheapest_of(&job);
-        weft_quiet_log_init(&job.quiet, &log_to_stderr);
-        destroying = &job;
-        const struct weft_search search = {.candidates = job.candidates,
-                                           .count = job.count,
-                                           .max_error = job.max_error,
-                                           .tells_best = tells,
-                                           .quiet = &job.quiet,
-                                           .priv = &job,
-                                           .plan = plan,
-                                           .destroy = destroy};
+        struct weft_search search = start_search(&job, &log_to_stderr, job.max_error);
+        search.tells_best = tells;
         struct weft_search_result result;
         assert_int_equal(weft_search_run(&search, &result), WEFT_OK);
         check_states(&job, &result);
@@ -194,15 +200,7 @@ static void estimates_alone_have_a_best(void **state)
         job.candidates[i].bound = i == 1 ? 0.5 : 1.0;
         job.truth[i] = (struct truth){.seconds = 3.0, .bound = 2.0};
     }
-    weft_quiet_log_init(&job.quiet, NULL);
-    destroying = &job;
-    const struct weft_search search = {.candidates = job.candidates,
-                                       .count = 3,
-                                       .max_error = 0.25,
-                                       .quiet = &job.quiet,
-                                       .priv = &job,
-                                       .plan = plan,
-                                       .destroy = destroy};
+    const struct weft_search search = start_search(&job, NULL, 0.25);
     struct weft_search_result result;
     assert_int_equal(weft_search_run(&search, &result), WEFT_OK);
     assert_true(result.chosen == -1 && result.planned == 1 && job.plans == 0);
@@ -224,15 +222,7 @@ static void failures_end_the_search(void **state)
         // The first costs more than was thought, and waits with its plan.
         job.truth[i] = (struct truth){.seconds = 5.0, .result = i ? WEFT_ERR_MEMORY : WEFT_OK};
     }
-    weft_quiet_log_init(&job.quiet, &log);
-    destroying = &job;
-    const struct weft_search search = {.candidates = job.candidates,
-                                       .count = 2,
-                                       .max_error = 1.0,
-                                       .quiet = &job.quiet,
-                                       .priv = &job,
-                                       .plan = plan,
-                                       .destroy = destroy};
+    const struct weft_search search = start_search(&job, &log, 1.0);
     struct weft_search_result result;
     assert_int_equal(weft_search_run(&search, &result), WEFT_ERR_MEMORY);
     assert_true(!result.plan && result.chosen == -1 && job.plans == 0);

@@ -658,17 +658,11 @@ static void state_is_left_clean(void **state)
     hand_list_destroy(h);
 }
 
-static bool cancel(void *priv, double fraction)
-{
-    (void)fraction;
-    return --*(int *)priv > 0;
-}
-
 static void progress_can_cancel(void **state)
 {
     (void)state;
     int calls = 3;
-    const struct weft_progress progress = {cancel, &calls};
+    const struct weft_progress progress = {cancel_at_call, &calls};
     struct hand_list *h = hand_list_create(&(struct hand_params){HAND_DEFAULTS});
     hand_add_all_tiles(h, false);
     struct hand_request *r = hand_request_create(h, 3, 3, 4, 4, 1);

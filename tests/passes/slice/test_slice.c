@@ -10,9 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "tests/support/common.h"
+#include "tests/support/data.h"
 #include "tests/support/contexts.h"
 #include "filter/check.h"
 #include "passes/positions/grid.h"
@@ -601,16 +601,11 @@ static void real_volumes_meet_the_reference(void **state)
     const char *const names[] = {"smoke.vdb", "mri.vdb"};
     int missing = 0;
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
-        char path[512];
-        weft_volume *volume = NULL;
-        snprintf(path, sizeof path, "%s/%s", WEFT_TEST_DATA, names[i]);
-        if (access(path, R_OK) != 0) {
-            print_message("[  SKIPPED ] %s is not here\n", path);
+        weft_volume *volume = open_data_volume(names[i]);
+        if (!volume) {
             missing++;
             continue;
         }
-        assert_int_equal(weft_volume_open(&(struct weft_volume_open_params){.path = path}, &volume),
-                         WEFT_OK);
         const struct weft_volume_info *info = weft_volume_get_info(volume);
         struct weft_slice_geometry planes[2] = {0};
         assert_int_equal(

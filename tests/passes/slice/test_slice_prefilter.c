@@ -9,9 +9,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "tests/support/common.h"
+#include "tests/support/data.h"
 #include "tests/support/contexts.h"
 #include "weft.h"
 
@@ -595,16 +595,11 @@ static void real_volumes_are_verified(void **state)
     static const char *const names[] = {"smoke.vdb", "mri.vdb"};
     int missing = 0;
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
-        char path[512];
-        weft_volume *volume = NULL;
-        snprintf(path, sizeof path, "%s/%s", WEFT_TEST_DATA, names[i]);
-        if (access(path, R_OK) != 0) {
-            print_message("[  SKIPPED ] %s is not here\n", path);
+        weft_volume *volume = open_data_volume(names[i]);
+        if (!volume) {
             missing++;
             continue;
         }
-        assert_int_equal(weft_volume_open(&(struct weft_volume_open_params){.path = path}, &volume),
-                         WEFT_OK);
         struct weft_slice_params params = {.kernel = kernel_named("bspline3i"),
                                            .space = WEFT_SPACE_INDEX};
         params.geometry = oblique(weft_volume_get_info(volume)->active_max[1], 64, 64);

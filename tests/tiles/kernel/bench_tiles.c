@@ -10,6 +10,7 @@
 
 #include "filter/check.h"
 #include "tests/support/tile_error.h"
+#include "tests/support/samples.h"
 #include "weft.h"
 
 enum { MAX_RUNS = 99 };
@@ -93,16 +94,6 @@ struct rounding_figures {
     double error_lsb;           // eps_h, nearest lookup
 };
 
-static bool next(int dims, int count, int at[3])
-{
-    for (int a = 0; a < dims; a++) {
-        if (++at[a] < count)
-            return true;
-        at[a] = 0;
-    }
-    return false;
-}
-
 // Adds what the tiles have at a sample, tap by tap.
 static void add_sample(const weft_kernel_tiles *set, const int at[3], double *weight, int *total)
 {
@@ -139,8 +130,8 @@ static bool measure_rounding(const struct weft_kernel *kernel, int dims, int sam
             const double w = weight[(tap[2] * kernel->width + tap[1]) * kernel->width + tap[0]];
             out->weight_lsb =
                 fmax(out->weight_lsb, 255.0 * fabs(w - weft_kernel_tiles_exact(set, tap, at)));
-        } while (next(dims, kernel->width, tap));
-    } while (next(dims, samples, at));
+        } while (next_position(dims, kernel->width, tap));
+    } while (next_position(dims, samples, at));
     const struct weft_tile_error_params params = {
         .tiles = set, .locations = dims == 3 ? 32 : 256, .log = &log_to_stderr};
     const bool done = weft_tile_error_model(&params, &error) == WEFT_OK;

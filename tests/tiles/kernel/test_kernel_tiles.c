@@ -12,6 +12,7 @@
 
 #include "tests/support/common.h"
 #include "filter/check.h"
+#include "tests/support/samples.h"
 #include "weft.h"
 
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
@@ -26,16 +27,6 @@ static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
 }
 
 // ---- a grid of sets over the whole catalogue ----------------------------------------------------
-
-static bool next(int dims, int count, int at[3])
-{
-    for (int a = 0; a < dims; a++) {
-        if (++at[a] < count)
-            return true;
-        at[a] = 0;
-    }
-    return false;
-}
 
 // All samples where they are few, else a lattice through them that has the ends.
 static int step_of(int samples)
@@ -119,7 +110,7 @@ static double survey(const weft_kernel_tiles *set, const int position[3], double
         const double exact = weft_kernel_tiles_exact(set, tap, position);
         *exact_sum += exact;
         error = larger(error, fabs(weight[tap_index(info, tap)] - exact));
-    } while (next(info->dims, info->width, tap));
+    } while (next_position(info->dims, info->width, tap));
     return error;
 }
 
@@ -173,7 +164,7 @@ static void assert_bounded(const weft_kernel_tiles *set, const char *what)
         if (!(error <= bound))
             fail_msg("%s: error %.9g over %.9g at (%d, %d, %d)", what, error, bound, at[0], at[1],
                      at[2]);
-    } while (next(info->dims, steps, grid));
+    } while (next_position(info->dims, steps, grid));
 }
 
 static void every_weight_is_within_its_formats_error(void **state)
@@ -198,7 +189,7 @@ static void assert_truncated(const weft_kernel_tiles *set, const char *what)
                 !(value * exact >= 0.0))
                 fail_msg("%s: %.9g truncated to %.9g", what, exact, value);
         }
-    } while (next(1, info->samples, at));
+    } while (next_position(1, info->samples, at));
 }
 
 static void truncation_goes_towards_zero(void **state)
@@ -230,7 +221,7 @@ static void assert_sums(const weft_kernel_tiles *set, const char *what)
                      error * one);
         if (info->kernel.unit_sum && integers != (int64_t)floor(one + 0.5))
             fail_msg("%s: ripple, %d instead of %.9g", what, (int)integers, one);
-    } while (next(info->dims, steps, grid));
+    } while (next_position(info->dims, steps, grid));
 }
 
 static void sum_preserving_weights_add_up_exactly(void **state)
@@ -269,7 +260,7 @@ static void normalised_weights_add_up_to_full_range(void **state)
             survey(set, at, weights, &sum, &integers);
             assert_true(fabs(sum - 1.0) < 1e-12);
             assert_int_equal(integers, (int64_t)floor(one + 0.5));
-        } while (next(2, 15, at));
+        } while (next_position(2, 15, at));
         weft_kernel_tiles_destroy(&set);
         kernels++;
     }
@@ -297,7 +288,7 @@ static void assert_same_values(const weft_kernel_tiles *a, const weft_kernel_til
             const double y = weft_kernel_tiles_value(b, t, at);
             if (x != y)
                 fail_msg("%s: tile %d is %.9g mirrored, %.9g stored", what, t, x, y);
-        } while (next(info->dims, steps, grid));
+        } while (next_position(info->dims, steps, grid));
     }
 }
 
@@ -486,7 +477,7 @@ static void separate_parts_have_one_sign_each(void **state)
             memcpy(other, weights, sizeof other);
             survey(parts, at, weights, &sum, &integers);
             assert_memory_equal(other, weights, tap_count(info) * sizeof *weights);
-        } while (next(2, 10, at));
+        } while (next_position(2, 10, at));
         weft_kernel_tiles_destroy(&whole);
         weft_kernel_tiles_destroy(&parts);
     }
@@ -520,7 +511,7 @@ static void split_parts_add_up_exactly(void **state)
                     const double b = weft_kernel_tiles_value(set, low, at);
                     assert_true(a + b == was && (a == 0.0 || b == 0.0));
                     assert_true((was >= middle ? a : b) == was);
-                } while (next(p.dims, 9, at));
+                } while (next_position(p.dims, 9, at));
                 assert_true(weft_kernel_tiles_get(set, low)->maximum <= fmax(middle, 0.0));
             }
             const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);

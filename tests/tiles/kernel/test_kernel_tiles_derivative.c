@@ -13,6 +13,7 @@
 #include "tests/support/common.h"
 #include "filter/check.h"
 #include "tests/support/tile_error.h"
+#include "tests/support/samples.h"
 #include "weft.h"
 
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
@@ -24,16 +25,6 @@ static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
         fail_msg("%s, %dD, axis %d, M %d, format %d, %d bits", p.kernel.info->name, p.dims,
                  p.derivative, p.samples, (int)p.format, p.bits);
     return set;
-}
-
-static bool next(int dims, int count, int at[3])
-{
-    for (int a = 0; a < dims; a++) {
-        if (++at[a] < count)
-            return true;
-        at[a] = 0;
-    }
-    return false;
 }
 
 // ---- a grid of sets over the catalogue ----------------------------------------------------------
@@ -120,7 +111,7 @@ static double expect(const weft_kernel_tiles *set, const int at[3], double *weig
                              weft_kernel_tiles_position(set, at[a]), tap[a]);
         weights[i++] = w;
         sum += w;
-    } while (next(info->dims, info->width, tap));
+    } while (next_position(info->dims, info->width, tap));
     return sum;
 }
 
@@ -179,8 +170,8 @@ static void assert_products(const struct weft_kernel_tiles_params *params, const
             assert_near(weft_kernel_tiles_exact(set, tap, at), w, 1e-13, what);
             assert_near(found.weight[i++], w, scale > 0.0 ? half_step(info, w, scale) : 1e-13,
                         what);
-        } while (next(info->dims, info->width, tap));
-    } while (next(info->dims, info->samples, at));
+        } while (next_position(info->dims, info->width, tap));
+    } while (next_position(info->dims, info->samples, at));
     weft_kernel_tiles_destroy(&set);
 }
 
@@ -216,7 +207,7 @@ static void assert_sums(const struct weft_kernel_tiles_params *params, const cha
             if (found.scale[i] > 0.0)
                 assert_near(found.weight[i], expected[i],
                             2.0 * half_step(info, expected[i], found.scale[i]), what);
-    } while (next(info->dims, info->samples, at));
+    } while (next_position(info->dims, info->samples, at));
     weft_kernel_tiles_destroy(&set);
 }
 
@@ -248,11 +239,11 @@ static void assert_ramps(const struct weft_kernel_tiles_params *params, const ch
             for (int a = 0; a < info->dims; a++)
                 ramp[a] += found.weight[i] * (tap[a] - 0.5 * info->width);
             i++;
-        } while (next(info->dims, info->width, tap));
+        } while (next_position(info->dims, info->width, tap));
         assert_near(constant, 0.0, info->kernel.unit_sum ? 1e-6 : INFINITY, what);
         for (int a = 0; a < info->dims && info->kernel.order >= 2; a++)
             assert_near(ramp[a], a + 1 == info->derivative, 1e-6, what);
-    } while (next(info->dims, info->samples, at));
+    } while (next_position(info->dims, info->samples, at));
     weft_kernel_tiles_destroy(&set);
 }
 
@@ -316,7 +307,7 @@ static void assert_mirrored(const struct weft_kernel_tiles_params *params, const
         do {
             assert_near(weft_kernel_tiles_value(mirrored, t, at),
                         weft_kernel_tiles_value(whole, t, at), 0.0, what);
-        } while (next(m->dims, m->samples, at));
+        } while (next_position(m->dims, m->samples, at));
     }
     weft_kernel_tiles_destroy(&mirrored);
     weft_kernel_tiles_destroy(&whole);
@@ -388,7 +379,7 @@ static void assert_split(const struct weft_kernel_tiles_params *params, const ch
             const double b = weft_kernel_tiles_value(set, low, at);
             assert_true(a == 0.0 || b == 0.0);
             assert_near(a + b, weft_kernel_tiles_value(before, t, at), 0.0, what);
-        } while (next(info->dims, info->samples, at));
+        } while (next_position(info->dims, info->samples, at));
     }
     // Those that shared its memory are as they were.
     for (int t = 0; t < count; t++) {
@@ -397,7 +388,7 @@ static void assert_split(const struct weft_kernel_tiles_params *params, const ch
             if (t % 5 != 0)
                 assert_near(weft_kernel_tiles_value(set, t, at),
                             weft_kernel_tiles_value(before, t, at), 0.0, what);
-        } while (next(info->dims, info->samples, at));
+        } while (next_position(info->dims, info->samples, at));
     }
     weft_kernel_tiles_destroy(&set);
     weft_kernel_tiles_destroy(&before);
@@ -472,7 +463,7 @@ static void no_tile_is_scaled_by_more(void **state)
                     assert_near(weft_kernel_tiles_value(set, t, at), other_part ? 0.0 : w,
                                 (0.5 + 1e-9) / (255.0 * tile->scale), names[i / 4]);
                 }
-            } while (next(2, 9, at));
+            } while (next_position(2, 9, at));
             weft_kernel_tiles_destroy(&set);
         }
         weft_kernel_tiles_destroy(&free_set);

@@ -8,12 +8,12 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include <cmocka.h>
 
 #include "tests/support/bricks.h"
 #include "tests/support/common.h"
+#include "tests/support/data.h"
 #include "filter/kernels/prefilter.h"
 #include "filter/analysis/reference.h"
 #include "tiles/volume/brick_store.h"
@@ -488,16 +488,11 @@ static void real_volumes_are_interpolated(void **state)
     static const char *const files[] = {"mri.vdb", "smoke.vdb"};
     int missing = 0;
     for (size_t f = 0; f < WEFT_COUNT(files); f++) {
-        char path[512];
-        weft_volume *base = NULL;
-        snprintf(path, sizeof path, "%s/%s", WEFT_TEST_DATA, files[f]);
-        if (access(path, R_OK) != 0) {
-            print_message("[  SKIPPED ] %s is not here\n", path);
+        weft_volume *base = open_data_volume(files[f]);
+        if (!base) {
             missing++;
             continue;
         }
-        assert_int_equal(weft_volume_open(&(struct weft_volume_open_params){.path = path}, &base),
-                         WEFT_OK);
         const struct weft_volume_info *info = weft_volume_get_info(base);
         struct weft_region region = {.slab_count = 0};
         for (int a = 0; a < 3; a++) { // the lower end of the box, where most is background

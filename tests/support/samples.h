@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tests/support/samples.h - walks over the samples, or taps, of kernel tiles.
+#ifndef WEFT_TESTS_SUPPORT_SAMPLES_H
+#define WEFT_TESTS_SUPPORT_SAMPLES_H
+
+#include <stdbool.h>
+
+// The next of count^dims positions, x fastest, from 0 on; false after the last, which is 0 again.
+static inline bool next_position(int dims, int count, int at[3])
+{
+    for (int a = 0; a < dims; a++) {
+        if (++at[a] < count)
+            return true;
+        at[a] = 0;
+    }
+    return false;
+}
+
+#endif
