@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tests/support/bricks.h"
+#include "tests/support/samples.h"
 #include "tiles/volume/brick_store.h"
 
 #include <setjmp.h>

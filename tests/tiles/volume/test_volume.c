@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "tests/support/bricks.h"
+#include "tests/support/samples.h"
 #include "filter/check.h"
 #include "tests/support/vdb_files.h"
 #include "tiles/volume/brick_store.h"

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "tests/support/bricks.h"
+#include "tests/support/samples.h"
 #include "tests/support/common.h"
 #include "tests/support/data.h"
 #include "filter/kernels/prefilter.h"
