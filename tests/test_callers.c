@@ -1496,7 +1496,7 @@ static void resample_runs(void)
 
 static void resample_integers(void)
 {
-    static const uint32_t codes[16] = {7, UINT32_MAX};
+    static const uint32_t codes[20] = {7, UINT32_MAX}; // height 5 is read, too
     weft_resample_plan *plan = NULL, *filter = NULL;
     struct weft_resample_params params = resample_params();
     struct weft_verify_report error;
