@@ -190,6 +190,13 @@ static enum weft_result plan(void *priv, struct weft_candidate *candidate, void 
     return WEFT_OK;
 }
 
+static void learn(void *priv, const struct weft_candidate *planned)
+{
+    const struct chooser *c = priv;
+    if (planned->method.engine == WEFT_ENGINE_MULTIPASS)
+        weft_search_learn(c->choice->candidates, c->choice->count, planned, 0.0);
+}
+
 static void destroy(void *made)
 {
     weft_method_plan *plan = made;
@@ -222,7 +229,8 @@ static enum weft_result search(struct chooser *c)
                                        .quiet = &c->quiet,
                                        .priv = c,
                                        .plan = plan,
-                                       .destroy = destroy};
+                                       .destroy = destroy,
+                                       .learn = learn};
     struct weft_search_result result;
     const enum weft_result res = weft_search_run(&search, &result);
     choice->chosen = result.chosen;

@@ -98,6 +98,26 @@ static enum weft_result plan(struct searcher *s, int i)
     return res;
 }
 
+static bool is_finer(const struct weft_candidate *candidate, const struct weft_candidate *planned)
+{
+    const struct weft_method *a = &candidate->method, *b = &planned->method;
+    return a->engine == b->engine && a->technique == b->technique && a->bits == b->bits &&
+           a->profile.target == b->profile.target && a->samples > b->samples;
+}
+
+void weft_search_learn(struct weft_candidate *candidates, size_t count,
+                       const struct weft_candidate *planned, double rest)
+{
+    for (size_t i = 0; i < count; i++) {
+        struct weft_candidate *other = &candidates[i];
+        if (!other->estimated || !is_finer(other, planned))
+            continue;
+        const double doublings = log2((double)other->method.samples / planned->method.samples);
+        const double sampled = (planned->bound - rest) * pow(0.4, doublings);
+        other->bound = fmax(other->bound, sampled + 0.9 * rest);
+    }
+}
+
 // ---- the search ---------------------------------------------------------------------------------
 
 static enum weft_result find(struct searcher *s)

@@ -51,4 +51,11 @@ struct weft_search_result {
 // budget contradicts. On failure no plan is left. Returns what `plan` does, WEFT_ERR_MEMORY.
 enum weft_result weft_search_run(const struct weft_search *search, struct weft_search_result *out);
 
+// What a plan of passes tells of estimated candidates that differ from it in having more samples a
+// tile. Twice the samples make nearest positions half as far off, and `rest` of a bound, which is
+// what else is in it (0: nothing is known of it), stays. Roundings of tiles differ a little between
+// the two: 0.4 in place of 0.5, and 0.9 of the rest.
+void weft_search_learn(struct weft_candidate *candidates, size_t count,
+                       const struct weft_candidate *planned, double rest);
+
 #endif

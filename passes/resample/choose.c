@@ -151,23 +151,10 @@ static void destroy(void *made)
     weft_pass_plan_destroy(&plan);
 }
 
-// What a coarse plan is off by keeps finer ones from being planned, which takes seconds with many
-// samples. Twice the samples make nearest positions half as far off, and the rest of an error
-// stays. Roundings of tiles differ a little between the two: 0.4 in place of 0.5, and 0.9 of the
-// rest.
 static void learn(void *priv, const struct weft_candidate *planned)
 {
     const struct chooser *c = priv;
-    for (size_t i = 0; i < c->choice->count; i++) {
-        struct weft_candidate *other = &c->choice->candidates[i];
-        if (!other->estimated || other->method.technique != planned->method.technique ||
-            other->method.bits != planned->method.bits ||
-            other->method.samples <= planned->method.samples)
-            continue;
-        const double doublings = log2((double)other->method.samples / planned->method.samples);
-        const double sampled = (planned->bound - c->rest) * pow(0.4, doublings);
-        other->bound = fmax(other->bound, sampled + 0.9 * c->rest);
-    }
+    weft_search_learn(c->choice->candidates, c->choice->count, planned, c->rest);
 }
 
 // ---- the choice ---------------------------------------------------------------------------------

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/check.h"
 #include "passes/choose/search.h"
 #include "tests/support/common.h"
 
@@ -230,12 +231,43 @@ static void failures_end_the_search(void **state)
     assert_non_null(strstr(message.text, "number 1"));
 }
 
+static struct weft_candidate tiles_of(int samples, int bits, bool estimated)
+{
+    return (struct weft_candidate){
+        .method = {.engine = WEFT_ENGINE_MULTIPASS, .samples = samples, .bits = bits},
+        .estimated = estimated,
+        .bound = 0.1};
+}
+
+static void plans_tell_of_finer_tiles(void **state)
+{
+    (void)state;
+    const struct weft_candidate planned = {
+        .method = {.engine = WEFT_ENGINE_MULTIPASS, .samples = 16, .bits = 8}, .bound = 1.0};
+    // With half of the bound that stays: 0.5 of 0.4 or 0.16, and 0.45. What is higher already, has
+    // another number of bits, as few samples or a plan of its own keeps its bound.
+    static const double rest[2] = {0.0, 0.5}, expected[2][2] = {{0.4, 0.16}, {0.65, 0.53}};
+    for (int r = 0; r < 2; r++) {
+        struct weft_candidate c[6] = {tiles_of(32, 8, true),  tiles_of(64, 8, true),
+                                      tiles_of(32, 12, true), tiles_of(16, 8, true),
+                                      tiles_of(32, 8, false), tiles_of(32, 8, true)};
+        c[5].bound = 2.0;
+        weft_search_learn(c, WEFT_COUNT(c), &planned, rest[r]);
+        for (int i = 0; i < 2; i++)
+            assert_true(fabs(c[i].bound - expected[r][i]) <= 1e-15);
+        for (int i = 2; i < 5; i++)
+            assert_true(c[i].bound == 0.1);
+        assert_true(c[5].bound == 2.0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_cheapest_within_is_found),
         cmocka_unit_test(estimates_alone_have_a_best),
         cmocka_unit_test(failures_end_the_search),
+        cmocka_unit_test(plans_tell_of_finer_tiles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
