@@ -11,8 +11,8 @@
 #include "tests/support/contexts.h"
 #include "tests/support/slice_jobs.h"
 
-// Or WEFT_JOBS; 200 is a long sweep. A budget that cannot be met takes up to 36 plans of passes.
-enum { JOBS = 30 };
+// Or WEFT_JOBS; 200 is a long sweep.
+enum { JOBS = 60 };
 
 // ---- jobs ---------------------------------------------------------------------------------------
 
