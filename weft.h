@@ -21,6 +21,7 @@
 #include "passes/choose/choose.h"
 #include "passes/choose/cost.h"
 #include "passes/choose/method.h"
+#include "passes/cpu/cpu.h"
 #include "passes/fused/fused.h"
 #include "passes/fused/work.h"
 #include "passes/gl/context.h"

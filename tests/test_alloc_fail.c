@@ -123,8 +123,8 @@ static enum weft_result slice_volume(void)
     if (res == WEFT_OK)
         res = weft_slice_plan_create(volume, &params, &plan);
     if (res == WEFT_OK && context)
-        res =
-            weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL);
+        res = weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                  weft_slice_run_params(.pixels = pixels), NULL);
     if (res == WEFT_OK && params.kernel.prefiltered)
         res = weft_slice_verify(plan, pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 1e-2}, &error);

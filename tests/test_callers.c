@@ -212,6 +212,21 @@ static void analysis(void)
     }
 }
 
+static void cpus(void)
+{
+    struct weft_cpu good = {.threads = 1}, out;
+    TRUE(weft_cpu_threads() > 0);
+    TRUE(weft_instruction_set_runs(weft_instruction_set_best()));
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
+        TRUE(!weft_instruction_set_runs((enum weft_instruction_set)bad_enums[i]));
+#define CALL weft_cpu_resolve(&logger, &p, &out)
+    SURVIVED(weft_cpu_resolve(&logger, &good, &out));
+    SET_REFUSED(good, threads, -1, CALL);
+    SET_REFUSED(good, threads, WEFT_CPU_MAX_THREADS + 1, CALL);
+    BAD_ENUM(good, instructions, CALL);
+#undef CALL
+}
+
 static void texts(void)
 {
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
@@ -1113,14 +1128,14 @@ static void methods(void)
     char text[96];
     good.slice.memory_bytes = 1 << 22; // or sets of 99^3 samples would be made
 #define CALL make_method(v, &p)
-    BAD_ENUM(good, method.engine, CALL);
+    BAD_ENUM(good, method.algorithm, CALL);
     BAD_ENUM(good, method.layout, CALL);
     BAD_ENUM(good, method.source, CALL);
     BAD_ENUM(good, method.lookup, CALL);
     BAD_ENUM(good, method.technique, CALL);
     ANY_NUMBER(good, statistics.low, CALL);
     ANY_NUMBER(good, statistics.difference[0], CALL);
-    good.method.engine = WEFT_ENGINE_MULTIPASS;
+    good.method.algorithm = WEFT_ALGORITHM_MULTIPASS;
     good.method.profile = *weft_profile_find("unorm8");
     good.method.samples = 8;
     ANY_INT(good, method.samples, CALL);
@@ -1129,14 +1144,14 @@ static void methods(void)
 #undef CALL
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
-        const struct weft_method method = {.engine = (enum weft_engine)bad,
+        const struct weft_method method = {.algorithm = (enum weft_algorithm)bad,
                                            .layout = (enum weft_layout)bad,
                                            .source = (enum weft_source_format)bad,
                                            .lookup = (enum weft_lookup)bad,
                                            .technique = (enum weft_technique)bad};
         weft_method_format(&method, text, sizeof text);
         struct weft_method fused = method;
-        fused.engine = WEFT_ENGINE_FUSED;
+        fused.algorithm = WEFT_ALGORITHM_FUSED;
         weft_method_format(&fused, text, sizeof text);
     }
     struct weft_method *list = NULL;
@@ -1175,10 +1190,10 @@ static void costs(void)
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
         const struct weft_work bad_works[] = {
-            {.engine = (enum weft_engine)bad},
-            {.engine = WEFT_ENGINE_FUSED, .of.fused.layout = (enum weft_layout)bad},
-            {.engine = WEFT_ENGINE_FUSED, .of.fused.source = (enum weft_source_format)bad},
-            {.engine = WEFT_ENGINE_MULTIPASS,
+            {.algorithm = (enum weft_algorithm)bad},
+            {.algorithm = WEFT_ALGORITHM_FUSED, .of.fused.layout = (enum weft_layout)bad},
+            {.algorithm = WEFT_ALGORITHM_FUSED, .of.fused.source = (enum weft_source_format)bad},
+            {.algorithm = WEFT_ALGORITHM_MULTIPASS,
              .of.passes.plan.target = (enum weft_target_format)bad},
         };
         for (size_t k = 0; k < WEFT_COUNT(bad_works); k++)
@@ -1188,7 +1203,7 @@ static void costs(void)
         TRUE(weft_pass_work_least(&params).passes == 0.0);
         TRUE(isnan(weft_pass_bound_least(&params, 1.0).e2));
     }
-    TRUE(isfinite(weft_cost_of(&model, &(struct weft_work){.engine = WEFT_ENGINE_FUSED})));
+    TRUE(isfinite(weft_cost_of(&model, &(struct weft_work){.algorithm = WEFT_ALGORITHM_FUSED})));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
         weft_separable_work_of(ints[n % WEFT_COUNT(ints)], numbers[n], 1.0, 2.0, numbers[n]);
         weft_pass_bound_least(&(struct weft_pass_plan_params){.samples = 8}, numbers[n]);
@@ -1603,9 +1618,14 @@ static void slice_runs_refuse(weft_context *context, const weft_slice_plan *plan
 {
     float out[64];
     weft_slice *compiled = NULL;
-    REFUSED(weft_slice_compile(context, NULL, weft_slice_passes(.log = &logger), &compiled));
-    REFUSED(weft_slice_compile(NULL, plan, NULL, &compiled)); // the CPU runs passes alone
-    if (weft_slice_compile(context, plan, NULL, &compiled) != WEFT_OK)
+    REFUSED(weft_slice_compile(
+        NULL,
+        weft_slice_compile_params(.context = context, .passes = weft_slice_passes(.log = &logger)),
+        &compiled));
+    REFUSED(weft_slice_compile(plan, weft_slice_compile_params(),
+                               &compiled)); // the CPU runs passes alone
+    if (weft_slice_compile(plan, weft_slice_compile_params(.context = context), &compiled) !=
+        WEFT_OK)
         return;
     struct weft_slice_run_params good = {.pixels = out, .stride = 16};
 #define CALL weft_slice_run(compiled, &p, NULL)
@@ -1632,7 +1652,8 @@ static void slice_runs(void)
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
     SURVIVED(weft_footprint_statistics(weft_slice_plan_get_footprint(slice), NULL, &statistics));
-    SURVIVED(weft_slice_run_once(context, slice, NULL, weft_slice_run_params(.pixels = out), NULL));
+    SURVIVED(weft_slice_run_once(slice, weft_slice_compile_params(.context = context),
+                                 weft_slice_run_params(.pixels = out), NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_slice_verify(
             slice, out, &(struct weft_slice_verify_params){.max_seconds = numbers[n]}, &error));
@@ -1641,7 +1662,7 @@ static void slice_runs(void)
     weft_pass_plan *flat = plan(2), *deep = plan(3);
     struct weft_slice_passes good = {.plan = deep, .log = &logger};
     weft_slice *compiled = NULL;
-#define CALL weft_slice_compile(NULL, slice, &p, &compiled)
+#define CALL weft_slice_compile(slice, weft_slice_compile_params(.passes = &p), &compiled)
     SET_REFUSED(good, plan, NULL, CALL);
     SET_REFUSED(good, plan, flat, CALL);
     SET_REFUSED(good, plan, deep, CALL); // another kernel than the slice's
@@ -1713,6 +1734,7 @@ static const struct {
      {F(result_text), F(version), F(text_clean), F(text_skip_mark), F(target_name), F(target_bits),
       F(target_one), F(stability_verdict_text), F(layout_name), F(source_format_name),
       F(source_format_bytes), F(source_format_error)}},
+    {cpus, {F(cpu_threads), F(cpu_resolve), F(instruction_set_best), F(instruction_set_runs)}},
     {find,
      {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},

@@ -16,7 +16,7 @@ static const double LONG_SECONDS = 0.2; // of a job's runs: two are then enough
 // some runs: whatever else the machine does only adds to them, and differences are taken.
 struct timed {
     double whole, read, layout, passes; // layout: with upload; passes: with reading back
-    // The work, as its engine describes it.
+    // The work, as its algorithm describes it.
     double voxels, samples;
     struct weft_fused_work fused;
     struct weft_separable_work separable;
@@ -92,14 +92,14 @@ static struct weft_slice_geometry plane(const struct job *job)
 static void set_work(const struct weft_work *work, struct timed *out)
 {
     out->voxels = work->voxels;
-    switch (work->engine) {
-    case WEFT_ENGINE_FUSED:
+    switch (work->algorithm) {
+    case WEFT_ALGORITHM_FUSED:
         out->fused = work->of.fused;
         break;
-    case WEFT_ENGINE_SEPARABLE:
+    case WEFT_ALGORITHM_SEPARABLE:
         out->separable = work->of.separable;
         break;
-    case WEFT_ENGINE_MULTIPASS:
+    case WEFT_ALGORITHM_MULTIPASS:
         out->plan = work->of.passes.plan;
         out->samples = work->of.passes.samples;
         break;
@@ -174,7 +174,7 @@ static void find_start(struct calibration *c, struct job job)
     job.pixels = TINY;
     job.kernel = "linear";
     c->fixed = timed(c, job);
-    c->model.start[job.method.engine] = fmax(c->fixed.whole - c->fixed.read, 1e3);
+    c->model.start[job.method.algorithm] = fmax(c->fixed.whole - c->fixed.read, 1e3);
 }
 
 static double positive(double x)
@@ -247,7 +247,7 @@ static void calibrate_separable(struct calibration *c)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = 4.0 * PIXELS * PIXELS;
-    struct job job = {.method.engine = WEFT_ENGINE_SEPARABLE, .slab = true};
+    struct job job = {.method.algorithm = WEFT_ALGORITHM_SEPARABLE, .slab = true};
     find_start(c, job);
     job.pixels = 2 * PIXELS;
     job.kernel = "catmull-rom";
@@ -318,7 +318,7 @@ static void calibrate_passes(struct calibration *c)
 {
     static const char *const profiles[] = {"fp32", "fp16", "unorm16", "unorm8"};
     const double pixels = (double)PIXELS * PIXELS;
-    struct job job = {.method = {.engine = WEFT_ENGINE_MULTIPASS,
+    struct job job = {.method = {.algorithm = WEFT_ALGORITHM_MULTIPASS,
                                  .samples = 16,
                                  .profile = *weft_profile_find("fp32")},
                       .kernel = "linear"};

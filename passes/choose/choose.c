@@ -63,8 +63,8 @@ static void set_slice_figures(const struct chooser *c, const struct weft_slice_p
     candidate->bound = weft_bound_compute(&request->info.bound, &values).total;
     candidate->seconds = weft_cost_of(c->model, &work);
     candidate->bytes =
-        (uint64_t)(work.engine == WEFT_ENGINE_FUSED ? fused_bytes(&work)
-                                                    : separable_bytes(&work, request));
+        (uint64_t)(work.algorithm == WEFT_ALGORITHM_FUSED ? fused_bytes(&work)
+                                                          : separable_bytes(&work, request));
 }
 
 // The least that a plan of passes could have.
@@ -91,8 +91,8 @@ static void set_passes_figures(const struct chooser *c, const struct weft_method
 static bool is_wanted(const struct weft_choose_params *p, const struct weft_method *method)
 {
     if (p->profile)
-        return method->engine == WEFT_ENGINE_MULTIPASS;
-    return method->engine != WEFT_ENGINE_FUSED || p->slice.layout == WEFT_LAYOUT_AUTO ||
+        return method->algorithm == WEFT_ALGORITHM_MULTIPASS;
+    return method->algorithm != WEFT_ALGORITHM_FUSED || p->slice.layout == WEFT_LAYOUT_AUTO ||
            p->slice.layout == method->layout;
 }
 
@@ -116,7 +116,7 @@ static enum weft_result consider_slice(struct chooser *c, const struct weft_meth
     if (weft_quiet_log_refuses(&c->quiet, res))
         return WEFT_OK;
     if (res == WEFT_OK &&
-        (candidate->method.engine == WEFT_ENGINE_FUSED || request->axes.separable))
+        (candidate->method.algorithm == WEFT_ALGORITHM_FUSED || request->axes.separable))
         set_slice_figures(c, request, candidate);
     weft_slice_plan_destroy(&request);
     return res;
@@ -131,7 +131,7 @@ static enum weft_result consider(struct chooser *c, struct weft_method method)
     const struct weft_method_params params = params_of(c, &method);
     candidate.method = method;
     const bool applies = weft_method_check(&params) == WEFT_OK;
-    if (applies && method.engine != WEFT_ENGINE_MULTIPASS)
+    if (applies && method.algorithm != WEFT_ALGORITHM_MULTIPASS)
         res = consider_slice(c, &params, &candidate);
     else if (applies && !c->params->slice.clamp_to_samples)
         set_passes_figures(c, &params, &candidate);
@@ -176,13 +176,13 @@ static enum weft_result plan(void *priv, struct weft_candidate *candidate, void 
     const struct chooser *c = priv;
     struct weft_method_params params = params_of(c, &candidate->method);
     weft_method_plan *made = NULL;
-    if (candidate->method.engine == WEFT_ENGINE_FUSED && smooth_may_pay(c))
+    if (candidate->method.algorithm == WEFT_ALGORITHM_FUSED && smooth_may_pay(c))
         params.slice.smooth_error = fmax(0.0, 0.999 * (c->params->max_error - candidate->bound));
     const enum weft_result res = weft_method_plan_create(c->volume, &params, &made);
     if (res != WEFT_OK)
         return res;
     const struct weft_method_plan_info *info = weft_method_plan_get_info(made);
-    if (candidate->method.engine == WEFT_ENGINE_MULTIPASS)
+    if (candidate->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         candidate->bound = info->bound;
     candidate->seconds = weft_cost_of(c->model, &info->work);
     candidate->bytes = info->bytes;
@@ -193,7 +193,7 @@ static enum weft_result plan(void *priv, struct weft_candidate *candidate, void 
 static void learn(void *priv, const struct weft_candidate *planned)
 {
     const struct chooser *c = priv;
-    if (planned->method.engine == WEFT_ENGINE_MULTIPASS)
+    if (planned->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         weft_search_learn(c->choice->candidates, c->choice->count, planned, 0.0);
 }
 

@@ -12,13 +12,13 @@
 
 static bool is_known(const struct weft_work *w)
 {
-    switch (w->engine) {
-    case WEFT_ENGINE_FUSED:
+    switch (w->algorithm) {
+    case WEFT_ALGORITHM_FUSED:
         return (unsigned)w->of.fused.layout <= WEFT_LAYOUT_PLAIN &&
                (unsigned)w->of.fused.source <= WEFT_SOURCE_UNORM8;
-    case WEFT_ENGINE_SEPARABLE:
+    case WEFT_ALGORITHM_SEPARABLE:
         return true;
-    case WEFT_ENGINE_MULTIPASS:
+    case WEFT_ALGORITHM_MULTIPASS:
         return (unsigned)w->of.passes.plan.target <= WEFT_TARGET_FLOAT;
     }
     return false;
@@ -55,10 +55,10 @@ double weft_cost_of(const struct weft_cost_model *m, const struct weft_work *w)
 {
     if (!is_known(w))
         return NAN;
-    const double engine = w->engine == WEFT_ENGINE_FUSED       ? fused_ns(m, w)
-                          : w->engine == WEFT_ENGINE_SEPARABLE ? separable_ns(m, w)
-                                                               : passes_ns(m, w);
-    return 1e-9 * (m->start[w->engine] + m->voxel * w->voxels + engine);
+    const double algorithm = w->algorithm == WEFT_ALGORITHM_FUSED       ? fused_ns(m, w)
+                             : w->algorithm == WEFT_ALGORITHM_SEPARABLE ? separable_ns(m, w)
+                                                                        : passes_ns(m, w);
+    return 1e-9 * (m->start[w->algorithm] + m->voxel * w->voxels + algorithm);
 }
 
 // ---- text ---------------------------------------------------------------------------------------
@@ -74,7 +74,7 @@ struct field {
     }
 
 static const struct field fields[] = {
-    FIELD(start, WEFT_COST_ENGINES),
+    FIELD(start, WEFT_COST_ALGORITHMS),
     FIELD(voxel, 1),
     FIELD(entry, 1),
     FIELD(pixel, 1),

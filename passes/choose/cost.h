@@ -9,21 +9,22 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_COST_ENGINES = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4 };
+enum { WEFT_COST_ALGORITHMS = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4 };
 
 // A machine's times, each in nanoseconds for one of what it names. A plain value that owns nothing.
 struct weft_cost_model {
-    char renderer[128];              // GL's name of where they were measured; "" in the defaults
-    double start[WEFT_COST_ENGINES]; // [enum weft_engine]: of a run, whatever its size
-    double voxel;                    // that is read from a brick
-    // The fused engine takes for each pixel: `entry` to find its cell; `pixel` for position, store
-    // and reading back; `weights` for four of its weights' coefficients where they are uniform,
-    // `weights_fetched` where they come from a texture; and `fetch` for each fetch of the source.
+    char renderer[128];                 // GL's name of where they were measured; "" in the defaults
+    double start[WEFT_COST_ALGORITHMS]; // [enum weft_algorithm]: of a run, whatever its size
+    double voxel;                       // that is read from a brick
+    // The fused algorithm takes for each pixel: `entry` to find its cell; `pixel` for position,
+    // store and reading back; `weights` for four of its weights' coefficients where they are
+    // uniform, `weights_fetched` where they come from a texture; and `fetch` for each fetch of the
+    // source.
     double entry, pixel, weights, weights_fetched;
     double fetch[WEFT_COST_LAYOUTS][4]; // [layout less 1][enum weft_source_format]
     double texel[WEFT_COST_LAYOUTS][4]; // that is laid out and uploaded, likewise
-    // The separable engine: a voxel that is summed along an axis before, a tap of either pass, and
-    // a pixel of the result.
+    // The separable algorithm: a voxel that is summed along an axis before, a tap of either pass,
+    // and a pixel of the result.
     double summed, tap, separable_pixel;
     // Passes: `pass_pixel` for each pixel of the result, whatever the plan; `pass_weight` for each
     // weight of the exact sum that corrects a pixel where weights do not add up to one. By enum

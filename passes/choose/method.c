@@ -10,7 +10,7 @@
 #include "filter/check.h"
 #include "filter/analysis/error.h"
 
-const char *const weft_engine_names[] = {"fused", "separable", "passes", NULL};
+const char *const weft_algorithm_names[] = {"fused", "separable", "passes", NULL};
 
 struct weft_method_plan {
     struct weft_method_plan_info info;
@@ -27,9 +27,9 @@ struct weft_method_plan {
 int weft_method_format(const struct weft_method *method, char *text, size_t size)
 {
     char samples[16] = "", bits[16] = "";
-    if (method->engine == WEFT_ENGINE_SEPARABLE)
+    if (method->algorithm == WEFT_ALGORITHM_SEPARABLE)
         return snprintf(text, size, "separable");
-    if (method->engine == WEFT_ENGINE_FUSED) {
+    if (method->algorithm == WEFT_ALGORITHM_FUSED) {
         if (method->lookup != WEFT_LOOKUP_POLYNOMIAL)
             snprintf(samples, sizeof samples, " M=%d", method->samples);
         return snprintf(text, size, "fused %s %s %s%s", weft_layout_name(method->layout),
@@ -90,7 +90,7 @@ static void add_passes(struct list *list)
     for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
         for (int technique = 0; weft_technique_names[technique]; technique++) {
             for (int samples = 16; samples <= MOST_SAMPLES; samples *= 2) {
-                struct weft_method method = {.engine = WEFT_ENGINE_MULTIPASS,
+                struct weft_method method = {.algorithm = WEFT_ALGORITHM_MULTIPASS,
                                              .samples = samples,
                                              .profile = *weft_profile_find(profiles[p]),
                                              .technique = (enum weft_technique)technique};
@@ -113,7 +113,7 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
 {
     struct list list = {0};
     add_fused(&list);
-    add(&list, (struct weft_method){.engine = WEFT_ENGINE_SEPARABLE});
+    add(&list, (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE});
     add_passes(&list);
     if (list.failed) {
         weft_error(log, "not enough memory for a list of %zu methods", list.count);
@@ -132,11 +132,11 @@ struct weft_slice_params weft_method_slice_params(const struct weft_method_param
 {
     struct weft_slice_params slice = p->slice;
     const struct weft_method *method = &p->method;
-    if (method->engine != WEFT_ENGINE_SEPARABLE)
+    if (method->algorithm != WEFT_ALGORITHM_SEPARABLE)
         slice.without |= WEFT_SAVING_SEPARABLE;
-    if (method->engine == WEFT_ENGINE_MULTIPASS)
+    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         slice.without |= WEFT_SAVING_AXIS; // its boxes hold every tap
-    if (method->engine != WEFT_ENGINE_FUSED)
+    if (method->algorithm != WEFT_ALGORITHM_FUSED)
         return slice;
     slice.layout = method->layout;
     slice.source = method->source;
@@ -175,18 +175,18 @@ struct weft_work weft_method_work(const struct weft_method *method,
 {
     const struct weft_slice_geometry *g = &request->footprint->grid.index;
     struct weft_work work = {
-        .engine = method->engine,
+        .algorithm = method->algorithm,
         .pixels = (double)g->width * g->height,
         .voxels = (double)WEFT_BRICK_VOXELS * (double)placed->info.bricks_read,
     };
-    switch (method->engine) {
-    case WEFT_ENGINE_FUSED:
+    switch (method->algorithm) {
+    case WEFT_ALGORITHM_FUSED:
         work.of.fused = weft_slice_fused_work(request, placed, method->layout);
         break;
-    case WEFT_ENGINE_SEPARABLE:
+    case WEFT_ALGORITHM_SEPARABLE:
         work.of.separable = weft_slice_separable_work(request);
         break;
-    case WEFT_ENGINE_MULTIPASS:
+    case WEFT_ALGORITHM_MULTIPASS:
         work.of.passes.plan = *passes;
         work.of.passes.samples = samples;
         break;
@@ -245,20 +245,21 @@ enum weft_result weft_method_check(const struct weft_method_params *p)
 {
     const struct weft_method *method = &p->method;
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(p->slice.log, method->engine, WEFT_ENGINE_MULTIPASS);
+    weft_require_enum(p->slice.log, method->algorithm, WEFT_ALGORITHM_MULTIPASS);
     weft_require_enum(p->slice.log, method->layout, WEFT_LAYOUT_PLAIN);
     weft_require_enum(p->slice.log, method->source, WEFT_SOURCE_UNORM8);
     weft_require_enum(p->slice.log, method->lookup, WEFT_LOOKUP_NEAREST);
     weft_require_enum(p->slice.log, method->technique, WEFT_TECHNIQUE_LOG);
-    const bool unorm = method->engine == WEFT_ENGINE_FUSED && method->source >= WEFT_SOURCE_UNORM16;
+    const bool unorm =
+        method->algorithm == WEFT_ALGORITHM_FUSED && method->source >= WEFT_SOURCE_UNORM16;
     const struct weft_slice_params slice = weft_method_slice_params(p);
-    if (method->engine == WEFT_ENGINE_FUSED &&
+    if (method->algorithm == WEFT_ALGORITHM_FUSED &&
         !weft_slice_source_holds(slice.source, slice.low, slice.high)) {
         weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
                    weft_source_format_name(method->source), slice.low, slice.high);
         return WEFT_ERR_UNSUPPORTED;
     }
-    if (method->engine == WEFT_ENGINE_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
+    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
         p->statistics.low < 0.0) {
         weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g",
                    p->statistics.low);
@@ -299,7 +300,7 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
         goto fail;
     const struct weft_slice_plan_info *info = plan->info.slice =
         weft_slice_plan_get_info(plan->slice);
-    if (params->method.engine == WEFT_ENGINE_SEPARABLE &&
+    if (params->method.algorithm == WEFT_ALGORITHM_SEPARABLE &&
         !(info->savings & WEFT_SAVING_SEPARABLE)) {
         weft_debug(plan->log, "the slice does not run along the volume's axes");
         res = WEFT_ERR_UNSUPPORTED;
@@ -308,7 +309,7 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
     plan->terms = info->bound;
-    if (params->method.engine == WEFT_ENGINE_MULTIPASS)
+    if (params->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         res = plan_passes(plan, params);
     if (res != WEFT_OK)
         goto fail;
@@ -369,7 +370,8 @@ enum weft_result weft_method_run(weft_context *context, const weft_method_plan *
     struct weft_method_report own = {0};
     const double start = weft_now_seconds();
     const enum weft_result res = weft_slice_run_once(
-        context, plan->slice, plan->passes ? &passes : NULL,
+        plan->slice,
+        weft_slice_compile_params(.context = context, .passes = plan->passes ? &passes : NULL),
         weft_slice_run_params(.pixels = pixels, .progress = progress), &own.slice);
     own.seconds = weft_now_seconds() - start;
     if (res == WEFT_OK && report)

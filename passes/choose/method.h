@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/choose/method.h - methods of computing a slice: everything that decides what it costs and
 // how wrong it is, as one value, planned and run by the same calls whatever is behind it. A method
-// runs on one of three engines: the fused pass of passes/slice/slice.h, which convolves in single
+// is one of three algorithms: the fused pass of passes/slice/slice.h, which convolves in single
 // precision from a source of one of four formats; the same one axis after the other
 // (passes/separable/separable.h), for slices along the volume's axes; or the passes of a plan
 // (passes/plan/plan.h) on a target of limited precision.
@@ -15,19 +15,19 @@
 
 WEFT_BEGIN_DECLS
 
-// What runs a method. Default: fused.
-enum weft_engine {
-    WEFT_ENGINE_FUSED,     // passes/fused/fused.h
-    WEFT_ENGINE_SEPARABLE, // passes/separable/separable.h
-    WEFT_ENGINE_MULTIPASS, // passes/multipass/multipass.h
+// How a method filters. Default: fused.
+enum weft_algorithm {
+    WEFT_ALGORITHM_FUSED,     // passes/fused/fused.h
+    WEFT_ALGORITHM_SEPARABLE, // passes/separable/separable.h
+    WEFT_ALGORITHM_MULTIPASS, // passes/multipass/multipass.h
 };
 // NULL-ended, in the order of the enum: "fused", "separable", "passes".
-WEFT_API extern const char *const weft_engine_names[];
+WEFT_API extern const char *const weft_algorithm_names[];
 
 // A method as a value that owns nothing. All zero: the fused pass over floats with exact weights,
-// in the layout that memory allows. The engine tells which of the other members count.
+// in the layout that memory allows. The algorithm tells which of the other members count.
 struct weft_method {
-    enum weft_engine engine;
+    enum weft_algorithm algorithm;
     enum weft_layout layout;        // fused: how samples lie (default auto; weft_method_list has
                                     // none of that)
     enum weft_source_format source; // fused: how samples are stored (default float)
@@ -68,19 +68,19 @@ struct weft_method_params {
 #define WEFT_METHOD_DEFAULTS
 #define weft_method_params(...) (&(struct weft_method_params){WEFT_METHOD_DEFAULTS __VA_ARGS__})
 
-// What a run does, in counts, known from a plan or estimated before there is one. Each engine's own
+// What a run does, in counts, known from a plan or estimated before there is one. Each one's own
 // counts stand in its room's work.h; weft_cost_of turns them into seconds.
 struct weft_work {
-    enum weft_engine engine; // which member of `of` counts
-    double pixels;           // of the result
-    double voxels;           // that are read from bricks; 0 for images
+    enum weft_algorithm algorithm; // which member of `of` counts
+    double pixels;                 // of the result
+    double voxels;                 // that are read from bricks; 0 for images
     union {
-        struct weft_fused_work fused;         // WEFT_ENGINE_FUSED
-        struct weft_separable_work separable; // WEFT_ENGINE_SEPARABLE
+        struct weft_fused_work fused;         // WEFT_ALGORITHM_FUSED
+        struct weft_separable_work separable; // WEFT_ALGORITHM_SEPARABLE
         struct {
             struct weft_pass_work plan;
             double samples; // that are mapped and laid out, in the boxes of all rectangles
-        } passes;           // WEFT_ENGINE_MULTIPASS
+        } passes;           // WEFT_ALGORITHM_MULTIPASS
     } of;
 };
 
@@ -118,7 +118,7 @@ WEFT_API void weft_method_plan_destroy(weft_method_plan **plan); // accepts &NUL
 WEFT_API const struct weft_method_plan_info *
 weft_method_plan_get_info(const weft_method_plan *plan);
 // The plans that the method is made of, to be looked at and verified (weft_slice_verify). They
-// belong to the method's plan. That of passes is NULL for other engines.
+// belong to the method's plan. That of passes is NULL for other algorithms.
 WEFT_API const weft_slice_plan *weft_method_plan_get_slice(const weft_method_plan *plan);
 WEFT_API const weft_pass_plan *weft_method_plan_get_passes(const weft_method_plan *plan);
 

@@ -101,7 +101,7 @@ static enum weft_result plan(struct searcher *s, int i)
 static bool is_finer(const struct weft_candidate *candidate, const struct weft_candidate *planned)
 {
     const struct weft_method *a = &candidate->method, *b = &planned->method;
-    return a->engine == b->engine && a->technique == b->technique && a->bits == b->bits &&
+    return a->algorithm == b->algorithm && a->technique == b->technique && a->bits == b->bits &&
            a->profile.target == b->profile.target && a->samples > b->samples;
 }
 

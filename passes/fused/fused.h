@@ -20,6 +20,7 @@
 
 #include "../../filter/analysis/bound.h"
 #include "../../tiles/volume/layout.h"
+#include "../cpu/cpu.h"
 #include "../positions/footprint.h"
 
 WEFT_BEGIN_DECLS
@@ -55,6 +56,8 @@ struct weft_slice_params {
     // What these three and the volume reach, made before and shared with other plans, which so read
     // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
     weft_footprint *footprint;
+    enum weft_engine engine;        // that is to run it (default OpenGL)
+    enum weft_sums sums;            // of products (default float); double: of the CPU engine alone
     enum weft_layout layout;        // of voxels in the texture buffer (default auto, which goes by
                                     // memory_bytes; pixels differ by rounding)
     enum weft_source_format source; // how voxels are stored there (default float)
@@ -96,6 +99,8 @@ struct weft_slice_plan_info {
     struct weft_slice_geometry geometry; // as asked for
     enum weft_space space;
     struct weft_slice_geometry index_geometry; // the same in index space
+    enum weft_engine engine;
+    enum weft_sums sums;
     enum weft_layout layout;
     int fetches_per_pixel; // of the source
     int tile_count;
@@ -134,8 +139,8 @@ struct weft_slice_plan_info {
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
 // voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
 // of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
-// WEFT_ERR_UNSUPPORTED (radial kernels; see above), WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED, and what
-// weft_volume_find returns.
+// WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL; see above), WEFT_ERR_MEMORY,
+// WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,
                                                  weft_slice_plan **out);

@@ -293,6 +293,8 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 static enum weft_result check_values(const struct weft_slice_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
+    weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
     weft_require_enum(p->log, p->layout, WEFT_LAYOUT_PLAIN);
     weft_require_enum(p->log, p->source, WEFT_SOURCE_UNORM8);
     weft_require_enum(p->log, p->lookup, WEFT_LOOKUP_NEAREST);
@@ -313,6 +315,10 @@ bool weft_slice_source_holds(enum weft_source_format source, double low, double 
 
 static enum weft_result check_request(const struct weft_slice_params *p)
 {
+    if (p->sums == WEFT_SUMS_DOUBLE && p->engine != WEFT_ENGINE_CPU) {
+        weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (!weft_slice_source_holds(p->source, p->low, p->high)) {
         weft_error(p->log,
                    "a source of format %s needs a range within +-1e37, 1.2e-38 wide or more: %g to "
@@ -439,6 +445,8 @@ static enum weft_result start_info(struct weft_slice_plan *plan, const struct we
     info->kernel = reach->kernel;
     info->geometry = reach->geometry;
     info->space = reach->space;
+    info->engine = p->engine;
+    info->sums = p->sums;
     info->index_geometry = reach->index_geometry;
     info->prefilter_overlap = reach->prefilter_overlap;
     if (!reach->kernel.prefiltered || !p->clamp_to_samples)

@@ -62,7 +62,7 @@ static void set_figures(const struct chooser *c, const struct weft_pass_work *pl
 {
     const weft_resample_source *source = c->params->sources[0];
     const struct weft_work work = {
-        .engine = WEFT_ENGINE_MULTIPASS,
+        .algorithm = WEFT_ALGORITHM_MULTIPASS,
         .pixels = (double)c->params->width * c->params->height,
         .of.passes = {.plan = *plan,
                       .samples = (double)weft_resample_values_along(source, 0) *
@@ -79,7 +79,7 @@ static void add(struct chooser *c, enum weft_technique technique, int samples, i
 {
     struct weft_candidate *candidate = &c->choice->candidates[c->choice->count];
     *candidate = (struct weft_candidate){
-        .method = {.engine = WEFT_ENGINE_MULTIPASS,
+        .method = {.algorithm = WEFT_ALGORITHM_MULTIPASS,
                    .samples = samples,
                    .profile = c->passes.profile,
                    .technique = technique,

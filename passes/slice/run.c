@@ -24,22 +24,45 @@ static enum weft_result compile_engine(weft_slice *slice, const struct weft_slic
     return weft_fused_compile(slice->context, slice->plan, &slice->fused);
 }
 
-enum weft_result weft_slice_compile(weft_context *context, const weft_slice_plan *plan,
-                                    const struct weft_slice_passes *passes, weft_slice **out)
+// A plan is compiled for the engine that it was made for; the CPU runs any plan of passes.
+static enum weft_result check_engine(const struct weft_log *log, const weft_slice_plan *plan,
+                                     const struct weft_slice_compile_params *p,
+                                     struct weft_cpu *cpu)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, p->context || p->passes || plan->info.engine == WEFT_ENGINE_CPU);
+    weft_require(log, !p->context || plan->info.engine == WEFT_ENGINE_GL);
+    res = weft_cpu_resolve(log, &p->cpu, cpu);
+    if (res == WEFT_OK && plan->info.engine == WEFT_ENGINE_CPU && !p->passes) {
+        weft_error(log, "slices are not run on the CPU engine yet");
+        res = WEFT_ERR_UNSUPPORTED;
+    }
+fail:
+    return res;
+}
+
+enum weft_result weft_slice_compile(const weft_slice_plan *plan,
+                                    const struct weft_slice_compile_params *params,
+                                    weft_slice **out)
 {
     *out = NULL;
+    const struct weft_slice_passes *passes = params->passes;
     const struct weft_log *log = passes ? passes->log : plan ? plan->log : NULL;
+    weft_slice *slice = NULL;
+    struct weft_cpu cpu;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, plan != NULL);
-    weft_require(log, context || passes);
-    weft_slice *slice = calloc(1, sizeof *slice);
+    res = check_engine(log, plan, params, &cpu);
+    if (res != WEFT_OK)
+        return res;
+    slice = calloc(1, sizeof *slice);
     if (!slice) {
         weft_error(log, "not enough memory to compile the slice");
         return WEFT_ERR_MEMORY;
     }
     slice->plan = plan;
     slice->log = log;
-    slice->context = context;
+    slice->context = params->context;
     res = compile_engine(slice, passes);
     if (res == WEFT_OK)
         *out = slice;
@@ -130,13 +153,13 @@ fail:
     return res;
 }
 
-enum weft_result weft_slice_run_once(weft_context *context, const weft_slice_plan *plan,
-                                     const struct weft_slice_passes *passes,
+enum weft_result weft_slice_run_once(const weft_slice_plan *plan,
+                                     const struct weft_slice_compile_params *where,
                                      const struct weft_slice_run_params *params,
                                      struct weft_slice_report *report)
 {
     weft_slice *slice;
-    enum weft_result res = weft_slice_compile(context, plan, passes, &slice);
+    enum weft_result res = weft_slice_compile(plan, where, &slice);
     if (res == WEFT_OK)
         res = weft_slice_run(slice, params, report);
     weft_slice_destroy(&slice);

@@ -63,9 +63,9 @@ static void cut_slice(void)
          "weft_slice_axis_geometry");
     must(weft_slice_plan_create(volume, &params, &plan), "weft_slice_plan_create");
     if (weft_context_create(&any, &context) == WEFT_OK) {
-        must(
-            weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL),
-            "weft_slice_run");
+        must(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                 weft_slice_run_params(.pixels = pixels), NULL),
+             "weft_slice_run");
         for (int i = 0; i < 4; i++) // pixels lie on voxels
             if (!(fabsf(pixels[i] - data[i]) <= 1e-5f))
                 must(WEFT_ERR_GL, "the slice's values");

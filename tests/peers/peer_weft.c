@@ -25,7 +25,7 @@ static double run(void *priv)
 {
     struct state *s = priv;
     struct weft_slice_report report;
-    if (weft_slice_run_once(s->context, s->plan, NULL,
+    if (weft_slice_run_once(s->plan, weft_slice_compile_params(.context = s->context),
                             weft_slice_run_params(.pixels = s->job.pixels), &report) != WEFT_OK)
         exit(1);
     return report.pass_seconds;

@@ -194,12 +194,12 @@ static enum weft_result measure_method(struct bench *b, struct chart_point *poin
 
 static enum chart_family family_of(const struct weft_method *method)
 {
-    switch (method->engine) {
-    case WEFT_ENGINE_FUSED:
+    switch (method->algorithm) {
+    case WEFT_ALGORITHM_FUSED:
         return CHART_FUSED + method->source;
-    case WEFT_ENGINE_SEPARABLE:
+    case WEFT_ALGORITHM_SEPARABLE:
         return CHART_SEPARABLE;
-    case WEFT_ENGINE_MULTIPASS:
+    case WEFT_ALGORITHM_MULTIPASS:
         break;
     }
     return CHART_PASSES + method->technique;
@@ -208,10 +208,10 @@ static enum chart_family family_of(const struct weft_method *method)
 static void name_technique(const struct weft_method *method, char out[CHART_TEXT])
 {
     const char *detail =
-        method->engine == WEFT_ENGINE_FUSED       ? weft_source_format_name(method->source)
-        : method->engine == WEFT_ENGINE_MULTIPASS ? weft_technique_names[method->technique]
-                                                  : "";
-    snprintf(out, CHART_TEXT, "%s%s%s", weft_engine_names[method->engine], *detail ? " " : "",
+        method->algorithm == WEFT_ALGORITHM_FUSED       ? weft_source_format_name(method->source)
+        : method->algorithm == WEFT_ALGORITHM_MULTIPASS ? weft_technique_names[method->technique]
+                                                        : "";
+    snprintf(out, CHART_TEXT, "%s%s%s", weft_algorithm_names[method->algorithm], *detail ? " " : "",
              detail);
 }
 
@@ -256,7 +256,7 @@ static enum weft_result measure_again(struct bench *b, int kernel)
     enum weft_result res = WEFT_OK;
     for (size_t i = 0; i < b->chart->count && res == WEFT_OK; i++) {
         struct chart_point *point = &b->chart->point[i];
-        if (point->kernel != kernel || point->method.engine == WEFT_ENGINE_MULTIPASS ||
+        if (point->kernel != kernel || point->method.algorithm == WEFT_ALGORITHM_MULTIPASS ||
             report_now_seconds() - b->start > b->budget)
             continue;
         res = measure_method(b, point);
@@ -318,9 +318,9 @@ static enum weft_result allocate_pixels(struct bench *b)
 // The least comes first: what tells most in least time, should the time be over before the list.
 static int rank(const struct weft_method *method)
 {
-    if (method->engine == WEFT_ENGINE_SEPARABLE)
+    if (method->algorithm == WEFT_ALGORITHM_SEPARABLE)
         return 0;
-    if (method->engine == WEFT_ENGINE_FUSED)
+    if (method->algorithm == WEFT_ALGORITHM_FUSED)
         return method->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : method->samples % 64 == 0 ? 3 : 4;
     if (method->samples > 32)
         return 7;
@@ -329,7 +329,7 @@ static int rank(const struct weft_method *method)
 
 static bool is_quick(const struct weft_method *method)
 {
-    if (method->engine == WEFT_ENGINE_MULTIPASS)
+    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         return method->samples == 16 && method->technique <= WEFT_TECHNIQUE_DOT4;
     return method->lookup == WEFT_LOOKUP_POLYNOMIAL
                ? method->layout == WEFT_LAYOUT_INTERLEAVED || method->source == WEFT_SOURCE_FLOAT
@@ -340,7 +340,7 @@ static bool is_quick(const struct weft_method *method)
 // bytes.
 static bool is_for_other_kernels(const struct weft_method *method)
 {
-    return method->engine == WEFT_ENGINE_FUSED && method->lookup == WEFT_LOOKUP_POLYNOMIAL &&
+    return method->algorithm == WEFT_ALGORITHM_FUSED && method->lookup == WEFT_LOOKUP_POLYNOMIAL &&
            method->layout == WEFT_LAYOUT_INTERLEAVED &&
            (method->source == WEFT_SOURCE_FLOAT || method->source == WEFT_SOURCE_UNORM8);
 }
@@ -430,7 +430,7 @@ static void list_truth_methods(struct weft_method out[], size_t *count)
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         out[(*count)++] =
             (struct weft_method){.layout = WEFT_LAYOUT_INTERLEAVED, .source = formats[i]};
-    out[(*count)++] = (struct weft_method){.engine = WEFT_ENGINE_MULTIPASS,
+    out[(*count)++] = (struct weft_method){.algorithm = WEFT_ALGORITHM_MULTIPASS,
                                            .samples = 32,
                                            .profile = *weft_profile_find("unorm8"),
                                            .technique = WEFT_TECHNIQUE_DOT4};

@@ -12,7 +12,7 @@ json_t *candidate_json(const struct weft_candidate *c)
                                weft_candidate_state_names[c->state], "estimated", c->estimated,
                                "seconds", json_number(refused ? NAN : c->seconds), "bytes",
                                json_count(c->bytes), "bound", json_number(c->bound));
-    if (object && c->method.engine == WEFT_ENGINE_MULTIPASS) {
+    if (object && c->method.algorithm == WEFT_ALGORITHM_MULTIPASS) {
         json_object_set_new(object, "technique",
                             json_text(weft_technique_names[c->method.technique]));
         json_object_set_new(object, "resolution", json_integer(c->method.samples));

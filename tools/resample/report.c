@@ -19,7 +19,8 @@ static const weft_pass_plan *first_plan(const struct resample_job *job)
 
 static const char *method_name(const struct resample_job *job)
 {
-    return weft_engine_names[job->separable ? WEFT_ENGINE_SEPARABLE : WEFT_ENGINE_MULTIPASS];
+    return weft_algorithm_names[job->separable ? WEFT_ALGORITHM_SEPARABLE
+                                               : WEFT_ALGORITHM_MULTIPASS];
 }
 
 // ---- EXR attributes -----------------------------------------------------------------------------

@@ -64,15 +64,15 @@ static bool print_general(const struct weft_cost_model *m)
         double value;
     } rows[] = {
         {"a voxel read", m->voxel},
-        {"fused: any run", m->start[WEFT_ENGINE_FUSED]},
+        {"fused: any run", m->start[WEFT_ALGORITHM_FUSED]},
         {"fused: a pixel", m->entry + m->pixel},
         {"fused: four weights", m->weights},
         {"fused: four weights of sampled tiles", m->weights_fetched},
-        {"separable: any run", m->start[WEFT_ENGINE_SEPARABLE]},
+        {"separable: any run", m->start[WEFT_ALGORITHM_SEPARABLE]},
         {"separable: a pixel", m->separable_pixel},
         {"separable: a tap", m->tap},
         {"separable: a voxel summed", m->summed},
-        {"passes: any run", m->start[WEFT_ENGINE_MULTIPASS]},
+        {"passes: any run", m->start[WEFT_ALGORITHM_MULTIPASS]},
         {"passes: a pixel", m->pass_pixel},
         {"passes: an exact weight", m->pass_weight},
     };

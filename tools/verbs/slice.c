@@ -525,7 +525,8 @@ static enum weft_result run_planned(struct slice_job *job)
         .log = report_log(),
     };
     return weft_slice_run_once(
-        job->context, job->plan, job->passes ? &passes : NULL,
+        job->plan,
+        weft_slice_compile_params(.context = job->context, .passes = job->passes ? &passes : NULL),
         weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
         &job->report);
 }

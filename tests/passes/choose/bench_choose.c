@@ -55,7 +55,7 @@ static bool is_worth_a_run(const struct weft_choice *choice, const struct weft_c
     const double chosen = choice->candidates[choice->chosen].seconds;
     return c->state == WEFT_CANDIDATE_CHOSEN ||
            (c->state != WEFT_CANDIDATE_REFUSED &&
-            (c->method.engine != WEFT_ENGINE_MULTIPASS || c->seconds < 1.5 * chosen));
+            (c->method.algorithm != WEFT_ALGORITHM_MULTIPASS || c->seconds < 1.5 * chosen));
 }
 
 static int plan_contenders(const struct job *job, double budget, const struct weft_choice *choice,
@@ -71,7 +71,7 @@ static int plan_contenders(const struct job *job, double budget, const struct we
         *contender =
             (struct contender){.candidate = c, .chosen = c->state == WEFT_CANDIDATE_CHOSEN};
         params.method = c->method;
-        if (c->method.engine == WEFT_ENGINE_FUSED && c->bound < budget)
+        if (c->method.algorithm == WEFT_ALGORITHM_FUSED && c->bound < budget)
             params.slice.smooth_error = 0.999 * (budget - c->bound);
         if (weft_method_plan_create(job->volume, &params, &contender->plan) == WEFT_OK)
             count++;

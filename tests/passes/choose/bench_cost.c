@@ -155,7 +155,7 @@ static enum weft_result run_slice(struct bench *b, const char *kernel, bool obli
     params.slice.progress = &progress;
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
         // A small case plans few taps and samples.
-        if (!b->full && methods[i].engine == WEFT_ENGINE_MULTIPASS && methods[i].samples > 16)
+        if (!b->full && methods[i].algorithm == WEFT_ALGORITHM_MULTIPASS && methods[i].samples > 16)
             continue;
         params.method = methods[i];
         compare(b, &params);

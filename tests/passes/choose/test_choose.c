@@ -85,7 +85,7 @@ static void random_jobs_stay_within_their_budgets(void **state)
                          choice.candidates[choice.chosen].name, error, params.max_error);
             assert_true(weft_method_plan_get_info(choice.plan)->bound <= params.max_error);
             closest = fmax(closest, error / params.max_error);
-            methods[choice.candidates[choice.chosen].method.engine]++;
+            methods[choice.candidates[choice.chosen].method.algorithm]++;
             chosen++;
         }
         weft_choice_clear(&choice);

@@ -114,7 +114,7 @@ static double predict(weft_volume *volume, const struct weft_method *method, int
                   .log = &log_to_stderr},
     };
     weft_method_plan *plan = NULL;
-    if (method->engine == WEFT_ENGINE_MULTIPASS)
+    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         params.method.samples = 16;
     assert_int_equal(weft_method_plan_create(volume, &params, &plan), WEFT_OK);
     const double seconds = weft_cost_of(&weft_cost_default, &weft_method_plan_get_info(plan)->work);
@@ -154,15 +154,15 @@ static void more_work_costs_more(void **state)
 {
     (void)state;
     static const struct weft_work bases[] = {
-        {.engine = WEFT_ENGINE_FUSED,
+        {.algorithm = WEFT_ALGORITHM_FUSED,
          .pixels = 1e5,
          .voxels = 1e5,
          .of.fused = {.layout = WEFT_LAYOUT_PLAIN, .texels = 1e5, .fetches = 64, .weights = 3}},
-        {.engine = WEFT_ENGINE_SEPARABLE,
+        {.algorithm = WEFT_ALGORITHM_SEPARABLE,
          .pixels = 1e5,
          .voxels = 1e5,
          .of.separable = {.summed = 1e5, .taps = 4e5}},
-        {.engine = WEFT_ENGINE_MULTIPASS,
+        {.algorithm = WEFT_ALGORITHM_MULTIPASS,
          .pixels = 1e5,
          .voxels = 1e5,
          .of.passes = {.plan = {.passes = 4, .fetches = 64, .tile_bytes = 1e6, .exact_weights = 12},
@@ -190,7 +190,7 @@ static void more_work_costs_more(void **state)
     }
     assert_int_equal(compared, 5 + 4 + 7);
     // Nothing at all still has a start, and no tiles are no trouble.
-    const struct weft_work nothing = {.engine = WEFT_ENGINE_MULTIPASS};
+    const struct weft_work nothing = {.algorithm = WEFT_ALGORITHM_MULTIPASS};
     assert_near(weft_cost_of(&weft_cost_default, &nothing), 1e-9 * weft_cost_default.start[2],
                 1e-15, "nothing");
 }

@@ -17,7 +17,7 @@ enum { JOBS = 150 };
 static struct weft_method random_method(struct random *r)
 {
     if (below(r, 6) == 0)
-        return (struct weft_method){.engine = WEFT_ENGINE_SEPARABLE};
+        return (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE};
     return (struct weft_method){.layout = (enum weft_layout)(1 + below(r, 3)),
                                 .source = (enum weft_source_format)below(r, 4),
                                 .lookup = (enum weft_lookup)below(r, 3),
@@ -31,9 +31,9 @@ static struct weft_method random_method(struct random *r)
 static bool may_be_refused(const struct job *job)
 {
     const struct weft_method *method = &job->params.method;
-    return method->engine == WEFT_ENGINE_SEPARABLE ||
-           (method->engine == WEFT_ENGINE_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
-            job->params.statistics.low < 0.0);
+    return method->algorithm == WEFT_ALGORITHM_SEPARABLE ||
+           (method->algorithm == WEFT_ALGORITHM_MULTIPASS &&
+            method->technique == WEFT_TECHNIQUE_LOG && job->params.statistics.low < 0.0);
 }
 
 // Runs one method and checks every pixel against the bound. Returns false where it is unsupported.
@@ -129,7 +129,7 @@ static void listed_methods_stay_within_their_bounds(void **state)
         set_job(&r, 1, &job);
         job.params.method = methods[i];
         // Planning others takes long with many taps or samples.
-        if (methods[i].engine == WEFT_ENGINE_MULTIPASS) {
+        if (methods[i].algorithm == WEFT_ALGORITHM_MULTIPASS) {
             job.params.slice.kernel = kernel_named(i % 2 ? "linear" : "mitchell");
             job.params.method.samples = 16;
         }

@@ -234,7 +234,7 @@ static void failures_end_the_search(void **state)
 static struct weft_candidate tiles_of(int samples, int bits, bool estimated)
 {
     return (struct weft_candidate){
-        .method = {.engine = WEFT_ENGINE_MULTIPASS, .samples = samples, .bits = bits},
+        .method = {.algorithm = WEFT_ALGORITHM_MULTIPASS, .samples = samples, .bits = bits},
         .estimated = estimated,
         .bound = 0.1};
 }
@@ -243,7 +243,7 @@ static void plans_tell_of_finer_tiles(void **state)
 {
     (void)state;
     const struct weft_candidate planned = {
-        .method = {.engine = WEFT_ENGINE_MULTIPASS, .samples = 16, .bits = 8}, .bound = 1.0};
+        .method = {.algorithm = WEFT_ALGORITHM_MULTIPASS, .samples = 16, .bits = 8}, .bound = 1.0};
     // With half of the bound that stays: 0.5 of 0.4 or 0.16, and 0.45. What is higher already, has
     // another number of bits, as few samples or a plan of its own keeps its bound.
     static const double rest[2] = {0.0, 0.5}, expected[2][2] = {{0.4, 0.16}, {0.65, 0.53}};

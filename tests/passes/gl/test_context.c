@@ -143,9 +143,9 @@ static void slice(weft_context *context)
         weft_slice_axis_geometry(NULL, volume, params.space, 2, 0.0, 2, 2, &params.geometry),
         WEFT_OK);
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-    assert_int_equal(
-        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), NULL),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                         weft_slice_run_params(.pixels = pixels), NULL),
+                     WEFT_OK);
     for (int i = 0; i < 4; i++)
         assert_true(pixels[i] == data[i]); // on the lattice, with an interpolating kernel
     weft_slice_plan_destroy(&plan);

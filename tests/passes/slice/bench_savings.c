@@ -150,9 +150,9 @@ static enum weft_result run_turns(const struct bench *b, struct method methods[2
     for (int run = -1; res == WEFT_OK && run < b->runs; run++) {
         for (int w = 0; res == WEFT_OK && w < 2; w++) {
             const double start = weft_now_seconds();
-            res = weft_slice_run_once(b->context, methods[w].plan, NULL,
-                                      weft_slice_run_params(.pixels = methods[w].pixels),
-                                      &methods[w].report);
+            res = weft_slice_run_once(
+                methods[w].plan, weft_slice_compile_params(.context = b->context),
+                weft_slice_run_params(.pixels = methods[w].pixels), &methods[w].report);
             if (run >= 0)
                 methods[w].seconds[run] = weft_now_seconds() - start;
         }

@@ -167,8 +167,9 @@ static enum weft_result run_method(struct method *method, weft_context *context,
                                    int turn, double baseline)
 {
     double start = weft_now_seconds();
-    enum weft_result res = weft_slice_run_once(
-        context, method->plan, NULL, weft_slice_run_params(.pixels = pixels), &method->report);
+    enum weft_result res =
+        weft_slice_run_once(method->plan, weft_slice_compile_params(.context = context),
+                            weft_slice_run_params(.pixels = pixels), &method->report);
     if (res == WEFT_OK && turn >= 0) {
         method->seconds[turn] = method->report.pass_seconds;
         method->whole_seconds[turn] = weft_now_seconds() - start;

@@ -76,9 +76,9 @@ static float *run_slice(weft_context *context, weft_volume *volume,
     const struct weft_slice_geometry *g = &params->geometry;
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     assert_non_null(pixels);
-    assert_int_equal(
-        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = pixels), report),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                         weft_slice_run_params(.pixels = pixels), report),
+                     WEFT_OK);
     if (error)
         assert_int_equal(weft_slice_verify(plan, pixels, NULL, error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
@@ -105,8 +105,7 @@ static double tolerance_for(const struct weft_kernel_info *info)
 {
     struct weft_kernel kernel;
     assert_int_equal(weft_kernel_create(NULL, info, NULL, &kernel), WEFT_OK);
-    return info->derivation > 0 ? TOLERANCE * pow(weft_analysis_gain(&kernel), 3)
-                                : TOLERANCE;
+    return info->derivation > 0 ? TOLERANCE * pow(weft_analysis_gain(&kernel), 3) : TOLERANCE;
 }
 
 // ---- tests --------------------------------------------------------------------------------------
@@ -549,7 +548,7 @@ static void runs_and_verification_can_be_cancelled(void **state)
     params.progress = NULL;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     assert_int_equal(
-        weft_slice_run_once(contexts[0], plan, NULL,
+        weft_slice_run_once(plan, weft_slice_compile_params(.context = contexts[0]),
                             weft_slice_run_params(.pixels = pixels, .progress = &progress), NULL),
         WEFT_ERR_CANCELLED);
     assert_int_equal(weft_slice_verify(plan, pixels,
@@ -672,7 +671,8 @@ static void any_parameters_can_be_sliced(void **state)
             float pixels[100];
             if (weft_slice_plan_create(volume, &params, &plan) != WEFT_OK)
                 fail_msg("%s cannot be sliced", name);
-            assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+            assert_int_equal(weft_slice_run_once(plan,
+                                                 weft_slice_compile_params(.context = contexts[0]),
                                                  weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);

@@ -131,8 +131,9 @@ static enum weft_result run_passes(weft_context *context, const struct fixture *
                                    const struct weft_slice_passes *passes, float *pixels,
                                    struct weft_slice_report *report)
 {
-    return weft_slice_run_once(context, f->slice, passes, weft_slice_run_params(.pixels = pixels),
-                               report);
+    return weft_slice_run_once(f->slice,
+                               weft_slice_compile_params(.context = context, .passes = passes),
+                               weft_slice_run_params(.pixels = pixels), report);
 }
 
 static float *make_pixels(const struct fixture *f)
@@ -233,7 +234,7 @@ static void fine_tiles_come_close_to_one_pass(void **state)
     struct fixture f;
     set_up(&f, volume, &g, &method);
     float *pixels = run(&f, contexts[0], 0), *one_pass = make_pixels(&f);
-    assert_int_equal(weft_slice_run_once(contexts[0], f.slice, NULL,
+    assert_int_equal(weft_slice_run_once(f.slice, weft_slice_compile_params(.context = contexts[0]),
                                          weft_slice_run_params(.pixels = one_pass), NULL),
                      WEFT_OK);
     // Half a sample in each of three axes, where neighbours differ by at most 1.
@@ -506,7 +507,10 @@ static void far_apart_pixels_are_refused_with_numbers(void **state)
     weft_slice *slice = NULL;
     passes.log = &log;
     // Before anything is run.
-    assert_int_equal(weft_slice_compile(contexts[0], f.slice, &passes, &slice), WEFT_ERR_LIMIT);
+    assert_int_equal(
+        weft_slice_compile(
+            f.slice, weft_slice_compile_params(.context = contexts[0], .passes = &passes), &slice),
+        WEFT_ERR_LIMIT);
     assert_null(slice);
     assert_int_equal(message.count, 1);
     assert_non_null(strstr(message.text, "2048 voxels"));
@@ -543,7 +547,10 @@ static void progress_rises_and_cancels(void **state)
     const struct weft_slice_run_params run_params = {.pixels = pixels, .progress = &progress};
     weft_slice *slice = NULL;
     passes.log = NULL;
-    assert_int_equal(weft_slice_compile(contexts[0], f.slice, &passes, &slice), WEFT_OK);
+    assert_int_equal(
+        weft_slice_compile(
+            f.slice, weft_slice_compile_params(.context = contexts[0], .passes = &passes), &slice),
+        WEFT_OK);
     assert_int_equal(weft_slice_run(slice, &run_params, NULL), WEFT_OK);
     assert_false(counter.falls);
     assert_true(counter.last == 1.0);

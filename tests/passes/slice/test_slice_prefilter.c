@@ -91,9 +91,9 @@ static struct result slice(weft_context *context, weft_volume *volume,
     r.pixels =
         malloc((size_t)params->geometry.width * (size_t)params->geometry.height * sizeof(float));
     assert_non_null(r.pixels);
-    assert_int_equal(
-        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = r.pixels), NULL),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                         weft_slice_run_params(.pixels = r.pixels), NULL),
+                     WEFT_OK);
     if (verify)
         assert_int_equal(weft_slice_verify(plan, r.pixels, NULL, &r.error), WEFT_OK);
     weft_slice_plan_destroy(&plan);
@@ -479,9 +479,9 @@ static void check_far(const struct weft_kernel *kernel, int axis, int away, floa
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
     assert_int_equal(info->prefilter_overlap, overlap);
-    assert_int_equal(
-        weft_slice_run_once(contexts[0], plan, NULL, weft_slice_run_params(.pixels = pixels), NULL),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = contexts[0]),
+                                         weft_slice_run_params(.pixels = pixels), NULL),
+                     WEFT_OK);
     assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, error.pixels_total);
     const double found = far_error(&params, data, size, pixels);
@@ -569,9 +569,11 @@ static void passes_run_on_coefficients(void **state)
         assert_int_equal(weft_profile_parse(NULL, cases[i].profile, &plan_params->profile),
                          WEFT_OK);
         assert_int_equal(weft_pass_plan_create(plan_params, &plan), WEFT_OK);
-        assert_int_equal(weft_slice_run_once(contexts[0], slice_plan,
-                                             weft_slice_passes(.plan = plan),
-                                             weft_slice_run_params(.pixels = pixels), &report),
+        assert_int_equal(weft_slice_run_once(
+                             slice_plan,
+                             weft_slice_compile_params(.context = contexts[0],
+                                                       .passes = weft_slice_passes(.plan = plan)),
+                             weft_slice_run_params(.pixels = pixels), &report),
                          WEFT_OK);
         // Coefficients of noise reach farther than its voxels.
         assert_true(report.high > 1.5 && report.low < -1.5);

@@ -84,8 +84,12 @@ static void check_engine(weft_volume *volume, const struct engine *e)
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     assert_int_equal(weft_slice_plan_get_info(plan)->savings & WEFT_SAVING_SEPARABLE,
                      e->geometry == &across ? WEFT_SAVING_SEPARABLE : 0);
-    assert_int_equal(weft_slice_compile(context, plan, pass_plan ? &passes : NULL, &slice),
-                     WEFT_OK);
+    assert_int_equal(
+        weft_slice_compile(
+            plan,
+            weft_slice_compile_params(.context = context, .passes = pass_plan ? &passes : NULL),
+            &slice),
+        WEFT_OK);
     for (int run = 0; run < 3; run++) {
         for (size_t i = 0; i < stride * height; i++)
             often[i] = untouched;
@@ -97,9 +101,12 @@ static void check_engine(weft_volume *volume, const struct engine *e)
             assert_true(report.bricks_read > 10);
         else
             assert_int_equal(report.bricks_read, 0); // they are kept
-        assert_int_equal(weft_slice_run_once(context, plan, pass_plan ? &passes : NULL,
-                                             weft_slice_run_params(.pixels = once), NULL),
-                         WEFT_OK);
+        assert_int_equal(
+            weft_slice_run_once(
+                plan,
+                weft_slice_compile_params(.context = context, .passes = pass_plan ? &passes : NULL),
+                weft_slice_run_params(.pixels = once), NULL),
+            WEFT_OK);
         for (size_t y = 0; y < height; y++) {
             if (memcmp(often + y * stride, once + y * width, width * sizeof *once) != 0)
                 fail_msg("%s: row %zu of run %d differs", e->name, y, run);
@@ -144,9 +151,9 @@ static void plans_are_cut_to_the_contexts_limits(void **state)
     weft_slice *slice = NULL;
     assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
     assert_int_equal(weft_slice_plan_get_info(plan)->tile_count, 1);
-    assert_int_equal(
-        weft_slice_run_once(contexts[0], plan, NULL, weft_slice_run_params(.pixels = whole), NULL),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = contexts[0]),
+                                         weft_slice_run_params(.pixels = whole), NULL),
+                     WEFT_OK);
     struct weft_context_info *info = &contexts[0]->info;
     const struct weft_context_info own = *info;
     for (size_t i = 0; i < WEFT_COUNT(limits); i++) {
@@ -160,11 +167,14 @@ static void plans_are_cut_to_the_contexts_limits(void **state)
             assert_true(p->tiles[t].width <= limits[i].side &&
                         p->tiles[t].height <= limits[i].side);
         memset(cut, 0, sizeof cut);
-        assert_int_equal(weft_slice_run_once(contexts[0], small, NULL,
+        assert_int_equal(weft_slice_run_once(small,
+                                             weft_slice_compile_params(.context = contexts[0]),
                                              weft_slice_run_params(.pixels = cut), &report),
                          WEFT_OK);
         assert_memory_equal(cut, whole, sizeof cut);
-        assert_int_equal(weft_slice_compile(contexts[0], plan, NULL, &slice), WEFT_ERR_LIMIT);
+        assert_int_equal(
+            weft_slice_compile(plan, weft_slice_compile_params(.context = contexts[0]), &slice),
+            WEFT_ERR_LIMIT);
         assert_null(slice);
         weft_slice_plan_destroy(&small);
     }
@@ -195,7 +205,9 @@ static void separable_tiles_are_kept_where_there_is_room(void **state)
             struct weft_slice_report report[2];
             params.memory_bytes = bytes;
             assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-            assert_int_equal(weft_slice_compile(contexts[0], plan, NULL, &slice), WEFT_OK);
+            assert_int_equal(
+                weft_slice_compile(plan, weft_slice_compile_params(.context = contexts[0]), &slice),
+                WEFT_OK);
             for (int run = 0; run < 2; run++)
                 assert_int_equal(
                     weft_slice_run(slice, weft_slice_run_params(.pixels = cut[run]), &report[run]),
@@ -281,7 +293,8 @@ static uint64_t read_all(const char *kernel, uint64_t memory_bytes, float *pixel
     weft_footprint *footprint = weft_slice_plan_get_footprint(plan);
     assert_int_equal(weft_footprint_statistics(footprint, NULL, &statistics), WEFT_OK);
     for (int run = 0; run < 2; run++)
-        assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+        assert_int_equal(weft_slice_run_once(plan,
+                                             weft_slice_compile_params(.context = contexts[0]),
                                              weft_slice_run_params(.pixels = pixels), NULL),
                          WEFT_OK);
     assert_int_equal(weft_slice_verify(plan, pixels, &few, &error), WEFT_OK);

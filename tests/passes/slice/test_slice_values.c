@@ -98,9 +98,9 @@ static struct weft_slice_report run(weft_context *context, weft_volume *volume,
     assert_true(params->geometry.width * params->geometry.height <= MAX_PIXELS);
     assert_int_equal(weft_slice_plan_create(volume, params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
-    assert_int_equal(
-        weft_slice_run_once(context, plan, NULL, weft_slice_run_params(.pixels = out), &report),
-        WEFT_OK);
+    assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                         weft_slice_run_params(.pixels = out), &report),
+                     WEFT_OK);
     if (what)
         assert_int_equal(weft_slice_verify(plan, out, NULL, &error), WEFT_OK);
     const double bound = info->error_bound * error.magnitude + info->error_absolute;
@@ -409,7 +409,7 @@ static void budgets_skip_sources_that_cannot_hold_the_voxels(void **state)
     for (size_t i = 0; i < choice.count; i++) {
         const struct weft_candidate *c = &choice.candidates[i];
         const bool holds =
-            c->method.engine != WEFT_ENGINE_FUSED || c->method.source == WEFT_SOURCE_FLOAT;
+            c->method.algorithm != WEFT_ALGORITHM_FUSED || c->method.source == WEFT_SOURCE_FLOAT;
         refused += !holds;
         assert_true(holds || c->state == WEFT_CANDIDATE_REFUSED);
     }
@@ -441,7 +441,8 @@ static void halves_keep_what_is_not_finite(void **state)
         params.source = WEFT_SOURCE_UNORM8;
         params.log = &log;
         assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
-        assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+        assert_int_equal(weft_slice_run_once(plan,
+                                             weft_slice_compile_params(.context = contexts[0]),
                                              weft_slice_run_params(.pixels = pixels), NULL),
                          WEFT_ERR_UNSUPPORTED);
         assert_int_equal(message.count, 1);
@@ -471,7 +472,7 @@ static void fit_voxels_cost_nothing(void **state)
 static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *profile,
                            const struct weft_slice_geometry *g)
 {
-    struct weft_method_params params = {.method = {.engine = WEFT_ENGINE_MULTIPASS,
+    struct weft_method_params params = {.method = {.algorithm = WEFT_ALGORITHM_MULTIPASS,
                                                    .samples = 16,
                                                    .profile = *weft_profile_find(profile)},
                                         .slice = params_of(&engines[3], kernel, g)};

@@ -573,7 +573,8 @@ static void slice_errors_are_found(void **state)
                 WEFT_OK);
             assert_int_equal(weft_slice_plan_create(volume, &params, &plan), WEFT_OK);
             tiles[cut] = weft_slice_plan_get_info(plan)->tile_count;
-            assert_int_equal(weft_slice_run_once(contexts[0], plan, NULL,
+            assert_int_equal(weft_slice_run_once(plan,
+                                                 weft_slice_compile_params(.context = contexts[0]),
                                                  weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             const struct weft_slice_verify_params all = {.max_seconds = INFINITY};
