@@ -46,19 +46,19 @@ bool preview_help(const struct option_value *colour_map)
 
 enum weft_result preview_check_outputs(const struct preview_options *options, bool writes)
 {
-    const struct option_value *const both[] = {options->output, options->preview};
-    if (both[0]->given && both[1]->given && paths_same_file(both[0]->text, both[1]->text)) {
-        report_error("-o %s and --preview %s are the same file", both[0]->text, both[1]->text);
+    const char *const both[] = {options->output, options->preview};
+    if (both[0] && both[1] && paths_same_file(both[0], both[1])) {
+        report_error("-o %s and --preview %s are the same file", both[0], both[1]);
         return WEFT_ERR_ARGUMENT;
     }
     for (int i = 0; i < 2; i++) {
-        if (both[i]->given && paths_same_file(options->input, both[i]->text)) {
-            report_error("the output %s is the input %s", both[i]->text, options->input);
+        if (both[i] && paths_same_file(options->input, both[i])) {
+            report_error("the output %s is the input %s", both[i], options->input);
             return WEFT_ERR_ARGUMENT;
         }
     }
     for (int i = 0; i < 2 && writes; i++)
-        if (both[i]->given && paths_check_output(both[i]->text, options->no_clobber) != WEFT_OK)
+        if (both[i] && paths_check_output(both[i], options->no_clobber) != WEFT_OK)
             return WEFT_ERR_WRITE;
     return WEFT_OK;
 }
@@ -68,7 +68,7 @@ enum weft_result preview_save(const struct preview_options *options,
                               int32_t height, const float *plane, float range[2])
 {
     struct weft_preview_params *params =
-        weft_preview_params(.path = options->preview->text, .no_clobber = options->no_clobber,
+        weft_preview_params(.path = options->preview, .no_clobber = options->no_clobber,
                             .width = width, .height = height, .plane = plane,
                             .colour_map = colour_map, .log = report_log());
     if (options->range->given) {

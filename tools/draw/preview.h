@@ -7,10 +7,10 @@
 #include "tools/common/options.h"
 #include "weft.h"
 
-// The options of such a verb, as given.
+// What such a verb is asked for: files by their names, outputs that are not as NULL.
 struct preview_options {
-    const char *input;
-    const struct option_value *output, *preview, *range, *colour_map;
+    const char *input, *output, *preview;
+    const struct option_value *range, *colour_map;
     bool no_clobber;
 };
 

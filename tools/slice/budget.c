@@ -11,9 +11,9 @@
 // What was measured for the renderer that the slice is made on, or would be.
 static void load_model(struct slice_job *job)
 {
-    const struct weft_context_params params = {.kind = job->context_kind};
+    const struct weft_context_params params = {.kind = job->setup->context_kind};
     weft_context *own = NULL;
-    const weft_context *context = job->context;
+    const weft_context *context = job->setup->context;
     if (!context && weft_context_create(&params, &own) == WEFT_OK)
         context = own;
     job->model = weft_cost_default;
@@ -53,7 +53,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
     if (res != WEFT_OK)
         return res;
     // What was considered is told even where nothing meets the budget.
-    if (job->choice.chosen < 0 && job->option[SLICE_EXPLAIN].given)
+    if (job->choice.chosen < 0 && job->setup->option[SLICE_EXPLAIN].given)
         slice_budget_print(job);
     if (job->choice.chosen < 0)
         return report_none(job);
@@ -64,7 +64,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
 
 enum weft_result slice_choose(struct slice_job *job)
 {
-    const struct option_value *o = job->option;
+    const struct option_value *o = job->setup->option;
     const struct option_value *profile_text = &o[SLICE_PASSES + PASS_PROFILE];
     struct weft_profile profile;
     struct budget budget;

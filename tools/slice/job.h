@@ -41,15 +41,23 @@ enum slice_option {
     SLICE_OPTION_COUNT
 };
 
-struct slice_job {
-    const char *input;
+// What a command asks for, and what is made once for it.
+struct slice_setup {
+    const char *input;                 // as given, like all options
     const struct option_value *option; // [SLICE_OPTION_COUNT]
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
+    unsigned without;              // enum weft_saving, as bits
     enum weft_context_kind context_kind;
-    const struct weft_colour_map *colour_map;
+    const struct weft_colour_map *colour_map; // NULL: none is named
+    weft_context *context;                    // NULL when only explained
+};
 
-    struct weft_slice_geometry geometry; // as asked, with the size chosen
+// One slice, made from the setup.
+struct slice_job {
+    struct slice_setup *setup;
+    const char *input, *output, *preview; // files' names; outputs may be NULL: none
+    struct weft_slice_geometry geometry;  // as asked, with the size chosen
     weft_volume *volume;
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
@@ -60,15 +68,14 @@ struct slice_job {
     double max_error; // in the volume's values
     struct weft_cost_model model;
     struct weft_choice choice;
-    bool over_budget;      // no method is within it
-    weft_context *context; // NULL when only explained
-    float *pixels;
+    bool over_budget; // no method is within it
+    float *pixels;    // NULL when only explained
 
     struct weft_slice_report report;
     struct weft_bound bound;             // with --profile
     struct weft_verify_report error;     // with --verify
-    float preview_range[2];              // with --preview
-    struct weft_image_save_report saved; // with -o
+    float preview_range[2];              // with a preview
+    struct weft_image_save_report saved; // with an output
     double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };

@@ -67,7 +67,7 @@ size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SL
                        "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
                        weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
                        (unsigned long long)plan->bricks_read, plan->error_bound);
-    run_report_add_renderer(out, &count, job->context);
+    run_report_add_renderer(out, &count, job->setup->context);
     return count;
 }
 
@@ -222,16 +222,14 @@ static void set_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "minimum", json_number(r->minimum));
     json_object_set_new(root, "maximum", json_number(r->maximum));
     json_object_set_new(root, "not_finite", json_count(r->not_finite));
-    json_object_set_new(root, "context", run_report_context(job->context));
-    if (job->option[SLICE_OUTPUT].given) {
-        json_object_set_new(root, "output", json_text(job->option[SLICE_OUTPUT].text));
+    json_object_set_new(root, "context", run_report_context(job->setup->context));
+    if (job->output) {
+        json_object_set_new(root, "output", json_text(job->output));
         json_object_set_new(root, "file", saved_json(&job->saved));
     }
-    if (job->option[SLICE_PREVIEW].given)
-        json_object_set_new(
-            root, "preview",
-            run_report_preview(job->option[SLICE_PREVIEW].text, job->preview_range));
-    if (job->option[SLICE_VERIFY].given)
+    if (job->preview)
+        json_object_set_new(root, "preview", run_report_preview(job->preview, job->preview_range));
+    if (job->setup->option[SLICE_VERIFY].given)
         json_object_set_new(root, "verify", error_json(job));
 }
 
@@ -239,7 +237,7 @@ enum weft_result slice_print_json(const struct slice_job *job)
 {
     json_t *root = json_object();
     set_plan(root, job);
-    if (job->context)
+    if (job->setup->context)
         set_run(root, job);
     else
         json_object_set_new(root, "plan", json_text(weft_slice_plan_get_info(job->plan)->text));
@@ -264,7 +262,7 @@ static void print_error(const struct weft_verify_report *e)
 double slice_verify_bound(const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
-    const bool ranged = job->option[SLICE_PASSES + PASS_SOURCE_RANGE].given;
+    const bool ranged = job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE].given;
     if (!job->passes)
         return ranged ? NAN : job->error.bound;
     return ranged && r->clamped ? NAN : job->bound.total;
@@ -297,7 +295,7 @@ static void note_times(const struct slice_job *job)
 
 void slice_print_text(const struct slice_job *job)
 {
-    if (!job->context) {
+    if (!job->setup->context) {
         const char *text = weft_slice_plan_get_info(job->plan)->text;
         size_t size = strlen(text);
         if (job->choice.plan)
@@ -307,12 +305,12 @@ void slice_print_text(const struct slice_job *job)
             pass_plan_print(job->passes);
         return;
     }
-    if (job->option[SLICE_PREVIEW].given)
-        run_report_print_preview(job->option[SLICE_PREVIEW].text, job->preview_range);
-    if (job->option[SLICE_VERIFY].given)
+    if (job->preview)
+        run_report_print_preview(job->preview, job->preview_range);
+    if (job->setup->option[SLICE_VERIFY].given)
         print_error(&job->error);
-    if (job->option[SLICE_VERIFY].given)
+    if (job->setup->option[SLICE_VERIFY].given)
         print_bound(job);
-    saved_print(job->option[SLICE_OUTPUT].text, &job->saved);
+    saved_print(job->output, &job->saved);
     note_times(job);
 }

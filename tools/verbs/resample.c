@@ -163,8 +163,8 @@ static struct preview_options preview_options(const struct resample_job *job)
 {
     const struct option_value *o = job->option;
     return (struct preview_options){.input = job->input,
-                                    .output = &o[RESAMPLE_OUTPUT],
-                                    .preview = &o[RESAMPLE_PREVIEW],
+                                    .output = o[RESAMPLE_OUTPUT].text,
+                                    .preview = o[RESAMPLE_PREVIEW].text,
                                     .range = &o[RESAMPLE_RANGE],
                                     .colour_map = &o[RESAMPLE_COLOUR_MAP],
                                     .no_clobber = o[RESAMPLE_NO_CLOBBER].given};

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A slice as it is planned without --max-error, which chooses from there on.
+#include "tools/slice/stages.h"
+
+#include "tools/common/report.h"
+
+// A source that is not float needs the voxels' range before it is planned.
+static enum weft_result find_range(struct slice_job *job, struct weft_slice_params *params)
+{
+    const struct option_value *range = &job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE];
+    struct weft_slice_params plain = *params;
+    weft_slice_plan *plan = NULL;
+    if (params->source == WEFT_SOURCE_FLOAT)
+        return WEFT_OK;
+    if (range->given) {
+        params->low = range->number[0];
+        params->high = range->number[1];
+        return WEFT_OK;
+    }
+    plain.source = WEFT_SOURCE_FLOAT;
+    enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
+    struct weft_slice_statistics statistics = {0};
+    if (res == WEFT_OK)
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan),
+                                        report_progress("measuring"), &statistics);
+    weft_slice_plan_destroy(&plan);
+    params->low = statistics.low;
+    params->high = statistics.high > statistics.low ? statistics.high : statistics.low + 1.0;
+    return res;
+}
+
+static enum weft_result make_plan(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    const struct option_value *o = job->setup->option;
+    struct weft_slice_params *params = &job->slice_params;
+    *params = (struct weft_slice_params){
+        .kernel = job->setup->kernel,
+        .space = (enum weft_space)o[SLICE_SPACE].integer[0],
+        .geometry = job->geometry,
+        .layout = (enum weft_layout)o[SLICE_LAYOUT].integer[0],
+        .source = (enum weft_source_format)o[SLICE_SOURCE].integer[0],
+        .lookup = (enum weft_lookup)o[SLICE_LOOKUP].integer[0],
+        .samples = (int)o[SLICE_PASSES + PASS_RESOLUTION].number[0],
+        .clamp_to_samples = o[SLICE_CLAMP].given,
+        .without = job->setup->without,
+        .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
+        .progress = report_progress("planning"),
+        .log = report_log(),
+    };
+    // Passes take every tap's voxels, whatever its weight.
+    if (o[SLICE_PASSES + PASS_PROFILE].given)
+        params->without |= WEFT_SAVING_AXIS;
+    enum weft_result res = find_range(job, params);
+    if (res == WEFT_OK)
+        res = weft_slice_plan_create(job->volume, params, &job->own_plan);
+    job->plan = job->own_plan;
+    job->plan_seconds = report_now_seconds() - start;
+    return res;
+}
+
+static enum weft_result plan_passes(struct slice_job *job)
+{
+    if (!job->setup->option[SLICE_PASSES + PASS_PROFILE].given ||
+        job->setup->option[SLICE_MAX_ERROR].given)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
+    enum weft_result res =
+        pass_plan_create(&job->setup->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->own_passes);
+    job->passes = job->own_passes;
+    job->plan_seconds += report_now_seconds() - start;
+    return res;
+}
+
+enum weft_result slice_plan(struct slice_job *job)
+{
+    const enum weft_result res = make_plan(job);
+    return res == WEFT_OK ? plan_passes(job) : res;
+}

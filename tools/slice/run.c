@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pixels of a slice: the context, the run, the check.
+#include "tools/slice/stages.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "tools/common/report.h"
+
+enum weft_result slice_allocate(struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &job->geometry;
+    if (job->setup->option[SLICE_EXPLAIN].given)
+        return WEFT_OK;
+    size_t bytes = (size_t)g->width * (size_t)g->height * sizeof *job->pixels;
+    job->pixels = malloc(bytes);
+    if (!job->pixels) {
+        report_error("out of memory: %zu bytes for %d x %d pixels", bytes, g->width, g->height);
+        return WEFT_ERR_MEMORY;
+    }
+    return WEFT_OK;
+}
+
+enum weft_result slice_create_context(struct slice_job *job)
+{
+    struct slice_setup *setup = job->setup;
+    if (setup->context)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    const struct weft_context_params params = {.kind = setup->context_kind, .log = report_log()};
+    enum weft_result res = weft_context_create(&params, &setup->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// What both kinds of run tell, and the plan's bound for what it was run on, which for prefiltered
+// kernels are the voxels themselves, too.
+static enum weft_result set_passes_report(struct slice_job *job)
+{
+    const struct weft_slice_report *r = &job->report;
+    struct weft_slice_statistics statistics = job->choice.statistics;
+    const bool measured = job->choice.plan || job->setup->kernel.prefiltered;
+    enum weft_result res = WEFT_OK;
+    if (!job->choice.plan && job->setup->kernel.prefiltered)
+        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan),
+                                        report_progress("measuring"), &statistics);
+    const struct weft_bound_terms terms = weft_slice_multipass_bound_terms(job->plan, job->passes);
+    const struct weft_bound_values values = {
+        .low = r->low,
+        .high = r->high,
+        .sample_low = measured ? statistics.voxel_low : r->low,
+        .sample_high = measured ? statistics.voxel_high : r->high,
+        .beyond = statistics.beyond,
+        .result = fmax(0.0, fmax(-r->minimum, r->maximum)), // both are NAN if none is finite
+    };
+    job->bound = weft_bound_compute(&terms, &values);
+    return res;
+}
+
+static enum weft_result run_chosen(struct slice_job *job)
+{
+    struct weft_method_report report;
+    const enum weft_result res = weft_method_run(job->setup->context, job->choice.plan, job->volume,
+                                                 job->pixels, report_progress("slicing"), &report);
+    job->report = report.slice;
+    return res;
+}
+
+static enum weft_result run_planned(struct slice_job *job)
+{
+    const struct option_value *range = &job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE];
+    const struct weft_slice_passes passes = {
+        .plan = job->passes,
+        .low = range->given ? range->number[0] : NAN,
+        .high = range->given ? range->number[1] : NAN,
+        .memory_bytes = (uint64_t)job->setup->option[SLICE_MEMORY].integer[0],
+        .log = report_log(),
+    };
+    return weft_slice_run_once(
+        job->plan,
+        weft_slice_compile_params(.context = job->setup->context,
+                                  .passes = job->passes ? &passes : NULL),
+        weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
+        &job->report);
+}
+
+// Where no float holds the values, nothing is left to be shown.
+static enum weft_result check_values(struct slice_job *job)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(job->volume);
+    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    if (!info->values_infinite || job->report.not_finite < (uint64_t)g->width * (uint64_t)g->height)
+        return WEFT_OK;
+    report_error("%s: no pixel is finite: %llu values of grid '%s' are beyond the range of floats "
+                 "(3.4e38)",
+                 job->input, (unsigned long long)info->values_infinite, info->name);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+enum weft_result slice_run(struct slice_job *job)
+{
+    enum weft_result res = job->choice.plan ? run_chosen(job) : run_planned(job);
+    if (res == WEFT_OK && job->passes)
+        res = set_passes_report(job);
+    return res == WEFT_OK ? check_values(job) : res;
+}
+
+// The part of the grid's integers that floats lack, so that they are verified as they are stored.
+static enum weft_result open_rest(const struct slice_job *job, weft_volume **out)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(job->volume);
+    const struct weft_volume_open_params params = {
+        .path = job->input, .grid = info->name, .rest = true, .log = report_log()};
+    return info->values_rounded ? weft_volume_open(&params, out) : WEFT_OK;
+}
+
+enum weft_result slice_verify(struct slice_job *job)
+{
+    if (!job->setup->option[SLICE_VERIFY].given)
+        return WEFT_OK;
+    double start = report_now_seconds();
+    struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
+    enum weft_result res = open_rest(job, &params.rest);
+    if (res == WEFT_OK)
+        res = weft_slice_verify(job->plan, job->pixels, &params, &job->error);
+    weft_volume_destroy(&params.rest);
+    job->verify_seconds = report_now_seconds() - start;
+    return res;
+}

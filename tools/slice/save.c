@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The files of a slice.
+#include "tools/slice/stages.h"
+
+#include "tools/common/attributes.h"
+#include "tools/common/report.h"
+#include "tools/slice/save.h"
+
+struct preview_options slice_preview_options(const struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    return (struct preview_options){.input = job->input,
+                                    .output = job->output,
+                                    .preview = job->preview,
+                                    .range = &o[SLICE_RANGE],
+                                    .colour_map = &o[SLICE_COLOUR_MAP],
+                                    .no_clobber = o[SLICE_NO_CLOBBER].given};
+}
+
+static enum weft_result write_exr(struct slice_job *job)
+{
+    const struct weft_slice_geometry *g = &job->geometry;
+    struct weft_metadata texts[SLICE_ATTRIBUTES];
+    struct weft_image_attribute attributes[SLICE_ATTRIBUTES];
+    struct weft_image_channel channel = {.name = "Y", .plane = job->pixels};
+    const size_t count = slice_attributes(job, texts);
+    attributes_of_texts(texts, count, attributes);
+    const struct weft_image image = {
+        .width = g->width,
+        .height = g->height,
+        .display_max = {g->width - 1, g->height - 1},
+        .channel_count = 1,
+        .channels = &channel,
+        .attribute_count = count,
+        .attributes = attributes,
+    };
+    const struct weft_image_save_params params = {
+        .path = job->output,
+        .no_clobber = job->setup->option[SLICE_NO_CLOBBER].given,
+        .verify = job->setup->option[SLICE_VERIFY].given,
+        .progress = report_writing(job->output),
+        .log = report_log(),
+    };
+    return weft_image_save_parts(&image, 1, &params, &job->saved);
+}
+
+static enum weft_result write_preview(struct slice_job *job)
+{
+    const struct preview_options preview = slice_preview_options(job);
+    return preview_save(&preview, job->setup->colour_map, job->geometry.width, job->geometry.height,
+                        job->pixels, job->preview_range);
+}
+
+enum weft_result slice_save(struct slice_job *job)
+{
+    double start = report_now_seconds();
+    enum weft_result res = WEFT_OK;
+    if (job->output)
+        res = write_exr(job);
+    if (res == WEFT_OK && job->preview)
+        res = write_preview(job);
+    job->write_seconds = report_now_seconds() - start;
+    return res;
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/slice/stages.h - what a slice is made in, one after the other: each stage takes what those
+// before it left in the job and adds to it. All return what failed, after an error line.
+#ifndef WEFT_TOOLS_SLICE_STAGES_H
+#define WEFT_TOOLS_SLICE_STAGES_H
+
+#include "tools/slice/job.h"
+
+// plane.c: the volume, and the plane with its size.
+enum weft_result slice_open(struct slice_job *job);
+enum weft_result slice_place(struct slice_job *job);
+
+// plan.c: the slice's plan, and with --profile that of its passes, but where --max-error chooses.
+enum weft_result slice_plan(struct slice_job *job);
+
+// run.c: the pixels. Memory for them comes before planning, which takes its time for a size that
+// cannot be held anyway; the context is made once for a command.
+enum weft_result slice_allocate(struct slice_job *job);
+enum weft_result slice_create_context(struct slice_job *job);
+enum weft_result slice_run(struct slice_job *job);
+enum weft_result slice_verify(struct slice_job *job);
+
+// save.c: the files.
+enum weft_result slice_save(struct slice_job *job);
+
+// frame.c: all of them. The job has its setup and its files' names, and needs slice_clear
+// afterwards whatever came of it.
+enum weft_result slice_make(struct slice_job *job);
+void slice_clear(struct slice_job *job);
+
+#endif
