@@ -96,19 +96,47 @@ static struct weft_prefilter prefilter_of(const struct weft_kernel *kernel)
     return prefilter;
 }
 
-// sum_k k^n r(k) / n! of the inverse filter r, which is even.
-static double inverse_moment(const struct weft_prefilter *prefilter, int n)
+// sum_k k^n r(k) / n! of the inverse filter r, which is even, for n up to a largest one.
+struct inverse_moments {
+    double of[MAX_MOMENT + 1];
+};
+
+static double power(double x, int n)
 {
-    if (prefilter->poles == 0 || n == 0)
-        return n == 0;
-    double sum = 0.0;
-    for (int i = 0; i < prefilter->poles && n % 2 == 0; i++) {
-        const double z = prefilter->pole[i];
-        // Past the maximum of k^n |z|^k, until nothing is left.
-        for (int k = 1; k < 4 * n || pow(k, n) * pow(-z, k) > 1e-30; k++)
-            sum += 2.0 * prefilter->factor[i] * pow(z, k) * pow(k, n);
+    double product = 1.0;
+    for (; n > 0; n /= 2, x *= x)
+        product *= n % 2 ? x : 1.0;
+    return product;
+}
+
+static double factorial(int n)
+{
+    double product = 1.0;
+    for (int i = 2; i <= n; i++)
+        product *= i;
+    return product;
+}
+
+// Of other kernels the filter is 1 at 0 alone.
+static struct inverse_moments inverse_moments(const struct weft_kernel *kernel, int largest)
+{
+    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    struct inverse_moments out = {.of = {1.0}};
+    for (int n = 2; prefilter.poles && n <= largest; n += 2) {
+        double sum = 0.0;
+        for (int i = 0; i < prefilter.poles; i++) {
+            const double z = prefilter.pole[i];
+            double decay = z, term = z;
+            // Past the maximum of k^n |z|^k, until nothing is left.
+            for (int k = 2; k <= 4 * n || fabs(term) > 1e-30; k++) {
+                sum += 2.0 * prefilter.factor[i] * term;
+                decay *= z;
+                term = power(k, n) * decay;
+            }
+        }
+        out.of[n] = sum / factorial(n);
     }
-    return sum / tgamma(n + 1.0);
+    return out;
 }
 
 // The weights that samples have at t, at most WEFT_PREFILTER_MAX_WEIGHTS; returns the first index.
@@ -125,31 +153,30 @@ static int64_t sample_weights(const struct weft_kernel *kernel,
 // ---- integrals over kernels
 // -----------------------------------------------------------------------
 
-static double plain_taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
+// Of the kernel's weights at t, from tap `first` on.
+static double plain_taylor(const struct weft_kernel *kernel, const double *weights, double first,
+                           int n, double *magnitude)
 {
-    double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0, size = 0.0;
-    const int64_t first = weft_kernel_weights(kernel, t, weights);
+    double sum = 0.0, size = 0.0;
     for (int j = 0; j < kernel->width; j++) {
-        const double term = pow((double)(first + j) - t, n) * weights[j];
+        const double term = power(first + j, n) * weights[j];
         sum += term;
         size += fabs(term);
     }
-    const double factorial = tgamma(n + 1.0);
-    *magnitude = size / factorial;
-    return sum / factorial;
+    *magnitude = size / factorial(n);
+    return sum / factorial(n);
 }
 
 // Of the cardinal spline sum_l r(l) h(x - l), by the binomial theorem.
-static double taylor(const struct weft_kernel *kernel, int n, double t, double *magnitude)
+static double taylor(const struct weft_kernel *kernel, const struct inverse_moments *moments, int n,
+                     double t, double *magnitude)
 {
-    double size, sum = plain_taylor(kernel, n, t, magnitude);
-    if (!kernel->prefiltered)
-        return sum;
-    const struct weft_prefilter prefilter = prefilter_of(kernel);
-    for (int p = 2; p <= n; p += 2) {
-        const double moment = inverse_moment(&prefilter, p);
-        sum += moment * plain_taylor(kernel, n - p, t, &size);
-        *magnitude += fabs(moment) * size;
+    double weights[WEFT_KERNEL_MAX_WIDTH], size;
+    const double first = (double)weft_kernel_weights(kernel, t, weights) - t;
+    double sum = plain_taylor(kernel, weights, first, n, magnitude);
+    for (int p = 2; kernel->prefiltered && p <= n; p += 2) {
+        sum += moments->of[p] * plain_taylor(kernel, weights, first, n - p, &size);
+        *magnitude += fabs(moments->of[p]) * size;
     }
     return sum;
 }
@@ -159,11 +186,13 @@ double weft_analysis_taylor(const struct weft_kernel *kernel, int n, double t)
     double magnitude;
     if (!weft_kernel_usable(kernel) || n < 0 || n > MAX_MOMENT || !isfinite(t))
         return NAN;
-    return taylor(kernel, n, t, &magnitude);
+    const struct inverse_moments moments = inverse_moments(kernel, n);
+    return taylor(kernel, &moments, n, t, &magnitude);
 }
 
 struct power_of {
     const struct weft_kernel *kernel;
+    const struct inverse_moments *moments;
     int n;
     double shift;
 };
@@ -171,7 +200,7 @@ struct power_of {
 static double moment_at(const void *priv, double x)
 {
     const struct power_of *p = priv;
-    return pow(x, p->n) * weft_kernel_weight(p->kernel, x);
+    return power(x, p->n) * weft_kernel_weight(p->kernel, x);
 }
 
 // As taylor.
@@ -179,26 +208,27 @@ double weft_analysis_moment(const struct weft_kernel *kernel, int n)
 {
     if (!weft_kernel_usable(kernel) || n < 0 || n > MAX_MOMENT)
         return NAN;
-    const struct weft_prefilter prefilter = prefilter_of(kernel);
+    const struct inverse_moments moments = inverse_moments(kernel, n);
     double sum = 0.0;
-    for (int p = 0; p <= (prefilter.poles ? n : 0); p += 2) {
-        const struct power_of power = {.kernel = kernel, .n = n - p};
-        sum += inverse_moment(&prefilter, p) / tgamma(n - p + 1.0) *
-               integrate_kernel(kernel, moment_at, &power, PIECES_PER_UNIT);
+    for (int p = 0; p <= (kernel->prefiltered ? n : 0); p += 2) {
+        const struct power_of power_of = {.kernel = kernel, .n = n - p};
+        sum += moments.of[p] / factorial(n - p) *
+               integrate_kernel(kernel, moment_at, &power_of, PIECES_PER_UNIT);
     }
-    return sum * tgamma(n + 1.0);
+    return sum * factorial(n);
 }
 
 static double taylor_at(const void *priv, double t)
 {
     const struct power_of *p = priv;
-    return weft_analysis_taylor(p->kernel, p->n, t);
+    double magnitude;
+    return taylor(p->kernel, p->moments, p->n, t, &magnitude);
 }
 
 static double taylor_square_at(const void *priv, double t)
 {
     const struct power_of *p = priv;
-    const double a = weft_analysis_taylor(p->kernel, p->n, t) - p->shift;
+    const double a = taylor_at(priv, t) - p->shift;
     return a * a;
 }
 
@@ -208,13 +238,15 @@ struct range {
 };
 
 // Both sides of every step, as half integers may be jumps.
-static struct range taylor_range(const struct weft_kernel *kernel, int n)
+static struct range taylor_range(const struct weft_kernel *kernel,
+                                 const struct inverse_moments *moments, int n)
 {
     struct range r = {.min = INFINITY, .max = -INFINITY};
     for (int i = 0; i < 2 * STEPS_PER_UNIT; i++) {
         const double step = (double)(i / 2 + 1) / STEPS_PER_UNIT;
         double magnitude;
-        const double a = taylor(kernel, n, i % 2 ? nextafter(step, 0.0) : step, &magnitude);
+        const double a =
+            taylor(kernel, moments, n, i % 2 ? nextafter(step, 0.0) : step, &magnitude);
         r.min = fmin(r.min, a);
         r.max = fmax(r.max, a);
         r.rounding = fmax(r.rounding, 1e-12 * magnitude);
@@ -222,17 +254,18 @@ static struct range taylor_range(const struct weft_kernel *kernel, int n)
     return r;
 }
 
-static double root_mean_square(const struct weft_kernel *kernel, int n, double shift)
+static double root_mean_square(const struct weft_kernel *kernel,
+                               const struct inverse_moments *moments, int n, double shift)
 {
     const struct rule rule = gauss_legendre();
-    const struct power_of p = {.kernel = kernel, .n = n, .shift = shift};
+    const struct power_of p = {.kernel = kernel, .moments = moments, .n = n, .shift = shift};
     return sqrt(integrate(&rule, kernel->support, taylor_square_at, &p, 0.0, 1.0, PIECES_PER_UNIT));
 }
 
-static double mean(const struct weft_kernel *kernel, int n)
+static double mean(const struct weft_kernel *kernel, const struct inverse_moments *moments, int n)
 {
     const struct rule rule = gauss_legendre();
-    const struct power_of p = {.kernel = kernel, .n = n};
+    const struct power_of p = {.kernel = kernel, .moments = moments, .n = n};
     return integrate(&rule, kernel->support, taylor_at, &p, 0.0, 1.0, PIECES_PER_UNIT);
 }
 
@@ -244,24 +277,27 @@ struct weft_analysis_order weft_analysis_order(const struct weft_kernel *kernel)
     if (!weft_kernel_usable(kernel))
         return out;
     const int d = kernel->info->derivation;
-    int n = 0;
+    const struct inverse_moments moments = inverse_moments(kernel, WEFT_ANALYSIS_MAX_ORDER + d);
+    struct range ranges[WEFT_ANALYSIS_MAX_ORDER + 2]; // second derivatives are the highest
+    int n = 0, known = 0;
     double wanted = 0.0;
     for (; n < WEFT_ANALYSIS_MAX_ORDER + d; n++) {
-        const struct range r = taylor_range(kernel, n);
+        const struct range r = ranges[known++] = taylor_range(kernel, &moments, n);
         wanted = n == d ? 1.0 : 0.0;
         out.largest = fmax(fabs(r.min - wanted), fabs(r.max - wanted));
         if (out.largest > r.rounding + 1e-13)
             break;
     }
     out.order = n > d ? n - d : 0;
-    out.constant = root_mean_square(kernel, n, wanted);
+    out.constant = root_mean_square(kernel, &moments, n, wanted);
     for (n = 0; n < WEFT_ANALYSIS_MAX_ORDER; n++) {
-        const struct range r = taylor_range(kernel, n);
+        const struct range r = n < known ? ranges[n] : taylor_range(kernel, &moments, n);
         if (r.max - r.min > r.rounding + 1e-13)
             break;
     }
     out.prefiltered = n;
-    out.prefiltered_constant = n > 0 ? root_mean_square(kernel, n, mean(kernel, n)) : 0.0;
+    out.prefiltered_constant =
+        n > 0 ? root_mean_square(kernel, &moments, n, mean(kernel, &moments, n)) : 0.0;
     return out;
 }
 
