@@ -9,8 +9,18 @@
 #include "passes/choose/cost.h"
 
 // A cube, and a slab as wide as separable slices want it; PIXELS^2 of most slices.
-enum { SIDE = 128, SLAB_SIDE = 512, SLAB_HEIGHT = 8, PIXELS = 256, TINY = 8, RUNS = 4, STEPS = 63 };
-static const double LONG_SECONDS = 0.2; // of a job's runs: two are then enough
+enum {
+    SIDE = 128,
+    SLAB_SIDE = 512,
+    SLAB_HEIGHT = 8,
+    PIXELS = 256,
+    TINY = 8,
+    FEW_RUNS = 4,
+    RUNS = 16,
+    STEPS = 71
+};
+// Of a job's runs: two are then enough, or four.
+static const double LONG_SECONDS = 0.2, SHORT_SECONDS = 0.06;
 
 // A job's nanoseconds, without what any run of its method takes, and what it is about. The least of
 // some runs: whatever else the machine does only adds to them, and differences are taken.
@@ -106,27 +116,25 @@ static void set_work(const struct weft_work *work, struct timed *out)
     }
 }
 
+// The first run reads the voxels and links programs; the least of all is without.
 static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
                             weft_volume *volume, struct timed *out)
 {
-    double whole = INFINITY, layout = INFINITY, passes = INFINITY;
-    struct weft_method_report first = {.seconds = 0.0}; // voxels are read once
-    enum weft_result res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &first);
-    const double read = first.slice.read_seconds;
+    double whole = INFINITY, layout = INFINITY, passes = INFINITY, read = 0.0;
+    enum weft_result res = WEFT_OK;
     const double start = weft_now_seconds();
     for (int i = 0; res == WEFT_OK && i < RUNS; i++) {
         struct weft_method_report report;
-        if (i >= 2 && weft_now_seconds() - start > LONG_SECONDS)
+        if (i >= 2 && weft_now_seconds() - start > (i < FEW_RUNS ? LONG_SECONDS : SHORT_SECONDS))
             break;
         res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &report);
         if (res != WEFT_OK)
-            break;
+            return res;
+        read = i == 0 ? report.slice.read_seconds : read;
         whole = fmin(whole, report.seconds - report.slice.read_seconds);
         layout = fmin(layout, report.slice.layout_seconds + report.slice.upload_seconds);
         passes = fmin(passes, report.slice.pass_seconds + report.slice.readback_seconds);
     }
-    if (res != WEFT_OK)
-        return res;
     *out = (struct timed){
         .whole = 1e9 * (whole + read) - c->fixed.whole,
         .read = 1e9 * read,
@@ -194,8 +202,9 @@ static double beside(const struct timed *t)
 static void calibrate_sources(struct calibration *c, struct job job)
 {
     struct weft_cost_model *m = &c->model;
-    const double pixels = 4.0 * PIXELS * PIXELS;
+    const double pixels = (double)PIXELS * PIXELS;
     double rest = 0.0;
+    job.pixels = PIXELS;
     for (int layout = 0; layout < WEFT_COST_LAYOUTS; layout++) {
         for (int source = 0; source < WEFT_SOURCE_FORMATS; source++) {
             job.method.layout = (enum weft_layout)(layout + 1);
@@ -262,19 +271,43 @@ static void calibrate_separable(struct calibration *c)
         (beside(&cubic) + cubic.passes - few->taps * m->tap - few->summed * m->summed) / pixels);
 }
 
+// What tiles of so many samples take by their bytes, where next to no pixels are drawn: the
+// difference between two numbers of samples.
+static double time_tile_byte(struct calibration *c, struct job job, int few, int many)
+{
+    job.oblique = false;
+    job.pixels = TINY;
+    job.method.samples = few;
+    const struct timed less = timed(c, job);
+    job.method.samples = many;
+    const struct timed more = timed(c, job);
+    return positive((beside(&more) - beside(&less)) /
+                    (more.plan.tile_bytes - less.plan.tile_bytes));
+}
+
+// Tiles that are far beyond a core's cache.
+static void calibrate_far(struct calibration *c, struct job job, const struct timed *near)
+{
+    job.oblique = true;
+    job.method.samples = 64;
+    const struct timed far = timed(c, job);
+    c->model.pass_far = positive((far.passes / near->passes - 1.0) /
+                                 log2(far.plan.tile_bytes / WEFT_COST_NEAR_BYTES));
+}
+
 // Plain passes of a target, two plans of different passes tell a pass from its fetches.
 static void calibrate_plain(struct calibration *c, struct job job)
 {
     struct weft_cost_model *m = &c->model;
     const double pixels = (double)PIXELS * PIXELS;
     const enum weft_target_format t = job.method.profile.target;
+    m->tile_byte[t][0] = time_tile_byte(c, job, 16, 32);
     job.oblique = true;
     const struct timed many = timed(c, job);
-    job.method.samples = 64;
-    const struct timed fine = timed(c, job);
-    job.method.samples = 16;
     job.oblique = false;
     const struct timed flat = timed(c, job);
+    if (t == WEFT_TARGET_FLOAT)
+        calibrate_far(c, job, &many);
     job.method.profile.taps_per_pass = 1;
     const struct timed one = timed(c, job);
     // passes a + fetches b, of one and flat.
@@ -286,13 +319,8 @@ static void calibrate_plain(struct calibration *c, struct job job)
         positive((flat.passes / pixels - flat.plan.passes * m->pass[t]) / flat.plan.fetches);
     m->pass_sample[t][0] =
         positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
-    m->tile_byte[t][0] =
-        positive((beside(&fine) - beside(&many)) / (fine.plan.tile_bytes - many.plan.tile_bytes));
-    if (t != WEFT_TARGET_FLOAT)
-        return;
-    m->pass_pixel = positive((beside(&flat) - flat.samples * m->pass_sample[t][0]) / pixels);
-    m->pass_far = positive((fine.passes / many.passes - 1.0) /
-                           log2(fine.plan.tile_bytes / WEFT_COST_NEAR_BYTES));
+    if (t == WEFT_TARGET_FLOAT)
+        m->pass_pixel = positive((beside(&flat) - flat.samples * m->pass_sample[t][0]) / pixels);
 }
 
 static void calibrate_dot4(struct calibration *c, struct job job)
@@ -300,18 +328,16 @@ static void calibrate_dot4(struct calibration *c, struct job job)
     struct weft_cost_model *m = &c->model;
     const double pixels = (double)PIXELS * PIXELS;
     const enum weft_target_format t = job.method.profile.target;
+    // Past 32 MiB malloc asks the kernel for new pages.
+    m->tile_byte[t][1] = time_tile_byte(c, job, 16, 64);
     job.oblique = true;
     const struct timed many = timed(c, job);
     job.oblique = false;
     const struct timed flat = timed(c, job);
-    job.method.samples = 64; // past 32 MiB malloc asks the kernel for new pages
-    const struct timed fine = timed(c, job);
     m->pass_fetch[t][1] =
         positive((flat.passes / pixels - flat.plan.passes * m->pass[t]) / flat.plan.fetches);
     m->pass_sample[t][1] =
         positive((beside(&many) - beside(&flat)) / (many.samples - flat.samples));
-    m->tile_byte[t][1] =
-        positive((beside(&fine) - beside(&flat)) / (fine.plan.tile_bytes - flat.plan.tile_bytes));
 }
 
 static void calibrate_passes(struct calibration *c)
