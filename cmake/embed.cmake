@@ -1,8 +1,19 @@
-# Turns shader files into C strings: weft_shader_<name>, see passes/gl/program.h.
+# Turns shader files into C strings: weft_shader_<name>, see passes/gl/program.h. A line
+# `#include "FILE"`, from the source root, becomes that file; files that are only included have no
+# main of their own and no string.
 set(text "// Made by cmake/embed.cmake from passes/*/*.glsl.\n")
 foreach(shader IN LISTS SHADERS)
     get_filename_component(name ${shader} NAME_WE)
     file(READ ${shader} source)
+    if(NOT source MATCHES "void main\\(\\)")
+        continue()
+    endif()
+    string(REGEX MATCHALL "#include \"[^\"\n]*\"\n" includes "${source}")
+    foreach(line IN LISTS includes)
+        string(REGEX REPLACE "#include \"(.*)\"\n" "\\1" path "${line}")
+        file(READ ${ROOT}/${path} included)
+        string(REPLACE "${line}" "${included}" source "${source}")
+    endforeach()
     string(REPLACE "\\" "\\\\" source "${source}")
     string(REPLACE "\"" "\\\"" source "${source}")
     string(REPLACE "\n" "\\n\"\n    \"" source "${source}")

@@ -15,7 +15,8 @@ set_source_files_properties(passes/gl/gl_load.c PROPERTIES COMPILE_OPTIONS -w
 file(GLOB_RECURSE weft_shaders CONFIGURE_DEPENDS passes/*.glsl)
 set(weft_shader_source ${weft_generated_dir}/src/shaders.c)
 add_custom_command(OUTPUT ${weft_shader_source}
-    COMMAND ${CMAKE_COMMAND} -D OUT=${weft_shader_source} -D "SHADERS=${weft_shaders}"
+    COMMAND ${CMAKE_COMMAND} -D OUT=${weft_shader_source} -D ROOT=${PROJECT_SOURCE_DIR}
+        -D "SHADERS=${weft_shaders}"
         -P ${PROJECT_SOURCE_DIR}/cmake/embed.cmake
     DEPENDS ${weft_shaders} cmake/embed.cmake
     COMMENT "Embedding the shaders" VERBATIM)

@@ -13,47 +13,16 @@ uniform samplerBuffer source;
 uniform vec2 mapping;           // scale and offset of samples
 uniform ivec2 pitch;            // texels from row to row and from slice to slice of a block
 
-#if SEGMENTS > 1
-uniform samplerBuffer kernel; // [segment][power][group]
-#else
-uniform vec4 kernel[(DEGREE + 1) * GROUPS]; // [power][group]
-#endif
-
-// Position + tap shift of the block's first pixel, and steps to the next pixel along x and y, modulo
-// 8 voxels: words of 3 whole and 29 fraction bits, and low_bits further fraction bits.
-uniform ivec3 origin, du, dv;
-uniform ivec3 origin_low, du_low, dv_low;
-uniform int low_bits;
 uniform ivec2 block;  // window coordinates of the block's first pixel (may lie outside)
 uniform int row_entries;
 
 out float value;
 
+#include "passes/gl/kernel_weights.glsl"
+#include "passes/positions/grid_uniforms.glsl"
+
 const int DEPTH = SUMMED != 0 ? 1 : WIDTH;
 const int ROW_FETCHES = (WIDTH + 3 + 3) / 4; // aligned rows
-
-void kernel_weights(float t, out float weight[4 * GROUPS])
-{
-    vec4 c[(DEGREE + 1) * GROUPS];
-#if SEGMENTS > 1
-    float scaled = t * float(SEGMENTS);
-    int segment = min(int(scaled), SEGMENTS - 1);
-    float u = scaled - float(segment);
-    for (int i = 0; i < (DEGREE + 1) * GROUPS; i++)
-        c[i] = texelFetch(kernel, segment * ((DEGREE + 1) * GROUPS) + i);
-#else
-    float u = t;
-    for (int i = 0; i < (DEGREE + 1) * GROUPS; i++)
-        c[i] = kernel[i];
-#endif
-    for (int g = 0; g < GROUPS; g++) {
-        vec4 sum = c[DEGREE * GROUPS + g];
-        for (int p = DEGREE - 1; p >= 0; p--)
-            sum = sum * u + c[p * GROUPS + g];
-        for (int i = 0; i < 4; i++)
-            weight[4 * g + i] = sum[i];
-    }
-}
 
 #if defined(LAYOUT_ALIGNED)
 // Weights moved up by `shift` (0 to 3) places, zeros around.
@@ -137,12 +106,10 @@ void main()
 }
 #else
 
-    // Fixed point with carry. The first tap's place in the cell, and the fraction rounded to 24 bits.
-    ivec2 p = window - block;
-    ivec3 low = origin_low + p.x * du_low + p.y * dv_low;
-    ivec3 position = origin + p.x * du + p.y * dv + (low >> low_bits);
-    ivec3 start = ((position >> 29) & 7) + FIRST;
-    vec3 t = vec3((((position >> 4) & 0x1ffffff) + 1) >> 1) * (1.0 / 16777216.0);
+    ivec3 start;
+    vec3 t;
+    grid_position(window - block, start, t);
+    start += FIRST;
 
     float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
     kernel_weights(t.x, wx);

@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "passes/gl/context_backend.h"
+#include "passes/gl/kernel_weights.h"
 #include "passes/gl/program.h"
 #include "passes/gl/target.h"
+#include "passes/positions/grid_uniforms.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
 
@@ -136,22 +138,6 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
                             &r->programs[kind][constants]);
 }
 
-static enum weft_result create_kernel(struct weft_fused *r)
-{
-    const struct weft_polynomial_tiles *tiles = &r->plan->weights->tiles;
-    if (tiles->segments == 1)
-        return WEFT_OK; // a uniform
-    size_t bytes = tiles->coefficient_count * sizeof *tiles->coefficients;
-    enum weft_result res =
-        weft_gl_buffer_create(r->log, r->gl, GL_RGBA32F, tiles->coefficient_count / 4, &r->kernel);
-    void *memory = res == WEFT_OK ? weft_gl_buffer_map(r->gl, &r->kernel, bytes) : NULL;
-    if (memory) {
-        memcpy(memory, tiles->coefficients, bytes);
-        weft_gl_buffer_unmap(r->gl, &r->kernel);
-    }
-    return weft_gl_check(r->log, r->gl, "uploading the kernel tiles");
-}
-
 static GLenum source_format(enum weft_source_format format, enum weft_layout layout)
 {
     static const GLenum formats[WEFT_SOURCE_FORMATS][2] = {
@@ -179,7 +165,7 @@ static enum weft_result create_buffers(struct weft_fused *r, const struct sizes 
     if (res == WEFT_OK)
         res = weft_gl_buffer_create(r->log, r->gl, GL_R32F, s->cells + 1, &r->constants);
     if (res == WEFT_OK)
-        res = create_kernel(r);
+        res = weft_gl_kernel_create(r->log, r->gl, &r->plan->weights->tiles, &r->kernel);
     if (res == WEFT_OK)
         res = weft_gl_target_create(r->log, r->gl, GL_R32F, s->width, s->height, &r->target);
     r->own_bytes =
@@ -292,35 +278,15 @@ static enum weft_result load_tile(struct weft_fused *r, int index)
 
 // ---- passes -------------------------------------------------------------------------------------
 
-// A position or step modulo 8 voxels, as the shader's two words.
-static void set_fixed(const struct weft_fused *r, GLuint program, const char *name,
-                      const char *low_name, const int64_t value[3])
-{
-    int low_bits = r->plan->footprint->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS;
-    GLint word[3], low[3];
-    for (int i = 0; i < 3; i++) {
-        int64_t v = value[r->plan->axes.order[i]];
-        word[i] = (GLint)(uint32_t)(v >> low_bits);
-        low[i] = (GLint)(v & ((INT64_C(1) << low_bits) - 1));
-    }
-    r->gl->Uniform3iv(weft_gl_location(r->gl, program, name), 1, word);
-    r->gl->Uniform3iv(weft_gl_location(r->gl, program, low_name), 1, low);
-}
-
 // The weights of the full kernel, or those of linear interpolation, whose first tap is not the
 // full kernel's.
 static void bind_kernel(const struct weft_fused *r, GLuint program, enum kind kind)
 {
     static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
-    const GladGLContext *gl = r->gl;
-    const struct weft_polynomial_tiles *tiles = &r->plan->weights->tiles;
     if (kind == KIND_SMOOTH)
-        gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
-    else if (tiles->segments > 1)
-        weft_gl_bind_buffer(r->gl, program, 3, "kernel", &r->kernel);
+        r->gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
     else
-        gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"),
-                       (GLsizei)(tiles->coefficient_count / 4), tiles->coefficients);
+        weft_gl_kernel_bind(r->gl, program, 3, &r->plan->weights->tiles, &r->kernel);
 }
 
 static void bind_tile(const struct weft_fused *r, GLuint program, enum kind kind,
@@ -341,10 +307,7 @@ static void bind_tile(const struct weft_fused *r, GLuint program, enum kind kind
     gl->Uniform1i(weft_gl_location(r->gl, program, "row_entries"), tile->width);
     gl->Uniform2f(weft_gl_location(r->gl, program, "viewport"), (float)tile->width,
                   (float)tile->height);
-    gl->Uniform1i(weft_gl_location(r->gl, program, "low_bits"),
-                  r->plan->footprint->grid.fraction_bits - WEFT_GRID_WORD_FRACTION_BITS);
-    set_fixed(r, program, "du", "du_low", r->plan->footprint->grid.du);
-    set_fixed(r, program, "dv", "dv_low", r->plan->footprint->grid.dv);
+    weft_slice_grid_bind(gl, program, &r->plan->footprint->grid, r->plan->axes.order);
 }
 
 // The shader that a square's classes need, and whether constants are among them.
@@ -431,9 +394,8 @@ static void draw_rectangles(struct weft_fused *r, GLuint program,
                             const struct weft_slice_tile *tile, int bx, int by,
                             const struct rectangles *list)
 {
-    struct weft_slice_block block;
-    weft_slice_grid_block(&r->plan->footprint->grid, bx, by, &block);
-    set_fixed(r, program, "origin", "origin_low", block.position);
+    weft_slice_grid_bind_block(r->gl, program, &r->plan->footprint->grid, r->plan->axes.order, bx,
+                               by);
     r->gl->Uniform2i(weft_gl_location(r->gl, program, "block"), bx * WEFT_GRID_BLOCK - tile->x,
                      by * WEFT_GRID_BLOCK - tile->y);
     r->gl->Uniform4iv(weft_gl_location(r->gl, program, "rectangles"), list->count, list->at[0]);
