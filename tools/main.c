@@ -128,7 +128,7 @@ static int run_verb(const struct verb *verb, int argc, char **argv)
     }
     if (parse.writes_stdout)
         report_keep_stdout();
-    ending_start(report_erase_progress);
+    ending_start(report_end);
     const int code = verb->run(operand, values);
     ending_finish();
     return code;

@@ -50,6 +50,8 @@ static void fail_line(const char *line, int code)
 static void prepare(void)
 {
     command_succeeds("make", "chirp", "-o", "smoke.vdb", "--size", "112x223x113", "--voxel", "0.5");
+    command_succeeds("make", "chirp", "-o", "puff_0001.vdb", "--size", "64");
+    command_succeeds("make", "chirp", "-o", "puff_0002.vdb", "--size", "64");
     command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--size", "320x240");
 }
 

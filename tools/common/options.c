@@ -71,6 +71,24 @@ static bool parse_list(const struct list_form *form, const char *text, struct op
     return count == form->count;
 }
 
+// "1..2" is not "1." and ".2".
+static bool parse_span(const char *text, struct option_value *value)
+{
+    const char *dots = strstr(text, "..");
+    char first[64], *end;
+    const size_t length = dots ? (size_t)(dots - text) : strlen(text);
+    if (length >= sizeof first || isspace((unsigned char)*text))
+        return false;
+    memcpy(first, text, length);
+    first[length] = 0;
+    if (!parse_number(first, &end, &value->number[0]) || *end)
+        return false;
+    value->integer[0] = dots != NULL;
+    value->number[1] = value->number[0];
+    return !dots || (!isspace((unsigned char)dots[2]) &&
+                     parse_number(dots + 2, &end, &value->number[1]) && !*end);
+}
+
 static bool parse_bytes(const char *text, int64_t *out)
 {
     char *end;
@@ -204,6 +222,11 @@ static bool parse_value(const struct option_parse *parse, const struct option_sp
         report_error("--%s: '%s' is not a number of bytes from 1 to 4611686018427387904, as "
                      "1048576, 1024K, 512M or 2G",
                      spec->name, text);
+        return false;
+    case OPTION_SPAN:
+        if (parse_span(text, value))
+            return true;
+        report_error("--%s: '%s' is neither one finite number nor two, as A..B", spec->name, text);
         return false;
     default:
         if (parse_list(&list_forms[spec->type], text, value))

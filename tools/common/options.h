@@ -17,6 +17,7 @@ enum option_type {
     OPTION_CHOICE,  // one of a NULL-ended list of words -> integer[0], its place in the list
     OPTION_BYTES,   // 1048576, 1024K, 512M, 2G (powers of 1024) -> integer[0] > 0
     OPTION_NUMBER,  // one finite number -> number[0]
+    OPTION_SPAN,    // A, or A..B -> number[0], number[1] (A again), integer[0]: 1 for A..B
     OPTION_POINT,   // X,Y,Z -> number[3]
     OPTION_RANGE,   // LO,HI -> number[2]
     OPTION_SPACING, // S (all three alike) or SX,SY,SZ -> number[3]

@@ -52,21 +52,32 @@ static void folder_name(const char *path, char out[PATH_MAX])
         snprintf(out, PATH_MAX, "%.*s", size, path);
 }
 
-static bool same_inode(const char *a, const char *b)
+// A folder that is not there is told apart by the whole path alone.
+struct paths_identity paths_identify(const char *path)
 {
-    struct stat sa, sb;
-    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev &&
-           sa.st_ino == sb.st_ino;
+    struct stat status;
+    char folder[PATH_MAX];
+    if (stat(path, &status) == 0)
+        return (struct paths_identity){status.st_dev, status.st_ino, ""};
+    folder_name(path, folder);
+    if (stat(folder, &status) == 0)
+        return (struct paths_identity){status.st_dev, status.st_ino, paths_base_name(path)};
+    return (struct paths_identity){0, 0, path};
+}
+
+int paths_compare(const struct paths_identity *a, const struct paths_identity *b)
+{
+    if (a->device != b->device)
+        return a->device < b->device ? -1 : 1;
+    if (a->inode != b->inode)
+        return a->inode < b->inode ? -1 : 1;
+    return strcmp(a->base, b->base);
 }
 
 bool paths_same_file(const char *a, const char *b)
 {
-    if (same_inode(a, b))
-        return true;
-    char folder_a[PATH_MAX], folder_b[PATH_MAX];
-    folder_name(a, folder_a);
-    folder_name(b, folder_b);
-    return strcmp(paths_base_name(a), paths_base_name(b)) == 0 && same_inode(folder_a, folder_b);
+    const struct paths_identity of_a = paths_identify(a), of_b = paths_identify(b);
+    return paths_compare(&of_a, &of_b) == 0;
 }
 
 enum weft_result paths_check_output(const char *path, bool no_clobber)

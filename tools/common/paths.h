@@ -3,9 +3,21 @@
 #ifndef WEFT_TOOLS_COMMON_PATHS_H
 #define WEFT_TOOLS_COMMON_PATHS_H
 
+#include <sys/types.h>
+
 #include "weft.h"
 
-// Whether both names lead to one file, through links too, or would once it exists.
+// What a name leads to, through links too: names of one file are equal, also where it does not
+// exist yet.
+struct paths_identity {
+    dev_t device; // of the file, or where there is none yet of its folder
+    ino_t inode;
+    const char *base; // "", or its name in that folder: part of the path, which is borrowed
+};
+struct paths_identity paths_identify(const char *path);
+// As strcmp, in an order of its own.
+int paths_compare(const struct paths_identity *a, const struct paths_identity *b);
+// Whether both names lead to one file, or would once it exists.
 bool paths_same_file(const char *a, const char *b);
 
 // Whether an output could be written now: its folder exists and is writable, it is not a folder

@@ -2,7 +2,10 @@
 #include "tools/common/report.h"
 
 #include <errno.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,12 +14,38 @@
 
 #include "tools/common/ending.h"
 
-static enum weft_log_level shown_level = WEFT_LOG_WARNING;
-static bool error_shown;
-static const char *progress_what;
-static int progress_percent = -1; // shown; -1: none is
+enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40, LINE = 1024 };
 
-enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40 };
+static enum weft_log_level shown_level = WEFT_LOG_WARNING;
+static atomic_bool error_shown;
+static pthread_mutex_t screen = PTHREAD_MUTEX_INITIALIZER; // stderr, and what is shown there
+static volatile sig_atomic_t progress_percent = -1;        // shown; -1: none is
+static char *_Atomic last_words;                           // NULL: none
+
+// What the thread that shows progress is at; the library may tell of it from threads of its own.
+static const char *progress_what;
+static char progress_place[64]; // "frame 12 of 100, " or ""
+// Each thread's own.
+static _Thread_local struct {
+    char name[64]; // "": what it does is no part
+    bool shows_none;
+    char error[LINE]; // the part's first one
+} part;
+
+void report_set_part(const char *name, const char *place)
+{
+    snprintf(part.name, sizeof part.name, "%s", name ? name : "");
+    part.shows_none = name && !place;
+    part.error[0] = 0;
+    if (!part.shows_none)
+        snprintf(progress_place, sizeof progress_place, "%s%s", place ? place : "",
+                 place ? ", " : "");
+}
+
+const char *report_get_error(void)
+{
+    return part.error;
+}
 
 void report_set_level(bool quiet, bool verbose)
 {
@@ -33,31 +62,78 @@ bool report_is_quiet(void)
     return shown_level == WEFT_LOG_ERROR;
 }
 
+static void write_all(const char *text)
+{
+    for (size_t left = strlen(text); left;) {
+        const ssize_t count = write(STDERR_FILENO, text, left);
+        if (count <= 0)
+            return;
+        text += count;
+        left -= (size_t)count;
+    }
+}
+
 // A signal handler's, too.
+static void erase_progress(void)
+{
+    if (progress_percent >= 0)
+        write_all("\r\033[K");
+    progress_percent = -1;
+}
+
 void report_erase_progress(void)
 {
-    static const char erase[] = "\r\033[K";
-    if (progress_percent >= 0 && write(STDERR_FILENO, erase, sizeof erase - 1) < 0)
-        return;
-    progress_percent = -1;
+    pthread_mutex_lock(&screen);
+    erase_progress();
+    pthread_mutex_unlock(&screen);
+}
+
+void report_set_last_words(const char *format, ...)
+{
+    static char texts[2][256];
+    char *text = atomic_load(&last_words) == texts[0] ? texts[1] : texts[0];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof texts[0] - 1, format, args);
+    va_end(args);
+    strcat(text, "\n");
+    atomic_store(&last_words, shown_level >= WEFT_LOG_WARNING ? text : NULL);
+}
+
+void report_end(void)
+{
+    const char *words = atomic_load(&last_words);
+    erase_progress();
+    if (words)
+        write_all(words);
+}
+
+// A part's first error is the one that is shown.
+static enum weft_log_level take_error(const char *message)
+{
+    if (part.error[0])
+        return WEFT_LOG_DEBUG;
+    snprintf(part.error, sizeof part.error, "%s", message);
+    weft_text_clean(part.error, false);
+    atomic_store(&error_shown, true);
+    return WEFT_LOG_ERROR;
 }
 
 static void write_line(void *priv, enum weft_log_level level, const char *message)
 {
     (void)priv;
-    char line[1024];
+    char line[LINE];
     snprintf(line, sizeof line, "%s", message);
     static const char *const names[] = {"error", "warning", "info", "debug"};
-    if (level == WEFT_LOG_ERROR) {
-        if (error_shown)
-            level = WEFT_LOG_DEBUG;
-        else
-            error_shown = true;
-    }
+    if (level == WEFT_LOG_ERROR)
+        level = take_error(message);
     if (level > shown_level)
         return;
-    report_erase_progress();
-    fprintf(stderr, "weft: %s: %s\n", names[level], weft_text_clean(line, false));
+    pthread_mutex_lock(&screen);
+    erase_progress();
+    fprintf(stderr, "weft: %s: %s%s%s\n", names[level], part.name, part.name[0] ? ": " : "",
+            weft_text_clean(line, false));
+    pthread_mutex_unlock(&screen);
 }
 
 static const struct weft_log log_to_stderr = {.write = write_line};
@@ -115,7 +191,7 @@ void report_line(const char *format, ...)
 
 static bool shows_progress(void)
 {
-    return shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
+    return !part.shows_none && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
 }
 
 // What is done is no news: whatever comes next has a line of its own.
@@ -123,12 +199,14 @@ static bool show_progress(void *priv, double fraction)
 {
     (void)priv;
     int percent = (int)(100 * fraction);
+    pthread_mutex_lock(&screen);
     if (percent >= 100) {
-        report_erase_progress();
+        erase_progress();
     } else if (percent != progress_percent && shows_progress()) {
-        fprintf(stderr, "\rweft: %s %3d %%\033[K", progress_what, percent);
+        fprintf(stderr, "\rweft: %s%s %3d %%\033[K", progress_place, progress_what, percent);
         progress_percent = percent;
     }
+    pthread_mutex_unlock(&screen);
     return !ending_is_due();
 }
 
@@ -153,8 +231,10 @@ void report_stage(const char *what, const char *path)
     char name[NAME_SHOWN + 1];
     if (!shows_progress())
         return;
-    fprintf(stderr, "\rweft: %s %s\033[K", what, shown_name(path, name));
+    pthread_mutex_lock(&screen);
+    fprintf(stderr, "\rweft: %s%s %s\033[K", progress_place, what, shown_name(path, name));
     progress_percent = NO_PERCENTAGE;
+    pthread_mutex_unlock(&screen);
 }
 
 static bool show_writing(void *priv, double fraction)
@@ -171,6 +251,8 @@ const struct weft_progress *report_writing(const char *path)
     static const struct weft_progress progress = {.report = show_writing, .priv = &written};
     static char what[sizeof "writing " + NAME_SHOWN];
     char name[NAME_SHOWN + 1];
+    if (part.shows_none)
+        return NULL;
     written = path;
     snprintf(what, sizeof what, "writing %s", shown_name(path, name));
     report_progress(what);

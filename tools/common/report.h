@@ -2,7 +2,7 @@
 // tools/common/report.h - what the command tells its user: messages, progress, exit codes.
 // Messages go to stderr as "weft: error: ...". A failure is one error line: the first one; later
 // ones are its consequences and are shown with -v only. One command runs per process, so the state
-// is the process's own.
+// is the process's own. Thread-safety: any number of threads, where not said otherwise.
 #ifndef WEFT_TOOLS_COMMON_REPORT_H
 #define WEFT_TOOLS_COMMON_REPORT_H
 
@@ -30,6 +30,18 @@ void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)))
 void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+// What the calling thread does from now on is one of several parts: its messages start with the
+// name ("frame 12"), its progress with the place ("frame 12 of 100"); place NULL: it shows none.
+// Each part has an error line of its own. NULL and NULL: what is done is no part.
+void report_set_part(const char *name, const char *place);
+// The part's error line without its start, "" while there is none; until the next part.
+const char *report_get_error(void);
+
+// What is said, on a line of its own, when a signal ends the command; -q: nothing. One thread's.
+void report_set_last_words(const char *format, ...) __attribute__((format(printf, 1, 2)));
+// Says that, once progress is erased. Async-signal-safe.
+void report_end(void);
+
 // The verdict of a verification: false, after an error line, where pixels are finite on one side
 // only or the largest error is beyond its bound (NAN: it has none). `what`: whose.
 bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches);
@@ -48,8 +60,7 @@ const struct weft_progress *report_progress(const char *what);
 void report_stage(const char *what, const char *path);
 // For a file whose progress is told until it is written, and which is then read back, flushed and
 // put in place: its name and a percentage, then "finishing". path is borrowed meanwhile.
-const struct weft_progress *report_writing(const char *path);
-// Async-signal-safe.
+const struct weft_progress *report_writing(const char *path); // NULL from threads that show none
 void report_erase_progress(void);
 
 // The exit code of a result; makes sure that a failure has its error line, and flushes stdout.

@@ -37,12 +37,12 @@ json_t *run_report_context(const weft_context *context)
                      json_text(info->version), "hardware", info->hardware);
 }
 
-json_t *run_report_seconds(const struct run_stage *stages, size_t count, double start)
+json_t *run_report_seconds(const struct run_stage *stages, size_t count, double total)
 {
     json_t *object = json_object();
     for (size_t i = 0; i < count; i++)
         json_object_set_new(object, stages[i].name, json_number(stages[i].seconds));
-    json_object_set_new(object, "total", json_number(report_now_seconds() - start));
+    json_object_set_new(object, "total", json_number(total));
     return object;
 }
 

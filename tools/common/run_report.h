@@ -18,8 +18,8 @@ struct run_stage {
     const char *name;
     double seconds;
 };
-// An object of the stages' seconds, and of the total since `start` (report_now_seconds).
-json_t *run_report_seconds(const struct run_stage *stages, size_t count, double start);
+// An object of the stages' seconds, and of the total.
+json_t *run_report_seconds(const struct run_stage *stages, size_t count, double total);
 
 // The most memory that this process has had.
 json_t *run_report_process_peak(void);

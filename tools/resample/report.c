@@ -179,7 +179,8 @@ static json_t *seconds_json(const struct resample_job *job)
         {"readback", r->readback_seconds}, {"verify", job->verify_seconds},
         {"write", job->write_seconds},
     };
-    return run_report_seconds(stages, sizeof stages / sizeof *stages, job->start);
+    return run_report_seconds(stages, sizeof stages / sizeof *stages,
+                              report_now_seconds() - job->start);
 }
 
 static void set_context(json_t *root, const struct resample_job *job)

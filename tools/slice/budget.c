@@ -9,16 +9,19 @@
 #include "tools/common/report.h"
 
 // What was measured for the renderer that the slice is made on, or would be.
-static void load_model(struct slice_job *job)
+static void load_model(struct slice_setup *setup)
 {
-    const struct weft_context_params params = {.kind = job->setup->context_kind};
+    const struct weft_context_params params = {.kind = setup->context_kind};
     weft_context *own = NULL;
-    const weft_context *context = job->setup->context;
+    const weft_context *context = setup->context;
+    if (setup->has_model)
+        return;
+    setup->has_model = true;
     if (!context && weft_context_create(&params, &own) == WEFT_OK)
         context = own;
-    job->model = weft_cost_default;
+    setup->model = weft_cost_default;
     if (context)
-        cost_file_load(weft_context_get_info(context)->renderer, &job->model, NULL);
+        cost_file_load(weft_context_get_info(context)->renderer, &setup->model, NULL);
     weft_context_destroy(&own);
 }
 
@@ -47,7 +50,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
         .slice = job->slice_params,
         .max_error = job->max_error,
         .profile = profile,
-        .model = &job->model,
+        .model = &job->setup->model,
     };
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
     if (res != WEFT_OK)
@@ -79,7 +82,7 @@ enum weft_result slice_choose(struct slice_job *job)
                                         report_progress("measuring"), &job->choice.statistics);
     if (res != WEFT_OK)
         return res;
-    load_model(job);
+    load_model(job->setup);
     job->max_error =
         budget_error(&budget, job->choice.statistics.voxel_low, job->choice.statistics.voxel_high);
     res = choose(job, profile_text->given ? &profile : NULL);
@@ -91,7 +94,7 @@ enum weft_result slice_choose(struct slice_job *job)
 
 static const char *model_name(const struct slice_job *job)
 {
-    return job->model.renderer[0] ? job->model.renderer : "defaults";
+    return job->setup->model.renderer[0] ? job->setup->model.renderer : "defaults";
 }
 
 json_t *slice_budget_json(const struct slice_job *job)

@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_SLICE_JOB_H
 #define WEFT_TOOLS_SLICE_JOB_H
 
+#include "tools/common/json.h"
 #include "tools/methods/budget.h"
 #include "tools/common/options.h"
 #include "tools/methods/pass_options.h"
@@ -20,6 +21,10 @@ enum slice_option {
     SLICE_ORIGIN,
     SLICE_U,
     SLICE_V,
+    SLICE_FRAMES,
+    SLICE_STEP,
+    SLICE_PLANES,
+    SLICE_SKIP_BAD,
     SLICE_SPACE,
     SLICE_CONTEXT,
     SLICE_LAYOUT,
@@ -41,57 +46,87 @@ enum slice_option {
     SLICE_OPTION_COUNT
 };
 
+// Where a plane lies, in the space of --space.
+struct slice_plane {
+    double origin[3], u[3], v[3];
+};
+
+// Which slices are made. Frame f of --frames FIRST-LAST:STEP is one of FIRST, FIRST + STEP, ... up
+// to LAST. Where its plane lies depends on f, FIRST and LAST and not on STEP.
+struct slice_sweep {
+    bool given; // --frames; else there is one slice, which has no number
+    int64_t first, last, step;
+    int count;                  // of frames
+    struct slice_plane *planes; // of frames FIRST to LAST, with --planes; NULL
+};
+
 // What a command asks for, and what is made once for it.
 struct slice_setup {
     const char *input;                 // as given, like all options
     const struct option_value *option; // [SLICE_OPTION_COUNT]
+    double start;                      // monotonic seconds
+    struct slice_sweep sweep;
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
     unsigned without;              // enum weft_saving, as bits
     enum weft_context_kind context_kind;
     const struct weft_colour_map *colour_map; // NULL: none is named
-    weft_context *context;                    // NULL when only explained
+    // Of the first slice that comes so far, kept for all.
+    char *volume_path; // which is open
+    weft_volume *volume;
+    weft_volume *rest;                // what floats lack of it; NULL: not asked for yet
+    struct weft_slice_geometry plane; // that --axis or --origin say; no pixels: not known yet
+    bool volume_grew;                 // beyond the plane, which was told
+    struct option_value range;        // of previews: --range, or with --frames the whole grid's
+    weft_context *context;            // NULL when only explained
+    weft_pass_plan *passes;           // of --profile without --max-error
+    bool has_model;
+    struct weft_cost_model model; // with --max-error
 };
+
+enum { SLICE_ATTRIBUTES = 24, SLICE_STAGES = 10 };
 
 // One slice, made from the setup.
 struct slice_job {
     struct slice_setup *setup;
-    const char *input, *output, *preview; // files' names; outputs may be NULL: none
-    struct weft_slice_geometry geometry;  // as asked, with the size chosen
-    weft_volume *volume;
+    int index;                             // among the command's slices
+    int64_t frame;                         // its number; 0 without --frames
+    const char *input, *output, *preview;  // files' names; outputs may be NULL: none
+    char *numbered[3];                     // those that belong to the job
+    struct weft_slice_geometry geometry;   // as asked, with the size chosen
+    weft_volume *volume;                   // the setup's
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
-    weft_pass_plan *own_passes;
     const weft_slice_plan *plan;  // the job's own, or the chosen method's
-    const weft_pass_plan *passes; // likewise; NULL: none
+    const weft_pass_plan *passes; // the setup's, or the chosen method's; NULL: none
     // With --max-error.
     double max_error; // in the volume's values
-    struct weft_cost_model model;
     struct weft_choice choice;
     bool over_budget; // no method is within it
     float *pixels;    // NULL when only explained
 
     struct weft_slice_report report;
+    bool by_passes;
     struct weft_bound bound;             // with --profile
     struct weft_verify_report error;     // with --verify
+    double error_bound;                  // likewise: NAN where voxels outside --source-range count
     float preview_range[2];              // with a preview
     struct weft_image_save_report saved; // with an output
     double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
+    double seconds; // all of it, once it is saved
+    // What the slice tells; plans and volume are not needed any more.
+    struct weft_metadata attributes[SLICE_ATTRIBUTES];
+    size_t attribute_count;
+    json_t *json;                 // with --json
+    enum weft_result save_result; // of a thread that saved it
+    char problem[1024];           // the error line of a frame that is skipped
 };
 
-enum { SLICE_ATTRIBUTES = 24 };
-
-// What the EXR file says about itself; returns how many.
-size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES]);
-
-// What |pixel - reference| may be by the plan; NAN where voxels outside --source-range were
-// clamped.
-double slice_verify_bound(const struct slice_job *job);
-
-// Everything, on stdout.
-enum weft_result slice_print_json(const struct slice_job *job);
-// What was asked for in words: plan (with --explain), preview range, verification.
-void slice_print_text(const struct slice_job *job);
+// Gives up the plans, which hold voxels and must be gone before their volume is: once the job has
+// told what it is (report.h), saving needs none.
+void slice_release(struct slice_job *job);
+// Gives up everything.
+void slice_clear(struct slice_job *job);
 
 #endif

@@ -59,16 +59,19 @@ static enum weft_result make_plan(struct slice_job *job)
     return res;
 }
 
+// Passes depend on the kernel and not on the plane.
 static enum weft_result plan_passes(struct slice_job *job)
 {
-    if (!job->setup->option[SLICE_PASSES + PASS_PROFILE].given ||
-        job->setup->option[SLICE_MAX_ERROR].given)
+    struct slice_setup *setup = job->setup;
+    const struct option_value *o = setup->option;
+    if (!o[SLICE_PASSES + PASS_PROFILE].given || o[SLICE_MAX_ERROR].given)
         return WEFT_OK;
-    double start = report_now_seconds();
+    const double start = report_now_seconds();
     const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
-    enum weft_result res =
-        pass_plan_create(&job->setup->option[SLICE_PASSES], NULL, kernel, 3, 1, &job->own_passes);
-    job->passes = job->own_passes;
+    enum weft_result res = WEFT_OK;
+    if (!setup->passes)
+        res = pass_plan_create(&o[SLICE_PASSES], NULL, kernel, 3, 1, &setup->passes);
+    job->passes = setup->passes;
     job->plan_seconds += report_now_seconds() - start;
     return res;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a finished slice tells: EXR attributes, JSON, text.
+#include "tools/slice/report.h"
+
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -7,7 +9,6 @@
 #include "tools/common/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
-#include "tools/common/run_report.h"
 #include "tools/common/saved.h"
 #include "tools/slice/budget.h"
 
@@ -41,7 +42,8 @@ static size_t passes_attributes(const struct slice_job *job, struct weft_metadat
     return count;
 }
 
-size_t slice_attributes(const struct slice_job *job, struct weft_metadata out[SLICE_ATTRIBUTES])
+// Returns how many.
+static size_t list_attributes(const struct slice_job *job, struct weft_metadata *out)
 {
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
     const struct weft_slice_geometry *g = &plan->geometry, *index = &plan->index_geometry;
@@ -159,21 +161,21 @@ static void set_plan(json_t *root, const struct slice_job *job)
 
 static double mpixels_per_second(const struct slice_job *job)
 {
-    const struct weft_slice_geometry *g = &weft_slice_plan_get_info(job->plan)->geometry;
+    const struct weft_slice_geometry *g = &job->geometry;
     return 1e-6 * g->width * g->height / job->report.pass_seconds;
 }
 
-static json_t *seconds_json(const struct slice_job *job)
+void slice_stages(const struct slice_job *job, struct run_stage out[SLICE_STAGES])
 {
     const struct weft_slice_report *r = &job->report;
-    const struct run_stage stages[] = {
+    const struct run_stage stages[SLICE_STAGES] = {
         {"open", job->open_seconds},       {"plan", job->plan_seconds},
         {"context", job->context_seconds}, {"read", r->read_seconds},
         {"layout", r->layout_seconds},     {"upload", r->upload_seconds},
         {"passes", r->pass_seconds},       {"readback", r->readback_seconds},
         {"verify", job->verify_seconds},   {"write", job->write_seconds},
     };
-    return run_report_seconds(stages, sizeof stages / sizeof *stages, job->start);
+    memcpy(out, stages, sizeof stages);
 }
 
 // The bound of passes is told beside.
@@ -203,6 +205,7 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "rectangles", json_integer(r->rectangles));
 }
 
+// What is saved later has its place here.
 static void set_run(json_t *root, const struct slice_job *job)
 {
     const struct weft_slice_report *r = &job->report;
@@ -216,8 +219,8 @@ static void set_run(json_t *root, const struct slice_job *job)
         json_object_set_new(root, "exact_pixels", json_count(r->exact_pixels));
     json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
     json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
-    json_object_set_new(root, "process_peak_bytes", run_report_process_peak());
-    json_object_set_new(root, "seconds", seconds_json(job));
+    json_object_set_new(root, "process_peak_bytes", json_null());
+    json_object_set_new(root, "seconds", json_null());
     json_object_set_new(root, "mpixels_per_second", json_number(mpixels_per_second(job)));
     json_object_set_new(root, "minimum", json_number(r->minimum));
     json_object_set_new(root, "maximum", json_number(r->maximum));
@@ -225,23 +228,50 @@ static void set_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "context", run_report_context(job->setup->context));
     if (job->output) {
         json_object_set_new(root, "output", json_text(job->output));
-        json_object_set_new(root, "file", saved_json(&job->saved));
+        json_object_set_new(root, "file", json_null());
     }
     if (job->preview)
-        json_object_set_new(root, "preview", run_report_preview(job->preview, job->preview_range));
+        json_object_set_new(root, "preview", json_null());
     if (job->setup->option[SLICE_VERIFY].given)
         json_object_set_new(root, "verify", error_json(job));
 }
 
-enum weft_result slice_print_json(const struct slice_job *job)
+static json_t *slice_json(const struct slice_job *job)
 {
     json_t *root = json_object();
+    if (job->setup->sweep.given)
+        json_object_set_new(root, "frame", json_integer(job->frame));
     set_plan(root, job);
-    if (job->setup->context)
+    if (job->pixels)
         set_run(root, job);
     else
         json_object_set_new(root, "plan", json_text(weft_slice_plan_get_info(job->plan)->text));
-    return json_print(root);
+    return root;
+}
+
+void slice_tell(struct slice_job *job)
+{
+    if (job->setup->option[SLICE_JSON].given)
+        job->json = slice_json(job);
+    if (job->output)
+        job->attribute_count = list_attributes(job, job->attributes);
+}
+
+void slice_tell_saved(struct slice_job *job)
+{
+    struct run_stage stages[SLICE_STAGES];
+    slice_stages(job, stages);
+    job->seconds = report_now_seconds() - job->start;
+    if (!job->json || !job->pixels)
+        return;
+    json_object_set_new(job->json, "process_peak_bytes", run_report_process_peak());
+    json_object_set_new(job->json, "seconds",
+                        run_report_seconds(stages, SLICE_STAGES, job->seconds));
+    if (job->output)
+        json_object_set_new(job->json, "file", saved_json(&job->saved));
+    if (job->preview)
+        json_object_set_new(job->json, "preview",
+                            run_report_preview(job->preview, job->preview_range));
 }
 
 // ---- text ---------------------------------------------------------------------------------------
@@ -259,18 +289,9 @@ static void print_error(const struct weft_verify_report *e)
                (unsigned long long)e->not_finite_mismatches);
 }
 
-double slice_verify_bound(const struct slice_job *job)
-{
-    const struct weft_slice_report *r = &job->report;
-    const bool ranged = job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE].given;
-    if (!job->passes)
-        return ranged ? NAN : job->error.bound;
-    return ranged && r->clamped ? NAN : job->bound.total;
-}
-
 static void print_bound(const struct slice_job *job)
 {
-    if (!job->passes) {
+    if (!job->by_passes) {
         printf("bound: %.3g\n", job->error.bound);
         return;
     }
@@ -287,30 +308,46 @@ static void note_times(const struct slice_job *job)
                 "%.3f (%.1f Mpixel/s), read-back %.3f, verify %.3f, write %.3f, total %.3f s",
                 job->open_seconds, job->plan_seconds, job->context_seconds, r->read_seconds,
                 r->layout_seconds, r->upload_seconds, r->pass_seconds, mpixels_per_second(job),
-                r->readback_seconds, job->verify_seconds, job->write_seconds,
-                report_now_seconds() - job->start);
+                r->readback_seconds, job->verify_seconds, job->write_seconds, job->seconds);
     report_note("values from %.9g to %.9g, peak of voxels, layouts and GL %llu bytes", r->minimum,
                 r->maximum, (unsigned long long)r->peak_bytes);
 }
 
-void slice_print_text(const struct slice_job *job)
+bool slice_is_verified(const struct slice_job *job)
 {
-    if (!job->setup->context) {
-        const char *text = weft_slice_plan_get_info(job->plan)->text;
-        size_t size = strlen(text);
-        if (job->choice.plan)
-            slice_budget_print(job);
-        printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
-        if (job->passes)
-            pass_plan_print(job->passes);
-        return;
-    }
-    if (job->preview)
+    return !job->pixels || !job->setup->option[SLICE_VERIFY].given ||
+           report_verdict("the slice", job->error.maximum, job->error_bound,
+                          job->error.not_finite_mismatches);
+}
+
+static void print_heading(const struct slice_job *job)
+{
+    if (job->setup->sweep.given)
+        printf("frame %lld\n", (long long)job->frame);
+}
+
+void slice_print_explained(const struct slice_job *job)
+{
+    const char *text = weft_slice_plan_get_info(job->plan)->text;
+    size_t size = strlen(text);
+    print_heading(job);
+    if (job->choice.plan)
+        slice_budget_print(job);
+    printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
+    if (job->passes)
+        pass_plan_print(job->passes);
+}
+
+// All frames' previews have one range, which is told before the first.
+void slice_print_made(const struct slice_job *job)
+{
+    if (job->preview && !job->setup->sweep.given)
         run_report_print_preview(job->preview, job->preview_range);
-    if (job->setup->option[SLICE_VERIFY].given)
+    if (job->setup->option[SLICE_VERIFY].given) {
+        print_heading(job);
         print_error(&job->error);
-    if (job->setup->option[SLICE_VERIFY].given)
         print_bound(job);
+    }
     saved_print(job->output, &job->saved);
     note_times(job);
 }

@@ -100,18 +100,29 @@ static enum weft_result check_values(struct slice_job *job)
 enum weft_result slice_run(struct slice_job *job)
 {
     enum weft_result res = job->choice.plan ? run_chosen(job) : run_planned(job);
+    job->by_passes = job->passes != NULL;
     if (res == WEFT_OK && job->passes)
         res = set_passes_report(job);
     return res == WEFT_OK ? check_values(job) : res;
 }
 
 // The part of the grid's integers that floats lack, so that they are verified as they are stored.
-static enum weft_result open_rest(const struct slice_job *job, weft_volume **out)
+static enum weft_result open_rest(struct slice_job *job)
 {
     const struct weft_volume_info *info = weft_volume_get_info(job->volume);
     const struct weft_volume_open_params params = {
         .path = job->input, .grid = info->name, .rest = true, .log = report_log()};
-    return info->values_rounded ? weft_volume_open(&params, out) : WEFT_OK;
+    return info->values_rounded && !job->setup->rest ? weft_volume_open(&params, &job->setup->rest)
+                                                     : WEFT_OK;
+}
+
+// By the plan; NAN where voxels outside --source-range were clamped.
+static double error_bound(const struct slice_job *job)
+{
+    const bool ranged = job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE].given;
+    if (!job->passes)
+        return ranged ? NAN : job->error.bound;
+    return ranged && job->report.clamped ? NAN : job->bound.total;
 }
 
 enum weft_result slice_verify(struct slice_job *job)
@@ -119,11 +130,13 @@ enum weft_result slice_verify(struct slice_job *job)
     if (!job->setup->option[SLICE_VERIFY].given)
         return WEFT_OK;
     double start = report_now_seconds();
-    struct weft_slice_verify_params params = {.progress = report_progress("verifying")};
-    enum weft_result res = open_rest(job, &params.rest);
+    enum weft_result res = open_rest(job);
     if (res == WEFT_OK)
-        res = weft_slice_verify(job->plan, job->pixels, &params, &job->error);
-    weft_volume_destroy(&params.rest);
+        res = weft_slice_verify(job->plan, job->pixels,
+                                weft_slice_verify_params(.rest = job->setup->rest,
+                                                         .progress = report_progress("verifying")),
+                                &job->error);
+    job->error_bound = error_bound(job);
     job->verify_seconds = report_now_seconds() - start;
     return res;
 }

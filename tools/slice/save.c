@@ -12,7 +12,7 @@ struct preview_options slice_preview_options(const struct slice_job *job)
     return (struct preview_options){.input = job->input,
                                     .output = job->output,
                                     .preview = job->preview,
-                                    .range = &o[SLICE_RANGE],
+                                    .range = &job->setup->range,
                                     .colour_map = &o[SLICE_COLOUR_MAP],
                                     .no_clobber = o[SLICE_NO_CLOBBER].given};
 }
@@ -20,18 +20,16 @@ struct preview_options slice_preview_options(const struct slice_job *job)
 static enum weft_result write_exr(struct slice_job *job)
 {
     const struct weft_slice_geometry *g = &job->geometry;
-    struct weft_metadata texts[SLICE_ATTRIBUTES];
     struct weft_image_attribute attributes[SLICE_ATTRIBUTES];
     struct weft_image_channel channel = {.name = "Y", .plane = job->pixels};
-    const size_t count = slice_attributes(job, texts);
-    attributes_of_texts(texts, count, attributes);
+    attributes_of_texts(job->attributes, job->attribute_count, attributes);
     const struct weft_image image = {
         .width = g->width,
         .height = g->height,
         .display_max = {g->width - 1, g->height - 1},
         .channel_count = 1,
         .channels = &channel,
-        .attribute_count = count,
+        .attribute_count = job->attribute_count,
         .attributes = attributes,
     };
     const struct weft_image_save_params params = {

@@ -6,9 +6,14 @@
 
 #include "tools/slice/job.h"
 
-// plane.c: the volume, and the plane with its size.
+// plane.c: the volume, unless it is open, and the plane with its size.
 enum weft_result slice_open(struct slice_job *job);
 enum weft_result slice_place(struct slice_job *job);
+void slice_close(struct slice_setup *setup);
+
+// range.c: the one range of all frames' previews, where --range does not say it: that of all the
+// grid's voxels, tiles and background.
+enum weft_result slice_find_range(struct slice_job *job);
 
 // plan.c: the slice's plan, and with --profile that of its passes, but where --max-error chooses.
 enum weft_result slice_plan(struct slice_job *job);
@@ -20,12 +25,8 @@ enum weft_result slice_create_context(struct slice_job *job);
 enum weft_result slice_run(struct slice_job *job);
 enum weft_result slice_verify(struct slice_job *job);
 
-// save.c: the files.
+// save.c: the files, from what the job has told (report.h): neither plans nor the volume are looked
+// at, and another thread may do it while the next slice is made.
 enum weft_result slice_save(struct slice_job *job);
-
-// frame.c: all of them. The job has its setup and its files' names, and needs slice_clear
-// afterwards whatever came of it.
-enum weft_result slice_make(struct slice_job *job);
-void slice_clear(struct slice_job *job);
 
 #endif

@@ -8,6 +8,7 @@
 #include "tools/common/report.h"
 #include "tools/slice/save.h"
 #include "tools/slice/stages.h"
+#include "tools/slice/sweep.h"
 #include "tools/verbs/verb.h"
 
 static const char *const axes[] = {"x", "y", "z", NULL};
@@ -49,9 +50,10 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                     axes},
     [SLICE_AT] = {.name = "at",
                   0,
-                  OPTION_NUMBER,
-                  "COORD",
-                  "where on that axis (default: the middle of the active box)"},
+                  OPTION_SPAN,
+                  "COORD|A..B",
+                  "where on that axis (default: the middle of the active box); with --frames from "
+                  "A at FIRST to B at LAST"},
     [SLICE_ORIGIN] = {.name = "origin",
                       0,
                       OPTION_POINT,
@@ -60,6 +62,30 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "and --v"},
     [SLICE_U] = {.name = "u", 0, OPTION_POINT, "X,Y,Z", "the edge along the rows"},
     [SLICE_V] = {.name = "v", 0, OPTION_POINT, "X,Y,Z", "the edge down the columns"},
+    [SLICE_FRAMES] =
+        {.name = "frames",
+         0,
+         OPTION_TEXT,
+         "FIRST-LAST[:STEP]",
+         "make a slice for each of these numbers, which stands in the outputs' names as %04d, "
+         "along --at A..B, --step or --planes, or of a volume each, with %04d in its name"},
+    [SLICE_STEP] = {.name = "step",
+                    0,
+                    OPTION_POINT,
+                    "X,Y,Z",
+                    "with --frames: --origin moves by this from number to number"},
+    [SLICE_PLANES] =
+        {.name = "planes",
+         0,
+         OPTION_TEXT,
+         "FILE",
+         "with --frames: a line for each number from FIRST to LAST, with origin, u and "
+         "v as X,Y,Z X,Y,Z X,Y,Z; # starts a comment"},
+    [SLICE_SKIP_BAD] = {.name = "skip-bad",
+                        0,
+                        OPTION_FLAG,
+                        NULL,
+                        "go on after a frame that cannot be read, and end with 3"},
     [SLICE_SPACE] = {.name = "space",
                      0,
                      OPTION_CHOICE,
@@ -123,7 +149,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                      OPTION_RANGE,
                      "LO,HI",
                      "values shown as first and last colour of the preview (default: smallest "
-                     "and largest)"},
+                     "and largest; with --frames those of the whole grid)"},
     [SLICE_COLOUR_MAP] = {.name = "colour-map",
                           0,
                           OPTION_TEXT,
@@ -179,8 +205,12 @@ static const char *passes_conflict(const struct option_value *o)
     return NULL;
 }
 
-static const char *option_conflict(const struct option_value *o)
+static const char *option_conflict(const struct slice_setup *setup)
 {
+    const struct option_value *o = setup->option;
+    const char *conflict = sweep_conflict(setup);
+    if (conflict)
+        return conflict;
     bool plane = o[SLICE_ORIGIN].given || o[SLICE_U].given || o[SLICE_V].given;
     if (plane && (o[SLICE_AXIS].given || o[SLICE_AT].given))
         return "--axis and --at exclude --origin, --u and --v";
@@ -192,7 +222,7 @@ static const char *option_conflict(const struct option_value *o)
         return "--range and --colour-map need --preview OUT.png";
     if (o[SLICE_PASSES + PASS_PROFILE].given && o[SLICE_LAYOUT].given)
         return "--layout is of slices without --profile";
-    const char *conflict = passes_conflict(o);
+    conflict = passes_conflict(o);
     if (conflict)
         return conflict;
     if (!o[SLICE_OUTPUT].given && !o[SLICE_PREVIEW].given && !o[SLICE_EXPLAIN].given &&
@@ -250,11 +280,18 @@ static enum weft_result load_kernel(struct slice_setup *setup)
     return res;
 }
 
-static enum weft_result check_options(struct slice_setup *setup, const struct slice_job *job)
+static enum weft_result check_preview(struct slice_setup *setup)
 {
-    const struct preview_options preview = slice_preview_options(job);
+    const struct slice_job job = {.setup = setup};
+    const struct preview_options preview = slice_preview_options(&job);
+    return preview_check(&preview, &setup->colour_map);
+}
+
+// Nothing is opened before all of this is right.
+static enum weft_result check_setup(struct slice_setup *setup)
+{
     const struct option_value *o = setup->option;
-    const char *conflict = option_conflict(o);
+    const char *conflict = option_conflict(setup);
     if (conflict) {
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;
@@ -269,18 +306,21 @@ static enum weft_result check_options(struct slice_setup *setup, const struct sl
     if (res == WEFT_OK && o[SLICE_CONTEXT].given)
         res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &setup->context_kind);
     if (res == WEFT_OK)
-        res = preview_check(&preview, &setup->colour_map);
-    return res == WEFT_OK ? preview_check_outputs(&preview, !o[SLICE_EXPLAIN].given) : res;
+        res = check_preview(setup);
+    if (res == WEFT_OK)
+        res = sweep_read(setup);
+    return res == WEFT_OK ? sweep_check_files(setup) : res;
 }
 
 // ---- the run ------------------------------------------------------------------------------------
 
-// Whether its error is within the plan's bound, if that was asked for.
-static bool is_verified(const struct slice_job *job)
+static void clear_setup(struct slice_setup *setup)
 {
-    return !job->setup->context || !job->setup->option[SLICE_VERIFY].given ||
-           report_verdict("the slice", job->error.maximum, slice_verify_bound(job),
-                          job->error.not_finite_mismatches);
+    slice_close(setup);
+    sweep_clear(&setup->sweep);
+    weft_pass_plan_destroy(&setup->passes);
+    weft_context_destroy(&setup->context);
+    weft_kernel_file_destroy(&setup->kernel_file);
 }
 
 static int run(const char *operand, const struct option_value *values)
@@ -293,26 +333,14 @@ static int run(const char *operand, const struct option_value *values)
         report_error("no volume given: weft slice VOLUME.vdb ... (see weft help slice)");
         return EXIT_CODE_USAGE;
     }
-    struct slice_setup setup = {.input = operand, .option = values};
-    struct slice_job job = {.setup = &setup,
-                            .input = operand,
-                            .output = values[SLICE_OUTPUT].text,
-                            .preview = values[SLICE_PREVIEW].text,
-                            .start = report_now_seconds()};
-    enum weft_result res = check_options(&setup, &job);
-    if (res == WEFT_OK)
-        res = slice_make(&job);
-    report_erase_progress();
-    if (res == WEFT_OK && values[SLICE_JSON].given)
-        res = slice_print_json(&job);
-    else if (res == WEFT_OK)
-        slice_print_text(&job);
-    const bool verified = res != WEFT_OK || is_verified(&job);
-    slice_clear(&job);
-    weft_context_destroy(&setup.context);
-    weft_kernel_file_destroy(&setup.kernel_file);
-    const int code = report_finish(res);
-    return job.over_budget || !verified ? EXIT_CODE_FAILED : code;
+    struct slice_setup setup = {.input = operand,
+                                .option = values,
+                                .start = report_now_seconds(),
+                                .range = values[SLICE_RANGE]};
+    const enum weft_result res = check_setup(&setup);
+    const int code = res == WEFT_OK ? sweep_run(&setup) : report_finish(res);
+    clear_setup(&setup);
+    return code;
 }
 
 static const char *const epilogue[] = {

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The slices of a command, one after the other: while one is written, the next one is made.
+#include "tools/slice/sweep.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "tools/common/numbered.h"
+#include "tools/common/report.h"
+#include "tools/slice/budget.h"
+#include "tools/slice/report.h"
+#include "tools/slice/stages.h"
+
+struct frames {
+    struct slice_setup *setup;
+    struct slice_job *saving; // in the thread; NULL: none
+    pthread_t thread;
+    int complete, skipped;
+    int64_t last;  // that is complete
+    bool failed;   // no method within the budget, or beyond the bound
+    json_t *array; // with --json and --frames
+    double seconds[SLICE_STAGES];
+};
+
+// ---- one slice ----------------------------------------------------------------------------------
+
+// What a method costs depends on where it would run.
+static enum weft_result create_context_for_choice(struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    return o[SLICE_MAX_ERROR].given && !o[SLICE_EXPLAIN].given ? slice_create_context(job)
+                                                               : WEFT_OK;
+}
+
+typedef enum weft_result (*stage)(struct slice_job *job);
+
+static enum weft_result run_stages(struct slice_job *job, const stage *stages)
+{
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = stages; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    return res;
+}
+
+// A volume that cannot be opened is reported before any GL context is made.
+static enum weft_result make_slice(struct slice_job *job)
+{
+    static const stage planning[] = {
+        slice_open,   slice_place, slice_allocate, slice_plan, create_context_for_choice,
+        slice_choose, NULL};
+    static const stage computing[] = {slice_create_context, slice_find_range, slice_run,
+                                      slice_verify, NULL};
+    const bool explain = job->setup->option[SLICE_EXPLAIN].given;
+    enum weft_result res = run_stages(job, planning);
+    if (res == WEFT_OK && !explain)
+        res = run_stages(job, computing);
+    if (res == WEFT_OK)
+        slice_tell(job);
+    if (res == WEFT_OK && explain)
+        report_erase_progress();
+    if (res == WEFT_OK && explain && !job->json)
+        slice_print_explained(job);
+    return res;
+}
+
+static void destroy_job(struct slice_job *job)
+{
+    slice_clear(job);
+    free(job);
+}
+
+// ---- told ---------------------------------------------------------------------------------------
+
+// Messages and progress are about a slice from now on.
+static void set_part(const struct slice_job *job, bool shows_progress)
+{
+    char name[64], place[64];
+    snprintf(name, sizeof name, "frame %lld", (long long)job->frame);
+    snprintf(place, sizeof place, "frame %d of %d", job->index + 1, job->setup->sweep.count);
+    if (job->setup->sweep.given)
+        report_set_part(name, shows_progress ? place : NULL);
+}
+
+// What is said if a signal comes.
+static void set_last_words(const struct frames *f)
+{
+    const struct slice_setup *setup = f->setup;
+    if (!setup->sweep.given || setup->option[SLICE_EXPLAIN].given)
+        return;
+    if (f->complete)
+        report_set_last_words("weft: ended with %d of %d frames complete, the last is %lld",
+                              f->complete, setup->sweep.count, (long long)f->last);
+    else
+        report_set_last_words("weft: ended with none of %d frames complete", setup->sweep.count);
+}
+
+static void note_sum(const struct frames *f)
+{
+    const double seconds = report_now_seconds() - f->setup->start;
+    report_note("%d of %d frames, %d skipped, in %.3f s", f->complete, f->setup->sweep.count,
+                f->skipped, seconds);
+}
+
+static enum weft_result print_json(struct frames *f)
+{
+    static const struct slice_job none;
+    struct run_stage stages[SLICE_STAGES];
+    slice_stages(&none, stages);
+    for (int i = 0; i < SLICE_STAGES; i++)
+        stages[i].seconds = f->seconds[i];
+    json_t *array = f->array;
+    f->array = NULL;
+    return json_print(json_pack(
+        "{s:o,s:o,s:o,s:i,s:i,s:o,s:o}", "weft", json_text(weft_version()), "volume",
+        json_text(f->setup->input), "frames", array, "complete", f->complete, "skipped", f->skipped,
+        "process_peak_bytes", run_report_process_peak(), "seconds",
+        run_report_seconds(stages, SLICE_STAGES, report_now_seconds() - f->setup->start)));
+}
+
+// ---- saving -------------------------------------------------------------------------------------
+
+// A slice that is whole: told, counted, and gone. Takes the job.
+static enum weft_result finish(struct frames *f, struct slice_job *job)
+{
+    struct run_stage stages[SLICE_STAGES];
+    enum weft_result res = WEFT_OK;
+    set_part(job, true);
+    slice_tell_saved(job);
+    slice_stages(job, stages);
+    for (int i = 0; i < SLICE_STAGES; i++)
+        f->seconds[i] += stages[i].seconds;
+    f->complete++;
+    f->last = job->frame;
+    set_last_words(f);
+    report_erase_progress();
+    if (f->array) {
+        json_array_append_new(f->array, job->json);
+        job->json = NULL;
+    } else if (job->json) {
+        res = json_print(job->json);
+        job->json = NULL;
+    } else if (job->pixels) {
+        slice_print_made(job);
+    }
+    f->failed = f->failed || !slice_is_verified(job);
+    destroy_job(job);
+    return res;
+}
+
+static void *save_in_thread(void *priv)
+{
+    struct slice_job *job = priv;
+    set_part(job, false);
+    job->save_result = slice_save(job);
+    return NULL;
+}
+
+// Signals are for the thread that began.
+static bool start_thread(struct frames *f, struct slice_job *job)
+{
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const bool started = pthread_create(&f->thread, NULL, save_in_thread, job) == 0;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    if (started)
+        f->saving = job;
+    return started;
+}
+
+static enum weft_result wait_for_saving(struct frames *f)
+{
+    struct slice_job *job = f->saving;
+    if (!job)
+        return WEFT_OK;
+    f->saving = NULL;
+    pthread_join(f->thread, NULL);
+    if (job->save_result == WEFT_OK)
+        return finish(f, job);
+    const enum weft_result res = job->save_result;
+    destroy_job(job);
+    return res;
+}
+
+// Takes the job. The last one is saved here, where progress is shown.
+static enum weft_result save(struct frames *f, struct slice_job *job, bool last)
+{
+    const bool writes = job->pixels && (job->output || job->preview);
+    if (writes && !last && start_thread(f, job))
+        return WEFT_OK;
+    set_part(job, true);
+    const enum weft_result res = writes ? slice_save(job) : WEFT_OK;
+    if (res == WEFT_OK)
+        return finish(f, job);
+    destroy_job(job);
+    return res;
+}
+
+// ---- all of them --------------------------------------------------------------------------------
+
+// Whether what failed is this frame's input, so that others may do better: its file, or what is
+// read from there. A grid that is not in the file is the frame's fault too.
+static bool is_bad(const struct slice_job *job, enum weft_result res)
+{
+    if (!job->volume && !numbered_is(job->setup->input))
+        return false;
+    return res == WEFT_ERR_OPEN || res == WEFT_ERR_FORMAT || res == WEFT_ERR_READER ||
+           res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT ||
+           (!job->volume && res == WEFT_ERR_ARGUMENT);
+}
+
+// Whether the sweep goes on without the frame; its error line is kept then, and its volume closed:
+// who knows what state that is in.
+static bool can_skip(struct slice_job *job, enum weft_result res)
+{
+    if (!job->setup->option[SLICE_SKIP_BAD].given || job->over_budget || !is_bad(job, res))
+        return false;
+    if (!report_get_error()[0])
+        report_error("%s", weft_result_text(res));
+    snprintf(job->problem, sizeof job->problem, "%s", report_get_error());
+    slice_close(job->setup);
+    return true;
+}
+
+// Takes the job.
+static enum weft_result skip(struct frames *f, struct slice_job *job)
+{
+    if (f->array)
+        json_array_append_new(f->array,
+                              json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)job->frame, "volume",
+                                        json_text(job->input), "error", json_text(job->problem)));
+    f->skipped++;
+    destroy_job(job);
+    return WEFT_OK;
+}
+
+static enum weft_result make_frame(struct frames *f, int index)
+{
+    struct slice_job *job = malloc(sizeof *job);
+    if (!job)
+        return WEFT_ERR_MEMORY;
+    enum weft_result res = sweep_start(f->setup, index, job);
+    set_part(job, true);
+    if (res == WEFT_OK)
+        res = make_slice(job);
+    f->failed = f->failed || job->over_budget;
+    slice_release(job);
+    const bool skips = res != WEFT_OK && can_skip(job, res);
+    // The one before comes first.
+    const enum weft_result before = wait_for_saving(f);
+    if (before != WEFT_OK || (res != WEFT_OK && !skips) || f->failed) {
+        destroy_job(job);
+        return before != WEFT_OK ? before : res;
+    }
+    return skips ? skip(f, job) : save(f, job, index == f->setup->sweep.count - 1);
+}
+
+static enum weft_result make_frames(struct frames *f)
+{
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; i < f->setup->sweep.count && res == WEFT_OK && !f->failed; i++)
+        res = make_frame(f, i);
+    const enum weft_result saved = wait_for_saving(f);
+    return res == WEFT_OK ? saved : res;
+}
+
+static int exit_code(const struct frames *f, enum weft_result res)
+{
+    const int code = report_finish(res);
+    return f->failed ? EXIT_CODE_FAILED : res == WEFT_OK && f->skipped ? EXIT_CODE_INPUT : code;
+}
+
+int sweep_run(struct slice_setup *setup)
+{
+    const struct slice_sweep *sweep = &setup->sweep;
+    struct frames f = {.setup = setup};
+    if (sweep->given && setup->option[SLICE_JSON].given)
+        f.array = json_array();
+    set_last_words(&f);
+    enum weft_result res = make_frames(&f);
+    report_erase_progress();
+    report_set_part(NULL, NULL);
+    if (res == WEFT_OK && f.array)
+        res = print_json(&f);
+    if (sweep->given && f.complete && (res != WEFT_OK || f.failed))
+        report_warning("%d of %d frames are complete, the last is %lld", f.complete, sweep->count,
+                       (long long)f.last);
+    else if (f.skipped)
+        report_warning("%d of %d frames were skipped", f.skipped, sweep->count);
+    if (sweep->given)
+        note_sum(&f);
+    json_decref(f.array);
+    return exit_code(&f, res);
+}

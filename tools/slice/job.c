@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slice/job.h"
+
+#include <stdlib.h>
+
+void slice_release(struct slice_job *job)
+{
+    weft_choice_clear(&job->choice);
+    weft_slice_plan_destroy(&job->own_plan);
+    job->plan = NULL;
+    job->passes = NULL;
+}
+
+void slice_clear(struct slice_job *job)
+{
+    slice_release(job);
+    json_decref(job->json);
+    free(job->pixels);
+    for (int i = 0; i < 3; i++)
+        free(job->numbered[i]);
+}

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/slice/sweep.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/common/numbered.h"
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+#include "tools/slice/save.h"
+
+// ---- options ------------------------------------------------------------------------------------
+
+static const char *conflict_of_one(const struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option;
+    if (o[SLICE_AT].given && o[SLICE_AT].integer[0])
+        return "--at A..B needs --frames FIRST-LAST";
+    if (o[SLICE_STEP].given || o[SLICE_PLANES].given || o[SLICE_SKIP_BAD].given)
+        return "--step, --planes and --skip-bad need --frames FIRST-LAST";
+    const char *const names[] = {setup->input, o[SLICE_OUTPUT].text, o[SLICE_PREVIEW].text};
+    for (int i = 0; i < 3; i++)
+        if (names[i] && numbered_is(names[i]))
+            return "a name with a frame's number, as %04d, needs --frames FIRST-LAST";
+    return NULL;
+}
+
+static const char *conflict_of_frames(const struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option, *step = &o[SLICE_STEP];
+    if (o[SLICE_PLANES].given &&
+        (o[SLICE_AXIS].given || o[SLICE_AT].given || o[SLICE_ORIGIN].given || step->given))
+        return "--planes excludes --axis, --at, --origin, --u, --v and --step";
+    if (step->given && !o[SLICE_ORIGIN].given)
+        return "--step goes with --origin, --u and --v; with --axis, --at A..B moves the plane";
+    const bool steps =
+        step->given && (step->number[0] != 0.0 || step->number[1] != 0.0 || step->number[2] != 0.0);
+    if (step->given && !steps)
+        return "--step 0,0,0 does not move the plane";
+    if (!steps && !o[SLICE_PLANES].given && !(o[SLICE_AT].given && o[SLICE_AT].integer[0]) &&
+        !numbered_is(setup->input))
+        return "all frames would be the same: give --at A..B, --origin with --step, --planes FILE, "
+               "or a volume's name with the frame's number, as smoke_%04d.vdb";
+    return NULL;
+}
+
+const char *sweep_conflict(const struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option;
+    if (o[SLICE_PLANES].given && (o[SLICE_U].given || o[SLICE_V].given))
+        return "--planes excludes --axis, --at, --origin, --u, --v and --step";
+    return o[SLICE_FRAMES].given ? conflict_of_frames(setup) : conflict_of_one(setup);
+}
+
+// Digits and nothing else, up to the largest number.
+static bool read_number(const char **at, int64_t *out)
+{
+    const size_t length = strspn(*at, "0123456789");
+    if (length < 1 || length > 9)
+        return false;
+    *out = strtoll(*at, NULL, 10);
+    *at += length;
+    return true;
+}
+
+static enum weft_result read_frames(const char *text, struct slice_sweep *sweep)
+{
+    const char *at = text;
+    sweep->step = 1;
+    bool good = read_number(&at, &sweep->first) && *at++ == '-' && read_number(&at, &sweep->last);
+    if (good && *at == ':') {
+        at++;
+        good = read_number(&at, &sweep->step);
+    }
+    if (!good || *at)
+        report_error("--frames: '%s' is not FIRST-LAST or FIRST-LAST:STEP, whole numbers from 0 to "
+                     "%d, as 1-100",
+                     text, SWEEP_MAX_NUMBER);
+    else if (sweep->first > sweep->last)
+        report_error("--frames %s: FIRST is more than LAST", text);
+    else if (sweep->step == 0)
+        report_error("--frames %s: STEP must be 1 or more", text);
+    else if ((sweep->last - sweep->first) / sweep->step >= SWEEP_MAX_FRAMES)
+        report_error("--frames %s: these are %lld frames; there may be at most %d", text,
+                     (long long)((sweep->last - sweep->first) / sweep->step + 1), SWEEP_MAX_FRAMES);
+    else
+        return WEFT_OK;
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result sweep_read(struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option;
+    struct slice_sweep *sweep = &setup->sweep;
+    *sweep = (struct slice_sweep){.given = o[SLICE_FRAMES].given, .step = 1, .count = 1};
+    if (!sweep->given)
+        return WEFT_OK;
+    enum weft_result res = read_frames(o[SLICE_FRAMES].text, sweep);
+    if (res == WEFT_OK)
+        res = numbered_check("", setup->input, false);
+    if (res == WEFT_OK && o[SLICE_OUTPUT].given)
+        res = numbered_check("-o ", o[SLICE_OUTPUT].text, true);
+    if (res == WEFT_OK && o[SLICE_PREVIEW].given)
+        res = numbered_check("--preview ", o[SLICE_PREVIEW].text, true);
+    if (res != WEFT_OK)
+        return res;
+    sweep->count = (int)((sweep->last - sweep->first) / sweep->step) + 1;
+    return o[SLICE_PLANES].given ? sweep_load_planes(o[SLICE_PLANES].text,
+                                                     sweep->last - sweep->first + 1, &sweep->planes)
+                                 : WEFT_OK;
+}
+
+void sweep_clear(struct slice_sweep *sweep)
+{
+    free(sweep->planes);
+    sweep->planes = NULL;
+}
+
+// ---- frames -------------------------------------------------------------------------------------
+
+enum weft_result sweep_start(struct slice_setup *setup, int index, struct slice_job *job)
+{
+    const struct slice_sweep *sweep = &setup->sweep;
+    const struct option_value *o = setup->option;
+    const char *const names[] = {setup->input, o[SLICE_OUTPUT].text, o[SLICE_PREVIEW].text};
+    const char **const out[] = {&job->input, &job->output, &job->preview};
+    *job = (struct slice_job){.setup = setup,
+                              .index = index,
+                              .frame = sweep->first + index * sweep->step,
+                              .start = index ? report_now_seconds() : setup->start};
+    for (int i = 0; i < 3; i++) {
+        *out[i] = names[i];
+        if (!names[i] || !sweep->given)
+            continue;
+        *out[i] = job->numbered[i] = numbered_format(names[i], job->frame);
+        if (!*out[i]) {
+            report_error("out of memory for the name of frame %lld", (long long)job->frame);
+            return WEFT_ERR_MEMORY;
+        }
+    }
+    return WEFT_OK;
+}
+
+// ---- files --------------------------------------------------------------------------------------
+
+struct sweep_file {
+    struct paths_identity identity;
+    char *path;
+    int64_t frame;
+    bool input;
+};
+
+static int compare(const void *a, const void *b)
+{
+    const struct sweep_file *x = a, *y = b;
+    const int order = paths_compare(&x->identity, &y->identity);
+    return order ? order : (x->frame > y->frame) - (x->frame < y->frame);
+}
+
+static const struct sweep_file *find_output(const struct sweep_file *files, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!files[i].input)
+            return &files[i];
+    return NULL;
+}
+
+// Of files that are one: frames may read it, or one may write it.
+static enum weft_result check_group(const struct sweep_file *files, size_t count)
+{
+    const struct sweep_file *output = find_output(files, count);
+    if (count == 1 || !output)
+        return WEFT_OK;
+    const struct sweep_file *other = output == files ? files + 1 : files;
+    report_error("%s is written by frame %lld, and %s by frame %lld", output->path,
+                 (long long)output->frame, other->input ? "read" : "written",
+                 (long long)other->frame);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static enum weft_result check_distinct(struct sweep_file *files, size_t count)
+{
+    enum weft_result res = WEFT_OK;
+    qsort(files, count, sizeof *files, compare);
+    for (size_t at = 0, end; at < count && res == WEFT_OK; at = end) {
+        for (end = at + 1;
+             end < count && paths_compare(&files[at].identity, &files[end].identity) == 0;)
+            end++;
+        res = check_group(files + at, end - at);
+    }
+    return res;
+}
+
+// Moves the job's names into the list.
+static void add_files(struct slice_job *job, struct sweep_file *files, size_t *count)
+{
+    for (int i = 0; i < 3; i++) {
+        if (!job->numbered[i])
+            continue;
+        files[(*count)++] = (struct sweep_file){.identity = paths_identify(job->numbered[i]),
+                                                .path = job->numbered[i],
+                                                .frame = job->frame,
+                                                .input = i == 0};
+        job->numbered[i] = NULL;
+    }
+}
+
+enum weft_result sweep_check_files(struct slice_setup *setup)
+{
+    const bool writes = !setup->option[SLICE_EXPLAIN].given;
+    struct sweep_file *files = calloc(3 * (size_t)setup->sweep.count, sizeof *files);
+    enum weft_result res = files ? WEFT_OK : WEFT_ERR_MEMORY;
+    size_t count = 0;
+    for (int i = 0; i < setup->sweep.count && res == WEFT_OK; i++) {
+        struct slice_job job;
+        res = sweep_start(setup, i, &job);
+        const struct preview_options preview = slice_preview_options(&job);
+        if (res == WEFT_OK)
+            res = preview_check_outputs(&preview, writes);
+        add_files(&job, files, &count);
+        slice_clear(&job);
+    }
+    if (res == WEFT_OK)
+        res = check_distinct(files, count);
+    for (size_t i = 0; i < count; i++)
+        free(files[i].path);
+    free(files);
+    return res;
+}
