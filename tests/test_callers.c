@@ -1145,6 +1145,7 @@ static void methods(void)
     for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
         const int bad = bad_enums[i];
         const struct weft_method method = {.algorithm = (enum weft_algorithm)bad,
+                                           .sums = (enum weft_sums)bad,
                                            .layout = (enum weft_layout)bad,
                                            .source = (enum weft_source_format)bad,
                                            .lookup = (enum weft_lookup)bad,
@@ -1153,6 +1154,9 @@ static void methods(void)
         struct weft_method fused = method;
         fused.algorithm = WEFT_ALGORITHM_FUSED;
         weft_method_format(&fused, text, sizeof text);
+        struct weft_method cpu = method;
+        cpu.engine = WEFT_ENGINE_CPU;
+        weft_method_format(&cpu, text, sizeof text);
     }
     struct weft_method *list = NULL;
     size_t count;
@@ -1178,6 +1182,12 @@ static void choices(void)
     struct weft_choose_params p = good;
     p.slice.layout = (enum weft_layout)99;
     REFUSED(weft_choose(v, &p, &choice));
+    p = good;
+    p.engines = 99;
+    REFUSED(weft_choose(v, &p, &choice));
+    p = good;
+    p.threads = -1;
+    REFUSED(weft_choose(v, &p, &choice));
     weft_choice_clear(&choice);
     weft_choice_clear(NULL);
     weft_volume_destroy(&v);
@@ -1195,6 +1205,10 @@ static void costs(void)
             {.algorithm = WEFT_ALGORITHM_FUSED, .of.fused.source = (enum weft_source_format)bad},
             {.algorithm = WEFT_ALGORITHM_MULTIPASS,
              .of.passes.plan.target = (enum weft_target_format)bad},
+            {.engine = (enum weft_engine)bad},
+            {.engine = WEFT_ENGINE_CPU, .sums = (enum weft_sums)bad},
+            {.engine = WEFT_ENGINE_CPU, .algorithm = WEFT_ALGORITHM_MULTIPASS},
+            {.engine = WEFT_ENGINE_CPU, .threads = -1},
         };
         for (size_t k = 0; k < WEFT_COUNT(bad_works); k++)
             TRUE(isnan(weft_cost_of(&model, &bad_works[k])));
@@ -1209,6 +1223,7 @@ static void costs(void)
         weft_pass_bound_least(&(struct weft_pass_plan_params){.samples = 8}, numbers[n]);
     }
     memset(model.renderer, 'x', sizeof model.renderer); // without an end
+    model.instructions = (enum weft_instruction_set)99;
     free(weft_cost_format(&model));
 }
 
@@ -1687,10 +1702,14 @@ static void method_runs(void)
     TRUE(weft_method_plan_create(v, &params, &method) == WEFT_OK);
     TRUE(weft_method_plan_get_info(method)->name[0] && weft_method_plan_get_slice(method));
     TRUE(!weft_method_plan_get_passes(method));
-    SURVIVED(weft_method_run(context, method, v, out, NULL, NULL));
+    SURVIVED(
+        weft_method_run(method, weft_method_run_params(.context = context, .pixels = out), NULL));
     struct weft_cost_model model = weft_cost_default;
     model.pixel = NAN;
     weft_cost_of(&model, &weft_method_plan_get_info(method)->work);
+    for (size_t n = 0; n < WEFT_COUNT(ints); n++)
+        TRUE((unsigned)weft_choose_engine(&model, weft_method_plan_get_slice(method), ints[n]) <=
+             WEFT_ENGINE_CPU);
     weft_method_plan_destroy(&method);
     weft_volume_destroy(&v);
     weft_context_destroy(&context);
@@ -1808,7 +1827,8 @@ static const struct {
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
     {method_runs,
-     {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes)}},
+     {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
+      F(choose_engine)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
 #undef F

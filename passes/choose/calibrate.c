@@ -117,8 +117,7 @@ static void set_work(const struct weft_work *work, struct timed *out)
 }
 
 // The first run reads the voxels and links programs; the least of all is without.
-static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
-                            weft_volume *volume, struct timed *out)
+static enum weft_result run(struct calibration *c, const weft_method_plan *plan, struct timed *out)
 {
     double whole = INFINITY, layout = INFINITY, passes = INFINITY, read = 0.0;
     enum weft_result res = WEFT_OK;
@@ -127,7 +126,8 @@ static enum weft_result run(struct calibration *c, const weft_method_plan *plan,
         struct weft_method_report report;
         if (i >= 2 && weft_now_seconds() - start > (i < FEW_RUNS ? LONG_SECONDS : SHORT_SECONDS))
             break;
-        res = weft_method_run(c->context, plan, volume, c->pixels, NULL, &report);
+        res = weft_method_run(
+            plan, weft_method_run_params(.context = c->context, .pixels = c->pixels), &report);
         if (res != WEFT_OK)
             return res;
         read = i == 0 ? report.slice.read_seconds : read;
@@ -170,7 +170,7 @@ static struct timed timed(struct calibration *c, struct job job)
     if (c->result == WEFT_OK)
         c->result = weft_method_plan_create(volume, &params, &plan);
     if (c->result == WEFT_OK)
-        c->result = run(c, plan, volume, &out);
+        c->result = run(c, plan, &out);
     weft_method_plan_destroy(&plan);
     return c->result == WEFT_OK ? out : (struct timed){0};
 }
@@ -366,21 +366,26 @@ static void calibrate_passes(struct calibration *c)
     c->model.pass_weight = positive((with.passes - without.passes) / (12.0 * pixels));
 }
 
+static void calibrate_gl(struct calibration *c)
+{
+    calibrate_fused(c);
+    calibrate_separable(c);
+    calibrate_passes(c);
+    snprintf(c->model.renderer, sizeof c->model.renderer, "%s",
+             weft_context_get_info(c->context)->renderer);
+}
+
 enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *context,
                                      const struct weft_progress *progress,
                                      struct weft_cost_model *out)
 {
-    struct calibration c = {.log = log, .context = context, .progress = progress};
+    struct calibration c = {
+        .log = log, .context = context, .progress = progress, .model = weft_cost_default};
     *out = (struct weft_cost_model){0};
     c.result = create_volumes(&c);
+    if (c.result == WEFT_OK && context)
+        calibrate_gl(&c);
     if (c.result == WEFT_OK) {
-        calibrate_fused(&c);
-        calibrate_separable(&c);
-        calibrate_passes(&c);
-    }
-    if (c.result == WEFT_OK) {
-        snprintf(c.model.renderer, sizeof c.model.renderer, "%s",
-                 weft_context_get_info(context)->renderer);
         *out = c.model;
         if (progress && progress->report)
             progress->report(progress->priv, 1.0);

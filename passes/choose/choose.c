@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "filter/analysis/analysis.h"
+#include "filter/check.h"
 #include "passes/choose/method_impl.h"
 #include "passes/choose/search.h"
 
@@ -41,6 +42,8 @@ static double common_bytes(const struct weft_work *work)
 static double fused_bytes(const struct weft_work *work)
 {
     const struct weft_fused_work *w = &work->of.fused;
+    if (work->engine == WEFT_ENGINE_CPU)
+        return 4.0 * work->of.fused_cpu.samples + common_bytes(work);
     const int samples = w->layout == WEFT_LAYOUT_PLAIN ? 1 : 4;
     return w->texels * samples * weft_source_format_bytes(w->source) + common_bytes(work);
 }
@@ -58,7 +61,8 @@ static void set_slice_figures(const struct chooser *c, const struct weft_slice_p
                               struct weft_candidate *candidate)
 {
     const struct weft_bound_values values = weft_method_values(&c->choice->statistics);
-    const struct weft_work work = weft_method_work(&candidate->method, request, c->base, NULL, 0.0);
+    struct weft_work work = weft_method_work(&candidate->method, request, c->base, NULL, 0.0);
+    work.threads = c->params->threads;
     candidate->state = WEFT_CANDIDATE_DEARER;
     candidate->bound = weft_bound_compute(&request->info.bound, &values).total;
     candidate->seconds = weft_cost_of(c->model, &work);
@@ -90,6 +94,8 @@ static void set_passes_figures(const struct chooser *c, const struct weft_method
 
 static bool is_wanted(const struct weft_choose_params *p, const struct weft_method *method)
 {
+    if (p->engines && !(p->engines & 1u << method->engine))
+        return false;
     if (p->profile)
         return method->algorithm == WEFT_ALGORITHM_MULTIPASS;
     return method->algorithm != WEFT_ALGORITHM_FUSED || p->slice.layout == WEFT_LAYOUT_AUTO ||
@@ -182,9 +188,11 @@ static enum weft_result plan(void *priv, struct weft_candidate *candidate, void 
     if (res != WEFT_OK)
         return res;
     const struct weft_method_plan_info *info = weft_method_plan_get_info(made);
+    struct weft_work work = info->work;
+    work.threads = c->params->threads;
     if (candidate->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         candidate->bound = info->bound;
-    candidate->seconds = weft_cost_of(c->model, &info->work);
+    candidate->seconds = weft_cost_of(c->model, &work);
     candidate->bytes = info->bytes;
     *out = made;
     return WEFT_OK;
@@ -255,6 +263,8 @@ enum weft_result weft_choose(weft_volume *volume, const struct weft_choose_param
         weft_error(params->slice.log, "an error budget must be 0 or more: %g", params->max_error);
         goto fail;
     }
+    weft_require(params->slice.log, params->engines < 1u << (WEFT_ENGINE_CPU + 1));
+    weft_require(params->slice.log, params->threads >= 0);
     weft_quiet_log_init(&c.quiet, params->slice.log);
     res = prepare(&c);
     if (res == WEFT_OK)
@@ -275,4 +285,28 @@ void weft_choice_clear(struct weft_choice *choice)
     free(choice->candidates);
     weft_method_plan_destroy(&choice->plan);
     *choice = (struct weft_choice){.chosen = -1, .best = -1};
+}
+
+// ---- engines ------------------------------------------------------------------------------------
+
+static double predict(const struct weft_cost_model *model, const struct weft_slice_plan *plan,
+                      enum weft_engine engine, int threads)
+{
+    const bool planned = engine == plan->info.engine;
+    const struct weft_method method = {
+        .algorithm = plan->axes.separable ? WEFT_ALGORITHM_SEPARABLE : WEFT_ALGORITHM_FUSED,
+        .engine = engine,
+        .sums = planned ? plan->info.sums : WEFT_SUMS_FLOAT,
+        .layout = planned ? plan->info.layout : WEFT_LAYOUT_INTERLEAVED,
+    };
+    struct weft_work work = weft_method_work(&method, plan, plan, NULL, 0.0);
+    work.threads = threads;
+    return weft_cost_of(model, &work);
+}
+
+enum weft_engine weft_choose_engine(const struct weft_cost_model *model,
+                                    const weft_slice_plan *plan, int threads)
+{
+    const double gl = predict(model, plan, WEFT_ENGINE_GL, threads);
+    return predict(model, plan, WEFT_ENGINE_CPU, threads) < gl ? WEFT_ENGINE_CPU : WEFT_ENGINE_GL;
 }

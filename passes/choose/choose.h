@@ -15,10 +15,12 @@ WEFT_BEGIN_DECLS
 struct weft_choose_params {
     // The request: kernel, geometry (required), space, footprint, memory_bytes, without, limits of
     // the GL, clamp_to_samples, progress, log. Where `layout` is not AUTO, fused methods of that
-    // layout alone are candidates. Leave source, lookup, samples, low, high and smooth_error 0:
-    // the methods and the budget decide them.
+    // layout alone are candidates. Leave engine, sums, source, lookup, samples, low, high and
+    // smooth_error 0: the methods and the budget decide them.
     struct weft_slice_params slice;
     double max_error; // the budget, in the volume's values, >= 0 (default 0: exact methods alone)
+    unsigned engines; // that candidates may run on, bits 1u << enum weft_engine (default 0: all)
+    int threads;      // that the CPU engine will have (default 0: those that the model has)
     const struct weft_profile *profile;  // candidates are passes on this one (default NULL: all)
     const struct weft_cost_model *model; // that predicts times (default NULL: weft_cost_default)
 };
@@ -50,6 +52,12 @@ WEFT_API enum weft_result weft_choose(weft_volume *volume, const struct weft_cho
                                       struct weft_choice *out);
 // Frees candidates and plan; whoever keeps the plan sets `plan` to NULL before. {0} is fine.
 WEFT_API void weft_choice_clear(struct weft_choice *choice);
+
+// Returns the engine that a model predicts to be faster with a planned slice: as it is planned, or
+// on the other engine by floats with exact weights, in single precision. OpenGL where both are as
+// fast. threads as above. Pure.
+WEFT_API enum weft_engine weft_choose_engine(const struct weft_cost_model *model,
+                                             const weft_slice_plan *plan, int threads);
 
 WEFT_END_DECLS
 #endif

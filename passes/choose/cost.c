@@ -12,6 +12,11 @@
 
 static bool is_known(const struct weft_work *w)
 {
+    if ((unsigned)w->engine > WEFT_ENGINE_CPU || (unsigned)w->sums > WEFT_SUMS_DOUBLE ||
+        w->threads < 0)
+        return false;
+    if (w->engine == WEFT_ENGINE_CPU)
+        return (unsigned)w->algorithm <= WEFT_ALGORITHM_SEPARABLE;
     switch (w->algorithm) {
     case WEFT_ALGORITHM_FUSED:
         return (unsigned)w->of.fused.layout <= WEFT_LAYOUT_PLAIN &&
@@ -51,17 +56,42 @@ static double passes_ns(const struct weft_cost_model *m, const struct weft_work 
                            w->passes * m->pass[w->target] + w->fetches * fetch);
 }
 
+static double gl_ns(const struct weft_cost_model *m, const struct weft_work *w)
+{
+    const double algorithm = w->algorithm == WEFT_ALGORITHM_FUSED       ? fused_ns(m, w)
+                             : w->algorithm == WEFT_ALGORITHM_SEPARABLE ? separable_ns(m, w)
+                                                                        : passes_ns(m, w);
+    return m->start[w->algorithm] + algorithm;
+}
+
+static double cpu_ns(const struct weft_cost_model *m, const struct weft_work *work)
+{
+    const double slower = work->threads && m->threads ? (double)m->threads / work->threads : 1.0;
+    const enum weft_sums sums = work->sums;
+    if (work->algorithm == WEFT_ALGORITHM_FUSED) {
+        const struct weft_fused_cpu_work *w = &work->of.fused_cpu;
+        const double pixel =
+            m->cpu_pixel[sums] + w->rows * m->cpu_row[sums] + w->taps * m->cpu_tap[sums];
+        return m->cpu_fused_start[sums] +
+               slower * (w->samples * m->cpu_sample[sums] + work->pixels * pixel);
+    }
+    const struct weft_separable_work *w = &work->of.separable;
+    return m->cpu_separable_start[sums] +
+           slower * (w->summed * m->cpu_summed[sums] + w->taps * m->cpu_separable_tap[sums] +
+                     work->pixels * m->cpu_separable_pixel[sums]);
+}
+
 double weft_cost_of(const struct weft_cost_model *m, const struct weft_work *w)
 {
     if (!is_known(w))
         return NAN;
-    const double algorithm = w->algorithm == WEFT_ALGORITHM_FUSED       ? fused_ns(m, w)
-                             : w->algorithm == WEFT_ALGORITHM_SEPARABLE ? separable_ns(m, w)
-                                                                        : passes_ns(m, w);
-    return 1e-9 * (m->start[w->algorithm] + m->voxel * w->voxels + algorithm);
+    const double engine = w->engine == WEFT_ENGINE_CPU ? cpu_ns(m, w) : gl_ns(m, w);
+    return 1e-9 * (m->voxel * w->voxels + engine);
 }
 
 // ---- text ---------------------------------------------------------------------------------------
+
+enum { VERSION = 2 };
 
 struct field {
     const char *name;
@@ -92,6 +122,15 @@ static const struct field fields[] = {
     FIELD(pass_fetch, WEFT_COST_TARGETS * 2),
     FIELD(pass_sample, WEFT_COST_TARGETS * 2),
     FIELD(tile_byte, WEFT_COST_TARGETS * 2),
+    FIELD(cpu_fused_start, WEFT_COST_SUMS),
+    FIELD(cpu_separable_start, WEFT_COST_SUMS),
+    FIELD(cpu_sample, WEFT_COST_SUMS),
+    FIELD(cpu_pixel, WEFT_COST_SUMS),
+    FIELD(cpu_row, WEFT_COST_SUMS),
+    FIELD(cpu_tap, WEFT_COST_SUMS),
+    FIELD(cpu_summed, WEFT_COST_SUMS),
+    FIELD(cpu_separable_tap, WEFT_COST_SUMS),
+    FIELD(cpu_separable_pixel, WEFT_COST_SUMS),
 };
 
 static double *values_of(struct weft_cost_model *model, const struct field *field)
@@ -107,7 +146,8 @@ char *weft_cost_format(const struct weft_cost_model *model)
     FILE *out = open_memstream(&text, &size);
     if (!out)
         return NULL;
-    fprintf(out, "weft-cost 1\nrenderer %s\n", model->renderer);
+    fprintf(out, "weft-cost %d\nrenderer %s\ncpu %s %d\n", VERSION, model->renderer,
+            weft_name(weft_instruction_set_names, model->instructions), model->threads);
     for (size_t f = 0; f < WEFT_COUNT(fields); f++) {
         fprintf(out, "%s", fields[f].name);
         for (int i = 0; i < fields[f].count; i++)
@@ -144,22 +184,73 @@ static const struct field *find_field(const char *line)
     return NULL;
 }
 
+// Whether a line starts with a word and a blank; *text is then behind them.
+static bool skip_word(const char **text, const char *word)
+{
+    const size_t length = strlen(word);
+    if (strncmp(*text, word, length) != 0 || (*text)[length] != ' ')
+        return false;
+    *text += length + 1;
+    return true;
+}
+
+// "INSTRUCTIONS THREADS", to the line's end.
+static bool read_cpu(const char *at, struct weft_cost_model *model)
+{
+    double threads;
+    int set = 0;
+    while (weft_instruction_set_names[set] && !skip_word(&at, weft_instruction_set_names[set]))
+        set++;
+    const char *end = weft_instruction_set_names[set] ? weft_number_parse(at, &threads) : NULL;
+    if (!end || *end != '\n' || !(threads >= 0.0 && threads <= WEFT_CPU_MAX_THREADS) ||
+        threads != floor(threads))
+        return false;
+    model->instructions = (enum weft_instruction_set)set;
+    model->threads = (int)threads;
+    return true;
+}
+
+// The first three lines; *text is then at the third one's end.
+static enum weft_result read_head(const struct weft_log *log, const char **text,
+                                  struct weft_cost_model *out)
+{
+    const char *at = *text;
+    double version;
+    if (!skip_word(&at, "weft-cost") || !(at = weft_number_parse(at, &version)) || *at++ != '\n') {
+        weft_error(log, "the cost model does not begin with \"weft-cost %d\"", VERSION);
+        return WEFT_ERR_FORMAT;
+    }
+    if (version != VERSION) {
+        weft_error(log, "the cost model is of another version of weft, weft-cost %g in place of %d",
+                   version, VERSION);
+        return WEFT_ERR_FORMAT;
+    }
+    if (!skip_word(&at, "renderer")) {
+        weft_error(log, "the cost model names no renderer");
+        return WEFT_ERR_FORMAT;
+    }
+    const size_t length = strcspn(at, "\n");
+    snprintf(out->renderer, sizeof out->renderer, "%.*s", (int)(length < 127 ? length : 127), at);
+    weft_text_clean(out->renderer, false);
+    at += length + (at[length] != 0);
+    if (!skip_word(&at, "cpu") || !read_cpu(at, out)) {
+        weft_error(log, "the cost model names no instruction set and threads");
+        return WEFT_ERR_FORMAT;
+    }
+    *text = at + strcspn(at, "\n");
+    return WEFT_OK;
+}
+
 enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
                                  struct weft_cost_model *out)
 {
-    static const char head[] = "weft-cost 1\nrenderer ";
     unsigned found = 0;
-    int number = 2;
+    int number = 3;
     *out = (struct weft_cost_model){0};
-    if (strncmp(text, head, strlen(head)) != 0) {
-        weft_error(log, "the cost model does not begin with \"weft-cost 1\" and a renderer");
-        return WEFT_ERR_FORMAT;
-    }
-    text += strlen(head);
-    const size_t length = strcspn(text, "\n");
-    snprintf(out->renderer, sizeof out->renderer, "%.*s", (int)(length < 127 ? length : 127), text);
-    weft_text_clean(out->renderer, false);
-    for (text += length; *text == '\n' && text[1]; text += strcspn(text, "\n")) {
+    const enum weft_result res = read_head(log, &text, out);
+    if (res != WEFT_OK)
+        return res;
+    for (; *text == '\n' && text[1]; text += strcspn(text, "\n")) {
         const struct field *field = find_field(++text);
         number++;
         if (!field || !read_values(text + strlen(field->name), field, out)) {
@@ -171,7 +262,7 @@ enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
     }
     if (found == (1u << WEFT_COUNT(fields)) - 1)
         return WEFT_OK;
-    weft_error(log, "the cost model lacks some of its %zu lines", WEFT_COUNT(fields) + 2);
+    weft_error(log, "the cost model lacks some of its %zu lines", WEFT_COUNT(fields) + 3);
     return WEFT_ERR_FORMAT;
 }
 
@@ -196,4 +287,13 @@ const struct weft_cost_model weft_cost_default = {
     .pass_fetch = {{1.44, 1.88}, {1.35, 1.88}, {1.26, 1.82}, {1.29, 1.85}},
     .pass_sample = {{8.7, 18.3}, {8.8, 18.5}, {23.4, 35.3}, {8.4, 26.0}},
     .tile_byte = {{2.2, 2.1}, {1.05, 3.4}, {0.8, 1.6}, {0.6, 1.6}},
+    .cpu_fused_start = {4e4, 4e4},
+    .cpu_separable_start = {4e4, 4e4},
+    .cpu_sample = {0.5, 0.5},
+    .cpu_pixel = {2.0, 3.0},
+    .cpu_row = {0.05, 0.1},
+    .cpu_tap = {0.06, 0.12},
+    .cpu_summed = {0.5, 0.5},
+    .cpu_separable_tap = {0.06, 0.12},
+    .cpu_separable_pixel = {1.0, 1.0},
 };

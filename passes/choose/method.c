@@ -27,6 +27,9 @@ struct weft_method_plan {
 int weft_method_format(const struct weft_method *method, char *text, size_t size)
 {
     char samples[16] = "", bits[16] = "";
+    if (method->engine == WEFT_ENGINE_CPU)
+        return snprintf(text, size, "%s cpu %s", weft_name(weft_algorithm_names, method->algorithm),
+                        weft_name(weft_sums_names, method->sums));
     if (method->algorithm == WEFT_ALGORITHM_SEPARABLE)
         return snprintf(text, size, "separable");
     if (method->algorithm == WEFT_ALGORITHM_FUSED) {
@@ -136,7 +139,11 @@ struct weft_slice_params weft_method_slice_params(const struct weft_method_param
         slice.without |= WEFT_SAVING_SEPARABLE;
     if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         slice.without |= WEFT_SAVING_AXIS; // its boxes hold every tap
-    if (method->algorithm != WEFT_ALGORITHM_FUSED)
+    slice.engine = method->engine;
+    slice.sums = method->sums;
+    if (method->engine == WEFT_ENGINE_CPU)
+        slice.layout = WEFT_LAYOUT_AUTO; // its own
+    if (method->algorithm != WEFT_ALGORITHM_FUSED || method->engine == WEFT_ENGINE_CPU)
         return slice;
     slice.layout = method->layout;
     slice.source = method->source;
@@ -176,12 +183,17 @@ struct weft_work weft_method_work(const struct weft_method *method,
     const struct weft_slice_geometry *g = &request->footprint->grid.index;
     struct weft_work work = {
         .algorithm = method->algorithm,
+        .engine = method->engine,
+        .sums = method->sums,
         .pixels = (double)g->width * g->height,
         .voxels = (double)WEFT_BRICK_VOXELS * (double)placed->info.bricks_read,
     };
     switch (method->algorithm) {
     case WEFT_ALGORITHM_FUSED:
-        work.of.fused = weft_slice_fused_work(request, placed, method->layout);
+        if (method->engine == WEFT_ENGINE_CPU)
+            work.of.fused_cpu = weft_slice_fused_cpu_work(request, placed);
+        else
+            work.of.fused = weft_slice_fused_work(request, placed, method->layout);
         break;
     case WEFT_ALGORITHM_SEPARABLE:
         work.of.separable = weft_slice_separable_work(request);
@@ -241,36 +253,53 @@ static void tell(weft_method_plan *plan)
     weft_method_format(&info->method, info->name, sizeof info->name);
 }
 
+// Whether the engine has the algorithm and the sums.
+static enum weft_result check_engine(const struct weft_method *method, const struct weft_log *log)
+{
+    const bool cpu = method->engine == WEFT_ENGINE_CPU;
+    if (cpu ? method->algorithm != WEFT_ALGORITHM_MULTIPASS : method->sums == WEFT_SUMS_FLOAT)
+        return WEFT_OK;
+    weft_debug(log,
+               cpu ? "the CPU engine has no passes" : "OpenGL has no sums in double precision");
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+// Whether a source on OpenGL holds the voxels.
+static enum weft_result check_source(const struct weft_method_params *p)
+{
+    const struct weft_slice_params slice = weft_method_slice_params(p);
+    if (!weft_slice_source_holds(slice.source, slice.low, slice.high)) {
+        weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
+                   weft_source_format_name(slice.source), slice.low, slice.high);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (slice.source < WEFT_SOURCE_UNORM16 || !p->statistics.not_finite)
+        return WEFT_OK;
+    weft_debug(p->slice.log, "a source of format %s does not hold the %llu voxels not finite",
+               weft_source_format_name(slice.source), (unsigned long long)p->statistics.not_finite);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 enum weft_result weft_method_check(const struct weft_method_params *p)
 {
     const struct weft_method *method = &p->method;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require_enum(p->slice.log, method->algorithm, WEFT_ALGORITHM_MULTIPASS);
+    weft_require_enum(p->slice.log, method->engine, WEFT_ENGINE_CPU);
+    weft_require_enum(p->slice.log, method->sums, WEFT_SUMS_DOUBLE);
     weft_require_enum(p->slice.log, method->layout, WEFT_LAYOUT_PLAIN);
     weft_require_enum(p->slice.log, method->source, WEFT_SOURCE_UNORM8);
     weft_require_enum(p->slice.log, method->lookup, WEFT_LOOKUP_NEAREST);
     weft_require_enum(p->slice.log, method->technique, WEFT_TECHNIQUE_LOG);
-    const bool unorm =
-        method->algorithm == WEFT_ALGORITHM_FUSED && method->source >= WEFT_SOURCE_UNORM16;
-    const struct weft_slice_params slice = weft_method_slice_params(p);
-    if (method->algorithm == WEFT_ALGORITHM_FUSED &&
-        !weft_slice_source_holds(slice.source, slice.low, slice.high)) {
-        weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
-                   weft_source_format_name(method->source), slice.low, slice.high);
-        return WEFT_ERR_UNSUPPORTED;
-    }
-    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS && method->technique == WEFT_TECHNIQUE_LOG &&
-        p->statistics.low < 0.0) {
+    res = check_engine(method, p->slice.log);
+    if (res == WEFT_OK && method->algorithm == WEFT_ALGORITHM_FUSED)
+        res = check_source(p);
+    if (res == WEFT_OK && method->algorithm == WEFT_ALGORITHM_MULTIPASS &&
+        method->technique == WEFT_TECHNIQUE_LOG && p->statistics.low < 0.0) {
         weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g",
                    p->statistics.low);
-        return WEFT_ERR_UNSUPPORTED;
+        res = WEFT_ERR_UNSUPPORTED;
     }
-    if (!unorm || !p->statistics.not_finite)
-        return WEFT_OK;
-    weft_debug(p->slice.log, "a source of format %s does not hold the %llu voxels not finite",
-               weft_source_format_name(method->source),
-               (unsigned long long)p->statistics.not_finite);
-    res = WEFT_ERR_UNSUPPORTED;
 fail:
     return res;
 }
@@ -353,12 +382,10 @@ const weft_pass_plan *weft_method_plan_get_passes(const weft_method_plan *plan)
 
 // ---- runs ---------------------------------------------------------------------------------------
 
-enum weft_result weft_method_run(weft_context *context, const weft_method_plan *plan,
-                                 weft_volume *volume, float *pixels,
-                                 const struct weft_progress *progress,
+enum weft_result weft_method_run(const weft_method_plan *plan,
+                                 const struct weft_method_run_params *params,
                                  struct weft_method_report *report)
 {
-    (void)volume;
     const struct weft_slice_passes passes = {
         .plan = plan->passes,
         .low = plan->statistics.low,
@@ -367,12 +394,16 @@ enum weft_result weft_method_run(weft_context *context, const weft_method_plan *
         .memory_bytes = plan->memory_bytes,
         .log = plan->log,
     };
+    const struct weft_slice_compile_params where = {
+        .context = plan->info.method.engine == WEFT_ENGINE_CPU ? NULL : params->context,
+        .cpu = params->cpu,
+        .passes = plan->passes ? &passes : NULL,
+    };
     struct weft_method_report own = {0};
     const double start = weft_now_seconds();
     const enum weft_result res = weft_slice_run_once(
-        plan->slice,
-        weft_slice_compile_params(.context = context, .passes = plan->passes ? &passes : NULL),
-        weft_slice_run_params(.pixels = pixels, .progress = progress), &own.slice);
+        plan->slice, &where,
+        weft_slice_run_params(.pixels = params->pixels, .progress = params->progress), &own.slice);
     own.seconds = weft_now_seconds() - start;
     if (res == WEFT_OK && report)
         *report = own;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/choose/method.h - methods of computing a slice: everything that decides what it costs and
 // how wrong it is, as one value, planned and run by the same calls whatever is behind it. A method
-// is one of three algorithms: the fused pass of passes/slice/slice.h, which convolves in single
-// precision from a source of one of four formats; the same one axis after the other
-// (passes/separable/separable.h), for slices along the volume's axes; or the passes of a plan
-// (passes/plan/plan.h) on a target of limited precision.
+// is one of three algorithms: the fused pass of passes/slice/slice.h over all taps at once; the
+// same one axis after the other (passes/separable/separable.h), for slices along the volume's axes;
+// or the passes of a plan (passes/plan/plan.h) on a target of limited precision. The first two run
+// on either engine (passes/cpu/cpu.h): on OpenGL in single precision, the fused one from a source
+// of one of four formats; on the CPU from floats, with sums in single or double precision.
 #ifndef WEFT_PASSES_CHOOSE_METHOD_H
 #define WEFT_PASSES_CHOOSE_METHOD_H
 
@@ -24,16 +25,19 @@ enum weft_algorithm {
 // NULL-ended, in the order of the enum: "fused", "separable", "passes".
 WEFT_API extern const char *const weft_algorithm_names[];
 
-// A method as a value that owns nothing. All zero: the fused pass over floats with exact weights,
-// in the layout that memory allows. The algorithm tells which of the other members count.
+// A method as a value that owns nothing. All zero: the fused pass on OpenGL over floats with exact
+// weights, in the layout that memory allows. Algorithm and engine tell which of the other members
+// count.
 struct weft_method {
     enum weft_algorithm algorithm;
-    enum weft_layout layout;        // fused: how samples lie (default auto; weft_method_list has
-                                    // none of that)
-    enum weft_source_format source; // fused: how samples are stored (default float)
-    enum weft_lookup lookup;        // fused: how weights are looked up (default polynomial)
-    int samples; // fused with linear or nearest look-up, and passes: M of the tiles (default 0: as
-                 // in struct weft_slice_params and struct weft_pass_plan_params)
+    enum weft_engine engine;        // that runs it (default OpenGL; passes: no other)
+    enum weft_sums sums;            // on the CPU engine (default float)
+    enum weft_layout layout;        // fused on OpenGL: how samples lie (default auto;
+                                    // weft_method_list has none of that)
+    enum weft_source_format source; // likewise: how samples are stored (default float)
+    enum weft_lookup lookup;        // likewise: how weights are looked up (default polynomial)
+    int samples; // likewise with linear or nearest look-up, and passes: M of the tiles (default 0:
+                 // as in struct weft_slice_params and struct weft_pass_plan_params)
     struct weft_profile profile;   // passes: the target (default, name empty: unorm8)
     enum weft_technique technique; // passes (default plain)
     int bits; // passes: of the kernel's tiles (default 0: as in struct weft_pass_plan_params); 0
@@ -41,16 +45,17 @@ struct weft_method {
 };
 
 // Writes a method in words: "fused interleaved 32f polynomial", "fused plain unorm8 nearest M=64",
-// "separable", "passes unorm8 dot4 M=32 8 bits". Cut to size, NUL-terminated where size > 0.
+// "separable", "fused cpu double", "separable cpu float", "passes unorm8 dot4 M=32 8 bits". Cut to
+// size, NUL-terminated where size > 0.
 // Returns what snprintf returns.
 WEFT_API int weft_method_format(const struct weft_method *method, char *text, size_t size);
 
-// Lists all methods that are worth a look, each once: fused ones of every layout and format with
-// polynomial tiles, and in the fastest layout those with sampled tiles of M = 16 to 512 by either
-// look-up; separable; passes on fp32, fp16, unorm16 and unorm8, plain and dot4 with M = 16 to 64 (a
-// 3D tile of M = 512 has 2^27 weights), the other techniques of unorm targets with M = 32. Whether
-// a request can be run by them is for weft_method_plan_create to say. The caller frees *out, which
-// is NULL on failure. Returns WEFT_ERR_MEMORY.
+// Lists all methods that are worth a look, each once: on OpenGL fused ones of every layout and
+// format with polynomial tiles, and in the fastest layout those with sampled tiles of M = 16 to 512
+// by either look-up; separable; passes on fp32, fp16, unorm16 and unorm8, plain and dot4 with M =
+// 16 to 64 (a 3D tile of M = 512 has 2^27 weights), the other techniques of unorm targets with M
+// = 32. Whether a request can be run by them is for weft_method_plan_create to say. The caller
+// frees *out, which is NULL on failure. Returns WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_method_list(const struct weft_log *log, struct weft_method **out,
                                            size_t *count);
 
@@ -58,7 +63,7 @@ WEFT_API enum weft_result weft_method_list(const struct weft_log *log, struct we
 struct weft_method_params {
     struct weft_method method;
     // The request: kernel, geometry (required), space, footprint, memory_bytes, without,
-    // smooth_error, clamp_to_samples, limits of the GL, progress, log. Leave source,
+    // smooth_error, clamp_to_samples, limits of the GL, progress, log. Leave engine, sums, source,
     // lookup, samples, low and high 0: the method and the statistics decide them, and the layout.
     struct weft_slice_params slice;
     // Of the voxels in reach, from weft_footprint_statistics (required): the range that sources and
@@ -71,12 +76,16 @@ struct weft_method_params {
 // What a run does, in counts, known from a plan or estimated before there is one. Each one's own
 // counts stand in its room's work.h; weft_cost_of turns them into seconds.
 struct weft_work {
-    enum weft_algorithm algorithm; // which member of `of` counts
-    double pixels;                 // of the result
-    double voxels;                 // that are read from bricks; 0 for images
+    enum weft_algorithm algorithm; // and engine: which member of `of` counts
+    enum weft_engine engine;
+    enum weft_sums sums; // on the CPU engine
+    int threads;         // likewise (default 0: as many as the model was measured with)
+    double pixels;       // of the result
+    double voxels;       // that are read from bricks; 0 for images
     union {
-        struct weft_fused_work fused;         // WEFT_ALGORITHM_FUSED
-        struct weft_separable_work separable; // WEFT_ALGORITHM_SEPARABLE
+        struct weft_fused_work fused;         // WEFT_ALGORITHM_FUSED on OpenGL
+        struct weft_fused_cpu_work fused_cpu; // WEFT_ALGORITHM_FUSED on the CPU
+        struct weft_separable_work separable; // WEFT_ALGORITHM_SEPARABLE on either
         struct {
             struct weft_pass_work plan;
             double samples; // that are mapped and laid out, in the boxes of all rectangles
@@ -107,7 +116,8 @@ struct weft_method_plan_info {
 
 // Plans a method; *out is NULL on failure. The volume is borrowed for the plan's life. Returns
 // WEFT_ERR_ARGUMENT for values that an enum does not have, WEFT_ERR_UNSUPPORTED where the method
-// does not apply (a slice that is not along the volume's axes for separable; voxels that are not
+// does not apply (double sums on OpenGL; passes on the CPU engine; a slice that is not along the
+// volume's axes for separable; voxels that are not
 // finite for a unorm source, or negative for the technique log; a half source whose range is too
 // wide: the log has the reason at debug level), and what weft_slice_plan_create and
 // weft_pass_plan_create return.
@@ -128,13 +138,22 @@ struct weft_method_report {
     struct weft_slice_report slice;
 };
 
-// Compiles a planned method for a context, runs it once and gives up what was compiled. context
-// NULL: passes run on the CPU. volume is the plan's. pixels has width * height floats, row after
-// row, and is written in part where the run fails; progress and report may be NULL. Returns what
-// weft_slice_run_once returns.
-WEFT_API enum weft_result weft_method_run(weft_context *context, const weft_method_plan *plan,
-                                          weft_volume *volume, float *pixels,
-                                          const struct weft_progress *progress,
+// Where a method runs, and where its pixels go. Borrowed until the call returns.
+struct weft_method_run_params {
+    weft_context *context; // of methods on OpenGL (required); NULL: passes run on the CPU, in the
+                           // same integers. Others leave it alone
+    struct weft_cpu cpu;   // how methods on the CPU engine run (default: as fast as they can)
+    float *pixels;         // width * height, row after row (required)
+    const struct weft_progress *progress; // may be NULL
+};
+#define WEFT_METHOD_RUN_DEFAULTS
+#define weft_method_run_params(...)                                                                \
+    (&(struct weft_method_run_params){WEFT_METHOD_RUN_DEFAULTS __VA_ARGS__})
+
+// Compiles a planned method, runs it once and gives up what was compiled. Pixels are written in
+// part where the run fails; report may be NULL. Returns what weft_slice_run_once returns.
+WEFT_API enum weft_result weft_method_run(const weft_method_plan *plan,
+                                          const struct weft_method_run_params *params,
                                           struct weft_method_report *report);
 
 WEFT_END_DECLS

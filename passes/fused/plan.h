@@ -84,6 +84,10 @@ struct weft_fused_work weft_slice_fused_work(const struct weft_slice_plan *reque
                                              const struct weft_slice_plan *placed,
                                              enum weft_layout layout);
 
+// The same on the CPU engine.
+struct weft_fused_cpu_work weft_slice_fused_cpu_work(const struct weft_slice_plan *request,
+                                                     const struct weft_slice_plan *placed);
+
 // The work of a separable request: of the whole slice, however it is cut.
 struct weft_separable_work weft_slice_separable_work(const struct weft_slice_plan *request);
 

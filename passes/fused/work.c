@@ -18,6 +18,18 @@ static double count_texels(const struct weft_slice_plan *placed, enum weft_layou
     return texels;
 }
 
+struct weft_fused_cpu_work weft_slice_fused_cpu_work(const struct weft_slice_plan *request,
+                                                     const struct weft_slice_plan *placed)
+{
+    const int width = request->info.kernel.width;
+    const double rows = (double)request->axes.taps[2] * width;
+    return (struct weft_fused_cpu_work){
+        .samples = count_texels(placed, WEFT_LAYOUT_PLAIN, WEFT_SOURCE_FLOAT),
+        .rows = rows,
+        .taps = rows * width,
+    };
+}
+
 struct weft_fused_work weft_slice_fused_work(const struct weft_slice_plan *request,
                                              const struct weft_slice_plan *placed,
                                              enum weft_layout layout)

@@ -18,5 +18,12 @@ struct weft_fused_work {
     bool weights_fetched; // from a texture, or else uniform
 };
 
+// The same of the CPU engine, which reads floats from memory.
+struct weft_fused_cpu_work {
+    double samples; // that are laid out
+    double rows;    // of taps side by side along x, per pixel
+    double taps;    // of all rows, per pixel
+};
+
 WEFT_END_DECLS
 #endif

@@ -82,6 +82,9 @@ static void costs_are_kept(void **state)
     free(text);
     assert_all_positive(&model);
     assert_string_equal(model.renderer, json_string_value(json_object_get(root, "renderer")));
+    assert_string_equal(weft_instruction_set_names[model.instructions],
+                        json_string_value(json_object_get(root, "instructions")));
+    assert_int_equal(model.threads, json_integer_value(json_object_get(root, "threads")));
     const json_t *costs = json_object_get(root, "nanoseconds");
     assert_true(json_number_value(json_object_get(costs, "voxel")) == model.voxel);
     assert_int_equal(json_array_size(json_object_get(costs, "fetch")), 12);

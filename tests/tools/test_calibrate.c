@@ -30,6 +30,8 @@ enum weft_result __wrap_weft_cost_calibrate(const struct weft_log *log, weft_con
     (void)progress;
     *out = weft_cost_default;
     snprintf(out->renderer, sizeof out->renderer, "%s", weft_context_get_info(context)->renderer);
+    out->instructions = WEFT_INSTRUCTIONS_SSE2;
+    out->threads = 3;
     calibrations++;
     return WEFT_OK;
 }
@@ -86,6 +88,8 @@ static void the_table_has_all_numbers(void **state)
     assert_digits(row(text, "passes: an exact weight"), m->pass_weight, "weight");
     assert_digits(row(text, "interleaved 32f"), m->fetch[WEFT_LAYOUT_INTERLEAVED - 1][0], "fetch");
     assert_digits(row(text, "unorm16 dot4"), m->pass[WEFT_TARGET_UNORM16], "pass");
+    assert_digits(row(text, "fused: a row of taps"), m->cpu_row[WEFT_SUMS_FLOAT], "row of taps");
+    assert_non_null(strstr(text, "; sse2 instructions, 3 threads, measured in"));
     char kept[600];
     snprintf(kept, sizeof kept, "\nkept in %s\n", test_path("costs.txt"));
     assert_non_null(strstr(text, kept));
@@ -103,6 +107,9 @@ static void json_has_all_numbers(void **state)
     assert_near(json_number_value(json_object_get(costs, "voxel")), weft_cost_default.voxel,
                 1e-5 * weft_cost_default.voxel, "voxel");
     assert_int_equal(json_array_size(json_object_get(costs, "fetch")), 12);
+    assert_int_equal(json_array_size(json_object_get(costs, "cpu_tap")), 2);
+    assert_string_equal(json_string_value(json_object_get(root, "instructions")), "sse2");
+    assert_int_equal(json_integer_value(json_object_get(root, "threads")), 3);
     assert_string_equal(json_string_value(json_object_get(root, "file")), test_path("costs.txt"));
     json_decref(root);
     free(text);
@@ -124,6 +131,8 @@ static void what_is_kept_is_what_was_measured(void **state)
     struct weft_cost_model model = weft_cost_default;
     snprintf(model.renderer, sizeof model.renderer, "%s",
              weft_context_get_info(contexts[0])->renderer);
+    model.instructions = WEFT_INSTRUCTIONS_SSE2;
+    model.threads = 3;
     expected = weft_cost_format(&model);
     assert_non_null(expected);
     assert_int_equal(size, strlen(expected));

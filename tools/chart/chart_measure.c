@@ -78,16 +78,16 @@ static enum weft_result run_method(struct bench *b, const weft_method_plan *plan
     const bool quick = b->job->option[CHART_QUICK].given;
     const int before = point->runs;
     double spent = 0.0;
+    const struct weft_method_run_params params = {
+        .context = b->job->context, .pixels = b->pixels, .progress = progress};
     struct weft_method_report report;
     b->deadline = report_now_seconds() + RUN_SECONDS;
-    enum weft_result res =
-        weft_method_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+    enum weft_result res = weft_method_run(plan, &params, &report);
     b->deadline = INFINITY;
     while (res == WEFT_OK && point->runs - before < MOST_RUNS && point->runs < CHART_RUNS &&
            (point->runs - before < LEAST_RUNS ||
             spent < (quick ? QUICK_RUNS_SECONDS : RUNS_SECONDS))) {
-        res =
-            weft_method_run(b->job->context, plan, b->scene->volume, b->pixels, progress, &report);
+        res = weft_method_run(plan, &params, &report);
         if (res != WEFT_OK)
             break;
         point->run[point->runs++] = (struct chart_run){

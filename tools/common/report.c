@@ -136,6 +136,19 @@ static void write_line(void *priv, enum weft_log_level level, const char *messag
     pthread_mutex_unlock(&screen);
 }
 
+void report_tell(const char *format, ...)
+{
+    char line[1024];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(line, sizeof line, format, args);
+    va_end(args);
+    if (report_is_quiet())
+        return;
+    report_erase_progress();
+    fprintf(stderr, "weft: info: %s\n", weft_text_clean(line, false));
+}
+
 static const struct weft_log log_to_stderr = {.write = write_line};
 
 bool report_verdict(const char *what, double error, double bound, uint64_t not_finite_mismatches)

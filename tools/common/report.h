@@ -29,6 +29,8 @@ void report_keep_stdout(void);
 void report_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
+// What is no warning and yet wants to be known: shown unless quiet.
+void report_tell(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 // What the calling thread does from now on is one of several parts: its messages start with the
 // name ("frame 12"), its progress with the place ("frame 12 of 100"); place NULL: it shows none.

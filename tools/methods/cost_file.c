@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/methods/cost_file.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,27 +13,11 @@ enum { MAX_FILE = 1 << 16, TEXT = 256 };
 
 // ---- paths --------------------------------------------------------------------------------------
 
-// "llvmpipe (LLVM 15.0.6, 256 bits)" becomes "llvmpipe-LLVM-15.0.6-256-bits".
-static void make_name(const char *renderer, char name[TEXT])
-{
-    size_t used = 0;
-    for (const char *at = renderer; *at && used < TEXT - 1; at++) {
-        const bool plain = isalnum((unsigned char)*at) || *at == '.' || *at == '_';
-        if (plain && (used || *at != '.'))
-            name[used++] = *at;
-        else if (used && name[used - 1] != '-')
-            name[used++] = '-';
-    }
-    while (used && name[used - 1] == '-')
-        used--;
-    name[used] = 0;
-}
-
-char *cost_file_path(const char *renderer)
+char *cost_file_path(enum weft_context_kind kind)
 {
     const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    char name[TEXT], *path = NULL;
-    make_name(renderer, name);
+    const char *name = weft_context_kind_names[kind];
+    char *path = NULL;
     int size = -1;
     if (cache && *cache == '/') // others are to be ignored, says the specification
         size = asprintf(&path, "%s/weft/cost-%s.txt", cache, name);
@@ -75,9 +58,14 @@ static bool parse(const char *text, const char *renderer, struct weft_cost_model
     const struct weft_log log = {keep, why};
     if (weft_cost_parse(&log, text, out) != WEFT_OK)
         return false;
-    if (strncmp(out->renderer, renderer, sizeof out->renderer - 1) == 0)
+    if (renderer && strncmp(out->renderer, renderer, sizeof out->renderer - 1) != 0)
+        snprintf(why, TEXT, "it is of another renderer, %.100s",
+                 out->renderer[0] ? out->renderer : "none");
+    else if (out->instructions != weft_instruction_set_best())
+        snprintf(why, TEXT, "it is of another processor, with %s instructions",
+                 weft_instruction_set_names[out->instructions]);
+    else
         return true;
-    snprintf(why, TEXT, "it is of another renderer, %.100s", out->renderer);
     return false;
 }
 
@@ -104,19 +92,16 @@ static bool read_file(const char *path, const char *renderer, struct weft_cost_m
     return good;
 }
 
-void cost_file_load(const char *renderer, struct weft_cost_model *out, char **path)
+bool cost_file_load(enum weft_context_kind kind, const char *renderer, struct weft_cost_model *out)
 {
-    char *own = cost_file_path(renderer);
-    if (!own || !read_file(own, renderer, out)) {
-        report_note("costs are weft's defaults: weft calibrate measures those of %s", renderer);
+    char *path = cost_file_path(kind);
+    const bool good = path && read_file(path, renderer, out);
+    if (!good) {
+        report_note("costs are weft's defaults: weft calibrate measures those of this machine");
         *out = weft_cost_default;
-        free(own);
-        own = NULL;
     }
-    if (path)
-        *path = own;
-    else
-        free(own);
+    free(path);
+    return good;
 }
 
 enum weft_result cost_file_save(const struct weft_cost_model *model, const char *path)

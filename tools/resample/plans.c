@@ -96,7 +96,7 @@ static enum weft_result choose(struct resample_job *job, int channels,
     if (params.source_count == 0)
         return WEFT_OK;
     if (job->context)
-        cost_file_load(weft_context_get_info(job->context)->renderer, &model, NULL);
+        cost_file_load(job->context_kind, weft_context_get_info(job->context)->renderer, &model);
     enum weft_result res = pass_plan_params(&job->option[RESAMPLE_PASSES], PASS_DEFAULT_PROFILE,
                                             &job->kernel, 2, channels, &params.passes);
     if (res == WEFT_OK)

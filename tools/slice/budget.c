@@ -5,25 +5,7 @@
 #include <stdio.h>
 
 #include "tools/methods/candidates.h"
-#include "tools/methods/cost_file.h"
 #include "tools/common/report.h"
-
-// What was measured for the renderer that the slice is made on, or would be.
-static void load_model(struct slice_setup *setup)
-{
-    const struct weft_context_params params = {.kind = setup->context_kind};
-    weft_context *own = NULL;
-    const weft_context *context = setup->context;
-    if (setup->has_model)
-        return;
-    setup->has_model = true;
-    if (!context && weft_context_create(&params, &own) == WEFT_OK)
-        context = own;
-    setup->model = weft_cost_default;
-    if (context)
-        cost_file_load(weft_context_get_info(context)->renderer, &setup->model, NULL);
-    weft_context_destroy(&own);
-}
 
 static enum weft_result report_none(struct slice_job *job)
 {
@@ -46,11 +28,14 @@ static enum weft_result report_none(struct slice_job *job)
 
 static enum weft_result choose(struct slice_job *job, const struct weft_profile *profile)
 {
+    const struct engine *engine = &job->setup->engine;
     const struct weft_choose_params params = {
         .slice = job->slice_params,
         .max_error = job->max_error,
+        .engines = engine_candidates(engine),
+        .threads = engine->cpu.threads,
         .profile = profile,
-        .model = &job->setup->model,
+        .model = &engine->model,
     };
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
     if (res != WEFT_OK)
@@ -82,7 +67,7 @@ enum weft_result slice_choose(struct slice_job *job)
                                         report_progress("measuring"), &job->choice.statistics);
     if (res != WEFT_OK)
         return res;
-    load_model(job->setup);
+    engine_load_costs(&job->setup->engine, job->setup->context);
     job->max_error =
         budget_error(&budget, job->choice.statistics.voxel_low, job->choice.statistics.voxel_high);
     res = choose(job, profile_text->given ? &profile : NULL);
@@ -92,22 +77,19 @@ enum weft_result slice_choose(struct slice_job *job)
 
 // ---- what was considered ------------------------------------------------------------------------
 
-static const char *model_name(const struct slice_job *job)
-{
-    return job->setup->model.renderer[0] ? job->setup->model.renderer : "defaults";
-}
-
 json_t *slice_budget_json(const struct slice_job *job)
 {
     const struct weft_method_plan_info *method = weft_method_plan_get_info(job->choice.plan);
     json_t *candidates = json_array();
+    char model[ENGINE_TEXT];
     for (size_t i = 0; i < job->choice.count; i++)
         json_array_append_new(candidates, candidate_json(&job->choice.candidates[i]));
     return json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "max_error", json_number(job->max_error),
                      "method", method->name, "bound", json_number(method->bound), "e1",
                      json_number(method->e1), "low", json_number(job->choice.statistics.voxel_low),
                      "high", json_number(job->choice.statistics.voxel_high), "cost_model",
-                     json_text(model_name(job)), "candidates", candidates);
+                     json_text(engine_model_name(&job->setup->engine, model)), "candidates",
+                     candidates);
 }
 
 // The methods that would have been faster, by what kept them out.
@@ -127,9 +109,10 @@ static void print_reason(const struct slice_job *job)
 void slice_budget_print(const struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
+    char model[ENGINE_TEXT];
     printf("budget %.3g for voxels from %.6g to %.6g; times predicted by the cost model of %s\n",
            job->max_error, choice->statistics.voxel_low, choice->statistics.voxel_high,
-           model_name(job));
+           engine_model_name(&job->setup->engine, model));
     candidates_print(choice->candidates, choice->count, "bound");
     if (choice->chosen >= 0)
         print_reason(job);

@@ -6,6 +6,7 @@
 #include "tools/common/json.h"
 #include "tools/methods/budget.h"
 #include "tools/common/options.h"
+#include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 #include "weft.h"
 
@@ -26,8 +27,8 @@ enum slice_option {
     SLICE_PLANES,
     SLICE_SKIP_BAD,
     SLICE_SPACE,
-    SLICE_CONTEXT,
-    SLICE_LAYOUT,
+    SLICE_ENGINE, // the first of enum engine_option
+    SLICE_LAYOUT = SLICE_ENGINE + ENGINE_OPTION_COUNT,
     SLICE_SOURCE,
     SLICE_LOOKUP,
     SLICE_WITHOUT,
@@ -69,7 +70,7 @@ struct slice_setup {
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
     unsigned without;              // enum weft_saving, as bits
-    enum weft_context_kind context_kind;
+    struct engine engine;
     const struct weft_colour_map *colour_map; // NULL: none is named
     // Of the first slice that comes so far, kept for all.
     char *volume_path; // which is open
@@ -78,10 +79,8 @@ struct slice_setup {
     struct weft_slice_geometry plane; // that --axis or --origin say; no pixels: not known yet
     bool volume_grew;                 // beyond the plane, which was told
     struct option_value range;        // of previews: --range, or with --frames the whole grid's
-    weft_context *context;            // NULL when only explained
+    weft_context *context;            // NULL when only explained, and on the CPU engine
     weft_pass_plan *passes;           // of --profile without --max-error
-    bool has_model;
-    struct weft_cost_model model; // with --max-error
 };
 
 enum { SLICE_ATTRIBUTES = 24, SLICE_STAGES = 10 };

@@ -29,12 +29,28 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     return res;
 }
 
+enum weft_result slice_plan_for_engine(struct slice_job *job)
+{
+    struct weft_slice_params params = job->slice_params;
+    weft_slice_plan *plan = NULL;
+    if (params.engine == job->setup->engine.engine)
+        return WEFT_OK;
+    params.engine = job->slice_params.engine = job->setup->engine.engine;
+    params.footprint = weft_slice_plan_get_footprint(job->own_plan);
+    const enum weft_result res = weft_slice_plan_create(job->volume, &params, &plan);
+    weft_slice_plan_destroy(&job->own_plan);
+    job->plan = job->own_plan = plan;
+    return res;
+}
+
 static enum weft_result make_plan(struct slice_job *job)
 {
     double start = report_now_seconds();
     const struct option_value *o = job->setup->option;
     struct weft_slice_params *params = &job->slice_params;
     *params = (struct weft_slice_params){
+        .engine = job->setup->engine.engine,
+        .sums = job->setup->engine.sums,
         .kernel = job->setup->kernel,
         .space = (enum weft_space)o[SLICE_SPACE].integer[0],
         .geometry = job->geometry,
@@ -55,6 +71,10 @@ static enum weft_result make_plan(struct slice_job *job)
     if (res == WEFT_OK)
         res = weft_slice_plan_create(job->volume, params, &job->own_plan);
     job->plan = job->own_plan;
+    if (res == WEFT_OK && !o[SLICE_MAX_ERROR].given) {
+        engine_prefer(&job->setup->engine, job->plan);
+        res = slice_plan_for_engine(job);
+    }
     job->plan_seconds = report_now_seconds() - start;
     return res;
 }

@@ -69,7 +69,10 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
                        "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
                        weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
                        (unsigned long long)plan->bricks_read, plan->error_bound);
-    run_report_add_renderer(out, &count, job->setup->context);
+    run_report_add_renderer(out, &count,
+                            plan->engine == WEFT_ENGINE_GL ? job->setup->context : NULL);
+    if (plan->engine == WEFT_ENGINE_CPU)
+        count += engine_attributes(&job->setup->engine, plan->sums, out + count);
     return count;
 }
 
@@ -132,6 +135,7 @@ static void set_plan(json_t *root, const struct slice_job *job)
     set_values(root, weft_volume_get_info(job->volume));
     json_object_set_new(root, "kernel", json_text(kernel));
     json_object_set_new(root, "space", json_text(weft_space_names[plan->space]));
+    engine_set_json(root, &job->setup->engine, plan->engine, plan->sums);
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
@@ -225,7 +229,8 @@ static void set_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "minimum", json_number(r->minimum));
     json_object_set_new(root, "maximum", json_number(r->maximum));
     json_object_set_new(root, "not_finite", json_count(r->not_finite));
-    json_object_set_new(root, "context", run_report_context(job->setup->context));
+    if (job->setup->context)
+        json_object_set_new(root, "context", run_report_context(job->setup->context));
     if (job->output) {
         json_object_set_new(root, "output", json_text(job->output));
         json_object_set_new(root, "file", json_null());
@@ -328,11 +333,14 @@ static void print_heading(const struct slice_job *job)
 
 void slice_print_explained(const struct slice_job *job)
 {
-    const char *text = weft_slice_plan_get_info(job->plan)->text;
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const char *text = plan->text;
     size_t size = strlen(text);
+    char engine[ENGINE_TEXT];
     print_heading(job);
     if (job->choice.plan)
         slice_budget_print(job);
+    printf("%s\n", engine_format(&job->setup->engine, plan->engine, plan->sums, engine));
     printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
     if (job->passes)
         pass_plan_print(job->passes);

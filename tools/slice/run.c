@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pixels of a slice: the context, the run, the check.
+// The pixels of a slice: the run, the check.
 #include "tools/slice/stages.h"
 
 #include <math.h>
@@ -19,18 +19,6 @@ enum weft_result slice_allocate(struct slice_job *job)
         return WEFT_ERR_MEMORY;
     }
     return WEFT_OK;
-}
-
-enum weft_result slice_create_context(struct slice_job *job)
-{
-    struct slice_setup *setup = job->setup;
-    if (setup->context)
-        return WEFT_OK;
-    double start = report_now_seconds();
-    const struct weft_context_params params = {.kind = setup->context_kind, .log = report_log()};
-    enum weft_result res = weft_context_create(&params, &setup->context);
-    job->context_seconds = report_now_seconds() - start;
-    return res;
 }
 
 // What both kinds of run tell, and the plan's bound for what it was run on, which for prefiltered
@@ -60,8 +48,11 @@ static enum weft_result set_passes_report(struct slice_job *job)
 static enum weft_result run_chosen(struct slice_job *job)
 {
     struct weft_method_report report;
-    const enum weft_result res = weft_method_run(job->setup->context, job->choice.plan, job->volume,
-                                                 job->pixels, report_progress("slicing"), &report);
+    const enum weft_result res = weft_method_run(
+        job->choice.plan,
+        weft_method_run_params(.context = job->setup->context, .cpu = job->setup->engine.cpu,
+                               .pixels = job->pixels, .progress = report_progress("slicing")),
+        &report);
     job->report = report.slice;
     return res;
 }
@@ -78,7 +69,7 @@ static enum weft_result run_planned(struct slice_job *job)
     };
     return weft_slice_run_once(
         job->plan,
-        weft_slice_compile_params(.context = job->setup->context,
+        weft_slice_compile_params(.context = job->setup->context, .cpu = job->setup->engine.cpu,
                                   .passes = job->passes ? &passes : NULL),
         weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
         &job->report);

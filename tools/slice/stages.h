@@ -18,10 +18,18 @@ enum weft_result slice_find_range(struct slice_job *job);
 // plan.c: the slice's plan, and with --profile that of its passes, but where --max-error chooses.
 enum weft_result slice_plan(struct slice_job *job);
 
-// run.c: the pixels. Memory for them comes before planning, which takes its time for a size that
-// cannot be held anyway; the context is made once for a command.
-enum weft_result slice_allocate(struct slice_job *job);
+// The slice planned anew, of the same footprint, where the setup's engine is not the plan's any
+// more.
+enum weft_result slice_plan_for_engine(struct slice_job *job);
+
+// engine.c: the options of what filters, and the context where OpenGL does, once for a command.
+// Where none can be had, the slice is planned for the CPU engine if that was left open.
+enum weft_result slice_read_engine(struct slice_setup *setup);
 enum weft_result slice_create_context(struct slice_job *job);
+
+// run.c: the pixels. Memory for them comes before planning, which takes its time for a size that
+// cannot be held anyway.
+enum weft_result slice_allocate(struct slice_job *job);
 enum weft_result slice_run(struct slice_job *job);
 enum weft_result slice_verify(struct slice_job *job);
 

@@ -6,6 +6,7 @@
 
 #include "tools/common/cells.h"
 #include "tools/methods/cost_file.h"
+#include "tools/methods/engine_options.h"
 #include "tools/common/json.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
@@ -28,11 +29,7 @@ static const struct option_spec options[CALIBRATE_OPTION_COUNT] = {
                           "FILE",
                           "where the numbers go (default: where other verbs look for them)",
                           text_ending},
-    [CALIBRATE_CONTEXT] = {.name = "context",
-                           0,
-                           OPTION_TEXT,
-                           "auto|osmesa|egl",
-                           "where OpenGL runs, as in weft slice (default auto)"},
+    [CALIBRATE_CONTEXT] = ENGINE_SPEC_CONTEXT,
     [CALIBRATE_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the numbers as JSON"},
     [CALIBRATE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no table; only errors"},
     [CALIBRATE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
@@ -40,7 +37,8 @@ static const struct option_spec options[CALIBRATE_OPTION_COUNT] = {
 
 struct calibration {
     const struct option_value *option;
-    weft_context *context;
+    struct engine engine;
+    weft_context *context; // NULL: none is to be had
     char *path;
     struct weft_cost_model model;
     double seconds;
@@ -83,6 +81,37 @@ static bool print_general(const struct weft_cost_model *m)
     for (int i = 0; done && i < cells.rows - 1; i++)
         done = cells_set(&cells, i + 1, 0, "%s", rows[i].what) &&
                cells_set(&cells, i + 1, 1, "%.3g", rows[i].value);
+    if (done)
+        cells_print(&cells, CELLS_TEXT, stdout);
+    cells_destroy(&cells);
+    return done;
+}
+
+static bool print_cpu(const struct weft_cost_model *m)
+{
+    static const char *const heading[] = {"CPU engine, ns", "float sums", "double sums"};
+    const struct {
+        const char *what;
+        const double *value;
+    } rows[] = {
+        {"fused: any run", m->cpu_fused_start},
+        {"fused: a pixel", m->cpu_pixel},
+        {"fused: a row of taps", m->cpu_row},
+        {"fused: a tap", m->cpu_tap},
+        {"fused: a sample laid out", m->cpu_sample},
+        {"separable: any run", m->cpu_separable_start},
+        {"separable: a pixel", m->cpu_separable_pixel},
+        {"separable: a tap", m->cpu_separable_tap},
+        {"separable: a voxel summed", m->cpu_summed},
+    };
+    struct cells cells;
+    bool done = cells_create(&cells, (int)(sizeof rows / sizeof *rows) + 1, 3);
+    cells.text_columns = 1;
+    done = done && set_heading(&cells, heading);
+    for (int i = 0; done && i < cells.rows - 1; i++)
+        done = cells_set(&cells, i + 1, 0, "%s", rows[i].what) &&
+               cells_set(&cells, i + 1, 1, "%.3g", rows[i].value[WEFT_SUMS_FLOAT]) &&
+               cells_set(&cells, i + 1, 2, "%.3g", rows[i].value[WEFT_SUMS_DOUBLE]);
     if (done)
         cells_print(&cells, CELLS_TEXT, stdout);
     cells_destroy(&cells);
@@ -136,9 +165,12 @@ static bool print_targets(const struct weft_cost_model *m)
 static enum weft_result print_text(const struct calibration *c)
 {
     typedef bool (*print)(const struct weft_cost_model *model);
-    static const print tables[] = {print_general, print_sources, print_targets};
-    report_line("%s, measured in %.1f s", c->model.renderer, c->seconds);
-    for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
+    static const print tables[] = {print_general, print_sources, print_targets, print_cpu};
+    const size_t count = sizeof tables / sizeof *tables;
+    report_line("%s%s%s instructions, %d thread%s, measured in %.1f s", c->model.renderer,
+                c->context ? "; " : "", weft_instruction_set_names[c->model.instructions],
+                c->model.threads, c->model.threads == 1 ? "" : "s", c->seconds);
+    for (size_t i = c->context ? 0 : count - 1; i < count; i++) {
         putchar('\n');
         if (!tables[i](&c->model)) {
             report_error("out of memory for a table");
@@ -184,25 +216,28 @@ static enum weft_result print_json(const struct calibration *c)
     json_t *model = json_object();
     const char *line = text;
     for (int i = 0; *line; i++, line += strcspn(line, "\n") + 1)
-        if (i >= 2) // behind the heading and the renderer
+        if (i >= 3) // behind the heading, the renderer and the CPU
             add_line(model, line);
     free(text);
-    return json_print(json_pack("{s:s,s:o,s:o,s:o,s:o,s:o}", "weft", weft_version(), "platform",
-                                json_text(weft_context_get_info(c->context)->platform), "renderer",
-                                json_text(c->model.renderer), "file", json_text(c->path), "seconds",
-                                json_number(c->seconds), "nanoseconds", model));
+    json_t *root = json_pack("{s:s,s:s,s:i,s:o,s:o,s:o}", "weft", weft_version(), "instructions",
+                             weft_instruction_set_names[c->model.instructions], "threads",
+                             c->model.threads, "file", json_text(c->path), "seconds",
+                             json_number(c->seconds), "nanoseconds", model);
+    // Without OpenGL its numbers are the defaults.
+    json_object_set_new(root, "platform",
+                        c->context ? json_text(weft_context_get_info(c->context)->platform)
+                                   : json_null());
+    json_object_set_new(root, "renderer", c->context ? json_text(c->model.renderer) : json_null());
+    return json_print(root);
 }
 
 // ---- the verb -----------------------------------------------------------------------------------
 
-static enum weft_result create_context(struct calibration *c)
+static enum weft_result read_context(struct calibration *c)
 {
     const struct option_value *o = &c->option[CALIBRATE_CONTEXT];
-    struct weft_context_params params = {.log = report_log()};
-    enum weft_result res = WEFT_OK;
-    if (o->given)
-        res = weft_context_kind_parse(report_log(), o->text, &params.kind);
-    return res == WEFT_OK ? weft_context_create(&params, &c->context) : res;
+    c->engine.automatic = !o->given;
+    return o->given ? weft_context_kind_parse(report_log(), o->text, &c->engine.kind) : WEFT_OK;
 }
 
 // Before the long work, whether it can be kept.
@@ -210,8 +245,7 @@ static enum weft_result choose_path(struct calibration *c)
 {
     const struct option_value *o = &c->option[CALIBRATE_OUTPUT];
     enum weft_result res = WEFT_OK;
-    c->path =
-        o->given ? strdup(o->text) : cost_file_path(weft_context_get_info(c->context)->renderer);
+    c->path = o->given ? strdup(o->text) : cost_file_path(c->engine.kind);
     if (!c->path) {
         report_error("no folder is known to keep the numbers in: set XDG_CACHE_HOME or HOME, or "
                      "give -o FILE");
@@ -233,9 +267,11 @@ static enum weft_result calibrate(struct calibration *c)
 
 static enum weft_result run_stages(struct calibration *c)
 {
-    enum weft_result res = create_context(c);
+    enum weft_result res = read_context(c);
     if (res == WEFT_OK)
         res = choose_path(c);
+    if (res == WEFT_OK)
+        res = engine_create_context(&c->engine, &c->context);
     if (res == WEFT_OK)
         res = calibrate(c);
     if (res == WEFT_OK)
@@ -264,10 +300,12 @@ static int run(const char *operand, const struct option_value *values)
 }
 
 static const char *const epilogue[] = {
-    "The numbers are kept in $XDG_CACHE_HOME/weft, or ~/.cache/weft, in a file for each renderer. "
-    "Where there is none, other verbs take numbers of a software OpenGL on two cores.",
-    "What else the machine does meanwhile counts as OpenGL's: calibrate when it is idle. Costs "
-    "decide which method is taken, never how right its result is.",
+    "The numbers are kept in $XDG_CACHE_HOME/weft, or ~/.cache/weft, in a file for each --context. "
+    "Where there is none, other verbs take numbers of a software OpenGL on two cores, and OpenGL "
+    "before the CPU engine. Without OpenGL the CPU engine alone is measured.",
+    "What else the machine does meanwhile counts as weft's: calibrate when it is idle, and again "
+    "when processor, GPU or driver are others. Costs decide which method is taken, never how right "
+    "its result is.",
     NULL,
 };
 

@@ -92,12 +92,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                      NULL,
                      "what the coordinates above mean (default world)",
                      weft_space_names},
-    [SLICE_CONTEXT] = {.name = "context",
-                       0,
-                       OPTION_TEXT,
-                       "auto|osmesa|egl",
-                       "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else "
-                       "EGL in software)"},
+    ENGINE_OPTIONS(SLICE_ENGINE, ENGINE_AUTOMATIC),
     [SLICE_LAYOUT] = {.name = "layout",
                       0,
                       OPTION_CHOICE,
@@ -303,8 +298,8 @@ static enum weft_result check_setup(struct slice_setup *setup)
         res = read_without(o[SLICE_WITHOUT].text, &setup->without);
     if (res == WEFT_OK)
         res = load_kernel(setup);
-    if (res == WEFT_OK && o[SLICE_CONTEXT].given)
-        res = weft_context_kind_parse(report_log(), o[SLICE_CONTEXT].text, &setup->context_kind);
+    if (res == WEFT_OK)
+        res = slice_read_engine(setup);
     if (res == WEFT_OK)
         res = check_preview(setup);
     if (res == WEFT_OK)

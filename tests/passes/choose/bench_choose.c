@@ -79,7 +79,7 @@ static int plan_contenders(const struct job *job, double budget, const struct we
     return count;
 }
 
-static enum weft_result time_contenders(const struct bench *b, const struct job *job, double budget,
+static enum weft_result time_contenders(const struct bench *b, double budget,
                                         struct contender *contenders, int count, float *pixels)
 {
     enum weft_result res = WEFT_OK;
@@ -89,7 +89,8 @@ static enum weft_result time_contenders(const struct bench *b, const struct job 
             struct weft_method_report report;
             if (run >= 0 && !c->within)
                 continue;
-            res = weft_method_run(b->context, c->plan, job->volume, pixels, NULL, &report);
+            res = weft_method_run(
+                c->plan, weft_method_run_params(.context = b->context, .pixels = pixels), &report);
             if (run >= 0)
                 c->seconds[run] = report.seconds;
             if (run >= 0 || res != WEFT_OK)
@@ -160,7 +161,7 @@ static enum weft_result run_job(const struct bench *b, struct random *r, struct 
         t->none++;
     if (res == WEFT_OK && choice.chosen >= 0) {
         count = plan_contenders(&job, budget, &choice, contenders);
-        res = time_contenders(b, &job, budget, contenders, count, pixels);
+        res = time_contenders(b, budget, contenders, count, pixels);
         if (res == WEFT_OK)
             judge(b, contenders, count, budget, t);
     }

@@ -95,7 +95,8 @@ static enum weft_result statistics(struct bench *b, const weft_method_plan *plan
     enum weft_result res = WEFT_OK;
     for (int i = -1; res == WEFT_OK && i < b->runs; i++) { // the first one warms up
         struct weft_method_report report;
-        res = weft_method_run(b->context, plan, b->volume, b->pixels, NULL, &report);
+        res = weft_method_run(
+            plan, weft_method_run_params(.context = b->context, .pixels = b->pixels), &report);
         if (res == WEFT_OK && i >= 0)
             seconds[i] = report.seconds;
     }

@@ -45,7 +45,10 @@ static double error_of(weft_context *context, const struct job *job, const struc
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     struct weft_verify_report error;
     assert_non_null(pixels);
-    assert_int_equal(weft_method_run(context, c->plan, job->volume, pixels, NULL, NULL), WEFT_OK);
+    assert_int_equal(weft_method_run(c->plan,
+                                     weft_method_run_params(.context = context, .pixels = pixels),
+                                     NULL),
+                     WEFT_OK);
     assert_int_equal(weft_slice_verify(weft_method_plan_get_slice(c->plan), pixels, NULL, &error),
                      WEFT_OK);
     assert_int_equal(error.not_finite_mismatches, 0);

@@ -26,10 +26,14 @@ static void texts_come_back(void **state)
     (void)state;
     struct weft_cost_model model = weft_cost_default, back;
     snprintf(model.renderer, sizeof model.renderer, "llvmpipe (LLVM 15, 256 bits)");
+    model.instructions = WEFT_INSTRUCTIONS_AVX2;
+    model.threads = 6;
     char *text = weft_cost_format(&model);
     assert_non_null(text);
     assert_int_equal(weft_cost_parse(&log_to_stderr, text, &back), WEFT_OK);
     assert_string_equal(back.renderer, model.renderer);
+    assert_int_equal(back.instructions, model.instructions);
+    assert_int_equal(back.threads, model.threads);
     size_t count;
     const double *a = numbers(&model, &count), *b = numbers(&back, &count);
     for (size_t i = 0; i < count; i++)
@@ -56,19 +60,27 @@ static void damaged_texts_are_refused(void **state)
     static const struct {
         const char *from, *to, *says;
     } cases[] = {
-        {"weft-cost 1", "weft-cost 2", "does not begin"},
-        {"weft-cost 1", "", "does not begin"},
-        {"renderer ", "", "does not begin"},
-        {"\nvoxel 0.85", "\nvoxels 0.85", "line 4"},
+        {"weft-cost 2", "weft-cost 1", "another version"},
+        {"weft-cost 2", "weft-cost 30", "another version"},
+        {"weft-cost 2", "weft-cost", "does not begin"},
+        {"weft-cost 2", "", "does not begin"},
+        {"renderer ", "", "names no renderer"},
+        {"\ncpu auto 0", "", "no instruction set"},
+        {"\ncpu auto 0", "\ncpu avx3 1", "no instruction set"},
+        {"\ncpu auto 0", "\ncpu avx2", "no instruction set"},
+        {"\ncpu auto 0", "\ncpu avx2 1.5", "no instruction set"},
+        {"\ncpu auto 0", "\ncpu avx2 5000", "no instruction set"},
+        {"\ncpu auto 0", "\ncpu avx2 2 2", "no instruction set"},
+        {"\nvoxel 0.85", "\nvoxels 0.85", "line 5"},
         {"\nvoxel 0.85", "", "lacks"},
-        {"\nvoxel 0.85", "\nvoxel -0.85", "line 4"},
-        {"\nvoxel 0.85", "\nvoxel nan", "line 4"},
-        {"\nvoxel 0.85", "\nvoxel 1e30", "line 4"},
-        {"\nvoxel 0.85", "\nvoxel 0.85 1", "line 4"},
-        {"\nvoxel 0.85", "\nvoxel", "line 4"},
-        {"\nvoxel 0.85", "\nvoxel 0,85", "line 4"},
-        {"\nvoxel 0.85", "\n\nvoxel 0.85", "line 4"},
-        {"\nstart 60000", "\nstart", "line 3"},
+        {"\nvoxel 0.85", "\nvoxel -0.85", "line 5"},
+        {"\nvoxel 0.85", "\nvoxel nan", "line 5"},
+        {"\nvoxel 0.85", "\nvoxel 1e30", "line 5"},
+        {"\nvoxel 0.85", "\nvoxel 0.85 1", "line 5"},
+        {"\nvoxel 0.85", "\nvoxel", "line 5"},
+        {"\nvoxel 0.85", "\nvoxel 0,85", "line 5"},
+        {"\nvoxel 0.85", "\n\nvoxel 0.85", "line 5"},
+        {"\nstart 60000", "\nstart", "line 4"},
     };
     char *text = weft_cost_format(&weft_cost_default);
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
@@ -91,7 +103,7 @@ static void damaged_texts_are_refused(void **state)
         if (weft_cost_parse(&log, cut, &model) != WEFT_OK)
             assert_int_equal(message.count, 1);
         else
-            assert_non_null(strstr(cut, "\ntile_byte "));
+            assert_non_null(strstr(cut, "\ncpu_separable_pixel "));
         free(cut);
     }
     free(text);
@@ -167,6 +179,17 @@ static void more_work_costs_more(void **state)
          .voxels = 1e5,
          .of.passes = {.plan = {.passes = 4, .fetches = 64, .tile_bytes = 1e6, .exact_weights = 12},
                        .samples = 1e5}},
+        {.algorithm = WEFT_ALGORITHM_FUSED,
+         .engine = WEFT_ENGINE_CPU,
+         .pixels = 1e5,
+         .voxels = 1e5,
+         .of.fused_cpu = {.samples = 1e5, .rows = 16, .taps = 64}},
+        {.algorithm = WEFT_ALGORITHM_SEPARABLE,
+         .engine = WEFT_ENGINE_CPU,
+         .sums = WEFT_SUMS_DOUBLE,
+         .pixels = 1e5,
+         .voxels = 1e5,
+         .of.separable = {.summed = 1e5, .taps = 4e5}},
     };
 #define MEMBER(name) offsetof(struct weft_work, name)
     const size_t members[][7] = {
@@ -176,6 +199,9 @@ static void more_work_costs_more(void **state)
         {MEMBER(pixels), MEMBER(voxels), MEMBER(of.passes.plan.passes),
          MEMBER(of.passes.plan.fetches), MEMBER(of.passes.plan.tile_bytes),
          MEMBER(of.passes.plan.exact_weights), MEMBER(of.passes.samples)},
+        {MEMBER(pixels), MEMBER(voxels), MEMBER(of.fused_cpu.samples), MEMBER(of.fused_cpu.rows),
+         MEMBER(of.fused_cpu.taps)},
+        {MEMBER(pixels), MEMBER(voxels), MEMBER(of.separable.summed), MEMBER(of.separable.taps)},
     };
 #undef MEMBER
     int compared = 0;
@@ -188,7 +214,15 @@ static void more_work_costs_more(void **state)
             compared++;
         }
     }
-    assert_int_equal(compared, 5 + 4 + 7);
+    assert_int_equal(compared, 5 + 4 + 7 + 5 + 4);
+    // Half the threads that were measured take twice the time, but for the start and the reading.
+    struct weft_cost_model model = weft_cost_default;
+    struct weft_work work = bases[3];
+    model.threads = 8;
+    const double start = 1e-9 * (model.cpu_fused_start[0] + work.voxels * model.voxel);
+    const double whole = weft_cost_of(&model, &work) - start;
+    work.threads = 4;
+    assert_near(weft_cost_of(&model, &work) - start, 2.0 * whole, 1e-12, "half the threads");
     // Nothing at all still has a start, and no tiles are no trouble.
     const struct weft_work nothing = {.algorithm = WEFT_ALGORITHM_MULTIPASS};
     assert_near(weft_cost_of(&weft_cost_default, &nothing), 1e-9 * weft_cost_default.start[2],

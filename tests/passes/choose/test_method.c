@@ -50,7 +50,9 @@ static bool check(weft_context *context, const struct job *job, const char *what
     float *pixels = malloc((size_t)g->width * (size_t)g->height * sizeof *pixels);
     struct weft_verify_report error;
     assert_non_null(pixels);
-    assert_int_equal(weft_method_run(context, plan, job->volume, pixels, NULL, report), WEFT_OK);
+    assert_int_equal(
+        weft_method_run(plan, weft_method_run_params(.context = context, .pixels = pixels), report),
+        WEFT_OK);
     assert_int_equal(weft_slice_verify(weft_method_plan_get_slice(plan), pixels, NULL, &error),
                      WEFT_OK);
     if (!(error.maximum <= info->bound) || error.not_finite_mismatches)

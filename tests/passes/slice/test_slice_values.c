@@ -485,7 +485,10 @@ static uint64_t run_passes(weft_volume *volume, const char *kernel, const char *
         weft_footprint_statistics(weft_slice_plan_get_footprint(plan), NULL, &params.statistics),
         WEFT_OK);
     assert_int_equal(weft_method_plan_create(volume, &params, &method), WEFT_OK);
-    assert_int_equal(weft_method_run(contexts[0], method, volume, pixels, NULL, &report), WEFT_OK);
+    assert_int_equal(
+        weft_method_run(method, weft_method_run_params(.context = contexts[0], .pixels = pixels),
+                        &report),
+        WEFT_OK);
     assert_int_equal(weft_slice_verify(weft_method_plan_get_slice(method), pixels, NULL, &error),
                      WEFT_OK);
     const double bound = weft_method_plan_get_info(method)->bound;
