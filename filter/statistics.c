@@ -75,6 +75,16 @@ void weft_statistics_add(struct weft_statistics *statistics, const float *values
     }
 }
 
+void weft_statistics_join(struct weft_statistics *statistics, const struct weft_statistics *other)
+{
+    statistics->minimum = fmin(statistics->minimum, other->minimum);
+    statistics->maximum = fmax(statistics->maximum, other->maximum);
+    statistics->count += other->count;
+    statistics->not_finite += other->not_finite;
+    for (int n = 0; n < WEFT_STATISTICS_DIFFERENCES; n++)
+        statistics->difference[n] = fmax(statistics->difference[n], other->difference[n]);
+}
+
 // Puts differences in the place of all numbers but the last; returns the larger of `largest` and
 // the largest one.
 static double difference_line(double *line, size_t count, double largest)

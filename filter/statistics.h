@@ -34,6 +34,10 @@ struct weft_statistics {
 WEFT_API void weft_statistics_add(struct weft_statistics *statistics, const float *values,
                                   size_t count);
 
+// Adds all that was added to another struct, differences too.
+WEFT_API void weft_statistics_join(struct weft_statistics *statistics,
+                                   const struct weft_statistics *other);
+
 // Adds the differences of neighbours in a line of `count` values that lie `stride` floats apart;
 // those that take in a value that is not finite do not count. Leaves range and counts alone.
 WEFT_API void weft_statistics_add_differences(struct weft_statistics *statistics,

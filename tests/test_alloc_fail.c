@@ -148,7 +148,8 @@ static enum weft_result filter_plane(void)
                               .y = at, .memory_bytes = 40000, .log = &test_log),
         &plan);
     if (res == WEFT_OK)
-        res = weft_separable_compile(context, plan, &compiled);
+        res = weft_separable_compile(plan, weft_separable_compile_params(.context = context),
+                                     &compiled);
     if (res == WEFT_OK)
         res = weft_separable_run(
             compiled,
@@ -181,7 +182,8 @@ static enum weft_result resample_planes(void)
                                  .width = PIXELS, .height = PIXELS, .log = &test_log),
             &plan);
     if (res == WEFT_OK)
-        res = weft_resample_compile(passes ? NULL : context, plan, &compiled);
+        res = weft_resample_compile(
+            plan, weft_resample_compile_params(.context = passes ? NULL : context), &compiled);
     if (res == WEFT_OK)
         res = weft_resample_source_create(
             weft_resample_source_params(.kernel = kernel, .width = SIDE - 1, .height = SIDE,

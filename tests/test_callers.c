@@ -1333,11 +1333,15 @@ static void separable(void)
     at[2] = 2.0;
     good.memory_bytes = 1;
     assert_int_equal(weft_separable_plan_create(&good, &made), WEFT_OK);
-    REFUSED(weft_separable_compile(context, made, &compiled));
+    REFUSED(
+        weft_separable_compile(made, weft_separable_compile_params(.context = context), &compiled));
     weft_separable_plan_destroy(&made);
     good.memory_bytes = 0;
     assert_int_equal(weft_separable_plan_create(&good, &made), WEFT_OK);
-    assert_int_equal(weft_separable_compile(context, made, &compiled), WEFT_OK);
+    REFUSED(weft_separable_compile(made, weft_separable_compile_params(), &compiled));
+    assert_int_equal(
+        weft_separable_compile(made, weft_separable_compile_params(.context = context), &compiled),
+        WEFT_OK);
     TRUE(weft_separable_plan_get_info(made)->width == 4);
     struct weft_separable_run_params run = {.samples = voxels, .pixels = out, .log = &logger};
 #define CALL weft_separable_run(compiled, &p, NULL)
@@ -1356,8 +1360,8 @@ static void separable(void)
     weft_separable_plan_destroy(NULL);
     EACH_BAD_KERNEL(
         0, if (k < 6 || k == 7) {
-            weft_separable_error_bound(&kernel);
-            weft_separable_bound_terms(&kernel, 1.0, 0x1p-28);
+            weft_separable_error_bound(&kernel, WEFT_SUMS_DOUBLE);
+            weft_separable_bound_terms(&kernel, WEFT_SUMS_FLOAT, 1.0, 0x1p-28);
         })
     weft_context_destroy(&context);
 }
@@ -1493,8 +1497,10 @@ static void resample_runs(void)
          0.0);
     weft_resample_bound(plan, &none, -1.0);
     TRUE(weft_resample_e1(source) > 0.0);
-    REFUSED(weft_resample_compile(NULL, plan, &compiled)); // separable runs on GL alone
-    SURVIVED(weft_resample_compile(context, plan, &compiled));
+    REFUSED(
+        weft_resample_compile(plan, weft_resample_compile_params(), &compiled)); // planned for GL
+    SURVIVED(
+        weft_resample_compile(plan, weft_resample_compile_params(.context = context), &compiled));
     TRUE(weft_resample_compiled_get_info(compiled)->tile_bytes == 0);
     struct weft_resample_run_params good = {.source = source, .plane = {out}, .log = &logger};
 #define CALL weft_resample_run(compiled, &p, NULL)

@@ -58,7 +58,7 @@ static double relative_bound(const struct weft_slice_plan *plan, double gain)
 static double separable_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    const double own = weft_separable_error_bound(kernel); // of coefficients, where it reads them
+    const double own = weft_separable_error_bound(kernel, WEFT_SUMS_FLOAT); // of coefficients, where it reads them
     const double position = position_error(&plan->footprint->grid);
     return own * (1.0 + UNIT) + UNIT * gain * gain +
            2.0 * gain * position * weft_footprint_kernel(plan->footprint)->slope;

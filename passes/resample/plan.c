@@ -119,6 +119,19 @@ static enum weft_result set_overlap(weft_resample_plan *plan)
     return res;
 }
 
+static enum weft_result check_engine(const struct weft_resample_params *p)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
+    weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
+    if (!p->passes || p->sums == WEFT_SUMS_FLOAT)
+        return WEFT_OK;
+    weft_error(p->log, "resampling by passes does not sum in double");
+    return WEFT_ERR_UNSUPPORTED;
+fail:
+    return res;
+}
+
 // ---- separable ----------------------------------------------------------------------------------
 
 static enum weft_result set_positions(weft_resample_plan *plan)
@@ -140,9 +153,11 @@ static void tell_separable(weft_resample_plan *plan)
     char name[256];
     weft_kernel_format(&plan->info.kernel, name, sizeof name);
     snprintf(plan->words, sizeof plan->words,
-             "separable %s: %d taps along each axis, one after the other, in single precision; the "
-             "error is at most %.3g of the largest sample in reach\n",
-             name, plan->info.kernel.width, plan->info.bound.relative);
+             "separable %s on the %s engine: %d taps along each axis, one after the other, in %s "
+             "precision; the error is at most %.3g of the largest sample in reach\n",
+             name, weft_engine_names[plan->info.engine], plan->info.kernel.width,
+             plan->info.sums == WEFT_SUMS_DOUBLE ? "double" : "single",
+             weft_separable_error_bound(&plan->info.kernel, plan->info.sums));
     plan->info.text = plan->words;
 }
 
@@ -156,12 +171,13 @@ static enum weft_result plan_separable(weft_resample_plan *plan)
                                   .size = {info->size[0] + 2 * info->overlap,
                                            info->size[1] + 2 * info->overlap},
                                   .width = info->width, .height = info->height, .x = plan->at[0],
-                                  .y = plan->at[1], .memory_bytes = plan->memory_bytes,
-                                  .log = plan->log),
+                                  .y = plan->at[1], .engine = info->engine, .sums = info->sums,
+                                  .memory_bytes = plan->memory_bytes, .log = plan->log),
             &plan->separable);
     if (res != WEFT_OK)
         return res;
-    info->bound = weft_separable_bound_terms(&info->kernel, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
+    info->bound =
+        weft_separable_bound_terms(&info->kernel, info->sums, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
     info->fetches = weft_separable_plan_get_info(plan->separable)->fetches_per_pixel;
     info->moves = weft_resample_moves(&info->kernel);
     tell_separable(plan);
@@ -195,6 +211,8 @@ enum weft_result weft_resample_plan_create(const struct weft_resample_params *pa
 {
     *out = NULL;
     enum weft_result res = check_sizes(params);
+    if (res == WEFT_OK)
+        res = check_engine(params);
     if (res != WEFT_OK)
         return res;
     weft_resample_plan *plan = calloc(1, sizeof *plan);
@@ -210,6 +228,8 @@ enum weft_result weft_resample_plan_create(const struct weft_resample_params *pa
         .size = {params->size[0], params->size[1]},
         .width = params->width,
         .height = params->height,
+        .engine = params->engine,
+        .sums = params->sums,
     };
     res = fill(plan, params);
     if (res == WEFT_OK)

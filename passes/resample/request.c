@@ -58,6 +58,7 @@ static uint64_t larger(uint64_t a, uint64_t b)
 void weft_resample_work_add(struct weft_resample_work *sum, const struct weft_resample_work *one)
 {
     sum->tiles += one->tiles;
+    sum->cpu = one->cpu;
     sum->prepare_seconds += one->prepare_seconds;
     sum->upload_seconds += one->upload_seconds;
     sum->pass_seconds += one->pass_seconds;

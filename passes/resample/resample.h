@@ -11,9 +11,10 @@
 //   run      source to pixels, as often as wanted: of any compiled plan and any source of its size
 //            and kernel, so that the planes of one image, or many images, share one compiled plan
 //
-// Two engines filter: passes/separable/separable.h, one axis after the other in single precision;
-// and the passes of a plan (passes/plan/plan.h), what targets of limited precision make of it, on
-// GL or in the same integers on the CPU. Unsigned integers are moved exactly by kernels that take
+// Two algorithms filter: passes/separable/separable.h, one axis after the other, on OpenGL in
+// single precision or on the CPU engine in single or double precision; and the passes of a plan
+// (passes/plan/plan.h), what targets of limited precision make of it, on GL or in the same integers
+// on the CPU. Unsigned integers are moved exactly by kernels that take
 // one sample (nearest). The same request gives the same bytes, whatever memory and threads there
 // are.
 #ifndef WEFT_PASSES_RESAMPLE_RESAMPLE_H
@@ -38,8 +39,8 @@ enum { WEFT_RESAMPLE_MAX_CHANNELS = 4, WEFT_RESAMPLE_MAX_SIZE = 1 << 20 };
 // ---- plan ---------------------------------------------------------------------------------------
 
 struct weft_resample_params {
-    // The engine: passes of this plan, in 2D and without a derivative; NULL (default): separable.
-    // Borrowed for the plan's life.
+    // The algorithm: passes of this plan, in 2D and without a derivative; NULL (default):
+    // separable. Borrowed for the plan's life.
     const weft_pass_plan *passes;
     // Default (info NULL): that of `passes`, or catmull-rom. With passes it must be theirs;
     // without, it may not be radial.
@@ -48,6 +49,9 @@ struct weft_resample_params {
     int width, height; // pixels (required, likewise, and to WEFT_RESAMPLE_MAX_PIXELS)
     // Along x and y. Default (all 0): all samples become all pixels, weft_window_map_plain.
     struct weft_window_map map[2];
+    enum weft_engine engine; // that runs separable work (default OpenGL); passes run on what they
+                             // are compiled for
+    enum weft_sums sums;     // of separable work (default float); double: of the CPU engine alone
     // What a run may take beside planes and tiles of kernels (default 1 GiB): separable work is
     // cut into rectangles that fit, the tiles of passes are fixed by the sizes and refused.
     uint64_t memory_bytes;
@@ -64,6 +68,8 @@ struct weft_resample_info {
     const struct weft_pass_plan_info *passes; // NULL: separable
     int size[2], width, height;
     struct weft_window_map map[2];
+    enum weft_engine engine; // of separable work, as are its sums
+    enum weft_sums sums;
     bool moves; // integers, by weft_resample_move: weft_resample_moves(&kernel), and no passes
     // Coefficients beyond the samples that are read on every side; 0 but for prefiltered kernels.
     int overlap;
@@ -76,9 +82,9 @@ struct weft_resample_info {
 };
 
 // Plans. Returns WEFT_ERR_ARGUMENT (sizes, maps, kernel, passes of another kernel, of 3D or of a
-// derivative), WEFT_ERR_UNSUPPORTED (a radial kernel without passes), WEFT_ERR_LIMIT (the largest
-// tile of passes needs more than memory_bytes: the log has both) or WEFT_ERR_MEMORY; *out is then
-// NULL.
+// derivative, enums), WEFT_ERR_UNSUPPORTED (a radial kernel without passes; double sums of passes
+// or on OpenGL), WEFT_ERR_LIMIT (the largest tile of passes needs more than memory_bytes: the log
+// has both) or WEFT_ERR_MEMORY; *out is then NULL.
 WEFT_API enum weft_result weft_resample_plan_create(const struct weft_resample_params *params,
                                                     weft_resample_plan **out);
 WEFT_API void weft_resample_plan_destroy(weft_resample_plan **plan); // accepts &NULL
@@ -87,15 +93,28 @@ weft_resample_plan_get_info(const weft_resample_plan *plan);
 
 // ---- compile ------------------------------------------------------------------------------------
 
-// A plan ready to run. Thread-safety: one thread at a time, the one of its context.
+// A plan ready to run. Thread-safety: one thread at a time, the one of its context where it has
+// one.
 typedef struct weft_resample_compiled weft_resample_compiled;
 
-// Makes a plan ready. context: where it runs, borrowed for the life of *out as the plan is; NULL:
-// passes run on the CPU, in the same integers as on GL, and half targets are rounded towards zero.
-// Returns WEFT_ERR_ARGUMENT (separable without a context), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY,
-// WEFT_ERR_GL; *out is then NULL.
-WEFT_API enum weft_result weft_resample_compile(weft_context *context,
-                                                const weft_resample_plan *plan,
+// Where a plan runs. Borrowed until the call returns, but for the context.
+struct weft_resample_compile_params {
+    // Of separable plans for OpenGL (required; of those for the CPU engine NULL), and of passes
+    // (default the CPU: in the same integers, half targets rounded towards zero). It must outlive
+    // the result.
+    weft_context *context;
+    struct weft_cpu cpu; // how the CPU engine runs separable plans (default: as fast as it can)
+};
+#define WEFT_RESAMPLE_COMPILE_DEFAULTS
+#define weft_resample_compile_params(...)                                                          \
+    (&(struct weft_resample_compile_params){WEFT_RESAMPLE_COMPILE_DEFAULTS __VA_ARGS__})
+
+// Makes a plan ready, which is borrowed for the life of *out. Returns WEFT_ERR_ARGUMENT (a context
+// that separable work lacks, or has no use for; threads, instructions), WEFT_ERR_UNSUPPORTED
+// (instructions that do not run here), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY, WEFT_ERR_GL; *out is then
+// NULL.
+WEFT_API enum weft_result weft_resample_compile(const weft_resample_plan *plan,
+                                                const struct weft_resample_compile_params *params,
                                                 weft_resample_compiled **out);
 WEFT_API void weft_resample_compiled_destroy(weft_resample_compiled **compiled); // accepts &NULL
 
@@ -103,7 +122,7 @@ WEFT_API void weft_resample_compiled_destroy(weft_resample_compiled **compiled);
 struct weft_resample_compiled_info {
     double seconds;
     uint64_t tile_bytes; // of the kernel's tiles; separable: 0
-    int programs;        // on GL
+    int programs;        // on GL; of the CPU engine 0
 };
 WEFT_API const struct weft_resample_compiled_info *
 weft_resample_compiled_get_info(const weft_resample_compiled *compiled);
@@ -201,6 +220,7 @@ struct weft_resample_work {
     uint64_t peak_bytes;
     int draws, first_axis;
     double fetches_per_pixel;
+    struct weft_cpu cpu; // what the CPU engine ran with; threads 0: it did not run
 };
 // Adds what another run did: times and counts are summed up, sizes are the larger ones.
 WEFT_API void weft_resample_work_add(struct weft_resample_work *sum,

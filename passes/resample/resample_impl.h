@@ -80,8 +80,9 @@ bool weft_resample_report_step(void *priv, double fraction);
 enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
                                           const struct weft_resample_run_params *params,
                                           struct weft_resample_work *work);
+// Adds to the pixels' statistics, too.
 enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                              const struct weft_resample_run_params *params,
-                                             struct weft_resample_work *work);
+                                             struct weft_resample_report *report);
 
 #endif

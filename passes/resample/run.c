@@ -20,33 +20,32 @@ static enum weft_result compile_passes(weft_resample_compiled *compiled)
     return WEFT_OK;
 }
 
-static enum weft_result compile_separable(weft_resample_compiled *compiled)
+static enum weft_result compile_separable(weft_resample_compiled *compiled,
+                                          const struct weft_cpu *cpu)
 {
     const double start = weft_now_seconds();
-    const enum weft_result res =
-        weft_separable_compile(compiled->context, compiled->plan->separable, &compiled->separable);
-    compiled->info =
-        (struct weft_resample_compiled_info){.seconds = weft_now_seconds() - start, .programs = 2};
+    const enum weft_result res = weft_separable_compile(
+        compiled->plan->separable,
+        weft_separable_compile_params(.context = compiled->context, .cpu = *cpu),
+        &compiled->separable);
+    compiled->info = (struct weft_resample_compiled_info){.seconds = weft_now_seconds() - start,
+                                                          .programs = compiled->context ? 2 : 0};
     return res;
 }
 
-enum weft_result weft_resample_compile(weft_context *context, const weft_resample_plan *plan,
+enum weft_result weft_resample_compile(const weft_resample_plan *plan,
+                                       const struct weft_resample_compile_params *params,
                                        weft_resample_compiled **out)
 {
     *out = NULL;
-    if (!context && !plan->passes) {
-        weft_error(plan->log, "separable resampling needs a GL context; on the CPU there are "
-                              "passes");
-        return WEFT_ERR_ARGUMENT;
-    }
     weft_resample_compiled *compiled = calloc(1, sizeof *compiled);
     if (!compiled) {
         weft_error(plan->log, "out of memory for a compiled plan");
         return WEFT_ERR_MEMORY;
     }
-    *compiled = (weft_resample_compiled){.plan = plan, .context = context};
+    *compiled = (weft_resample_compiled){.plan = plan, .context = params->context};
     const enum weft_result res =
-        plan->passes ? compile_passes(compiled) : compile_separable(compiled);
+        plan->passes ? compile_passes(compiled) : compile_separable(compiled, &params->cpu);
     if (res == WEFT_OK)
         *out = compiled;
     else
@@ -72,15 +71,13 @@ weft_resample_compiled_get_info(const weft_resample_compiled *compiled)
 
 // ---- run ----------------------------------------------------------------------------------------
 
-static struct weft_statistics measure(const weft_resample_plan *plan,
-                                      const struct weft_resample_run_params *params)
+static void measure(const weft_resample_plan *plan, const struct weft_resample_run_params *params,
+                    struct weft_statistics *pixels)
 {
-    struct weft_statistics pixels = WEFT_STATISTICS_NONE;
     for (int c = 0; c < params->source->info.channels; c++)
         for (int64_t y = 0; y < plan->info.height; y++)
-            weft_statistics_add(&pixels, params->plane[c] + y * params->stride,
+            weft_statistics_add(pixels, params->plane[c] + y * params->stride,
                                 (size_t)plan->info.width);
-    return pixels;
 }
 
 enum weft_result weft_resample_run(weft_resample_compiled *compiled,
@@ -94,9 +91,9 @@ enum weft_result weft_resample_run(weft_resample_compiled *compiled,
                                                        (const float *const *)p.plane, &p.stride);
     if (res == WEFT_OK)
         res = plan->passes ? weft_resample_run_passes(compiled, &p, &done.work)
-                           : weft_resample_run_separable(compiled, &p, &done.work);
-    if (res == WEFT_OK && report)
-        done.pixels = measure(plan, &p);
+                           : weft_resample_run_separable(compiled, &p, &done);
+    if (res == WEFT_OK && report && plan->passes)
+        measure(plan, &p, &done.pixels);
     if (report)
         *report = done;
     return res;

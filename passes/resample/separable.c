@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Resampling along one axis and then the other, in single precision, channel by channel.
+// Resampling along one axis and then the other, channel by channel.
 #include "passes/resample/resample_impl.h"
 
 static void add_work(const weft_separable_plan *plan, const struct weft_separable_report *one,
@@ -17,13 +17,14 @@ static void add_work(const weft_separable_plan *plan, const struct weft_separabl
         .draws = one->passes,
         .first_axis = info->first_axis,
         .fetches_per_pixel = info->fetches_per_pixel,
+        .cpu = one->cpu,
     };
     weft_resample_work_add(sum, &work);
 }
 
 enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                              const struct weft_resample_run_params *params,
-                                             struct weft_resample_work *work)
+                                             struct weft_resample_report *report)
 {
     const int channels = params->source->info.channels;
     struct weft_resample_steps steps = {.outer = params->progress, .steps = channels};
@@ -37,10 +38,12 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
             .progress = &progress,
             .log = params->log,
         };
-        struct weft_separable_report report;
-        res = weft_separable_run(compiled->separable, &run, &report);
-        if (res == WEFT_OK)
-            add_work(compiled->plan->separable, &report, work);
+        struct weft_separable_report one;
+        res = weft_separable_run(compiled->separable, &run, &one);
+        if (res != WEFT_OK)
+            break;
+        add_work(compiled->plan->separable, &one, &report->work);
+        weft_statistics_join(&report->pixels, &one.pixels);
     }
     return res;
 }

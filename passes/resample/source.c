@@ -237,7 +237,7 @@ struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
     const double largest = fmax(fabs(statistics->low), fabs(statistics->high));
     struct weft_bound_terms terms = plan->info.bound;
     if (!plan->passes && !(largest > 0.0 && largest < 0x1p100))
-        terms =
-            weft_separable_bound_terms(&plan->info.kernel, largest, WEFT_VOLUME_PREFILTER_ERROR);
+        terms = weft_separable_bound_terms(&plan->info.kernel, plan->info.sums, largest,
+                                           WEFT_VOLUME_PREFILTER_ERROR);
     return weft_resample_bound_of(&terms, statistics, result);
 }

@@ -69,14 +69,31 @@ static void choose_scale(struct weft_separable_care *care, const weft_separable_
     int exponent;
     frexp(largest * plan->axis[0].growth * plan->axis[1].growth, &exponent);
     care->scale_bits = exponent > 127 ? exponent - 127 : 0;
-    care->margin = weft_separable_error_bound(&plan->info.kernel) * largest;
+    care->margin = weft_separable_error_bound(&plan->info.kernel, WEFT_SUMS_FLOAT) * largest;
 }
 
+static bool any_not_finite(const weft_separable_plan *plan, const double *samples)
+{
+    const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
+    double zero = 0.0; // NAN as soon as one is not finite
+    for (int j = y->reach[0]; j <= y->reach[1]; j++)
+        for (int i = x->reach[0]; i <= x->reach[1]; i++)
+            zero += 0.0 * samples[(size_t)j * (size_t)x->size + (size_t)i];
+    return zero != 0.0;
+}
+
+// Sums of floats do not leave the range of doubles.
 struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
-                                                    const float *samples)
+                                                    const struct weft_separable_run_params *params)
 {
     struct weft_separable_care care = {0};
-    choose_scale(&care, plan, survey(&care, plan, samples));
+    if (params->wide) {
+        care.skips_zeros = any_not_finite(plan, params->wide);
+        return care;
+    }
+    const double largest = survey(&care, plan, params->samples);
+    if (plan->info.sums == WEFT_SUMS_FLOAT)
+        choose_scale(&care, plan, largest);
     return care;
 }
 
@@ -89,20 +106,29 @@ static float held(const struct weft_separable_care *care, float pixel)
     return (float)(beyond > 0.0 && beyond <= care->margin ? copysign(FLT_MAX, value) : value);
 }
 
+// A row of pixels, from one column to another, that lies on a row of samples.
+static void copy_whole(const weft_separable_plan *plan,
+                       const struct weft_separable_run_params *params, int sample, int from, int to,
+                       float *row)
+{
+    const int32_t *columns = plan->axis[0].whole;
+    const size_t at = (size_t)sample * (size_t)plan->info.size[0];
+    for (int x = from; x < to; x++)
+        if (columns[x] >= 0)
+            row[x] = params->wide ? (float)params->wide[at + (size_t)columns[x]]
+                                  : params->samples[at + (size_t)columns[x]];
+}
+
 void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
                            const struct weft_separable_run_params *params, const int from[2],
                            const int size[2])
 {
-    const int32_t *columns = plan->axis[0].whole;
+    const int end = from[0] + size[0];
     for (int y = from[1]; y < from[1] + size[1]; y++) {
         float *row = params->pixels + y * params->stride;
-        for (int x = from[0]; care->scale_bits && x < from[0] + size[0]; x++)
+        for (int x = from[0]; care->scale_bits && x < end; x++)
             row[x] = held(care, row[x]);
-        const int32_t sample = plan->axis[1].whole[y];
-        const float *samples =
-            params->samples + (size_t)(sample < 0 ? 0 : sample) * (size_t)plan->info.size[0];
-        for (int x = from[0]; sample >= 0 && x < from[0] + size[0]; x++)
-            if (columns[x] >= 0)
-                row[x] = samples[columns[x]];
+        if (plan->axis[1].whole[y] >= 0)
+            copy_whole(plan, params, plan->axis[1].whole[y], from[0], end, row);
     }
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,6 +36,19 @@ static enum weft_result check_kernel(const struct weft_log *log, const struct we
     return WEFT_ERR_UNSUPPORTED;
 }
 
+static enum weft_result check_engine(const struct weft_separable_params *p)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
+    weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
+    if (p->sums == WEFT_SUMS_FLOAT || p->engine == WEFT_ENGINE_CPU)
+        return WEFT_OK;
+    weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");
+    return WEFT_ERR_UNSUPPORTED;
+fail:
+    return res;
+}
+
 static enum weft_result check(const struct weft_separable_params *p,
                               const struct weft_kernel *kernel)
 {
@@ -48,7 +62,9 @@ static enum weft_result check(const struct weft_separable_params *p,
             p->size[0], p->size[1], p->width, p->height, WEFT_SEPARABLE_MAX_SIZE);
         goto fail;
     }
-    res = check_kernel(p->log, kernel);
+    res = check_engine(p);
+    if (res == WEFT_OK)
+        res = check_kernel(p->log, kernel);
     if (res == WEFT_OK)
         res = check_positions(p->log, 'x', p->x, p->width);
     if (res == WEFT_OK)
@@ -57,8 +73,7 @@ fail:
     return res;
 }
 
-// ---- the request of a run
-// ------------------------------------------------------------------------
+// ---- the request of a run -----------------------------------------------------------------------
 
 enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
                                           const struct weft_separable_run_params *params,
@@ -66,7 +81,8 @@ enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     *out = *params;
-    weft_require(params->log, params->samples && params->pixels);
+    weft_require(params->log, params->pixels && (params->samples || params->wide));
+    weft_require(params->log, !params->wide || plan->info.sums == WEFT_SUMS_DOUBLE);
     out->stride = params->stride ? params->stride : plan->info.width;
     if (out->stride < plan->info.width) {
         weft_error(params->log,
@@ -127,6 +143,24 @@ void weft_separable_taps_number(const struct weft_separable_axis *axis, int widt
         if (left > 0)
             taps->sample[taps->count++] = tap < 0 ? 0 : tap >= axis->size ? axis->size - 1 : tap;
     }
+}
+
+int weft_separable_most_taps(const struct weft_separable_axis *axis, int width, int cut,
+                             struct weft_separable_taps *taps)
+{
+    int most = 0;
+    for (int from = 0; from < axis->positions; from += cut) {
+        const int left = axis->positions - from;
+        weft_separable_taps_number(axis, width, from, from + (left < cut ? left : cut), taps);
+        most = taps->count > most ? taps->count : most;
+    }
+    return most;
+}
+
+float weft_separable_single_weight(bool skips_zeros, double weight)
+{
+    const bool vanishes = fabs(weight) < FLT_MIN && weight != 0.0;
+    return skips_zeros && vanishes ? (float)copysign(FLT_MIN, weight) : (float)weight;
 }
 
 // ---- an axis ------------------------------------------------------------------------------------
@@ -196,15 +230,17 @@ static enum weft_result create_axis(const weft_separable_plan *plan, const doubl
 
 // ---- the order of the axes ----------------------------------------------------------------------
 
-// For all pixels, by texels of four columns: along x, each of the four has its own weights and
-// taps.
+// For all pixels. On GL by texels of four columns: along x, each of the four has its own weights
+// and taps. On the CPU by vectors: along x weights are read for each pixel, and rows interleaved.
 static double count_fetches(const weft_separable_plan *plan, int first_axis)
 {
     const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
-    const int width = plan->info.kernel.width;
-    const double along_y = 1.0 + (width + 3) / 4 + width, along_x = WEFT_SEPARABLE_LANES * along_y;
-    const double columns = weft_separable_round_up(x->positions) / WEFT_SEPARABLE_LANES;
-    const double taps = weft_separable_round_up(x->all_taps) / WEFT_SEPARABLE_LANES;
+    const double width = plan->info.kernel.width;
+    const bool gl = plan->info.engine == WEFT_ENGINE_GL;
+    const double lanes = gl ? WEFT_SEPARABLE_LANES : 1.0;
+    const double along_y = gl ? 1.0 + ceil(width / lanes) + width : width;
+    const double along_x = gl ? lanes * along_y : 2.0 * width;
+    const double columns = ceil(x->positions / lanes), taps = ceil(x->all_taps / lanes);
     return first_axis == 0 ? columns * y->all_taps * along_x + columns * y->positions * along_y
                            : taps * y->positions * along_y + columns * y->positions * along_x;
 }
@@ -250,7 +286,9 @@ enum weft_result weft_separable_plan_create(const struct weft_separable_params *
         .info = {.kernel = kernel,
                  .size = {params->size[0], params->size[1]},
                  .width = params->width,
-                 .height = params->height},
+                 .height = params->height,
+                 .engine = params->engine,
+                 .sums = params->sums},
         .memory_bytes = params->memory_bytes ? params->memory_bytes : UINT64_C(1) << 30,
         .log = params->log,
     };

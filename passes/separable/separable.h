@@ -4,11 +4,15 @@
 // all pixels of a column share the position along x, and all of a row that along y: width taps
 // along one axis and then width along the other take the place of width^2. Weights are made in
 // double, once for every column and row, and rounded to single precision, in which everything is
-// summed. A pass computes four pixels of a row at a time.
+// summed, unless sums are to be in double. OpenGL does it in two passes, of which each computes
+// four pixels of a row at a time; the CPU engine in one, by threads that share the rows and keep
+// what lies between the axes in their caches.
 #ifndef WEFT_PASSES_SEPARABLE_SEPARABLE_H
 #define WEFT_PASSES_SEPARABLE_SEPARABLE_H
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/statistics.h"
+#include "../cpu/cpu.h"
 #include "../gl/context.h"
 
 WEFT_BEGIN_DECLS
@@ -25,8 +29,11 @@ struct weft_separable_params {
     int width, height;         // pixels (required)
     const double *x, *y;       // the sample coordinate of every column and of every row (required);
                                // any order, any distance from the samples, finite; copied
-    uint64_t memory_bytes;     // textures, buffers and what is read back by way of (default 1 GiB);
-                               // the work is cut into rectangles that fit
+    enum weft_engine engine;   // that is to run it (default OpenGL)
+    enum weft_sums sums;       // of products (default float); double: of the CPU engine alone
+    // Textures, buffers and what is read back by way of; of the CPU engine weights, and what each
+    // thread has at hand (default 1 GiB). The work is cut into rectangles that fit.
+    uint64_t memory_bytes;
     const struct weft_log *log; // may be NULL; borrowed while the plan lives
 };
 #define WEFT_SEPARABLE_DEFAULTS
@@ -37,8 +44,8 @@ struct weft_separable_params {
 // many threads as like may read a plan at the same time.
 typedef struct weft_separable_plan weft_separable_plan;
 
-// Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions),
-// WEFT_ERR_UNSUPPORTED (radial kernels) or WEFT_ERR_MEMORY.
+// Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions,
+// enums), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
                                                      weft_separable_plan **out);
 WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accepts &NULL, leaves NULL
@@ -47,8 +54,10 @@ WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accept
 struct weft_separable_info {
     struct weft_kernel kernel;
     int size[2], width, height;
+    enum weft_engine engine;
+    enum weft_sums sums;
     int first_axis;           // 0: along x and then along y; 1: the other way round
-    double fetches_per_pixel; // of both passes, without what rectangles repeat
+    double fetches_per_pixel; // along both axes, without what rectangles repeat
 };
 // Valid while the plan lives.
 WEFT_API const struct weft_separable_info *
@@ -56,16 +65,29 @@ weft_separable_plan_get_info(const weft_separable_plan *plan);
 
 // ---- compiled plans -----------------------------------------------------------------------------
 
-// A plan cut into rectangles for a context, with its programs, buffers and target. Thread-safety:
-// one thread at a time, and one at a time with whatever else uses its context.
+// A plan cut into rectangles for what runs it, with its programs, buffers and target, or its
+// weights and its threads' memory. Thread-safety: one thread at a time, and of plans for OpenGL one
+// at a time with whatever else uses the context.
 typedef struct weft_separable weft_separable;
 
-// Compiles a plan. Plan and context are borrowed and must outlive the result. Rectangles on
-// software GLs are smaller than memory_bytes allows where that is faster. On failure *out is NULL.
-// Returns WEFT_ERR_LIMIT (what a rectangle needs, memory_bytes and the context's texels are in the
-// log), WEFT_ERR_MEMORY or WEFT_ERR_GL.
-WEFT_API enum weft_result weft_separable_compile(weft_context *context,
-                                                 const weft_separable_plan *plan,
+// Where a plan runs. Borrowed until the call returns, but for the context.
+struct weft_separable_compile_params {
+    weft_context *context; // of plans for OpenGL (required), which must outlive the result; of
+                           // plans for the CPU engine NULL
+    struct weft_cpu cpu; // how those run (default: as fast as they can)
+};
+#define WEFT_SEPARABLE_COMPILE_DEFAULTS
+#define weft_separable_compile_params(...)                                                         \
+    (&(struct weft_separable_compile_params){WEFT_SEPARABLE_COMPILE_DEFAULTS __VA_ARGS__})
+
+// Compiles a plan, which is borrowed and must outlive the result. Rectangles on software GLs and on
+// the CPU are smaller than memory_bytes allows where that is faster, and fewer threads run where it
+// does not hold what all of them need. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (a
+// context for a plan of the CPU engine, or none for one of OpenGL; threads, instructions),
+// WEFT_ERR_UNSUPPORTED (instructions that do not run here), WEFT_ERR_LIMIT (what a rectangle needs,
+// memory_bytes and the context's texels are in the log), WEFT_ERR_MEMORY or WEFT_ERR_GL.
+WEFT_API enum weft_result weft_separable_compile(const weft_separable_plan *plan,
+                                                 const struct weft_separable_compile_params *params,
                                                  weft_separable **out);
 WEFT_API void weft_separable_destroy(weft_separable **compiled); // accepts &NULL, leaves NULL
 
@@ -75,16 +97,18 @@ WEFT_API void weft_separable_destroy(weft_separable **compiled); // accepts &NUL
 struct weft_separable_run_params {
     const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required);
                           // beyond them the nearest sample's value holds
+    const double *wide;   // in their place, of plans that sum in double: the same (default NULL)
     float *pixels;        // [y * stride + x] (required)
     int64_t stride;       // floats from row to row (default width)
-    const struct weft_progress *progress; // may be NULL; asked before every rectangle
-    const struct weft_log *log;           // may be NULL
+    // May be NULL. Asked by the calling thread, before every rectangle that is its own.
+    const struct weft_progress *progress;
+    const struct weft_log *log; // may be NULL
 };
 #define WEFT_SEPARABLE_RUN_DEFAULTS
 #define weft_separable_run_params(...)                                                             \
     (&(struct weft_separable_run_params){WEFT_SEPARABLE_RUN_DEFAULTS __VA_ARGS__})
 
-// What a run did.
+// What a run did. Of the CPU engine uploads, read-back, draws and programs are 0.
 struct weft_separable_report {
     double prepare_seconds; // a look at the samples
     double upload_seconds;  // weights and samples
@@ -95,15 +119,18 @@ struct weft_separable_report {
     int passes; // draws
     // 0, and 2 where samples that are not finite come for the first time.
     int programs_linked;
+    struct weft_cpu cpu;           // what the CPU engine ran with; threads 0: OpenGL did
+    struct weft_statistics pixels; // range and counts; no differences
 };
 
 // Filters samples with a compiled plan. Only samples in reach of a pixel are uploaded; weights stay
 // for the next run where one rectangle holds all of an axis. The pixels are the same for every
-// memory_bytes, bit for bit. A tap whose weight is exactly 0 does not count: pixels are not finite
-// where a sample that counts is not, or where the result is beyond the range of floats, and nowhere
-// else; sums do not leave that range on the way. Where both weights are 1 and all others 0 the
-// pixel is the sample, bit by bit. Returns WEFT_ERR_ARGUMENT (stride, pointers), WEFT_ERR_MEMORY,
-// WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
+// memory_bytes and every number of threads, bit for bit. A tap whose weight is exactly 0 does not
+// count: pixels are not finite where a sample that counts is not, or where the result is beyond the
+// range of floats, and nowhere else; sums do not leave that range on the way. Where both weights
+// are 1 and all others 0 the pixel is the sample, bit by bit. Returns WEFT_ERR_ARGUMENT (stride,
+// pointers), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in
+// part. report may be NULL.
 WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
                                              const struct weft_separable_run_params *params,
                                              struct weft_separable_report *report);
@@ -114,18 +141,24 @@ WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
 // range of floats and GL rounds to nearest. With u = 2^-24, n = the kernel's width and g = its gain
 // (weft_analysis_gain), a weight is off by u, a product by another u and a sum of n terms by n
 // - 1 more, so that each term of the two passes together carries 2 (n + 1) factors of up to 1 + u:
-// the bound is g^2 ((1 + u)^(2 n + 2) - 1). GL may flush what is below 2^-126 to zero: add
+// the bound is g^2 ((1 + u)^(2 n + 2) - 1), and less where products and sums are rounded once. With
+// sums in double u is 2^-53, and the pixel is rounded to a float: it is at most g^2 times the
+// largest |sample| and what was off, of which that loses 2^-24.
+// What is below 2^-126 GL may flush to zero: add
 // 2^-125 (n + g) (1 + g) if samples are that small, and where some are so large that sums are
 // scaled (g^2 times the largest is 2^127 or more), that times 4 g^2.
 // Of prefiltered kernels samples are coefficients, and g is the kernel's own gain;
 // weft_prefilter_error has the rest.
-WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel);
+WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel, enum weft_sums sums);
 
 // All terms of the bound, for weft_bound_compute: the above, what GL flushes to zero where the
 // largest |sample| is `largest`, and weft_prefilter_error in 2D for coefficients whose filters are
-// cut off at `cut`. Thread-safe; NAN for kernels that weft_kernel_check refuses.
+// cut off at `cut`. With double sums what pixels are rounded by is a term of its own, 2^-24 of the
+// largest result: where none overshoots the samples, within 6e-8 of the largest. Thread-safe; NAN
+// for kernels that weft_kernel_check refuses.
 WEFT_API struct weft_bound_terms weft_separable_bound_terms(const struct weft_kernel *kernel,
-                                                            double largest, double cut);
+                                                            enum weft_sums sums, double largest,
+                                                            double cut);
 
 WEFT_END_DECLS
 #endif

@@ -4,8 +4,6 @@
 #define WEFT_PASSES_SEPARABLE_SEPARABLE_IMPL_H
 
 #include "filter/check.h"
-#include "passes/gl/program.h"
-#include "passes/gl/target.h"
 #include "passes/separable/separable.h"
 
 // Columns that a pass computes at a time, in a texel of its target.
@@ -54,39 +52,20 @@ void weft_separable_taps_number(const struct weft_separable_axis *axis, int widt
 
 // ---- compiled plans -----------------------------------------------------------------------------
 
-// Of the largest rectangle, and together.
-struct weft_separable_sizes {
-    size_t source_texels, middle_texels, weight_texels[2], first_texels[2];
-    int target_width, target_height;
-    size_t staging_floats; // rows that GL cannot write where they belong
-    uint64_t bytes;
-};
-
-// What weights a buffer holds: those of positions `from` to `from` + `count`.
-struct weft_separable_loaded {
-    int from, count; // 0: none
-    bool skips_zeros;
-};
-
+// One of the engines.
 struct weft_separable {
     const weft_separable_plan *plan;
-    weft_context *context;
-    int groups;       // texels of four weights, of a position
-    int cut[2];       // positions of a rectangle at most
-    int most_taps[2]; // different taps of all positions of a rectangle, at most
-    struct weft_separable_sizes sizes;
-    struct weft_separable_taps taps[2]; // of the part that is loaded
-    struct weft_separable_loaded loaded[2];
-    struct weft_gl_buffer source, middle; // middle: what the first pass made
-    struct weft_gl_buffer weights[2], first_taps[2];
-    GLuint programs[2][2]; // [skips zeros][along x, along y]; held; 0: not wanted so far
-    struct weft_gl_target target;
-    float *staging;
+    struct weft_separable_gl *gl;
+    struct weft_separable_cpu *cpu;
 };
 
-// The programs that leave zeros out, or do not. The context is current. Returns WEFT_ERR_GL or
-// WEFT_ERR_MEMORY.
-enum weft_result weft_separable_find_programs(struct weft_separable *compiled, bool skips_zeros);
+// Different taps of the parts that an axis is cut into, so many positions each; numbered in `taps`,
+// of which the last part's are left. Returns those of the part that has most.
+int weft_separable_most_taps(const struct weft_separable_axis *axis, int width, int cut,
+                             struct weft_separable_taps *taps);
+
+// Where zeros are left out, only those are zero that are so in double.
+float weft_separable_single_weight(bool skips_zeros, double weight);
 
 // ---- runs ---------------------------------------------------------------------------------------
 
@@ -105,7 +84,7 @@ enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
 
 // Looks at the samples in reach.
 struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
-                                                    const float *samples);
+                                                    const struct weft_separable_run_params *params);
 // Scales a rectangle of pixels back, and makes those samples, bit by bit, that are samples.
 void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
                            const struct weft_separable_run_params *params, const int from[2],

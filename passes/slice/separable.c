@@ -130,7 +130,8 @@ static enum weft_result filter_create(weft_context *context, const struct weft_s
                               .log = plan->log),
         &out->plan);
     if (res == WEFT_OK)
-        res = weft_separable_compile(context, out->plan, &out->compiled);
+        res = weft_separable_compile(out->plan, weft_separable_compile_params(.context = context),
+                                     &out->compiled);
     if (res != WEFT_OK)
         filter_destroy(out);
     return res;

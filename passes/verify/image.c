@@ -160,9 +160,11 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
     const struct weft_separable_info *info = &plan->info;
     struct weft_separable_run_params r;
     *out = (struct weft_verify_report){0};
-    const enum weft_result res = weft_separable_check_run(plan, run, &r);
+    enum weft_result res = weft_separable_check_run(plan, run, &r);
     if (res != WEFT_OK)
         return res;
+    res = WEFT_ERR_ARGUMENT;
+    weft_require(r.log, r.samples && !r.wide);
     const struct weft_pixel_grid grid = {.width = info->width,
                                          .height = info->height,
                                          .columns = plan->axis[0].at,
@@ -172,10 +174,12 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                   .size = {info->size[0], info->size[1]},
                                   .samples = {{.values = r.samples}},
                                   .pixels = {{.values = r.pixels, .stride = r.stride}},
-                                  .bound_relative = weft_separable_error_bound(&info->kernel),
+                                  .bound_relative = weft_separable_error_bound(&info->kernel, info->sums),
                                   .bound_absolute = 0.0, .how = how_of(params, r.progress),
                                   .log = r.log),
         out);
+fail:
+    return res;
 }
 
 enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *work,

@@ -86,7 +86,8 @@ static enum weft_result enlarge(weft_context *context, const float *const plane[
     enum weft_result res = weft_resample_plan_create(
         weft_resample_params(.size = {3, 2}, .width = 9, .height = 6), &plan);
     if (res == WEFT_OK)
-        res = weft_resample_compile(context, plan, &compiled);
+        res = weft_resample_compile(plan, weft_resample_compile_params(.context = context),
+                                    &compiled);
     if (res == WEFT_OK)
         res = weft_resample_source_create(
             weft_resample_source_params(.width = 3, .height = 2, .stride = 4, .channels = 3,

@@ -25,7 +25,8 @@ static enum weft_result compile_group(struct resample_job *job, const struct res
     weft_resample_compiled **compiled = &job->compiled[group->plan != job->plan[0]];
     enum weft_result res = WEFT_OK;
     if (!*compiled) {
-        res = weft_resample_compile(job->context, group->plan, compiled);
+        res = weft_resample_compile(
+            group->plan, weft_resample_compile_params(.context = job->context), compiled);
         if (res == WEFT_OK)
             job->work.prepare_seconds += weft_resample_compiled_get_info(*compiled)->seconds;
     }

@@ -233,7 +233,9 @@ static struct work prepare(weft_context *context, const struct weft_kernel *kern
                              .width = s->width, .height = s->height, .map = {s->map[0], s->map[1]},
                              .log = &log_to_stderr);
     assert_int_equal(weft_resample_plan_create(params, &w.plan), WEFT_OK);
-    assert_int_equal(weft_resample_compile(context, w.plan, &w.compiled), WEFT_OK);
+    assert_int_equal(weft_resample_compile(w.plan, weft_resample_compile_params(.context = context),
+                                           &w.compiled),
+                     WEFT_OK);
     make_source(&w, kernel);
     return w;
 }
@@ -336,8 +338,8 @@ static void defaults_are_what_they_say(void **state)
     for (size_t i = 0; i < WEFT_COUNT(ends); i++) {
         const struct weft_resample_statistics s = {
             .sample_high = ends[i], .high = ends[i], .sample_low = 0.0};
-        const struct weft_bound_terms terms =
-            weft_separable_bound_terms(&info->kernel, ends[i], WEFT_VOLUME_PREFILTER_ERROR);
+        const struct weft_bound_terms terms = weft_separable_bound_terms(
+            &info->kernel, WEFT_SUMS_FLOAT, ends[i], WEFT_VOLUME_PREFILTER_ERROR);
         const struct weft_bound_values values = {.sample_high = ends[i], .high = ends[i]};
         assert_true(weft_resample_bound(plan, &s, 0.0).total ==
                     weft_bound_compute(&terms, &values).total);
@@ -362,7 +364,9 @@ static void memory_does_not_matter(void **state)
                      WEFT_OK);
     weft_resample_compiled_destroy(&w.compiled);
     const int rectangles = w.report.work.tiles;
-    assert_int_equal(weft_resample_compile(contexts[0], small, &w.compiled), WEFT_OK);
+    assert_int_equal(weft_resample_compile(
+                         small, weft_resample_compile_params(.context = contexts[0]), &w.compiled),
+                     WEFT_OK);
     assert_int_equal(run_to(&w, &other, NULL), WEFT_OK);
     assert_true(w.report.work.tiles > rectangles);
     assert_true(w.report.work.peak_bytes <= 1 << 20);
@@ -819,7 +823,8 @@ static void chosen_passes_meet_the_budget(void **state)
             weft_resample_params(.passes = passes, .size = {13, 9}, .width = 41, .height = 30),
             &w.plan),
         WEFT_OK);
-    assert_int_equal(weft_resample_compile(NULL, w.plan, &w.compiled), WEFT_OK);
+    assert_int_equal(weft_resample_compile(w.plan, weft_resample_compile_params(), &w.compiled),
+                     WEFT_OK);
     assert_int_equal(run_to(&w, &w.pixels, NULL), WEFT_OK);
     assert_right(&w, "chosen", 1);
     assert_true(bound_of(&w) <= budget);

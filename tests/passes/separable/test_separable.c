@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "tests/support/common.h"
-#include "tests/support/contexts.h"
+#include "tests/passes/separable/wheres.h"
 #include "weft.h"
 
 // ---- samples and positions ----------------------------------------------------------------------
@@ -68,14 +68,16 @@ static struct request *make_request(const char *kernel, int nx, int ny, int widt
 }
 
 // Plans, compiles, runs once and ends all of it.
-static enum weft_result filter(weft_context *context, const struct request *r,
+static enum weft_result filter(const struct where *where, struct request *r,
                                struct weft_separable_report *report)
 {
     weft_separable_plan *plan = NULL;
     weft_separable *compiled = NULL;
+    r->params.engine = where->engine;
+    r->params.sums = where->sums;
     enum weft_result res = weft_separable_plan_create(&r->params, &plan);
     if (res == WEFT_OK)
-        res = weft_separable_compile(context, plan, &compiled);
+        res = weft_separable_compile(plan, &where->compile, &compiled);
     if (res == WEFT_OK)
         res = weft_separable_run(compiled, &r->run, report);
     weft_separable_destroy(&compiled);
@@ -104,11 +106,11 @@ static int first_axis_of(const struct request *r)
 }
 
 // Runs and compares every pixel with the reference.
-static struct weft_verify_report run(weft_context *context, struct request *r,
+static struct weft_verify_report run(const struct where *where, struct request *r,
                                      struct weft_separable_report *report)
 {
     struct weft_verify_report error;
-    assert_int_equal(filter(context, r, report), WEFT_OK);
+    assert_int_equal(filter(where, r, report), WEFT_OK);
     assert_int_equal(verify(r, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, r->params.width * r->params.height);
     return error;
@@ -117,7 +119,7 @@ static struct weft_verify_report run(weft_context *context, struct request *r,
 static void assert_within_bound(const struct weft_verify_report *error, const struct request *r,
                                 const char *what)
 {
-    const double bound = weft_separable_error_bound(&r->params.kernel);
+    const double bound = weft_separable_error_bound(&r->params.kernel, r->params.sums);
     if (!(error->relative_maximum <= bound) || error->not_finite_mismatches)
         fail_msg("%s: error %.3g of %.3g at (%d, %d), %d not finite", what, error->relative_maximum,
                  bound, error->at_x, error->at_y, (int)error->not_finite_mismatches);
@@ -129,13 +131,14 @@ static void every_kernel_meets_the_reference(void **state)
 {
     (void)state;
     double closest = 0.0;
-    for (int c = 0; c < 2 && contexts[c]; c++) {
+    for (int w = 0; w < where_count; w++) {
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             struct request *r = make_request((*k)->name, 23, 19, 93, 61);
-            const struct weft_verify_report error = run(contexts[c], r, NULL);
+            const struct weft_verify_report error = run(&wheres[w], r, NULL);
             assert_within_bound(&error, r, (*k)->name);
-            closest = fmax(closest,
-                           error.relative_maximum / weft_separable_error_bound(&r->params.kernel));
+            closest =
+                fmax(closest, error.relative_maximum /
+                                  weft_separable_error_bound(&r->params.kernel, r->params.sums));
             free(r);
         }
     }
@@ -166,16 +169,19 @@ static const struct shape {
 static void every_shape_meets_the_reference(void **state)
 {
     (void)state;
-    for (int c = 0; c < 2 && contexts[c]; c++) {
+    for (int w = 0; w < where_count; w++) {
         for (size_t i = 0; i < WEFT_COUNT(shapes); i++) {
             const struct shape *s = &shapes[i];
             struct weft_separable_report report;
             struct request *r = make_request(s->kernel, s->nx, s->ny, s->width, s->height);
-            const struct weft_verify_report error = run(contexts[c], r, &report);
+            const struct weft_verify_report error = run(&wheres[w], r, &report);
             assert_within_bound(&error, r, s->what);
             if (s->first_axis >= 0 && first_axis_of(r) != s->first_axis)
                 fail_msg("%s: axis %d went first", s->what, first_axis_of(r));
-            assert_int_equal(report.passes, 2 * report.rectangles);
+            assert_int_equal(report.passes,
+                             wheres[w].engine == WEFT_ENGINE_GL ? 2 * report.rectangles : 0);
+            assert_int_equal(report.cpu.instructions, wheres[w].compile.cpu.instructions);
+            assert_int_equal(report.pixels.count, s->width * s->height);
             free(r);
         }
     }
@@ -191,8 +197,8 @@ static void positions_may_be_anywhere(void **state)
         r->x[i] = i % 3 ? 20.0 * noise((uint32_t)i) : far[(size_t)i / 3 % WEFT_COUNT(far)];
         r->y[i] = i % 3 ? 20.0 * noise((uint32_t)~i) : far[(size_t)i % WEFT_COUNT(far)];
     }
-    for (int c = 0; c < 2 && contexts[c]; c++) {
-        const struct weft_verify_report error = run(contexts[c], r, NULL);
+    for (int w = 0; w < where_count; w++) {
+        const struct weft_verify_report error = run(&wheres[w], r, NULL);
         assert_within_bound(&error, r, "positions in any order");
     }
     free(r);
@@ -206,9 +212,10 @@ static void constants_stay(void **state)
         for (int i = 0; i < 11 * 9; i++)
             r->samples[i] = -3.7f;
         // The sum of a catalogue kernel's weights in double is 1 this closely.
-        const double bound = 3.7f * (weft_separable_error_bound(&r->params.kernel) + 1e-13);
+        const double bound =
+            3.7f * (weft_separable_error_bound(&r->params.kernel, r->params.sums) + 1e-13);
         if (r->params.kernel.unit_sum) {
-            assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
+            assert_int_equal(filter(&wheres[0], r, NULL), WEFT_OK);
             for (int i = 0; i < 50 * 40; i++)
                 assert_near((double)r->pixels[i], (double)-3.7f, bound, (*k)->name);
         }
@@ -260,7 +267,7 @@ static void not_finite_samples_stay_where_they_count(void **state)
     static const int bad[2][2] = {{22, 17}, {39, 36}};
     // Minified, some columns whole, all whole: pixels of the three.
     static const int sizes[][2] = {{21, 33}, {160, 111}, {40, 37}};
-    for (int c = 0; c < 2 && contexts[c]; c++) {
+    for (int w = 0; w < where_count; w++) {
         for (size_t i = 0; i < WEFT_COUNT(kernels) * WEFT_COUNT(values) * WEFT_COUNT(sizes); i++) {
             const char *kernel = kernels[i % WEFT_COUNT(kernels)];
             const int *size = sizes[i / WEFT_COUNT(kernels) % WEFT_COUNT(sizes)];
@@ -270,7 +277,7 @@ static void not_finite_samples_stay_where_they_count(void **state)
                     values[i / WEFT_COUNT(kernels) / WEFT_COUNT(sizes)];
             for (int x = 0; size[0] == 160 && x < 40; x++)
                 r->x[x] = x;
-            const struct weft_verify_report error = run(contexts[c], r, NULL);
+            const struct weft_verify_report error = run(&wheres[w], r, NULL);
             const int count = check_not_finite(r, bad, kernel);
             assert_in_range(count, size[0] < 40 ? 0 : 1, size[0] * size[1] / 4);
             if (size[0] == 40 && r->params.kernel.interpolating)
@@ -298,7 +305,7 @@ static void whole_positions_give_the_samples(void **state)
                 r->x[i] = ((2 * i + 1) * 61 - 61 * times) / (2.0 * 61 * times);
             for (int i = 0; i < 43 * times; i++)
                 r->y[i] = ((2 * i + 1) * 43 - 43 * times) / (2.0 * 43 * times);
-            assert_int_equal(filter(contexts[kernels % 2 && contexts[1]], r, NULL), WEFT_OK);
+            assert_int_equal(filter(&wheres[kernels % where_count], r, NULL), WEFT_OK);
             for (int y = 0; y < 43; y++)
                 for (int x = 0; x < 61; x++)
                     if (memcmp(&r->pixels[(times * y + times / 2) * 61 * times + times * x +
@@ -328,8 +335,8 @@ static void the_largest_floats_do_not_overflow(void **state)
         struct request *r = make_request(kernel, 24, 18, 83, 71);
         for (int s = 0; s < 24 * 18; s++)
             r->samples[s] = fill[noise((uint32_t)s) > 0.0];
-        for (int c = 0; c < 2 && contexts[c]; c++) {
-            const struct weft_verify_report error = run(contexts[c], r, NULL);
+        for (int w = 0; w < where_count; w++) {
+            const struct weft_verify_report error = run(&wheres[w], r, NULL);
             assert_within_bound(&error, r, kernel);
             for (int p = 0; p < 83 * 71; p++) {
                 assert_false(isnan(r->pixels[p]));
@@ -351,16 +358,18 @@ static void pixels_do_not_depend_on_the_cut(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases) * WEFT_COUNT(memory); i++) {
         const struct shape *s = cases[i / WEFT_COUNT(memory)];
         struct request *r = make_request(s->kernel, s->nx, s->ny, s->width, s->height);
-        for (int c = 0; c < 2 && contexts[c]; c++) {
+        for (int w = 0; w < where_count; w++) {
             struct weft_separable_report report;
             r->params.memory_bytes = 0;
-            assert_int_equal(filter(contexts[c], r, &report), WEFT_OK);
-            assert_int_equal(report.rectangles, 1);
+            assert_int_equal(filter(&wheres[w], r, &report), WEFT_OK);
+            if (wheres[w].engine == WEFT_ENGINE_GL)
+                assert_int_equal(report.rectangles, 1);
             memcpy(whole, r->pixels, sizeof whole);
             memset(r->pixels, 0xff, sizeof r->pixels);
             r->params.memory_bytes = memory[i % WEFT_COUNT(memory)];
-            assert_int_equal(filter(contexts[c], r, &report), WEFT_OK);
-            assert_true(report.rectangles > 1 || r->params.memory_bytes > 12000);
+            assert_int_equal(filter(&wheres[w], r, &report), WEFT_OK);
+            if (wheres[w].engine == WEFT_ENGINE_GL)
+                assert_true(report.rectangles > 1 || r->params.memory_bytes > 12000);
             assert_true(report.peak_bytes <= r->params.memory_bytes);
             assert_memory_equal(r->pixels, whole,
                                 sizeof *whole * (size_t)s->width * (size_t)s->height);
@@ -374,14 +383,16 @@ static void only_the_pixels_are_written(void **state)
     (void)state;
     static const int strides[] = {60, 61, 64, 100};
     static const int widths[] = {57, 60};
-    for (size_t i = 0; i < WEFT_COUNT(strides) * WEFT_COUNT(widths); i++) {
-        const int width = widths[i / WEFT_COUNT(strides)];
+    const size_t cases = WEFT_COUNT(strides) * WEFT_COUNT(widths);
+    for (size_t i = 0; i < cases * (size_t)where_count; i++) {
+        const struct where *where = &wheres[i / cases];
+        const int width = widths[i / WEFT_COUNT(strides) % WEFT_COUNT(widths)];
         struct request *r = make_request("catmull-rom", 20, 20, width, 50);
         r->run.stride = strides[i % WEFT_COUNT(strides)];
         r->params.memory_bytes = i % 2 ? 20000 : 0;
         for (size_t p = 0; p < WEFT_COUNT(r->pixels); p++)
             r->pixels[p] = 77.0f;
-        const struct weft_verify_report error = run(contexts[0], r, NULL);
+        const struct weft_verify_report error = run(where, r, NULL);
         assert_within_bound(&error, r, "stride");
         for (int p = 0; p < MAX_SIDE * MAX_SIDE; p++)
             if (p % r->run.stride >= width || p / r->run.stride >= 50)
@@ -393,13 +404,15 @@ static void only_the_pixels_are_written(void **state)
 static void only_samples_in_reach_are_uploaded(void **state)
 {
     (void)state;
+    if (first_cpu == 0)
+        skip();
     struct weft_separable_report report;
     struct request *r = make_request("catmull-rom", 400, 300, 8, 8);
     for (int i = 0; i < 8; i++) {
         r->x[i] = i < 4 ? 10.5 : 390.25; // eight columns of samples
         r->y[i] = i < 4 ? 5.5 : 250.25;  // and eight rows
     }
-    const struct weft_verify_report error = run(contexts[0], r, &report);
+    const struct weft_verify_report error = run(&wheres[0], r, &report);
     assert_within_bound(&error, r, "two places");
     // And a texel of weights and a first tap for all positions.
     assert_int_equal(report.uploaded_bytes, 8 * 8 * 4 + 16 * (16 + 4));
@@ -414,15 +427,18 @@ static void runs_repeat_nothing_and_agree(void **state)
 {
     static float first[MAX_SIDE * MAX_SIDE];
     (void)state;
-    for (int i = 0; i < 4; i++) {
-        weft_context *context = contexts[i / 2 && contexts[1]];
+    for (int i = 0; i < 2 * where_count; i++) {
+        const struct where *where = &wheres[i / 2];
+        const bool gl = where->engine == WEFT_ENGINE_GL;
         struct request *r = make_request("bspline3", 60, 50, 127, 101);
         struct weft_separable_report report[4];
         weft_separable_plan *plan = NULL;
         weft_separable *compiled = NULL;
         r->params.memory_bytes = i % 2 ? 40000 : 0; // several rectangles, or one
+        r->params.engine = where->engine;
+        r->params.sums = where->sums;
         assert_int_equal(weft_separable_plan_create(&r->params, &plan), WEFT_OK);
-        assert_int_equal(weft_separable_compile(context, plan, &compiled), WEFT_OK);
+        assert_int_equal(weft_separable_compile(plan, &where->compile, &compiled), WEFT_OK);
         assert_int_equal(weft_separable_run(compiled, &r->run, &report[0]), WEFT_OK);
         memcpy(first, r->pixels, sizeof first);
         memset(r->pixels, 0, sizeof r->pixels);
@@ -431,10 +447,10 @@ static void runs_repeat_nothing_and_agree(void **state)
         assert_int_equal(report[0].programs_linked, 0);
         assert_int_equal(report[1].programs_linked, 0);
         // A texel of weights and a first tap for 127 columns, to whole texels, and 101 rows.
-        if (i % 2 == 0)
+        if (i % 2 == 0 && gl)
             assert_int_equal(report[0].uploaded_bytes - report[1].uploaded_bytes,
                              (128 + 104) * (16 + 4));
-        assert_true((report[0].rectangles > 1) == (i % 2));
+        assert_true(!gl || (report[0].rectangles > 1) == (i % 2));
         r->samples[77] = NAN;
         assert_int_equal(weft_separable_run(compiled, &r->run, &report[2]), WEFT_OK);
         assert_int_equal(weft_separable_run(compiled, &r->run, &report[3]), WEFT_OK);
@@ -499,6 +515,24 @@ static void little_memory(struct request *r)
     r->params.memory_bytes = 100;
 }
 
+static void no_engine(struct request *r)
+{
+    r->params.engine = (enum weft_engine)2;
+}
+static void no_sums(struct request *r)
+{
+    r->params.sums = (enum weft_sums) - 1;
+}
+static void double_on_gl(struct request *r)
+{
+    r->params.engine = WEFT_ENGINE_GL;
+    r->params.sums = WEFT_SUMS_DOUBLE;
+}
+static void double_samples(struct request *r)
+{
+    r->run.wide = r->x; // of sums in single precision
+}
+
 static const struct refusal {
     void (*change)(struct request *r);
     enum weft_result result;
@@ -506,8 +540,8 @@ static const struct refusal {
     bool run_only;
 } refusals[] = {
     {radial, WEFT_ERR_UNSUPPORTED, "radial", false},
-    {no_samples, WEFT_ERR_ARGUMENT, "params->samples", false},
-    {no_pixels, WEFT_ERR_ARGUMENT, "params->pixels", false},
+    {no_samples, WEFT_ERR_ARGUMENT, "params->pixels && (params->samples", false},
+    {no_pixels, WEFT_ERR_ARGUMENT, "params->pixels && (params->samples", false},
     {no_positions, WEFT_ERR_ARGUMENT, "p->y", false},
     {no_size, WEFT_ERR_ARGUMENT, "of 10 x 0 samples", false},
     {too_many_samples, WEFT_ERR_ARGUMENT, "16777217 x 10 samples", false},
@@ -517,20 +551,35 @@ static const struct refusal {
     {nan_position, WEFT_ERR_ARGUMENT, "nan of pixel 29 along x", false},
     {infinite_position, WEFT_ERR_ARGUMENT, "-inf of pixel 3 along y", false},
     {little_memory, WEFT_ERR_LIMIT, "over the limit of 100 bytes", true},
+    {no_engine, WEFT_ERR_ARGUMENT, "p->engine is 2", false},
+    {no_sums, WEFT_ERR_ARGUMENT, "p->sums is -1", false},
+    {double_on_gl, WEFT_ERR_UNSUPPORTED, "need the CPU engine", false},
+    {double_samples, WEFT_ERR_ARGUMENT, "!params->wide", false},
 };
+
+// Planned, compiled and run as it is asked for, once.
+static enum weft_result request_as_it_is(const struct where *where, struct request *r)
+{
+    struct where own = *where;
+    own.engine = r->params.engine;
+    own.sums = r->params.sums;
+    return filter(&own, r, NULL);
+}
 
 static void bad_requests_are_refused(void **state)
 {
     (void)state;
-    for (size_t i = 0; i < WEFT_COUNT(refusals); i++) {
-        const struct refusal *refusal = &refusals[i];
+    for (size_t i = 0; i < 2 * WEFT_COUNT(refusals); i++) {
+        const struct refusal *refusal = &refusals[i / 2];
+        const struct where *where = &wheres[i % 2 ? first_cpu : 0];
         struct message message[2] = {{.count = 0}, {.count = 0}};
         struct weft_log log = {keep_message, &message[0]};
         struct weft_verify_report error;
         struct request *r = make_request("catmull-rom", 10, 10, 30, 20);
+        r->params.engine = where->engine;
         r->params.log = r->run.log = &log;
         refusal->change(r);
-        assert_int_equal(filter(contexts[0], r, NULL), refusal->result);
+        assert_int_equal(request_as_it_is(where, r), refusal->result);
         log.priv = &message[1];
         if (!refusal->run_only)
             assert_int_equal(verify(r, NULL, &error), refusal->result);
@@ -541,6 +590,35 @@ static void bad_requests_are_refused(void **state)
         }
         free(r);
     }
+}
+
+// What a plan is compiled for must be what it was made for.
+static void other_engines_are_refused(void **state)
+{
+    (void)state;
+    struct message message = {.count = 0};
+    const struct weft_log log = {keep_message, &message};
+    struct request *r = make_request("catmull-rom", 10, 10, 30, 20);
+    r->params.log = &log;
+    struct where cpu = wheres[first_cpu];
+    int refused = 0;
+    cpu.engine = WEFT_ENGINE_GL;
+    assert_int_equal(filter(&cpu, r, NULL), WEFT_ERR_ARGUMENT);
+    assert_int_equal(message.count, ++refused);
+    cpu.engine = WEFT_ENGINE_CPU;
+    cpu.compile.cpu.threads = -1;
+    assert_int_equal(filter(&cpu, r, NULL), WEFT_ERR_ARGUMENT);
+    assert_int_equal(message.count, ++refused);
+    cpu.compile.cpu = (struct weft_cpu){.instructions = (enum weft_instruction_set)77};
+    assert_int_equal(filter(&cpu, r, NULL), WEFT_ERR_ARGUMENT);
+    assert_int_equal(message.count, ++refused);
+    if (first_cpu > 0) {
+        struct where gl = wheres[0];
+        gl.engine = WEFT_ENGINE_CPU;
+        assert_int_equal(filter(&gl, r, NULL), WEFT_ERR_ARGUMENT);
+        assert_int_equal(message.count, ++refused);
+    }
+    free(r);
 }
 
 struct patience {
@@ -556,28 +634,37 @@ static bool lose_patience(void *priv, double fraction)
     return patience->left-- > 0;
 }
 
-static void progress_can_cancel(void **state)
+// One thread asks before each of its rectangles.
+static void progress_cancels(struct where where)
 {
-    (void)state;
-    struct request *r = make_request("linear", 20, 20, 100, 100);
-    r->params.memory_bytes = 20000;
+    struct request *r = make_request("linear", 20, 20, 399, 399);
     struct weft_separable_report report;
     struct weft_verify_report error;
-    assert_int_equal(filter(contexts[0], r, &report), WEFT_OK);
+    r->params.memory_bytes = where.engine == WEFT_ENGINE_GL ? 20000 : 0;
+    where.compile.cpu.threads = 1;
+    assert_int_equal(filter(&where, r, &report), WEFT_OK);
+    assert_true(report.rectangles > 3);
     for (int calls = 0; calls < report.rectangles; calls += 3) {
         struct patience patience = {calls, 0.0};
         const struct weft_progress progress = {lose_patience, &patience};
         r->run.progress = &progress;
-        assert_int_equal(filter(contexts[0], r, NULL), WEFT_ERR_CANCELLED);
+        assert_int_equal(filter(&where, r, NULL), WEFT_ERR_CANCELLED);
     }
     struct patience patience = {report.rectangles, 0.0};
     const struct weft_progress progress = {lose_patience, &patience};
     r->run.progress = &progress;
-    assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
+    assert_int_equal(filter(&where, r, NULL), WEFT_OK);
     assert_true(patience.last == 1.0);
     patience = (struct patience){1, 0.0};
     assert_int_equal(verify(r, NULL, &error), WEFT_ERR_CANCELLED);
     free(r);
+}
+
+static void progress_can_cancel(void **state)
+{
+    (void)state;
+    progress_cancels(wheres[0]);
+    progress_cancels(wheres[first_cpu]);
 }
 
 // With little time, pixels that are spread over the image; with much, each once.
@@ -586,14 +673,14 @@ static void verifying_may_be_short(void **state)
     (void)state;
     struct weft_verify_report error;
     struct request *r = make_request("lanczos:8", 20, 20, 399, 301);
-    assert_int_equal(filter(contexts[0], r, NULL), WEFT_OK);
+    assert_int_equal(filter(&wheres[0], r, NULL), WEFT_OK);
     assert_int_equal(verify(r, &(struct weft_verify_params){.max_seconds = 1e-9}, &error), WEFT_OK);
     assert_int_equal(error.pixels_total, 399 * 301);
     assert_in_range(error.pixels_checked, 1, 399 * 301 - 1);
     for (int i = 0; i < 10; i++) {
         const int at = (i * 12011 + 5) % (10 * 10);
         struct request *small = make_request("linear", 10, 10, 10, 10);
-        assert_int_equal(filter(contexts[0], small, NULL), WEFT_OK);
+        assert_int_equal(filter(&wheres[0], small, NULL), WEFT_OK);
         small->pixels[at] += 1.0f;
         assert_int_equal(verify(small, NULL, &error), WEFT_OK);
         assert_int_equal(error.at_y * 10 + error.at_x, at);
@@ -619,8 +706,9 @@ int main(void)
         cmocka_unit_test(only_samples_in_reach_are_uploaded),
         cmocka_unit_test(runs_repeat_nothing_and_agree),
         cmocka_unit_test(bad_requests_are_refused),
+        cmocka_unit_test(other_engines_are_refused),
         cmocka_unit_test(progress_can_cancel),
         cmocka_unit_test(verifying_may_be_short),
     };
-    return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
+    return cmocka_run_group_tests(tests, create_wheres, destroy_wheres);
 }

@@ -432,7 +432,9 @@ static void separable_errors_are_found(void **state)
     weft_separable_plan *plan = NULL;
     weft_separable *compiled = NULL;
     assert_int_equal(weft_separable_plan_create(&params, &plan), WEFT_OK);
-    assert_int_equal(weft_separable_compile(contexts[0], plan, &compiled), WEFT_OK);
+    assert_int_equal(weft_separable_compile(
+                         plan, weft_separable_compile_params(.context = contexts[0]), &compiled),
+                     WEFT_OK);
     assert_int_equal(weft_separable_run(compiled, &run, NULL), WEFT_OK);
     assert_int_equal(weft_separable_verify(plan, &run, NULL, &clean), WEFT_OK);
     assert_true(clean.share <= 1.0 && clean.maximum <= clean.bound);
@@ -500,7 +502,9 @@ static void resampled_errors_are_found(void **state)
                                             .plane = {m->samples[0]}, .stride = SAMPLE_STRIDE),
                 &source),
             WEFT_OK);
-        assert_int_equal(weft_resample_compile(contexts[0], plan, &compiled), WEFT_OK);
+        assert_int_equal(weft_resample_compile(
+                             plan, weft_resample_compile_params(.context = contexts[0]), &compiled),
+                         WEFT_OK);
         const struct weft_resample_run_params run = {
             .source = source, .plane = {m->pixels[0]}, .stride = STRIDE};
         assert_int_equal(weft_resample_run(compiled, &run, NULL), WEFT_OK);

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "passes/separable/separable_impl.h"
+#include "passes/separable/gl.h"
 
 enum { LANES = WEFT_SEPARABLE_LANES };
 
@@ -14,7 +14,7 @@ struct rectangle {
 };
 
 struct runner {
-    struct weft_separable *c;
+    struct weft_separable_gl *c;
     const weft_separable_plan *plan; // the compiled one
     const GladGLContext *gl;
     struct weft_separable_run_params params; // with defaults filled in
@@ -28,13 +28,6 @@ static int smaller(int a, int b)
 }
 
 // ---- a rectangle's data -------------------------------------------------------------------------
-
-// Where zeros are left out, only those are zero that are so in double.
-static float single_weight(bool skips_zeros, double weight)
-{
-    const bool vanishes = fabs(weight) < FLT_MIN && weight != 0.0;
-    return skips_zeros && vanishes ? (float)copysign(FLT_MIN, weight) : (float)weight;
-}
 
 // Weights in groups of four, zeros behind the last; past the last position weights are all zero.
 static void write_weights(const struct runner *r, int which,
@@ -50,7 +43,7 @@ static void write_weights(const struct runner *r, int which,
         double exact[WEFT_KERNEL_MAX_WIDTH];
         weft_kernel_weights(&r->plan->info.kernel, axis->at[part->from + i], exact);
         for (int j = 0; j < width; j++)
-            weights[j] = single_weight(part->skips_zeros, exact[j]);
+            weights[j] = weft_separable_single_weight(part->skips_zeros, exact[j]);
         first_taps[i] = r->c->taps[which].place[axis->first[part->from + i] + width - 1];
     }
 }
@@ -58,7 +51,7 @@ static void write_weights(const struct runner *r, int which,
 static enum weft_result upload_weights(struct runner *r, int which,
                                        const struct weft_separable_loaded *part)
 {
-    struct weft_separable *c = r->c;
+    struct weft_separable_gl *c = r->c;
     const size_t texels = (size_t)weft_separable_round_up(part->count);
     const size_t weight_bytes = texels * (size_t)c->groups * 16, first_bytes = texels * 4;
     float *weights = weft_gl_buffer_map(r->gl, &c->weights[which], weight_bytes);
@@ -216,6 +209,8 @@ static enum weft_result read_back(struct runner *r, const struct rectangle *rect
         memcpy(out + y * r->params.stride, r->c->staging + (size_t)y * (size_t)width * LANES,
                (size_t)columns * sizeof *out);
     weft_separable_finish(&r->care, r->plan, &r->params, rectangle->from, rectangle->size);
+    for (int y = 0; res == WEFT_OK && y < rows; y++)
+        weft_statistics_add(&r->report.pixels, out + y * r->params.stride, (size_t)columns);
     r->report.readback_seconds += weft_now_seconds() - start;
     return res;
 }
@@ -265,7 +260,7 @@ static enum weft_result run_rectangles(struct runner *r)
 static enum weft_result run(struct runner *r)
 {
     const double start = weft_now_seconds();
-    r->care = weft_separable_take_care(r->plan, r->params.samples);
+    r->care = weft_separable_take_care(r->plan, &r->params);
     enum weft_result res = weft_separable_find_programs(r->c, r->care.skips_zeros);
     r->report.prepare_seconds = weft_now_seconds() - start;
     if (res == WEFT_OK)
@@ -274,23 +269,24 @@ static enum weft_result run(struct runner *r)
     return res;
 }
 
-enum weft_result weft_separable_run(weft_separable *compiled,
-                                    const struct weft_separable_run_params *params,
-                                    struct weft_separable_report *report)
+enum weft_result weft_separable_gl_run(struct weft_separable_gl *compiled,
+                                       const struct weft_separable_run_params *params,
+                                       struct weft_separable_report *report)
 {
     weft_context *context = compiled->context;
-    struct runner r = {.c = compiled, .plan = compiled->plan, .gl = &context->gl};
+    struct runner r = {.c = compiled,
+                       .plan = compiled->plan,
+                       .gl = &context->gl,
+                       .params = *params,
+                       .report = {.pixels = WEFT_STATISTICS_NONE}};
     const int linked = context->programs_linked;
-    enum weft_result res = weft_separable_check_run(compiled->plan, params, &r.params);
-    if (res == WEFT_OK)
-        res = weft_context_enter(context);
+    enum weft_result res = weft_context_enter(context);
     if (res != WEFT_OK)
         return res;
     res = run(&r);
     weft_context_leave(context);
     r.report.programs_linked = context->programs_linked - linked;
     r.report.peak_bytes = compiled->sizes.bytes;
-    if (res == WEFT_OK && report)
-        *report = r.report;
+    *report = r.report;
     return res;
 }

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Compiled plans run on the CPU, part by part.
+#include <string.h>
+
+#include "filter/threads.h"
+#include "passes/separable/cpu.h"
+
+enum { MAX_WIDTH = WEFT_KERNEL_MAX_WIDTH, MAX_LANES = 16, MAX_BLOCKS = MAX_WIDTH };
+
+struct runner {
+    struct weft_separable_cpu *c;
+    const struct weft_separable_run_params *params;
+    struct weft_separable_care care;
+    bool cancelled;
+};
+
+// A strip by a band, and the memory of the thread that filters it.
+struct part {
+    const struct runner *r;
+    const struct weft_separable_cpu *c;
+    const struct weft_separable_strip *strip;
+    int width; // of the kernel
+    char *lines, *rows, *out;
+    const char *weights; // of the strip's columns
+    size_t row_bytes;    // from row to row of `rows` and `out`
+    int32_t
+        block_in[MAX_BLOCKS]; // x first: which interleaved rows are kept in each place; -1: none
+    struct weft_statistics *pixels;
+};
+
+// ---- rows of samples ----------------------------------------------------------------------------
+
+// Where a row of samples begins that a tap of rows is.
+static const void *sample_row(const struct part *p, int tap)
+{
+    const struct weft_separable_run_params *params = p->r->params;
+    const size_t at = (size_t)p->c->row_sample[tap] * (size_t)p->c->plan->info.size[0];
+    return params->wide ? (const void *)(params->wide + at) : params->samples + at;
+}
+
+static bool are_floats(const struct part *p)
+{
+    return !p->r->params->wide;
+}
+
+static void run_across(const struct part *p, void *out)
+{
+    p->c->lines->across(&(struct weft_separable_across){
+        .lines = p->lines,
+        .weights = p->weights,
+        .first = p->c->first[0] + p->strip->from,
+        .columns = p->strip->columns,
+        .taps = p->width,
+        .skips_zeros = p->r->care.skips_zeros,
+        .out = out,
+        .pitch = p->row_bytes / p->c->lines->bytes,
+    });
+}
+
+// Filters the rows of samples of a block of taps along x.
+static void make_block(struct part *p, int block)
+{
+    const struct weft_separable_cpu *c = p->c;
+    const int lanes = c->lines->lanes, slot = block % c->kept_blocks;
+    const void *rows[MAX_LANES];
+    for (int l = 0; l < lanes; l++) {
+        const int tap = block * lanes + l;
+        rows[l] = sample_row(p, tap < c->row_taps ? tap : c->row_taps - 1);
+    }
+    for (size_t i = 0; i < p->strip->span_count; i++)
+        c->lines->gather(rows, are_floats(p), &c->spans[p->strip->spans + i],
+                         ldexp(1.0, -p->r->care.scale_bits), p->lines);
+    run_across(p, p->rows + (size_t)(slot * lanes) * p->row_bytes);
+    p->block_in[slot] = block;
+}
+
+// A filtered row of samples.
+static const void *row_of(struct part *p, int tap)
+{
+    const int lanes = p->c->lines->lanes, block = tap / lanes, slot = block % p->c->kept_blocks;
+    if (p->block_in[slot] != block)
+        make_block(p, block);
+    return p->rows + (size_t)(slot * lanes + tap % lanes) * p->row_bytes;
+}
+
+// ---- weights of a row ---------------------------------------------------------------------------
+
+// Those taps of a row of pixels that count, and their weights.
+struct taps {
+    int count;
+    int tap[MAX_WIDTH];       // among those of all rows
+    double weight[MAX_WIDTH]; // numbers
+};
+
+static double number_at(const struct part *p, const void *numbers, int i)
+{
+    return p->c->lines->bytes == sizeof(double) ? ((const double *)numbers)[i]
+                                                : (double)((const float *)numbers)[i];
+}
+
+static void set_number(const struct part *p, void *numbers, int i, double number)
+{
+    if (p->c->lines->bytes == sizeof(double))
+        ((double *)numbers)[i] = number;
+    else
+        ((float *)numbers)[i] = (float)number;
+}
+
+static void find_taps(const struct part *p, int y, double factor, struct taps *out)
+{
+    const struct weft_separable_cpu *c = p->c;
+    double own[MAX_WIDTH];
+    const void *weights = own;
+    if (c->weights[1])
+        weights = (const char *)c->weights[1] + (size_t)y * (size_t)p->width * c->lines->bytes;
+    else
+        weft_separable_cpu_weights(c, 1, y, 1, own);
+    out->count = 0;
+    for (int t = 0; t < p->width; t++) {
+        const double weight = number_at(p, weights, t);
+        if (weight == 0.0)
+            continue;
+        out->tap[out->count] = c->first[1][y] + t;
+        set_number(p, out->weight, out->count++, weight * factor);
+    }
+}
+
+// ---- rows of pixels -----------------------------------------------------------------------------
+
+// Puts a row of sums where it belongs.
+static void finish(const struct part *p, int y, const void *numbers)
+{
+    const struct runner *r = p->r;
+    const int from[2] = {p->strip->from, y}, size[2] = {p->strip->columns, 1};
+    float *row = r->params->pixels + y * r->params->stride + from[0];
+    if (numbers != row)
+        p->c->lines->narrow(numbers, size[0], row);
+    weft_separable_finish(&r->care, p->c->plan, r->params, from, size);
+    weft_statistics_add(p->pixels, row, (size_t)size[0]);
+}
+
+// Along x, and then along y.
+static void run_x_first(struct part *p, int from, int to)
+{
+    const void *rows[MAX_WIDTH];
+    for (int y = from; y < to; y++) {
+        struct taps taps;
+        find_taps(p, y, 1.0, &taps);
+        for (int t = 0; t < taps.count; t++)
+            rows[t] = row_of(p, taps.tap[t]);
+        void *out = p->c->lines->bytes == sizeof(float)
+                        ? (void *)(p->r->params->pixels + y * p->r->params->stride + p->strip->from)
+                        : p->out;
+        p->c->lines->along(rows, false, taps.weight, taps.count, p->strip->columns, out);
+        finish(p, y, out);
+    }
+}
+
+// A row of pixels filtered along y, of all taps of the strip.
+static void make_middle(const struct part *p, int y, char *out)
+{
+    const struct weft_separable_cpu *c = p->c;
+    const size_t sample = are_floats(p) ? sizeof(float) : sizeof(double);
+    struct taps taps;
+    find_taps(p, y, ldexp(1.0, -p->r->care.scale_bits), &taps);
+    for (size_t i = 0; i < p->strip->span_count; i++) {
+        const struct weft_separable_span *span = &c->spans[p->strip->spans + i];
+        const void *rows[MAX_WIDTH];
+        for (int t = 0; t < taps.count; t++)
+            rows[t] = (const char *)sample_row(p, taps.tap[t]) + (size_t)span->sample * sample;
+        c->lines->along(rows, are_floats(p), taps.weight, taps.count, span->count,
+                        out + (size_t)span->at * c->lines->bytes);
+    }
+}
+
+// Along y, and then along x: as many rows at once as are interleaved.
+static void run_y_first(struct part *p, int from, int to)
+{
+    const struct weft_separable_cpu *c = p->c;
+    const int lanes = c->lines->lanes;
+    const size_t middle_bytes = (size_t)p->strip->taps * c->lines->bytes;
+    const struct weft_separable_span all = {.count = p->strip->taps};
+    const void *rows[MAX_LANES];
+    for (int y = from; y < to; y += lanes) {
+        const int count = to - y < lanes ? to - y : lanes;
+        for (int l = 0; l < lanes; l++) {
+            char *row = p->rows + (size_t)(l < count ? l : 0) * middle_bytes;
+            if (l < count)
+                make_middle(p, y + l, row);
+            rows[l] = row;
+        }
+        c->lines->gather(rows, c->lines->bytes == sizeof(float), &all, 1.0, p->lines);
+        run_across(p, p->out);
+        for (int l = 0; l < count; l++)
+            finish(p, y + l, p->out + (size_t)l * p->row_bytes);
+    }
+}
+
+// ---- parts --------------------------------------------------------------------------------------
+
+static void set_part(struct part *p, int thread)
+{
+    const struct weft_separable_cpu *c = p->c;
+    const size_t lanes = (size_t)c->lines->lanes, one = (size_t)p->width * c->lines->bytes;
+    char *memory = c->memory + (size_t)thread * c->thread_bytes;
+    p->lines = memory + c->lines_at;
+    p->rows = memory + c->rows_at;
+    p->out = memory + c->out_at;
+    p->row_bytes = ((size_t)p->strip->columns + lanes - 1) / lanes * lanes * c->lines->bytes;
+    p->weights = (const char *)c->weights[0] + (size_t)p->strip->from * one;
+    if (!c->weights[0]) {
+        weft_separable_cpu_weights(c, 0, p->strip->from, p->strip->columns, memory + c->weights_at);
+        p->weights = memory + c->weights_at;
+    }
+    for (int i = 0; i < c->kept_blocks; i++)
+        p->block_in[i] = -1;
+}
+
+static bool run_part(void *priv, int thread, size_t i)
+{
+    struct runner *r = priv;
+    const struct weft_separable_cpu *c = r->c;
+    const size_t bands = (size_t)c->bands, all = bands * (size_t)c->strip_count;
+    if (thread == 0 && !weft_separable_go_on(r->params->progress, (double)i / (double)all)) {
+        r->cancelled = true;
+        return false;
+    }
+    struct part p = {.r = r,
+                     .c = c,
+                     .strip = &c->strips[i / bands],
+                     .width = c->plan->info.kernel.width,
+                     .pixels = &c->statistics[thread]};
+    const int height = c->plan->info.height, from = (int)(i % bands) * c->cut[1];
+    const int to = height - from < c->cut[1] ? height : from + c->cut[1];
+    set_part(&p, thread);
+    if (c->plan->info.first_axis == 0)
+        run_x_first(&p, from, to);
+    else
+        run_y_first(&p, from, to);
+    return true;
+}
+
+enum weft_result weft_separable_cpu_run(struct weft_separable_cpu *c,
+                                        const struct weft_separable_run_params *params,
+                                        struct weft_separable_report *report)
+{
+    struct runner r = {.c = c, .params = params};
+    const size_t parts = (size_t)c->bands * (size_t)c->strip_count;
+    const double start = weft_now_seconds();
+    r.care = weft_separable_take_care(c->plan, params);
+    *report = (struct weft_separable_report){.peak_bytes = c->bytes,
+                                             .rectangles = (int)parts,
+                                             .cpu = c->cpu,
+                                             .pixels = WEFT_STATISTICS_NONE};
+    for (int i = 0; i < c->cpu.threads; i++)
+        c->statistics[i] = report->pixels;
+    report->prepare_seconds = weft_now_seconds() - start;
+    weft_threads_run(c->cpu.threads, parts, run_part, &r);
+    if (r.cancelled) {
+        weft_note(params->log, "separable filtering was cancelled");
+        return WEFT_ERR_CANCELLED;
+    }
+    for (int i = 0; i < c->cpu.threads; i++)
+        weft_statistics_join(&report->pixels, &c->statistics[i]);
+    report->pass_seconds = weft_now_seconds() - start - report->prepare_seconds;
+    weft_separable_go_on(params->progress, 1.0);
+    return WEFT_OK;
+}
