@@ -3,6 +3,7 @@
 // Included by cpu_<set>.c with
 //   WEFT_SET     what weft_separable_lines_of calls it
 //   WEFT_FLOATS  floats in a vector: 4, 8 or 16
+#include <math.h>
 #include <string.h>
 
 #include "passes/separable/cpu.h"

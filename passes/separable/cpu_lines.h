@@ -188,6 +188,44 @@ static void NAME(narrow)(const void *numbers, int count, float *out)
         out[i] = (float)from[i];
 }
 
+// ---- pixels -------------------------------------------------------------------------------------
+
+typedef __typeof__((NAME(floats)){0} < (NAME(floats)){0}) NAME(mask);
+
+// Of those lanes of two that a mask chooses.
+static inline NAME(floats) NAME(choose)(NAME(mask) mask, NAME(floats) a, NAME(floats) b)
+{
+    return (NAME(floats))((mask & (NAME(mask))a) | (~mask & (NAME(mask))b));
+}
+
+static bool NAME(measure)(const float *pixels, int count, float *minimum, float *maximum)
+{
+    NAME(floats) low = {0}, high = {0}, zero = {0};
+    low += INFINITY;
+    high -= INFINITY;
+    for (int x = 0; x < count; x += LANES) {
+        // Lanes past the last pixel have the first one.
+        NAME(floats) v = {0};
+        if (count - x >= LANES)
+            memcpy(&v, pixels + x, sizeof v);
+        else
+            for (int l = 0; l < LANES; l++)
+                v[l] = pixels[x + l < count ? x + l : 0];
+        low = NAME(choose)(v < low, v, low);
+        high = NAME(choose)(v > high, v, high);
+        zero += v * 0.0f; // 0 of finite numbers, else NAN
+    }
+    *minimum = low[0];
+    *maximum = high[0];
+    bool finite = true;
+    for (int l = 0; l < LANES; l++) {
+        *minimum = low[l] < *minimum ? low[l] : *minimum;
+        *maximum = high[l] > *maximum ? high[l] : *maximum;
+        finite &= zero[l] == 0.0f;
+    }
+    return finite;
+}
+
 static const struct weft_separable_lines NAME(lines) = {
     .lanes = LANES,
     .bytes = sizeof(NUMBER),
@@ -195,6 +233,7 @@ static const struct weft_separable_lines NAME(lines) = {
     .across = NAME(across),
     .along = NAME(along),
     .narrow = NAME(narrow),
+    .measure = NAME(measure),
 };
 
 #undef BROAD

@@ -127,6 +127,18 @@ static void find_taps(const struct part *p, int y, double factor, struct taps *o
 
 // ---- rows of pixels -----------------------------------------------------------------------------
 
+static void measure(const struct part *p, const float *row, int count)
+{
+    float minimum, maximum;
+    if (!p->c->lines->measure(row, count, &minimum, &maximum)) {
+        weft_statistics_add(p->pixels, row, (size_t)count);
+        return;
+    }
+    p->pixels->minimum = fmin(p->pixels->minimum, (double)minimum);
+    p->pixels->maximum = fmax(p->pixels->maximum, (double)maximum);
+    p->pixels->count += (uint64_t)count;
+}
+
 // Puts a row of sums where it belongs.
 static void finish(const struct part *p, int y, const void *numbers)
 {
@@ -136,7 +148,7 @@ static void finish(const struct part *p, int y, const void *numbers)
     if (numbers != row)
         p->c->lines->narrow(numbers, size[0], row);
     weft_separable_finish(&r->care, p->c->plan, r->params, from, size);
-    weft_statistics_add(p->pixels, row, (size_t)size[0]);
+    measure(p, row, size[0]);
 }
 
 // Along x, and then along y.
