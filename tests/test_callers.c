@@ -263,6 +263,7 @@ static void statistics(void)
     weft_statistics_add(&none, values, WEFT_COUNT(values));
     weft_statistics_add_differences(&none, values, WEFT_COUNT(values), 0);
     weft_statistics_add_differences(&none, values, 0, SIZE_MAX);
+    weft_statistics_join(&none, &(struct weft_statistics)WEFT_STATISTICS_NONE);
     TRUE(isnan(none.minimum) && none.not_finite == 3 && none.difference[0] == 0.0);
 }
 
@@ -1324,6 +1325,8 @@ static void separable(void)
     SET_REFUSED(good, width, -1, CALL);
     SET_REFUSED(good, height, 0, CALL);
     SET_REFUSED(good, x, NULL, CALL);
+    BAD_ENUM(good, engine, CALL);
+    BAD_ENUM(good, sums, CALL);
 #undef CALL
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
         at[2] = numbers[n];
@@ -1423,6 +1426,9 @@ static void resample_plans(void)
     SET_REFUSED(good, map[0].from, -1, CALL);
     SET_REFUSED(good, map[1].to, INT64_MAX, CALL);
     SET_REFUSED(good, map[1].pixel, INT64_MIN, CALL);
+    BAD_ENUM(good, engine, CALL);
+    BAD_ENUM(good, sums, CALL);
+    SET_REFUSED(good, sums, WEFT_SUMS_DOUBLE, CALL); // on OpenGL
     SET_REFUSED(good, kernel, named("bspline3+radial"), CALL);
     weft_pass_plan *passes[3] = {NULL};
     SURVIVED(weft_pass_plan_create(weft_pass_plan_params(.samples = 16), &passes[0]));
@@ -1763,7 +1769,9 @@ static const struct {
     {find,
      {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},
-    {statistics, {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude)}},
+    {statistics,
+     {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude),
+      F(statistics_join)}},
     {errors, {F(error_kernel_compute), F(error_e1)}},
     {bounds, {F(bound_compute)}},
     {kernels,

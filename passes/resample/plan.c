@@ -153,9 +153,9 @@ static void tell_separable(weft_resample_plan *plan)
     char name[256];
     weft_kernel_format(&plan->info.kernel, name, sizeof name);
     snprintf(plan->words, sizeof plan->words,
-             "separable %s on the %s engine: %d taps along each axis, one after the other, in %s "
+             "separable %s: %d taps along each axis, one after the other, on the %s engine in %s "
              "precision; the error is at most %.3g of the largest sample in reach\n",
-             name, weft_engine_names[plan->info.engine], plan->info.kernel.width,
+             name, plan->info.kernel.width, weft_name(weft_engine_names, plan->info.engine),
              plan->info.sums == WEFT_SUMS_DOUBLE ? "double" : "single",
              weft_separable_error_bound(&plan->info.kernel, plan->info.sums));
     plan->info.text = plan->words;

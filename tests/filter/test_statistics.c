@@ -99,6 +99,11 @@ static void test_portions(void **state)
         check(&found, &exact);
         assert_true(weft_statistics_magnitude(&found) ==
                     fmax(fabs(exact.minimum), fabs(exact.maximum)));
+        struct weft_statistics first = WEFT_STATISTICS_NONE, rest = WEFT_STATISTICS_NONE;
+        weft_statistics_add(&first, values, step);
+        weft_statistics_add(&rest, values + step, MOST - step);
+        weft_statistics_join(&first, &rest);
+        check(&first, &exact);
     }
     free(values);
 }

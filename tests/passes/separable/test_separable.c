@@ -133,7 +133,7 @@ static void every_kernel_meets_the_reference(void **state)
     double closest = 0.0;
     for (int w = 0; w < where_count; w++) {
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
-            struct request *r = make_request((*k)->name, 23, 19, 93, 61);
+            struct request *r = make_request((*k)->name, 23, 19, 47, 31);
             const struct weft_verify_report error = run(&wheres[w], r, NULL);
             assert_within_bound(&error, r, (*k)->name);
             closest =
@@ -242,13 +242,17 @@ static bool counts(const struct weft_kernel *kernel, double at, int size, int sa
 static int check_not_finite(const struct request *r, const int bad[2][2], const char *what)
 {
     const struct weft_separable_params *p = &r->params;
+    bool columns[2][MAX_SIDE], rows[2][MAX_SIDE];
     int count = 0;
+    for (int i = 0; i < 2; i++) {
+        for (int x = 0; x < p->width; x++)
+            columns[i][x] = counts(&p->kernel, p->x[x], p->size[0], bad[i][0]);
+        for (int y = 0; y < p->height; y++)
+            rows[i][y] = counts(&p->kernel, p->y[y], p->size[1], bad[i][1]);
+    }
     for (int y = 0; y < p->height; y++) {
         for (int x = 0; x < p->width; x++) {
-            bool expected = false;
-            for (int i = 0; i < 2; i++)
-                expected = expected || (counts(&p->kernel, p->x[x], p->size[0], bad[i][0]) &&
-                                        counts(&p->kernel, p->y[y], p->size[1], bad[i][1]));
+            const bool expected = (columns[0][x] && rows[0][y]) || (columns[1][x] && rows[1][y]);
             if (isfinite(r->pixels[y * p->width + x]) == expected)
                 fail_msg("%s at (%d, %d): %g", what, x, y, (double)r->pixels[y * p->width + x]);
             count += expected;
@@ -277,12 +281,16 @@ static void not_finite_samples_stay_where_they_count(void **state)
                     values[i / WEFT_COUNT(kernels) / WEFT_COUNT(sizes)];
             for (int x = 0; size[0] == 160 && x < 40; x++)
                 r->x[x] = x;
-            const struct weft_verify_report error = run(&wheres[w], r, NULL);
+            assert_int_equal(filter(&wheres[w], r, NULL), WEFT_OK);
             const int count = check_not_finite(r, bad, kernel);
             assert_in_range(count, size[0] < 40 ? 0 : 1, size[0] * size[1] / 4);
             if (size[0] == 40 && r->params.kernel.interpolating)
                 assert_int_equal(count, 2);
-            assert_within_bound(&error, r, kernel);
+            if (i % 4 == 0) {
+                struct weft_verify_report error;
+                assert_int_equal(verify(r, NULL, &error), WEFT_OK);
+                assert_within_bound(&error, r, kernel);
+            }
             free(r);
         }
     }
@@ -332,13 +340,13 @@ static void the_largest_floats_do_not_overflow(void **state)
     for (size_t i = 0; i < WEFT_COUNT(kernels) * WEFT_COUNT(fills); i++) {
         const float *fill = fills[i / WEFT_COUNT(kernels)];
         const char *kernel = kernels[i % WEFT_COUNT(kernels)];
-        struct request *r = make_request(kernel, 24, 18, 83, 71);
+        struct request *r = make_request(kernel, 24, 18, 43, 37);
         for (int s = 0; s < 24 * 18; s++)
             r->samples[s] = fill[noise((uint32_t)s) > 0.0];
         for (int w = 0; w < where_count; w++) {
             const struct weft_verify_report error = run(&wheres[w], r, NULL);
             assert_within_bound(&error, r, kernel);
-            for (int p = 0; p < 83 * 71; p++) {
+            for (int p = 0; p < 43 * 37; p++) {
                 assert_false(isnan(r->pixels[p]));
                 inside += isfinite(r->pixels[p]);
                 beyond += isinf(r->pixels[p]);
