@@ -10,6 +10,7 @@
 
 #include "tools/common/options.h"
 #include "tools/common/report.h"
+#include "tools/methods/engine_options.h"
 
 enum chart_option {
     CHART_OUTPUT,
@@ -24,8 +25,8 @@ enum chart_option {
     CHART_SIZE,
     CHART_POINTS,
     CHART_QUICK,
-    CHART_CONTEXT,
-    CHART_QUIET,
+    CHART_ENGINE, // the first of enum engine_option
+    CHART_QUIET = CHART_ENGINE + ENGINE_OPTION_COUNT,
     CHART_VERBOSE,
     CHART_OPTION_COUNT
 };
@@ -34,7 +35,8 @@ enum chart_option {
 enum chart_family {
     CHART_FUSED, // by source format
     CHART_SEPARABLE = CHART_FUSED + WEFT_SOURCE_FORMATS,
-    CHART_PASSES, // by technique
+    CHART_CPU, // by sums: fused and separable on the CPU engine
+    CHART_PASSES = CHART_CPU + WEFT_SUMS_DOUBLE + 1, // by technique
     CHART_PEER = CHART_PASSES + WEFT_TECHNIQUE_LOG + 1,
     CHART_FAMILIES
 };
@@ -88,7 +90,9 @@ struct chart_job {
     struct weft_slice_geometry geometry;     // of the first chart, in index space
     char plane[32];                          // "oblique slice", "slice across z"
     struct weft_slice_statistics statistics; // of the voxels in reach of the first chart's slice
-    weft_context *context;
+    struct engine engine;
+    weft_context *context;    // NULL: methods on the CPU engine alone
+    bool has_cpu;             // methods on the CPU engine too
     char machine[CHART_TEXT]; // processor and cores
     bool interrupted;
 };

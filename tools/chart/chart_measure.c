@@ -78,8 +78,10 @@ static enum weft_result run_method(struct bench *b, const weft_method_plan *plan
     const bool quick = b->job->option[CHART_QUICK].given;
     const int before = point->runs;
     double spent = 0.0;
-    const struct weft_method_run_params params = {
-        .context = b->job->context, .pixels = b->pixels, .progress = progress};
+    const struct weft_method_run_params params = {.context = b->job->context,
+                                                  .cpu = b->job->engine.cpu,
+                                                  .pixels = b->pixels,
+                                                  .progress = progress};
     struct weft_method_report report;
     b->deadline = report_now_seconds() + RUN_SECONDS;
     enum weft_result res = weft_method_run(plan, &params, &report);
@@ -194,6 +196,8 @@ static enum weft_result measure_method(struct bench *b, struct chart_point *poin
 
 static enum chart_family family_of(const struct weft_method *method)
 {
+    if (method->engine == WEFT_ENGINE_CPU)
+        return CHART_CPU + method->sums;
     switch (method->algorithm) {
     case WEFT_ALGORITHM_FUSED:
         return CHART_FUSED + method->source;
@@ -207,6 +211,10 @@ static enum chart_family family_of(const struct weft_method *method)
 
 static void name_technique(const struct weft_method *method, char out[CHART_TEXT])
 {
+    if (method->engine == WEFT_ENGINE_CPU) {
+        weft_method_format(method, out, CHART_TEXT);
+        return;
+    }
     const char *detail =
         method->algorithm == WEFT_ALGORITHM_FUSED       ? weft_source_format_name(method->source)
         : method->algorithm == WEFT_ALGORITHM_MULTIPASS ? weft_technique_names[method->technique]
@@ -318,7 +326,7 @@ static enum weft_result allocate_pixels(struct bench *b)
 // The least comes first: what tells most in least time, should the time be over before the list.
 static int rank(const struct weft_method *method)
 {
-    if (method->algorithm == WEFT_ALGORITHM_SEPARABLE)
+    if (method->algorithm == WEFT_ALGORITHM_SEPARABLE || method->engine == WEFT_ENGINE_CPU)
         return 0;
     if (method->algorithm == WEFT_ALGORITHM_FUSED)
         return method->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : method->samples % 64 == 0 ? 3 : 4;
@@ -329,6 +337,8 @@ static int rank(const struct weft_method *method)
 
 static bool is_quick(const struct weft_method *method)
 {
+    if (method->engine == WEFT_ENGINE_CPU)
+        return true;
     if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         return method->samples == 16 && method->technique <= WEFT_TECHNIQUE_DOT4;
     return method->lookup == WEFT_LOOKUP_POLYNOMIAL
@@ -340,17 +350,29 @@ static bool is_quick(const struct weft_method *method)
 // bytes.
 static bool is_for_other_kernels(const struct weft_method *method)
 {
+    if (method->engine == WEFT_ENGINE_CPU)
+        return method->algorithm == WEFT_ALGORITHM_FUSED && method->sums == WEFT_SUMS_FLOAT;
     return method->algorithm == WEFT_ALGORITHM_FUSED && method->lookup == WEFT_LOOKUP_POLYNOMIAL &&
            method->layout == WEFT_LAYOUT_INTERLEAVED &&
            (method->source == WEFT_SOURCE_FLOAT || method->source == WEFT_SOURCE_UNORM8);
 }
 
-// Sorted, without what a quick chart leaves out; keeps the list's order among equals.
-static size_t order_methods(struct weft_method *methods, size_t count, bool quick)
+static bool is_asked(const struct chart_job *job, const struct weft_method *method)
 {
+    const struct option_value *sums = &job->option[CHART_ENGINE + ENGINE_SUMS];
+    if (method->engine == WEFT_ENGINE_GL)
+        return job->context;
+    return job->has_cpu && (!sums->given || (int64_t)method->sums == sums->integer[0]);
+}
+
+// Sorted, without what is not asked for or a quick chart leaves out; keeps the list's order among
+// equals.
+static size_t order_methods(const struct chart_job *job, struct weft_method *methods, size_t count)
+{
+    const bool quick = job->option[CHART_QUICK].given;
     size_t kept = 0;
     for (size_t i = 0; i < count; i++)
-        if (!quick || is_quick(&methods[i]))
+        if (is_asked(job, &methods[i]) && (!quick || is_quick(&methods[i])))
             methods[kept++] = methods[i];
     for (size_t i = 1; i < kept; i++) { // insertion: qsort is not stable
         const struct weft_method method = methods[i];
@@ -381,7 +403,7 @@ enum weft_result chart_measure_methods(struct chart_job *job)
     struct bench b;
     struct chart_scene scene = {0};
     struct weft_method *methods = NULL;
-    size_t count = 0, quick_ones;
+    size_t count = 0, others = 0, quick_ones;
     begin(&b, job, &job->methods);
     b.scene = &scene;
     enum weft_result res = chart_scene_create(job, &scene);
@@ -389,8 +411,10 @@ enum weft_result chart_measure_methods(struct chart_job *job)
         res = weft_method_list(report_log(), &methods, &count);
     if (res != WEFT_OK)
         goto fail;
-    count = order_methods(methods, count, job->option[CHART_QUICK].given);
-    b.total = count + 2 * (size_t)(b.chart->kernel_count - 1);
+    count = order_methods(job, methods, count);
+    for (size_t i = 0; i < count; i++)
+        others += is_for_other_kernels(&methods[i]);
+    b.total = count + others * (size_t)(b.chart->kernel_count - 1);
     res = allocate_pixels(&b);
     // The other kernels come after the fast methods, in case the time is over early.
     for (quick_ones = 0; quick_ones < count && rank(&methods[quick_ones]) <= 2;)
@@ -421,12 +445,17 @@ fail:
 static const int truth_voxels[] = {40, 64, 96, 128};
 enum { TRUTH_VOXELS = sizeof truth_voxels / sizeof *truth_voxels, QUICK_TRUTH_VOXELS = 2 };
 
-// In single precision, in two formats of fixed point, and in passes of 8 bits.
-static void list_truth_methods(struct weft_method out[], size_t *count)
+// In single precision, in two formats of fixed point, and in passes of 8 bits; without OpenGL in
+// single precision alone.
+static void list_truth_methods(const struct chart_job *job, struct weft_method out[], size_t *count)
 {
     static const enum weft_source_format formats[] = {WEFT_SOURCE_FLOAT, WEFT_SOURCE_UNORM16,
                                                       WEFT_SOURCE_UNORM8};
     *count = 0;
+    if (!job->context) {
+        out[(*count)++] = (struct weft_method){.engine = WEFT_ENGINE_CPU};
+        return;
+    }
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         out[(*count)++] =
             (struct weft_method){.layout = WEFT_LAYOUT_INTERLEAVED, .source = formats[i]};
@@ -467,8 +496,8 @@ enum weft_result chart_measure_truth(struct chart_job *job)
     struct bench b;
     enum weft_result res = WEFT_OK;
     begin(&b, job, &job->truth);
-    list_truth_methods(methods, &count);
-    if (quick)
+    list_truth_methods(job, methods, &count);
+    if (quick && count > 1)
         count--; // passes take longest to plan
     b.total = (size_t)(sizes * b.chart->kernel_count) * count;
     for (int i = 0; i < sizes && res == WEFT_OK; i++) {

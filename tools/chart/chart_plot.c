@@ -23,6 +23,8 @@ static const struct {
     [CHART_FUSED + WEFT_SOURCE_UNORM16] = {"fused, unorm16 source", "#62b5f0", 7},
     [CHART_FUSED + WEFT_SOURCE_UNORM8] = {"fused, unorm8 source", "#00a8a0", 7},
     [CHART_SEPARABLE] = {"separable", "#2e8b22", 13},
+    [CHART_CPU + WEFT_SUMS_FLOAT] = {"CPU engine, float sums", "#c2185b", 15},
+    [CHART_CPU + WEFT_SUMS_DOUBLE] = {"CPU engine, double sums", "#6a0f3d", 15},
     [CHART_PASSES + WEFT_TECHNIQUE_PLAIN] = {"passes, plain", "#e8a000", 5},
     [CHART_PASSES + WEFT_TECHNIQUE_DOT4] = {"passes, dot4", "#d9480f", 5},
     [CHART_PASSES + WEFT_TECHNIQUE_SPLIT_PRECISION] = {"passes, split precision", "#d6339a", 5},
@@ -81,8 +83,9 @@ static void put_caption(FILE *s, const struct chart_job *job, int width, int hei
 {
     char line[2 * CHART_REASON];
     snprintf(line, sizeof line, "%s; %s, weft %s%s", job->machine,
-             weft_context_get_info(job->context)->renderer, weft_version(),
-             job->interrupted ? "; INTERRUPTED: not all was measured" : "");
+             job->context ? weft_context_get_info(job->context)->renderer
+                          : weft_instruction_set_names[job->engine.cpu.instructions],
+             weft_version(), job->interrupted ? "; INTERRUPTED: not all was measured" : "");
     put_label(s, 20.0 / width, 40.0 / height, "left font 'sans,10' tc '#505050'", first);
     put_label(s, 20.0 / width, 20.0 / height, "left font 'sans,10' tc '#505050'", line);
 }
@@ -287,10 +290,11 @@ static void write_front(const struct methods_plot *plot, const struct chart_poin
 static void shorten(const struct chart_point *p, const struct chart *chart, char out[CHART_TEXT])
 {
     const struct weft_method *w = &p->method;
+    const bool cpu = p->family >= CHART_CPU && p->family < CHART_PASSES;
     if (is_other_kernel(p))
         snprintf(out, CHART_TEXT, "%s %s", chart->kernel[p->kernel].text,
-                 weft_source_format_name(w->source));
-    else if (p->family == CHART_PEER || p->family == CHART_SEPARABLE)
+                 cpu ? "cpu" : weft_source_format_name(w->source));
+    else if (p->family == CHART_PEER || p->family == CHART_SEPARABLE || cpu)
         snprintf(out, CHART_TEXT, "%s", p->label);
     else if (p->family < CHART_SEPARABLE && w->lookup == WEFT_LOOKUP_POLYNOMIAL)
         snprintf(out, CHART_TEXT, "%s %s", weft_layout_name(w->layout),

@@ -136,7 +136,12 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
     json_t *root = json_pack("{s:o,s:o,s:o,s:b}", "weft", json_text(weft_version()), "source",
                              json_text(chart_source_name(job)), "machine", json_text(job->machine),
                              "interrupted", job->interrupted);
-    json_object_set_new(root, "renderer", json_text(weft_context_get_info(job->context)->renderer));
+    json_object_set_new(root, "renderer",
+                        job->context ? json_text(weft_context_get_info(job->context)->renderer)
+                                     : json_null());
+    json_object_set_new(root, "instructions",
+                        json_text(weft_instruction_set_names[job->engine.cpu.instructions]));
+    json_object_set_new(root, "threads", json_integer(job->engine.cpu.threads));
     if (job->has_methods) {
         json_object_set_new(root, "slice", slice_json(job));
         json_object_set_new(root, "methods", chart_json(&job->methods));

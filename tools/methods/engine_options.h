@@ -19,8 +19,8 @@ enum engine_option {
 
 extern const char *const engine_choices[]; // "auto", and then as weft_engine_names
 
-// For the verbs' tables; automatic: what auto takes.
-#define ENGINE_OPTIONS(first, automatic)                                                           \
+// For the verbs' tables; automatic: what auto takes; sums: the help of --sums.
+#define ENGINE_OPTIONS(first, automatic, sums_help)                                                \
     [first + ENGINE_ENGINE] = {.name = "engine",                                                   \
                                0,                                                                  \
                                OPTION_CHOICE,                                                      \
@@ -35,18 +35,14 @@ extern const char *const engine_choices[]; // "auto", and then as weft_engine_na
                                          "N",                                                      \
                                          "of the CPU engine (default: one a core); pixels do not " \
                                          "depend on them"},                                        \
-             [first + ENGINE_SUMS] = {.name = "sums",                                              \
-                                      0,                                                           \
-                                      OPTION_CHOICE,                                               \
-                                      NULL,                                                        \
-                                      "what products are added up in (default float); double: by " \
-                                      "the CPU engine",                                            \
-                                      weft_sums_names}
+             [first + ENGINE_SUMS] = {                                                             \
+                 .name = "sums", 0, OPTION_CHOICE, NULL, sums_help, weft_sums_names}
 #define ENGINE_SPEC_CONTEXT                                                                        \
     {                                                                                              \
         .name = "context", 0, OPTION_TEXT, "auto|osmesa|egl",                                      \
         "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else EGL in software)"   \
     }
+#define ENGINE_SUMS_HELP "what products are added up in (default float); double: by the CPU engine"
 #define ENGINE_AUTOMATIC                                                                           \
     "the faster one by what weft calibrate measured here, OpenGL without that; the CPU where no "  \
     "OpenGL is to be had"

@@ -81,12 +81,8 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       "technique,label,seconds,bytes,max_error,rms_error"},
     [CHART_QUICK] =
         {.name = "quick", 0, OPTION_FLAG, NULL, "fewer methods and runs, in half a minute"},
-    [CHART_CONTEXT] = {.name = "context",
-                       0,
-                       OPTION_TEXT,
-                       "auto|osmesa|egl",
-                       "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else "
-                       "EGL in software)"},
+    ENGINE_OPTIONS(CHART_ENGINE, "methods on both, as far as there is OpenGL",
+                   "of the CPU engine's methods (default: of both)"),
     [CHART_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors"},
     [CHART_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
@@ -164,7 +160,15 @@ static const char *option_conflict(const struct option_value *o)
     return NULL;
 }
 
-static enum weft_result check_options(struct chart_job *job, enum weft_context_kind *kind)
+static enum weft_result read_engine(struct chart_job *job)
+{
+    const struct option_value *o = &job->option[CHART_ENGINE];
+    const enum weft_result res = engine_options_read(o, NULL, &job->engine);
+    job->has_cpu = o[ENGINE_ENGINE].integer[0] != 1 + WEFT_ENGINE_GL;
+    return res;
+}
+
+static enum weft_result check_options(struct chart_job *job)
 {
     const struct option_value *o = job->option;
     const char *conflict = option_conflict(o);
@@ -180,8 +184,8 @@ static enum weft_result check_options(struct chart_job *job, enum weft_context_k
         return WEFT_ERR_ARGUMENT;
     }
     enum weft_result res = chart_plane_check(&o[CHART_PLANE]);
-    if (res == WEFT_OK && o[CHART_CONTEXT].given)
-        res = weft_context_kind_parse(report_log(), o[CHART_CONTEXT].text, kind);
+    if (res == WEFT_OK)
+        res = read_engine(job);
     if (res == WEFT_OK)
         res = read_all_kernels(job);
     if (res == WEFT_OK && o[CHART_POINTS].given)
@@ -328,14 +332,13 @@ static enum weft_result measure(struct chart_job *job)
 
 static int run_stages(struct chart_job *job, const char *operand)
 {
-    struct weft_context_params context = {.log = report_log()};
     enum weft_result res = choose_source(job, operand);
     if (res == WEFT_OK)
-        res = check_options(job, &context.kind);
+        res = check_options(job);
     if (res == WEFT_OK)
         res = check_outputs(job);
     if (res == WEFT_OK)
-        res = weft_context_create(&context, &job->context);
+        res = engine_create_context(&job->engine, &job->context);
     if (res != WEFT_OK)
         return report_finish(res);
     describe_machine(job->machine);

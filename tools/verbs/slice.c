@@ -92,7 +92,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                      NULL,
                      "what the coordinates above mean (default world)",
                      weft_space_names},
-    ENGINE_OPTIONS(SLICE_ENGINE, ENGINE_AUTOMATIC),
+    ENGINE_OPTIONS(SLICE_ENGINE, ENGINE_AUTOMATIC, ENGINE_SUMS_HELP),
     [SLICE_LAYOUT] = {.name = "layout",
                       0,
                       OPTION_CHOICE,
