@@ -46,6 +46,16 @@ void ending_start(void (*clean_up)(void))
             sigaction(ending_signals[i], &action, NULL);
 }
 
+bool ending_start_thread(pthread_t *thread, void *(*call)(void *priv), void *priv)
+{
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const bool started = pthread_create(thread, NULL, call, priv) == 0;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return started;
+}
+
 void ending_set_child(pid_t leader)
 {
     child = (sig_atomic_t)leader;

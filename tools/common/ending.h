@@ -6,12 +6,17 @@
 #ifndef WEFT_TOOLS_COMMON_ENDING_H
 #define WEFT_TOOLS_COMMON_ENDING_H
 
+#include <pthread.h>
 #include <stdbool.h>
 #include <sys/types.h>
 
 // Catches what ends a process by default; a signal that is ignored stays so (nohup). clean_up is
 // called before the process dies of one, and must be async-signal-safe.
 void ending_start(void (*clean_up)(void));
+
+// Starts a thread that signals do not come to: they are for those that were there before. False
+// where that fails.
+bool ending_start_thread(pthread_t *thread, void *(*call)(void *priv), void *priv);
 
 // A program to be killed with us, the leader of its process group; 0: it has ended.
 void ending_set_child(pid_t leader);

@@ -14,32 +14,28 @@
 
 #include "tools/common/ending.h"
 
-enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40, LINE = 1024 };
+enum { NO_PERCENTAGE = 100, NAME_SHOWN = 40 };
 
 static enum weft_log_level shown_level = WEFT_LOG_WARNING;
-static atomic_bool error_shown;
 static pthread_mutex_t screen = PTHREAD_MUTEX_INITIALIZER; // stderr, and what is shown there
 static volatile sig_atomic_t progress_percent = -1;        // shown; -1: none is
 static char *_Atomic last_words;                           // NULL: none
+static bool error_shown;
 
-// What the thread that shows progress is at; the library may tell of it from threads of its own.
 static const char *progress_what;
-static char progress_place[64]; // "frame 12 of 100, " or ""
-// Each thread's own.
-static _Thread_local struct {
-    char name[64]; // "": what it does is no part
-    bool shows_none;
-    char error[LINE]; // the part's first one
+static struct {
+    char name[64], place[64]; // "": what is done is no part
+    char error[REPORT_LINE];  // the part's first one
 } part;
+static _Thread_local struct report_held *held_lines; // the thread's; NULL: it shows what it tells
 
 void report_set_part(const char *name, const char *place)
 {
+    pthread_mutex_lock(&screen);
     snprintf(part.name, sizeof part.name, "%s", name ? name : "");
-    part.shows_none = name && !place;
+    snprintf(part.place, sizeof part.place, "%s%s", place ? place : "", place ? ", " : "");
     part.error[0] = 0;
-    if (!part.shows_none)
-        snprintf(progress_place, sizeof progress_place, "%s%s", place ? place : "",
-                 place ? ", " : "");
+    pthread_mutex_unlock(&screen);
 }
 
 const char *report_get_error(void)
@@ -115,38 +111,73 @@ static enum weft_log_level take_error(const char *message)
         return WEFT_LOG_DEBUG;
     snprintf(part.error, sizeof part.error, "%s", message);
     weft_text_clean(part.error, false);
-    atomic_store(&error_shown, true);
+    error_shown = true;
     return WEFT_LOG_ERROR;
+}
+
+static void show_line(enum weft_log_level level, char line[REPORT_LINE])
+{
+    static const char *const names[] = {"error", "warning", "info", "debug"};
+    if (level == WEFT_LOG_ERROR)
+        level = take_error(line);
+    if (level > shown_level)
+        return;
+    erase_progress();
+    fprintf(stderr, "weft: %s: %s%s%s\n", names[level], part.name, part.name[0] ? ": " : "",
+            weft_text_clean(line, false));
+}
+
+// Where there is no room left an error takes the last line.
+static void hold_line(enum weft_log_level level, const char *line)
+{
+    struct report_held *held = held_lines;
+    const bool full = held->count == REPORT_HELD;
+    if (level > shown_level || (full && level != WEFT_LOG_ERROR))
+        return;
+    const int at = full ? REPORT_HELD - 1 : held->count++;
+    held->level[at] = level;
+    snprintf(held->line[at], REPORT_LINE, "%s", line);
 }
 
 static void write_line(void *priv, enum weft_log_level level, const char *message)
 {
     (void)priv;
-    char line[LINE];
+    char line[REPORT_LINE];
     snprintf(line, sizeof line, "%s", message);
-    static const char *const names[] = {"error", "warning", "info", "debug"};
-    if (level == WEFT_LOG_ERROR)
-        level = take_error(message);
-    if (level > shown_level)
+    if (held_lines) {
+        hold_line(level, line);
         return;
+    }
     pthread_mutex_lock(&screen);
-    erase_progress();
-    fprintf(stderr, "weft: %s: %s%s%s\n", names[level], part.name, part.name[0] ? ": " : "",
-            weft_text_clean(line, false));
+    show_line(level, line);
     pthread_mutex_unlock(&screen);
 }
 
 void report_tell(const char *format, ...)
 {
-    char line[1024];
+    char line[REPORT_LINE];
     va_list args;
     va_start(args, format);
     vsnprintf(line, sizeof line, format, args);
     va_end(args);
     if (report_is_quiet())
         return;
-    report_erase_progress();
+    pthread_mutex_lock(&screen);
+    erase_progress();
     fprintf(stderr, "weft: info: %s\n", weft_text_clean(line, false));
+    pthread_mutex_unlock(&screen);
+}
+
+void report_hold(struct report_held *held)
+{
+    held_lines = held;
+}
+
+void report_release(struct report_held *held)
+{
+    for (int i = 0; i < held->count; i++)
+        write_line(NULL, held->level[i], held->line[i]);
+    held->count = 0;
 }
 
 static const struct weft_log log_to_stderr = {.write = write_line};
@@ -170,7 +201,7 @@ const struct weft_log *report_log(void)
 
 static void write_format(enum weft_log_level level, const char *format, va_list args)
 {
-    char line[1024];
+    char line[REPORT_LINE];
     vsnprintf(line, sizeof line, format, args);
     write_line(NULL, level, line);
 }
@@ -204,7 +235,7 @@ void report_line(const char *format, ...)
 
 static bool shows_progress(void)
 {
-    return !part.shows_none && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
+    return !held_lines && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
 }
 
 // What is done is no news: whatever comes next has a line of its own.
@@ -216,7 +247,7 @@ static bool show_progress(void *priv, double fraction)
     if (percent >= 100) {
         erase_progress();
     } else if (percent != progress_percent && shows_progress()) {
-        fprintf(stderr, "\rweft: %s%s %3d %%\033[K", progress_place, progress_what, percent);
+        fprintf(stderr, "\rweft: %s%s %3d %%\033[K", part.place, progress_what, percent);
         progress_percent = percent;
     }
     pthread_mutex_unlock(&screen);
@@ -245,7 +276,7 @@ void report_stage(const char *what, const char *path)
     if (!shows_progress())
         return;
     pthread_mutex_lock(&screen);
-    fprintf(stderr, "\rweft: %s%s %s\033[K", progress_place, what, shown_name(path, name));
+    fprintf(stderr, "\rweft: %s%s %s\033[K", part.place, what, shown_name(path, name));
     progress_percent = NO_PERCENTAGE;
     pthread_mutex_unlock(&screen);
 }
@@ -264,7 +295,7 @@ const struct weft_progress *report_writing(const char *path)
     static const struct weft_progress progress = {.report = show_writing, .priv = &written};
     static char what[sizeof "writing " + NAME_SHOWN];
     char name[NAME_SHOWN + 1];
-    if (part.shows_none)
+    if (held_lines)
         return NULL;
     written = path;
     snprintf(what, sizeof what, "writing %s", shown_name(path, name));

@@ -32,12 +32,25 @@ void report_note(const char *format, ...) __attribute__((format(printf, 1, 2)));
 // What is no warning and yet wants to be known: shown unless quiet.
 void report_tell(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-// What the calling thread does from now on is one of several parts: its messages start with the
-// name ("frame 12"), its progress with the place ("frame 12 of 100"); place NULL: it shows none.
-// Each part has an error line of its own. NULL and NULL: what is done is no part.
+// What is done from now on is one of several parts: messages start with its name ("frame 12"),
+// progress with the place ("frame 12 of 100"). Each part has an error line of its own. NULL and
+// NULL: it is no part.
 void report_set_part(const char *name, const char *place);
 // The part's error line without its start, "" while there is none; until the next part.
 const char *report_get_error(void);
+
+// Messages of a part that is worked on before its turn comes, or after.
+enum { REPORT_LINE = 1024, REPORT_HELD = 8 };
+struct report_held {
+    int count;
+    enum weft_log_level level[REPORT_HELD];
+    char line[REPORT_HELD][REPORT_LINE];
+};
+// Messages of the calling thread go there from now on, of more than fit the first, and it shows no
+// progress. NULL: they are shown again.
+void report_hold(struct report_held *held);
+// Shows them, and empties it.
+void report_release(struct report_held *held);
 
 // What is said, on a line of its own, when a signal ends the command; -q: nothing. One thread's.
 void report_set_last_words(const char *format, ...) __attribute__((format(printf, 1, 2)));
@@ -62,7 +75,7 @@ const struct weft_progress *report_progress(const char *what);
 void report_stage(const char *what, const char *path);
 // For a file whose progress is told until it is written, and which is then read back, flushed and
 // put in place: its name and a percentage, then "finishing". path is borrowed meanwhile.
-const struct weft_progress *report_writing(const char *path); // NULL from threads that show none
+const struct weft_progress *report_writing(const char *path); // NULL: it is not shown
 void report_erase_progress(void);
 
 // The exit code of a result; makes sure that a failure has its error line, and flushes stdout.

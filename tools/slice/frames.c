@@ -3,10 +3,10 @@
 #include "tools/slice/sweep.h"
 
 #include <pthread.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "tools/common/ending.h"
 #include "tools/common/numbered.h"
 #include "tools/common/report.h"
 #include "tools/slice/budget.h"
@@ -74,13 +74,13 @@ static void destroy_job(struct slice_job *job)
 // ---- told ---------------------------------------------------------------------------------------
 
 // Messages and progress are about a slice from now on.
-static void set_part(const struct slice_job *job, bool shows_progress)
+static void set_part(const struct slice_job *job)
 {
     char name[64], place[64];
     snprintf(name, sizeof name, "frame %lld", (long long)job->frame);
     snprintf(place, sizeof place, "frame %d of %d", job->index + 1, job->setup->sweep.count);
     if (job->setup->sweep.given)
-        report_set_part(name, shows_progress ? place : NULL);
+        report_set_part(name, place);
 }
 
 // What is said if a signal comes.
@@ -126,7 +126,7 @@ static enum weft_result finish(struct frames *f, struct slice_job *job)
 {
     struct run_stage stages[SLICE_STAGES];
     enum weft_result res = WEFT_OK;
-    set_part(job, true);
+    set_part(job);
     slice_tell_saved(job);
     slice_stages(job, stages);
     for (int i = 0; i < SLICE_STAGES; i++)
@@ -152,21 +152,15 @@ static enum weft_result finish(struct frames *f, struct slice_job *job)
 static void *save_in_thread(void *priv)
 {
     struct slice_job *job = priv;
-    set_part(job, false);
+    report_hold(&job->held);
     job->save_result = slice_save(job);
     return NULL;
 }
 
-// Signals are for the thread that began.
-static bool start_thread(struct frames *f, struct slice_job *job)
+static bool start_saving(struct frames *f, struct slice_job *job)
 {
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
-    const bool started = pthread_create(&f->thread, NULL, save_in_thread, job) == 0;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    if (started)
-        f->saving = job;
+    const bool started = ending_start_thread(&f->thread, save_in_thread, job);
+    f->saving = started ? job : NULL;
     return started;
 }
 
@@ -177,6 +171,8 @@ static enum weft_result wait_for_saving(struct frames *f)
         return WEFT_OK;
     f->saving = NULL;
     pthread_join(f->thread, NULL);
+    set_part(job);
+    report_release(&job->held);
     if (job->save_result == WEFT_OK)
         return finish(f, job);
     const enum weft_result res = job->save_result;
@@ -188,9 +184,9 @@ static enum weft_result wait_for_saving(struct frames *f)
 static enum weft_result save(struct frames *f, struct slice_job *job, bool last)
 {
     const bool writes = job->pixels && (job->output || job->preview);
-    if (writes && !last && start_thread(f, job))
+    if (writes && !last && start_saving(f, job))
         return WEFT_OK;
-    set_part(job, true);
+    set_part(job);
     const enum weft_result res = writes ? slice_save(job) : WEFT_OK;
     if (res == WEFT_OK)
         return finish(f, job);
@@ -242,7 +238,7 @@ static enum weft_result make_frame(struct frames *f, int index)
     if (!job)
         return WEFT_ERR_MEMORY;
     enum weft_result res = sweep_start(f->setup, index, job);
-    set_part(job, true);
+    set_part(job);
     if (res == WEFT_OK)
         res = make_slice(job);
     f->failed = f->failed || job->over_budget;

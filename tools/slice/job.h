@@ -6,6 +6,7 @@
 #include "tools/common/json.h"
 #include "tools/methods/budget.h"
 #include "tools/common/options.h"
+#include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 #include "weft.h"
@@ -119,6 +120,7 @@ struct slice_job {
     size_t attribute_count;
     json_t *json;                 // with --json
     enum weft_result save_result; // of a thread that saved it
+    struct report_held held;      // what that told
     char problem[1024];           // the error line of a frame that is skipped
 };
 
