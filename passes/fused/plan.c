@@ -60,14 +60,14 @@ static bool sort_cells(const struct weft_slice_plan *plan, struct weft_slice_til
         // A constant convolved is that constant only where the weights sum to one.
         content->constant =
             plan->info.savings & WEFT_SAVING_CONSTANT &&
-            weft_brick_store_box_constant(plan->footprint->places, min, max, &content->value);
+            weft_brick_store_box_constant(plan->footprint->bricks.places, min, max, &content->value);
         if (content->constant)
             continue;
         out->cells_laid_out++;
         for (int a = 0; a < 3; a++)
             if (cell->high[order[a]] - cell->low[order[a]] + 1 > starts[a])
                 starts[a] = cell->high[order[a]] - cell->low[order[a]] + 1;
-        if (!weft_footprint_note(plan->footprint, min, max, &tile->bricks))
+        if (!weft_brick_reader_note(&plan->footprint->bricks, min, max, &tile->bricks))
             return false;
     }
     return true;
@@ -112,7 +112,7 @@ static enum weft_result size_plane(const struct planner *planner, struct weft_sl
     weft_slice_axes_box(&plan->axes, &plan->info.kernel, &plan->footprint->grid, &at, min, max);
     const uint64_t columns = (uint64_t)(max[order[0]] - min[order[0]] + 1);
     const uint64_t rows = (uint64_t)(max[order[1]] - min[order[1]] + 1);
-    if (!weft_footprint_note(plan->footprint, min, max, &tile->bricks))
+    if (!weft_brick_reader_note(&plan->footprint->bricks, min, max, &tile->bricks))
         return out_of_memory(plan, out);
     // Samples, what is between the passes, and the result as a target and as it is read back.
     const uint64_t width = (uint64_t)out->width, height = (uint64_t)out->height;
@@ -388,7 +388,7 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
 {
     for (int i = 0; i < plan->info.tile_count; i++) {
         const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
-        if (plan->axes.separable && (tile->bricks.count || plan->footprint->topology.tile_count))
+        if (plan->axes.separable && (tile->bricks.count || plan->footprint->bricks.topology.tile_count))
             return false;
         for (size_t c = 0; tile->cells && c < tile->cells->map.count; c++)
             if (!tile->content[c].constant ||

@@ -43,60 +43,21 @@ static enum weft_result create_coefficients(weft_footprint *f)
     if (res != WEFT_OK)
         return res;
     f->info.prefilter_overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
+    if (f->shared)
+        return WEFT_OK;
     res = weft_volume_cache(f->volume, f->log, &f->samples);
     return res == WEFT_OK
                ? weft_volume_prefilter(f->samples, &f->info.kernel, f->log, &f->coefficients)
                : res;
 }
 
-void weft_footprint_clamp_region(const struct weft_volume_info *volume, struct weft_region *region)
+enum weft_result weft_footprint_open(weft_footprint *f)
 {
-    region->slab_count = 0;
-    for (int a = 0; a < 3; a++) {
-        int32_t low = volume->active_min[a], high = volume->active_max[a];
-        region->min[a] = region->min[a] < low ? low : region->min[a] > high ? high : region->min[a];
-        region->max[a] = region->max[a] > high ? high : region->max[a] < low ? low : region->max[a];
-    }
-}
-
-static enum weft_result add_tiles(const struct weft_volume_info *info,
-                                  const struct weft_brick_list *topology, weft_brick_store *store)
-{
-    enum weft_result res = WEFT_OK;
-    for (size_t i = 0; res == WEFT_OK && i < topology->tile_count; i++)
-        res = weft_brick_store_add_tile(store, &topology->tiles[i]);
-    if (res == WEFT_OK && info->clamp_to_edge)
-        weft_brick_store_clamp(store, info->active_min, info->active_max);
-    return res;
-}
-
-enum weft_result weft_footprint_places(const struct weft_log *log,
-                                       const struct weft_volume_info *info,
-                                       const struct weft_brick_list *topology,
-                                       weft_brick_store **out)
-{
-    static const float unread[WEFT_BRICK_VOXELS];
-    enum weft_result res = weft_brick_store_create(
-        log, topology->brick_count + topology->tile_count, info->background, out);
-    for (size_t i = 0; res == WEFT_OK && i < topology->brick_count; i++)
-        res = weft_brick_store_add_brick(*out, topology->brick_origin[i], unread);
-    if (res == WEFT_OK)
-        res = add_tiles(info, topology, *out);
-    if (res != WEFT_OK)
-        weft_brick_store_destroy(out);
-    return res;
-}
-
-static enum weft_result find_topology(weft_footprint *f)
-{
-    weft_volume *voxels = weft_footprint_voxels(f);
-    const struct weft_volume_info *info = weft_volume_get_info(voxels);
     struct weft_region region;
+    if (f->bricks.volume)
+        return WEFT_OK;
     weft_slice_grid_region(&f->grid, f->info.kernel.width, &region);
-    if (info->clamp_to_edge)
-        weft_footprint_clamp_region(info, &region);
-    const enum weft_result res = weft_volume_find(voxels, &region, &f->topology);
-    return res == WEFT_OK ? weft_footprint_places(f->log, info, &f->topology, &f->places) : res;
+    return weft_brick_reader_open(f->log, weft_footprint_voxels(f), &region, &f->bricks);
 }
 
 static enum weft_result fill(weft_footprint *f)
@@ -113,11 +74,12 @@ static enum weft_result fill(weft_footprint *f)
         res = weft_slice_grid_create(f->log, &info->geometry, info->space, info->kernel.width,
                                      weft_volume_get_info(f->volume), &f->grid);
     info->index_geometry = f->grid.index;
-    return res == WEFT_OK ? find_topology(f) : res;
+    return res;
 }
 
-enum weft_result weft_footprint_create(const struct weft_footprint_params *params,
-                                       weft_footprint **out)
+enum weft_result weft_footprint_create_over(const struct weft_footprint_params *params,
+                                            const struct weft_footprint_volumes *shared,
+                                            weft_footprint **out)
 {
     *out = NULL;
     weft_footprint *f = NULL;
@@ -136,6 +98,12 @@ enum weft_result weft_footprint_create(const struct weft_footprint_params *param
         .volume = params->volume,
         .memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY,
     };
+    if (shared) {
+        f->shared = true;
+        f->samples = shared->samples;
+        f->coefficients = shared->coefficients;
+        f->samples_read = f->samples ? weft_volume_cache_get_info(f->samples)->bricks_read : 0;
+    }
     res = fill(f);
     if (res != WEFT_OK)
         goto fail;
@@ -146,19 +114,21 @@ fail:
     return res;
 }
 
+enum weft_result weft_footprint_create(const struct weft_footprint_params *params,
+                                       weft_footprint **out)
+{
+    enum weft_result res = weft_footprint_create_over(params, NULL, out);
+    if (res == WEFT_OK)
+        res = weft_footprint_open(*out);
+    if (res != WEFT_OK)
+        weft_footprint_destroy(out);
+    return res;
+}
+
 weft_footprint *weft_footprint_hold(weft_footprint *footprint)
 {
     footprint->holders++;
     return footprint;
-}
-
-static void drop_bricks(weft_footprint *f)
-{
-    weft_brick_store_destroy(&f->store);
-    for (size_t i = 0; i < f->block_count; i++)
-        free(f->blocks[i]);
-    f->block_count = 0;
-    f->store_bytes = f->info.kept_bytes = 0;
 }
 
 static void cells_destroy(struct weft_slice_cells *cells)
@@ -176,16 +146,15 @@ void weft_footprint_destroy(weft_footprint **footprint)
     *footprint = NULL;
     if (--f->holders > 0)
         return;
-    drop_bricks(f);
-    free(f->blocks);
+    weft_brick_reader_close(&f->bricks);
     for (size_t i = 0; i < f->cells_count; i++)
         cells_destroy(f->cells[i]);
     free(f->cells);
     weft_footprint_forget_weights(f);
-    weft_brick_store_destroy(&f->places);
-    weft_brick_list_clear(&f->topology);
-    weft_volume_destroy(&f->coefficients);
-    weft_volume_destroy(&f->samples);
+    if (!f->shared) {
+        weft_volume_destroy(&f->coefficients);
+        weft_volume_destroy(&f->samples);
+    }
     free(f);
 }
 
@@ -376,60 +345,26 @@ void weft_footprint_box(const weft_footprint *f, const struct weft_rectangle *r,
     }
 }
 
-// The bricks, from the first to the last along each axis, that hold a box of voxels, which is
-// clamped where the volume is; in units of 8 voxels.
-static void find_bricks(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
-                        struct weft_cell_key *from, struct weft_cell_key *to)
-{
-    const struct weft_volume_info *v = weft_volume_get_info(weft_footprint_voxels(f));
-    for (int a = 0; a < 3; a++) {
-        const int32_t low = v->clamp_to_edge ? v->active_min[a] : min[a];
-        const int32_t high = v->clamp_to_edge ? v->active_max[a] : max[a];
-        from->at[a] = (min[a] < low ? low : min[a] > high ? high : min[a]) >> 3;
-        to->at[a] = (max[a] < low ? low : max[a] > high ? high : max[a]) >> 3;
-    }
-}
-
-bool weft_footprint_note(const weft_footprint *f, const int32_t min[3], const int32_t max[3],
-                         struct weft_cell_map *bricks)
-{
-    struct weft_cell_key from, to, at;
-    find_bricks(f, min, max, &from, &to);
-    for (at.at[2] = from.at[2]; at.at[2] <= to.at[2]; at.at[2]++) {
-        for (at.at[1] = from.at[1]; at.at[1] <= to.at[1]; at.at[1]++) {
-            for (at.at[0] = from.at[0]; at.at[0] <= to.at[0]; at.at[0]++) {
-                const int32_t origin[3] = {at.at[0] * 8, at.at[1] * 8, at.at[2] * 8};
-                const float *values;
-                float constant;
-                if (weft_brick_store_find(f->places, origin, &values, &constant) ==
-                        WEFT_BRICK_VALUES &&
-                    weft_cell_map_add(bricks, at) == WEFT_CELL_NONE)
-                    return false;
-            }
-        }
-    }
-    return true;
-}
-
 // ---- voxels -------------------------------------------------------------------------------------
 
 // What is kept and was read; of coefficients nothing is read but the samples that they depend on.
-static void count_bricks(weft_footprint *f, size_t read)
+static void count_bricks(weft_footprint *f)
 {
-    f->info.bricks_read += read;
-    f->info.kept_bytes = f->store_bytes;
+    f->info.bricks_read = f->bricks.bricks_read;
+    f->info.kept_bytes = f->bricks.kept_bytes;
+    f->info.read_seconds = f->bricks.read_seconds;
     if (!f->samples)
         return;
     const struct weft_volume_cache_info *samples = weft_volume_cache_get_info(f->samples);
-    f->info.bricks_read = samples->bricks_read;
-    f->info.kept_bytes += samples->kept_bytes;
+    f->info.bricks_read = samples->bricks_read - f->samples_read;
+    f->info.kept_bytes += f->shared ? 0 : samples->kept_bytes;
 }
 
 // Samples are kept in what others leave.
 static void limit_samples(weft_footprint *f, uint64_t other_bytes)
 {
-    const uint64_t bytes = f->store_bytes + other_bytes;
-    if (f->samples)
+    const uint64_t bytes = f->bricks.kept_bytes + other_bytes;
+    if (f->samples && !f->shared)
         weft_volume_cache_limit(f->samples, bytes < f->memory_bytes ? f->memory_bytes - bytes : 0);
 }
 
@@ -438,87 +373,7 @@ enum weft_result weft_footprint_read_samples(weft_footprint *f, size_t count,
 {
     limit_samples(f, 0);
     const enum weft_result res = weft_volume_read(f->samples, count, origin, values);
-    count_bricks(f, 0);
-    return res;
-}
-
-static enum weft_result create_store(weft_footprint *f)
-{
-    const struct weft_volume_info *info = weft_volume_get_info(weft_footprint_voxels(f));
-    enum weft_result res =
-        weft_brick_store_create(f->log, f->topology.tile_count, info->background, &f->store);
-    if (res == WEFT_OK)
-        res = add_tiles(info, &f->topology, f->store);
-    if (res != WEFT_OK)
-        weft_brick_store_destroy(&f->store);
-    return res;
-}
-
-static bool is_kept(const weft_footprint *f, const struct weft_cell_key *key)
-{
-    const int32_t origin[3] = {key->at[0] * 8, key->at[1] * 8, key->at[2] * 8};
-    const float *values;
-    float constant;
-    return f->store &&
-           weft_brick_store_find(f->store, origin, &values, &constant) == WEFT_BRICK_VALUES;
-}
-
-static size_t count_missing(const weft_footprint *f, const struct weft_cell_map *bricks)
-{
-    size_t count = 0;
-    for (size_t i = 0; i < bricks->count; i++)
-        count += !is_kept(f, &bricks->keys[i]);
-    return count;
-}
-
-// A place among the blocks for one more; NULL: out of memory.
-static float *add_block(weft_footprint *f, size_t bricks)
-{
-    if (f->block_count == f->block_capacity) {
-        const size_t capacity = f->block_capacity ? 2 * f->block_capacity : 16;
-        void *blocks = realloc(f->blocks, capacity * sizeof *f->blocks);
-        if (!blocks)
-            return NULL;
-        f->blocks = blocks;
-        f->block_capacity = capacity;
-    }
-    float *values = malloc(bricks * BRICK_BYTES);
-    if (values)
-        f->blocks[f->block_count++] = values;
-    return values;
-}
-
-static enum weft_result read_missing(weft_footprint *f, const struct weft_cell_map *bricks,
-                                     size_t count)
-{
-    enum weft_result res = WEFT_ERR_MEMORY;
-    int32_t(*origin)[3] = malloc(count * sizeof *origin);
-    float *values = origin ? add_block(f, count) : NULL;
-    if (!values) {
-        weft_error(f->log, "not enough memory for the voxels of %zu bricks", count);
-        goto fail;
-    }
-    size_t n = 0;
-    for (size_t i = 0; i < bricks->count; i++) {
-        if (is_kept(f, &bricks->keys[i]))
-            continue;
-        for (int a = 0; a < 3; a++)
-            origin[n][a] = bricks->keys[i].at[a] * WEFT_BRICK_SIZE;
-        n++;
-    }
-    const double start = weft_now_seconds();
-    res = weft_volume_read(weft_footprint_voxels(f), count, (const int32_t(*)[3])origin, values);
-    f->info.read_seconds += weft_now_seconds() - start;
-    if (res != WEFT_OK)
-        goto fail;
-    f->store_bytes += count * BRICK_BYTES;
-    count_bricks(f, count);
-    for (size_t i = 0; res == WEFT_OK && i < count; i++)
-        res = weft_brick_store_add_brick(f->store, origin[i], values + i * WEFT_BRICK_VOXELS);
-fail:
-    free(origin);
-    if (res != WEFT_OK)
-        drop_bricks(f);
+    count_bricks(f);
     return res;
 }
 
@@ -526,18 +381,19 @@ enum weft_result weft_footprint_load(weft_footprint *f, const struct weft_cell_m
                                      uint64_t other_bytes, const weft_brick_store **out)
 {
     *out = NULL;
-    size_t missing = count_missing(f, bricks);
-    if (f->store_bytes && missing &&
-        f->store_bytes + missing * BRICK_BYTES + other_bytes > f->memory_bytes) {
-        drop_bricks(f);
+    enum weft_result res = weft_footprint_open(f);
+    if (res != WEFT_OK)
+        return res;
+    size_t missing = weft_brick_reader_missing(&f->bricks, bricks);
+    if (f->bricks.kept_bytes && missing &&
+        f->bricks.kept_bytes + missing * BRICK_BYTES + other_bytes > f->memory_bytes) {
+        weft_brick_reader_drop(&f->bricks);
         missing = bricks->count;
     }
     limit_samples(f, missing * BRICK_BYTES + other_bytes);
-    enum weft_result res = f->store ? WEFT_OK : create_store(f);
-    if (res == WEFT_OK && missing)
-        res = read_missing(f, bricks, missing);
-    count_bricks(f, 0);
+    res = weft_brick_reader_load(&f->bricks, bricks);
+    count_bricks(f);
     if (res == WEFT_OK)
-        *out = f->store;
+        *out = f->bricks.store;
     return res;
 }

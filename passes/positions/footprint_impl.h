@@ -6,7 +6,7 @@
 #include "passes/positions/footprint.h"
 #include "passes/positions/grid.h"
 #include "passes/positions/weights.h"
-#include "tiles/volume/brick_store.h"
+#include "tiles/volume/brick_reader.h"
 
 // Where in a cell the pixels of a rectangle have floor(position + tap_shift): from low to high, 0
 // to 7.
@@ -41,18 +41,14 @@ struct weft_footprint {
     weft_volume *volume;
     // Prefiltered kernels: the volume's bricks, kept, and what is read in place of them; or NULL.
     weft_volume *samples, *coefficients;
+    bool shared;           // these two are another's
+    uint64_t samples_read; // of shared ones: bricks before
     struct weft_slice_grid grid;
-    struct weft_brick_list topology; // of everything near the cut
-    weft_brick_store *places;        // of the topology, without voxels
+    struct weft_brick_reader bricks; // of what taps read, everything near the cut
     uint64_t memory_bytes;
     // Found so far.
     struct weft_slice_cells **cells;
     size_t cells_count, cells_capacity;
-    // Read so far.
-    weft_brick_store *store;
-    float **blocks;
-    size_t block_count, block_capacity;
-    uint64_t store_bytes; // of voxels or coefficients, without the samples that are kept
     // Of the kernel, made so far: see passes/positions/weights.h.
     struct weft_slice_weights **weights;
     size_t weights_count;
@@ -63,6 +59,21 @@ struct weft_footprint {
     struct weft_slice_statistics statistics;
     struct weft_slice_shells shells; // whose sum statistics.beyond is
 };
+
+// A footprint over volumes that another keeps, and its volume's bricks with them: for prefiltered
+// kernels those of struct weft_footprint, else NULL. They are borrowed for the footprint's life.
+// `shared` NULL: the footprint has its own. As weft_footprint_create, but that nothing is looked for
+// before weft_footprint_open.
+struct weft_footprint_volumes {
+    weft_volume *samples, *coefficients;
+};
+enum weft_result weft_footprint_create_over(const struct weft_footprint_params *params,
+                                            const struct weft_footprint_volumes *shared,
+                                            weft_footprint **out);
+
+// Finds which bricks and tiles lie near the cut, once. Returns WEFT_ERR_MEMORY and what
+// weft_volume_find returns.
+enum weft_result weft_footprint_open(weft_footprint *footprint);
 
 // One more holder, who calls weft_footprint_destroy in the end.
 weft_footprint *weft_footprint_hold(weft_footprint *footprint);
@@ -90,11 +101,6 @@ void weft_footprint_cell_box(const weft_footprint *footprint, const struct weft_
 void weft_footprint_box(const weft_footprint *footprint, const struct weft_rectangle *rectangle,
                         int32_t min[3], int32_t max[3]);
 
-// Notes the bricks that hold a box of voxels, which is clamped where the volume is, and have voxels
-// of their own. false: out of memory.
-bool weft_footprint_note(const weft_footprint *footprint, const int32_t min[3],
-                         const int32_t max[3], struct weft_cell_map *bricks);
-
 // The one way that voxels are read: bricks that are not kept are, and kept as long as memory_bytes
 // holds them, the other bricks that are kept and the caller's other_bytes; or else those kept are
 // dropped before. *out answers for these bricks and the tiles, clamped where the volume is, until
@@ -110,14 +116,5 @@ enum weft_result weft_footprint_read_samples(weft_footprint *footprint, size_t c
 // The statistics with their shells.
 enum weft_result weft_footprint_measure(weft_footprint *footprint,
                                         const struct weft_progress *progress);
-
-// The part of a clamped volume's box that a region reaches once clamped, without slabs.
-void weft_footprint_clamp_region(const struct weft_volume_info *volume, struct weft_region *region);
-
-// A store over a list's tiles, and its bricks without voxels: for where they are.
-enum weft_result weft_footprint_places(const struct weft_log *log,
-                                       const struct weft_volume_info *info,
-                                       const struct weft_brick_list *topology,
-                                       weft_brick_store **out);
 
 #endif

@@ -260,7 +260,7 @@ static size_t next_bricks(weft_footprint *f, const struct reached *reached, size
         const int32_t origin[3] = {key->at[0] * 8, key->at[1] * 8, key->at[2] * 8};
         const float *values;
         float constant;
-        if (weft_brick_store_find(f->places, origin, &values, &constant) != WEFT_BRICK_VALUES)
+        if (weft_brick_store_find(f->bricks.places, origin, &values, &constant) != WEFT_BRICK_VALUES)
             measure_constant(constant, &reached->masks[from], &f->voxels);
         else if (weft_cell_map_add(out, *key) == WEFT_CELL_NONE)
             return from;
@@ -329,10 +329,10 @@ static void set_reach(const weft_footprint *f, struct reach *reach)
     for (int i = 0; i <= WEFT_SLICE_SHELLS; i++) {
         reach->region[i] = weft_region_widen(&taps, reach->shells->overlap[i]);
         if (info->clamp_to_edge)
-            weft_footprint_clamp_region(info, &reach->region[i]);
+            weft_region_clamp(info, &reach->region[i]);
     }
     if (info->clamp_to_edge)
-        weft_footprint_clamp_region(info, &taps);
+        weft_region_clamp(info, &taps);
     reach->taps = taps;
 }
 
@@ -438,7 +438,7 @@ static enum weft_result measure_background(weft_footprint *f, const struct reach
     bool near, at_taps;
     if (!isfinite(value) || info->clamp_to_edge)
         return WEFT_OK;
-    enum weft_result res = weft_footprint_places(f->log, info, list, &places);
+    enum weft_result res = weft_brick_places_create(f->log, info, list, &places);
     if (res == WEFT_OK)
         res = weft_footprint_cells(f, &whole, NULL, 0.0, &cells);
     if (res == WEFT_OK)
@@ -557,7 +557,9 @@ enum weft_result weft_footprint_measure(weft_footprint *f, const struct weft_pro
     f->voxels = (struct weft_statistics)WEFT_STATISTICS_NONE;
     f->statistics = (struct weft_slice_statistics){.voxel_low = INFINITY, .voxel_high = -INFINITY};
     set_shells(&f->info.kernel, &f->shells);
-    enum weft_result res = f->coefficients ? measure_around(f, progress) : WEFT_OK;
+    enum weft_result res = weft_footprint_open(f);
+    if (res == WEFT_OK && f->coefficients)
+        res = measure_around(f, progress);
     if (res == WEFT_OK)
         res = measure_reached(f, progress);
     if (res != WEFT_OK)

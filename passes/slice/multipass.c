@@ -102,7 +102,7 @@ static enum weft_result find_bricks(const struct weft_slice_multipass *r,
     for (size_t i = 0; res == WEFT_OK && i < reach->cells->map.count; i++) {
         int32_t min[3], max[3];
         weft_footprint_cell_box(r->footprint, reach->cells, i, min, max);
-        if (!weft_footprint_note(r->footprint, min, max, &reach->bricks))
+        if (!weft_brick_reader_note(&r->footprint->bricks, min, max, &reach->bricks))
             res = out_of_memory(r, (reach->bricks.count + 1) * sizeof *reach->bricks.keys,
                                 "a list of bricks");
     }

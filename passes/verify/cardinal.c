@@ -91,10 +91,10 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan,
     weft_slice_grid_region(&plan->footprint->grid, s->kernel.width, &region);
     region = weft_region_widen(&region, s->overlap);
     if (info->clamp_to_edge)
-        weft_footprint_clamp_region(info, &region);
+        weft_region_clamp(info, &region);
     res = weft_volume_find(volume, &region, &s->topology);
     if (res == WEFT_OK)
-        res = weft_footprint_places(plan->log, info, &s->topology, &s->store);
+        res = weft_brick_places_create(plan->log, info, &s->topology, &s->store);
     if (res != WEFT_OK)
         goto fail;
     *out = s;

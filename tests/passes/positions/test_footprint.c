@@ -322,7 +322,7 @@ static uint64_t bricks_in_reach(weft_footprint *f)
     for (size_t i = 0; i < cells->map.count; i++) {
         int32_t min[3], max[3];
         weft_footprint_cell_box(f, cells, i, min, max);
-        assert_true(weft_footprint_note(f, min, max, &bricks));
+        assert_true(weft_brick_reader_note(&f->bricks, min, max, &bricks));
     }
     const uint64_t count = bricks.count;
     const weft_brick_store *store;
