@@ -94,12 +94,14 @@ void weft_cell_cache_use(struct weft_cell_cache *c, int64_t number)
 int64_t weft_cell_cache_add(struct weft_cell_cache *c, struct weft_cell_key key, bool *evicted)
 {
     *evicted = false;
-    if (c->limit == 0 || (!c->free && c->known == c->capacity && c->known < c->limit && !grow(c)))
+    if (c->limit == 0)
         return WEFT_CELL_NONE;
-    if (!c->free && c->known == c->limit) {
+    if (c->count >= c->limit) {
         weft_cell_cache_remove_oldest(c);
         *evicted = true;
     }
+    if (!c->free && c->known == c->capacity && !grow(c))
+        return WEFT_CELL_NONE;
     uint32_t n = c->free;
     if (n)
         c->free = c->places[n - 1].older;

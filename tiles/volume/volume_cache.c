@@ -4,71 +4,80 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tiles/volume/cell_map.h"
+#include "tiles/volume/cell_cache.h"
 #include "tiles/volume/volume_impl.h"
 
 enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
 
 struct cache {
-    weft_volume *base; // the caller's
-    uint64_t memory_bytes;
-    struct weft_cell_map map; // of the bricks that are kept
-    float **values;           // by number
+    weft_volume *base;             // the caller's
+    struct weft_cell_cache places; // of the bricks that are kept, as many as may be
+    float **values;                // by place; NULL: free
     size_t capacity;
     struct weft_volume_cache_info info;
 };
 
-static struct weft_cell_key key_of(const int32_t origin[3])
+static void key_of(const int32_t origin[3], struct weft_cell_key *key)
 {
-    return (struct weft_cell_key){{origin[0] >> 3, origin[1] >> 3, origin[2] >> 3}};
+    for (int a = 0; a < 3; a++)
+        key->at[a] = origin[a] >> 3;
 }
 
-static void drop(struct cache *c)
+static int64_t find_brick(const struct cache *c, const int32_t origin[3])
 {
-    for (size_t i = 0; i < c->map.count; i++)
-        free(c->values[i]);
-    weft_cell_map_destroy(&c->map);
-    c->info.kept_bytes = 0;
+    struct weft_cell_key key;
+    key_of(origin, &key);
+    return weft_cell_cache_find(&c->places, key.at);
+}
+
+// A place's own memory; NULL: there is none.
+static float *place_values(struct cache *c, int64_t place)
+{
+    if ((size_t)place >= c->capacity) {
+        const size_t capacity = c->capacity ? 2 * c->capacity : 256;
+        float **values = realloc(c->values, capacity * sizeof *values);
+        if (!values)
+            return NULL;
+        memset(values + c->capacity, 0, (capacity - c->capacity) * sizeof *values);
+        c->values = values;
+        c->capacity = capacity;
+    }
+    if (!c->values[place] && (c->values[place] = malloc(BRICK_BYTES)))
+        c->info.kept_bytes += BRICK_BYTES;
+    return c->values[place];
 }
 
 // Without memory a brick is not kept, and read again.
 static void keep(struct cache *c, const int32_t origin[3], const float *values)
 {
-    if (c->info.kept_bytes + BRICK_BYTES > c->memory_bytes ||
-        weft_cell_map_find(&c->map, key_of(origin)) != WEFT_CELL_NONE)
+    struct weft_cell_key key;
+    bool evicted;
+    key_of(origin, &key);
+    if (weft_cell_cache_find(&c->places, key.at) != WEFT_CELL_NONE) // asked for twice
         return;
-    if (c->map.count == c->capacity) {
-        const size_t capacity = c->capacity ? 2 * c->capacity : 256;
-        void *list = realloc(c->values, capacity * sizeof *c->values);
-        if (!list)
-            return;
-        c->values = list;
-        c->capacity = capacity;
-    }
-    float *own = malloc(BRICK_BYTES);
-    if (!own)
+    const int64_t place = weft_cell_cache_add(&c->places, key, &evicted);
+    if (place == WEFT_CELL_NONE)
         return;
-    memcpy(own, values, BRICK_BYTES);
-    const int64_t number = weft_cell_map_add(&c->map, key_of(origin));
-    if (number == WEFT_CELL_NONE) {
-        free(own);
-        return;
-    }
-    c->values[number] = own;
-    c->info.kept_bytes += BRICK_BYTES;
+    float *own = place_values(c, place);
+    if (own)
+        memcpy(own, values, BRICK_BYTES);
+    else
+        weft_cell_cache_remove(&c->places, place);
 }
 
 // Hands out what is kept; returns how many are missing, whose places are noted.
-static size_t copy_kept(const struct cache *c, size_t count, const int32_t (*origin)[3],
+static size_t copy_kept(struct cache *c, size_t count, const int32_t (*origin)[3],
                         float *values, size_t *missing)
 {
     size_t missed = 0;
     for (size_t i = 0; i < count; i++) {
-        const int64_t number = weft_cell_map_find(&c->map, key_of(origin[i]));
-        if (number == WEFT_CELL_NONE)
+        const int64_t place = find_brick(c, origin[i]);
+        if (place == WEFT_CELL_NONE) {
             missing[missed++] = i;
-        else
-            memcpy(values + i * WEFT_BRICK_VOXELS, c->values[number], BRICK_BYTES);
+            continue;
+        }
+        weft_cell_cache_use(&c->places, place);
+        memcpy(values + i * WEFT_BRICK_VOXELS, c->values[place], BRICK_BYTES);
     }
     return missed;
 }
@@ -106,11 +115,8 @@ static enum weft_result read(weft_volume *volume, size_t count, const int32_t (*
         weft_error(volume->log, "not enough memory to read %zu bricks", count);
     if (res == WEFT_OK) {
         c->info.bricks_read += missed;
-        if (c->info.kept_bytes + missed * BRICK_BYTES > c->memory_bytes)
-            drop(c);
-        if (count * BRICK_BYTES <= c->memory_bytes)
-            for (size_t i = 0; i < count; i++)
-                keep(c, brick_origin[i], values + i * WEFT_BRICK_VOXELS);
+        for (size_t i = 0; i < missed; i++)
+            keep(c, brick_origin[missing[i]], values + missing[i] * WEFT_BRICK_VOXELS);
     }
     free(missing);
     return res;
@@ -126,8 +132,10 @@ static enum weft_result find(weft_volume *volume, const struct weft_region *regi
 static void clear(void *data)
 {
     struct cache *c = data;
-    drop(c);
+    for (size_t i = 0; i < c->capacity; i++)
+        free(c->values[i]);
     free(c->values);
+    weft_cell_cache_clear(&c->places);
 }
 
 static const struct weft_volume_backend backend = {
@@ -149,9 +157,14 @@ enum weft_result weft_volume_cache(weft_volume *volume, const struct weft_log *l
 void weft_volume_cache_limit(weft_volume *cache, uint64_t memory_bytes)
 {
     struct cache *c = cache->data;
-    c->memory_bytes = memory_bytes;
-    if (c->info.kept_bytes > memory_bytes)
-        drop(c);
+    const uint64_t places = memory_bytes / BRICK_BYTES;
+    while (c->places.count > places) {
+        const int64_t place = weft_cell_cache_remove_oldest(&c->places);
+        free(c->values[place]);
+        c->values[place] = NULL;
+        c->info.kept_bytes -= BRICK_BYTES;
+    }
+    c->places.limit = places < UINT32_MAX / 4 ? (size_t)places : UINT32_MAX / 4;
 }
 
 const struct weft_volume_cache_info *weft_volume_cache_get_info(const weft_volume *cache)

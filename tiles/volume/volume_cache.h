@@ -18,9 +18,8 @@ struct weft_volume_cache_info {
 enum weft_result weft_volume_cache(weft_volume *volume, const struct weft_log *log,
                                    weft_volume **out);
 
-// Limits the bytes of kept voxels from now on; all are dropped where there are more already. Bricks
-// that are asked for together are kept together: in place of all others where there is no room
-// beside these, and not at all where there is none even then.
+// Limits the bytes of kept voxels from now on. Where there is no room for a brick that is read, or
+// for those that are kept, the bricks least recently asked for are dropped, one by one.
 void weft_volume_cache_limit(weft_volume *cache, uint64_t memory_bytes);
 
 // Valid until the cache is destroyed; the counts change as it reads.
