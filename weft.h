@@ -23,6 +23,7 @@
 #include "passes/choose/method.h"
 #include "passes/cpu/cpu.h"
 #include "passes/fused/fused.h"
+#include "passes/fused/resident.h"
 #include "passes/fused/work.h"
 #include "passes/gl/context.h"
 #include "passes/multipass/multipass.h"

@@ -1112,6 +1112,53 @@ static void footprints(void)
     weft_volume_destroy(&v);
 }
 
+static enum weft_result make_resident(const struct weft_resident_params *p)
+{
+    weft_resident *made = NULL;
+    const enum weft_result res = weft_resident_create(p, &made);
+    weft_resident_destroy(&made);
+    return res;
+}
+
+static void residents(void)
+{
+    weft_volume *v = volume(), *other = volume();
+    struct weft_resident_params good = {.volume = v, .log = &logger};
+#define CALL make_resident(&p)
+    KERNELS_REFUSED(good, 1, CALL);
+    BAD_ENUM(good, layout, CALL);
+    BAD_ENUM(good, source, CALL);
+    SET_REFUSED(good, volume, NULL, CALL);
+    SET_REFUSED(good, layout, WEFT_LAYOUT_ALIGNED, CALL); // in memory
+    SET_REFUSED(good, memory_bytes, 1, CALL);
+    ANY_INT(good, memory_bytes, CALL);
+    ANY_INT(good, brick_bytes, CALL);
+    struct weft_resident_params mapped = good;
+    mapped.source = WEFT_SOURCE_UNORM8;
+    mapped.high = 1.0;
+    ANY_NUMBER(mapped, low, CALL);
+    ANY_NUMBER(mapped, high, CALL);
+#undef CALL
+    weft_resident *r = NULL;
+    TRUE(weft_resident_create(&good, &r) == WEFT_OK);
+    TRUE(weft_resident_get_info(r)->capacity > 0);
+    // Slices are of its volume, its layout, and the engine that it was made for.
+    struct weft_slice_params slice = slice_params(v);
+    slice.engine = WEFT_ENGINE_CPU;
+    slice.resident = r;
+#define CALL make_slice(v, &p)
+    SET_REFUSED(slice, engine, WEFT_ENGINE_GL, CALL);
+    SET_REFUSED(slice, layout, WEFT_LAYOUT_INTERLEAVED, CALL);
+    SET_REFUSED(slice, source, WEFT_SOURCE_HALF, CALL);
+#undef CALL
+    REFUSED(make_slice(other, &slice));
+    weft_resident_destroy(&r);
+    weft_resident_destroy(&r);
+    weft_resident_destroy(NULL);
+    weft_volume_destroy(&other);
+    weft_volume_destroy(&v);
+}
+
 static enum weft_result make_method(weft_volume *v, const struct weft_method_params *p)
 {
     weft_method_plan *made = NULL;
@@ -1811,6 +1858,7 @@ static const struct {
     {judgements, {F(pass_plan_judge), F(pass_work_of)}},
     {footprints,
      {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics)}},
+    {residents, {F(resident_create), F(resident_destroy), F(resident_get_info)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},

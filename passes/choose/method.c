@@ -268,7 +268,8 @@ static enum weft_result check_engine(const struct weft_method *method, const str
 static enum weft_result check_source(const struct weft_method_params *p)
 {
     const struct weft_slice_params slice = weft_method_slice_params(p);
-    if (!weft_slice_source_holds(slice.source, slice.low, slice.high)) {
+    const struct weft_source_range range = {slice.low, slice.high};
+    if (!weft_source_format_holds(slice.source, &range)) {
         weft_debug(p->slice.log, "a source of format %s does not hold voxels from %g to %g",
                    weft_source_format_name(slice.source), slice.low, slice.high);
         return WEFT_ERR_UNSUPPORTED;

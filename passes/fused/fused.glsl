@@ -1,6 +1,6 @@
 // Fragment shader: one tri-variate reconstruction per pixel.
 // Defined by the plan: WIDTH (taps along an axis), FIRST (samples from the first one in reach to the
-// first tap), SUMMED (1 if blocks have no third axis), GROUPS (of four taps), DEGREE and SEGMENTS of
+// first tap), SKIP (of these, those fetched with interleaved rows), SUMMED (1 if blocks have no third axis), GROUPS (of four taps), DEGREE and SEGMENTS of
 // the kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), CONSTANTS_ONLY, MAPPED
 // (1 if samples are mapped from their range), UNIT_SUM (1 if weights add up to one), one of
 // LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN, and, for pixels clamped to the samples next to
@@ -55,11 +55,11 @@ float row(int at, float weight[ROW_WEIGHTS])
     }
 #else
     // Samples past the last tap are not touched: a NaN there must not get in.
-    for (int g = 0; g < (FIRST + WIDTH + 3) / 4; g++) {
-        vec4 s = texelFetch(source, at + 4 * g - FIRST);
+    for (int g = 0; g < (SKIP + WIDTH + 3) / 4; g++) {
+        vec4 s = texelFetch(source, at + 4 * g - SKIP);
         for (int i = 0; i < 4; i++)
-            if (4 * g + i >= FIRST && 4 * g + i < FIRST + WIDTH)
-                sum += s[i] * weight[4 * g + i - FIRST];
+            if (4 * g + i >= SKIP && 4 * g + i < SKIP + WIDTH)
+                sum += s[i] * weight[4 * g + i - SKIP];
     }
 #endif
     return sum;
@@ -76,7 +76,8 @@ float sample_at(int at, int start, ivec3 tap)
 #elif defined(LAYOUT_PLAIN)
     return texelFetch(source, at + tap.x).r;
 #else
-    return texelFetch(source, at + (tap.x & ~3))[tap.x & 3];
+    int x = tap.x + SKIP;
+    return texelFetch(source, at - SKIP + (x & ~3))[x & 3];
 #endif
 }
 #endif

@@ -22,6 +22,7 @@
 #include "../../tiles/volume/layout.h"
 #include "../cpu/cpu.h"
 #include "../positions/footprint.h"
+#include "resident.h"
 
 WEFT_BEGIN_DECLS
 
@@ -56,6 +57,11 @@ struct weft_slice_params {
     // What these three and the volume reach, made before and shared with other plans, which so read
     // voxels once (default NULL: the plan makes its own). It is held for the plan's life.
     weft_footprint *footprint;
+    // What stays of the volume from slice to slice, made for the engine and its context (default
+    // NULL: the slice has its voxels to itself). Held until the plan is destroyed: blocks are read
+    // where they are, or added, and bricks likewise where no blocks are read. Layout, source, low
+    // and high are then its own: what is given here must be the default, or the same.
+    weft_resident *resident;
     enum weft_engine engine;        // that is to run it (default OpenGL)
     enum weft_sums sums;            // of products (default float); double: of the CPU engine alone
     enum weft_layout layout;        // of voxels in the texture buffer (default auto, which goes by
@@ -86,7 +92,7 @@ struct weft_slice_tile {
     uint64_t bricks_read;    // handed over by the reader
     uint64_t cells;          // 8x8x8 cells with at least one pixel's tap origin in them
     uint64_t cells_laid_out; // of those, the ones that need voxels (others are constant)
-    uint64_t memory_bytes;   // voxels + layout + table + target
+    uint64_t memory_bytes;   // voxels + layout + table + target; not what is resident
 };
 
 // A planned slice. Thread-safety: one thread at a time, for a plan and its footprint together.
@@ -138,7 +144,9 @@ struct weft_slice_plan_info {
 //
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
 // voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
-// of the source, samples of tiles, smooth_error), WEFT_ERR_LIMIT (memory, index range),
+// of the source, samples of tiles, smooth_error; a resident volume of other voxels, layout or
+// engine, or for other kernels), WEFT_ERR_LIMIT (memory, index range; a resident volume that does
+// not hold the smallest tile's blocks),
 // WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL; see above), WEFT_ERR_MEMORY,
 // WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,

@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/fused/resident_impl.h"
+
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
     MAX_TILE = 4096,        // pixels along a side
@@ -29,6 +31,7 @@ struct planner {
     const struct weft_progress *progress;
     int64_t planned_pixels; // in finished tiles
     double fraction;        // last reported; another layout's attempt begins anew
+    size_t needed_blocks;   // of the tile that was sized last
 };
 
 static enum weft_result out_of_memory(const struct weft_slice_plan *plan,
@@ -58,9 +61,9 @@ static bool sort_cells(const struct weft_slice_plan *plan, struct weft_slice_til
         const struct weft_slice_cell *cell = &plan->cells->at[content->number];
         weft_slice_cell_box(plan, content->number, min, max);
         // A constant convolved is that constant only where the weights sum to one.
-        content->constant =
-            plan->info.savings & WEFT_SAVING_CONSTANT &&
-            weft_brick_store_box_constant(plan->footprint->bricks.places, min, max, &content->value);
+        content->constant = plan->info.savings & WEFT_SAVING_CONSTANT &&
+                            weft_brick_store_box_constant(plan->footprint->bricks.places, min, max,
+                                                          &content->value);
         if (content->constant)
             continue;
         out->cells_laid_out++;
@@ -101,6 +104,31 @@ static enum weft_result size_cells(const struct planner *planner, enum weft_layo
     return WEFT_OK;
 }
 
+// The same for tiles that read resident blocks.
+static enum weft_result size_blocks(struct planner *planner, struct weft_slice_tile_plan *tile,
+                                    struct weft_slice_tile *out)
+{
+    const struct weft_slice_plan *plan = planner->plan;
+    const struct weft_rectangle at = {out->x, out->y, out->width, out->height};
+    struct weft_resident_survey survey;
+    enum weft_result res = weft_footprint_cells(plan->footprint, &at, planner->progress,
+                                                planner->fraction, &tile->cells);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_resident_request request = weft_resident_request_of(plan, tile->cells);
+    res = weft_resident_survey(plan->resident, &request, &survey);
+    tile->layout = plan->resident->layout;
+    tile->background = survey.background;
+    tile->source_texels = survey.blocks * tile->layout.block_texels;
+    planner->needed_blocks = survey.blocks;
+    out->cells = tile->cells->map.count;
+    out->cells_laid_out = survey.blocks;
+    out->bricks_read = survey.bricks;
+    out->memory_bytes = (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
+                        out->cells * CELL_BYTES;
+    return res;
+}
+
 // The same for tiles without cells.
 static enum weft_result size_plane(const struct planner *planner, struct weft_slice_tile_plan *tile,
                                    struct weft_slice_tile *out)
@@ -133,6 +161,23 @@ static void tile_plan_destroy(const struct weft_slice_plan *plan, struct weft_sl
     weft_cell_map_destroy(&tile->bricks);
     free(tile->content);
     *tile = (struct weft_slice_tile_plan){0};
+}
+
+enum weft_result weft_slice_tile_bricks(const struct weft_slice_plan *plan, int tile,
+                                        const struct weft_cell_map **out)
+{
+    struct weft_slice_tile_plan *t = &plan->tile_plans[tile];
+    *out = &t->bricks;
+    if (!weft_slice_reads_blocks(plan) || t->bricks.count)
+        return WEFT_OK;
+    const enum weft_result res = weft_footprint_open(plan->footprint);
+    for (size_t i = 0; res == WEFT_OK && i < t->cells->map.count; i++) {
+        int32_t min[3], max[3];
+        weft_footprint_cell_box(plan->footprint, t->cells, i, min, max);
+        if (!weft_brick_reader_note(&plan->footprint->bricks, min, max, &t->bricks))
+            return out_of_memory(plan, &plan->tiles[tile]);
+    }
+    return res;
 }
 
 // ---- tiles --------------------------------------------------------------------------------------
@@ -205,11 +250,14 @@ static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout
     if (!separable && (rectangle.width > planner->max_tile || rectangle.height > planner->max_tile))
         return plan_halves(planner, layout, min_tile, &rectangle);
     struct weft_slice_tile_plan tile = {.cells = NULL};
+    const bool blocks = weft_slice_reads_blocks(plan);
     enum weft_result res = separable ? size_plane(planner, &tile, &rectangle)
+                           : blocks  ? size_blocks(planner, &tile, &rectangle)
                                      : size_cells(planner, layout, &tile, &rectangle);
     const bool fits =
         rectangle.memory_bytes <= planner->memory_bytes &&
-        (separable || ((int64_t)tile.source_texels <= planner->max_texels &&
+        (!blocks || planner->needed_blocks <= plan->resident->info.capacity) &&
+        (separable || ((blocks || (int64_t)tile.source_texels <= planner->max_texels) &&
                        (int64_t)rectangle.width * rectangle.height <= planner->max_texels));
     if (res == WEFT_OK && fits && append_tile(plan, &rectangle, &tile)) {
         note_progress(planner, &rectangle);
@@ -259,6 +307,8 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
     int count = 1;
     if (plan->axes.separable) {
         tries[0].layout = WEFT_LAYOUT_PLAIN;
+    } else if (weft_slice_reads_blocks(plan)) {
+        tries[0].layout = plan->resident->info.layout;
     } else if (asked == WEFT_LAYOUT_AUTO) {
         // One or two taps a row use too little of a texel of four.
         tries[0].layout = width < 3 ? WEFT_LAYOUT_PLAIN : WEFT_LAYOUT_INTERLEAVED;
@@ -280,7 +330,13 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
                                                       plan->footprint->grid.index.height, 0, 0, 0,
                                                       0});
     }
-    if (res == WEFT_ERR_LIMIT)
+    if (res == WEFT_ERR_LIMIT && weft_slice_reads_blocks(plan) &&
+        planner->needed_blocks > plan->resident->info.capacity)
+        weft_error(plan->log,
+                   "the smallest tile of the slice needs %zu blocks; the resident volume has "
+                   "places for %" PRIu64,
+                   planner->needed_blocks, plan->resident->info.capacity);
+    else if (res == WEFT_ERR_LIMIT)
         weft_error(plan->log,
                    "the smallest tile of the slice needs %" PRIu64
                    " bytes; the memory limit is %" PRIu64,
@@ -306,11 +362,27 @@ fail:
     return res;
 }
 
-bool weft_slice_source_holds(enum weft_source_format source, double low, double high)
+// Layout and source of a resident volume are what they are; so is what it was made for.
+static enum weft_result check_resident(const struct weft_slice_params *p)
 {
-    const double most = 1e37; // so that widths and sums of a range are single precision too
-    return source == WEFT_SOURCE_FLOAT ||
-           (high - low >= FLT_MIN && fabs(low) <= most && fabs(high) <= most);
+    const struct weft_resident_info *r = &p->resident->info;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, (p->engine == WEFT_ENGINE_CPU) == !p->resident->context);
+    if ((p->layout != WEFT_LAYOUT_AUTO && p->layout != r->layout) ||
+        (p->source != WEFT_SOURCE_FLOAT && p->source != r->source)) {
+        weft_error(p->log, "the resident volume is laid out %s, as %s, and not %s, as %s",
+                   weft_layout_name(r->layout), weft_source_format_name(r->source),
+                   weft_layout_name(p->layout), weft_source_format_name(p->source));
+        return res;
+    }
+    if (p->source != WEFT_SOURCE_FLOAT && (p->low != r->low || p->high != r->high)) {
+        weft_error(p->log, "the resident volume holds %g to %g, and not %g to %g", r->low, r->high,
+                   p->low, p->high);
+        return res;
+    }
+    return WEFT_OK;
+fail:
+    return res;
 }
 
 static enum weft_result check_request(const struct weft_slice_params *p)
@@ -319,7 +391,8 @@ static enum weft_result check_request(const struct weft_slice_params *p)
         weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");
         return WEFT_ERR_UNSUPPORTED;
     }
-    if (!weft_slice_source_holds(p->source, p->low, p->high)) {
+    const struct weft_source_range range = {p->low, p->high};
+    if (!weft_source_format_holds(p->source, &range)) {
         weft_error(p->log,
                    "a source of format %s needs a range within +-1e37, 1.2e-38 wide or more: %g to "
                    "%g is none",
@@ -349,9 +422,10 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
 {
     struct weft_slice_plan_info *info = &plan->info;
     enum weft_result res = check_request(p);
-    info->source = p->source;
+    info->source = plan->resident ? plan->resident->info.source : p->source;
     info->lookup = p->lookup;
-    plan->range = (struct weft_source_range){p->low, p->high};
+    plan->range =
+        plan->resident ? plan->resident->range : (struct weft_source_range){p->low, p->high};
     plan->clamp_to_samples = p->clamp_to_samples;
     if (res == WEFT_OK)
         res = find_weights(plan, p);
@@ -365,7 +439,7 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
     info->summed_axis = plan->axes.summed ? plan->axes.order[2] : -1;
     info->summed_taps = plan->axes.kept;
     // It has a layout, a source and weights of its own.
-    if (p->layout == WEFT_LAYOUT_AUTO && p->source == WEFT_SOURCE_FLOAT &&
+    if (p->layout == WEFT_LAYOUT_AUTO && info->source == WEFT_SOURCE_FLOAT &&
         p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
         weft_slice_axes_separate(&info->kernel, grid, &plan->axes);
     weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
@@ -388,9 +462,12 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
 {
     for (int i = 0; i < plan->info.tile_count; i++) {
         const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
-        if (plan->axes.separable && (tile->bricks.count || plan->footprint->bricks.topology.tile_count))
+        if (weft_slice_reads_blocks(plan) && !tile->background)
             return false;
-        for (size_t c = 0; tile->cells && c < tile->cells->map.count; c++)
+        if (plan->axes.separable &&
+            (tile->bricks.count || plan->footprint->bricks.topology.tile_count))
+            return false;
+        for (size_t c = 0; tile->content && c < tile->cells->map.count; c++)
             if (!tile->content[c].constant ||
                 memcmp(&tile->content[c].value, &background, sizeof background) != 0)
                 return false;
@@ -421,17 +498,22 @@ static void fill_info(struct weft_slice_plan *plan, const struct weft_volume_inf
 static enum weft_result set_footprint(struct weft_slice_plan *plan, weft_volume *volume,
                                       const struct weft_slice_params *p)
 {
+    const struct weft_footprint_params *own =
+        weft_footprint_params(.volume = p->resident ? weft_resident_volume(p->resident) : volume,
+                              .kernel = p->kernel, .space = p->space, .geometry = p->geometry,
+                              .memory_bytes = p->memory_bytes, .log = p->log);
+    if (!p->footprint && p->resident) {
+        const struct weft_footprint_volumes shared = weft_resident_volumes(p->resident);
+        return weft_footprint_create_over(own, &shared, &plan->footprint);
+    }
     if (!p->footprint)
-        return weft_footprint_create(
-            weft_footprint_params(.volume = volume, .kernel = p->kernel, .space = p->space,
-                                  .geometry = p->geometry, .memory_bytes = p->memory_bytes,
-                                  .log = p->log),
-            &plan->footprint);
-    const struct weft_footprint_info *own = &p->footprint->info;
-    weft_require(p->log, p->footprint->volume == volume);
-    weft_require(p->log, !p->kernel.info || weft_kernel_same(&p->kernel, &own->kernel));
-    weft_require(p->log, memcmp(&p->geometry, &own->geometry, sizeof p->geometry) == 0);
-    weft_require(p->log, p->space == own->space);
+        return weft_footprint_create(own, &plan->footprint);
+    const struct weft_footprint_info *given = &p->footprint->info;
+    weft_require(p->log, p->footprint->volume == volume ||
+                             (p->resident && p->footprint->volume == own->volume));
+    weft_require(p->log, !p->kernel.info || weft_kernel_same(&p->kernel, &given->kernel));
+    weft_require(p->log, memcmp(&p->geometry, &given->geometry, sizeof p->geometry) == 0);
+    weft_require(p->log, p->space == given->space);
     plan->footprint = weft_footprint_hold(p->footprint);
     return WEFT_OK;
 fail:
@@ -467,9 +549,15 @@ enum weft_result weft_slice_request_create(weft_volume *volume,
         return WEFT_ERR_MEMORY;
     }
     plan->log = params->log;
+    plan->resident = params->resident;
     enum weft_result res = check_values(params);
+    if (res == WEFT_OK && plan->resident)
+        res = check_resident(params);
     if (res == WEFT_OK)
         res = set_footprint(plan, volume, params);
+    if (res == WEFT_OK && plan->resident)
+        res =
+            weft_resident_check(plan->resident, params->log, volume, &plan->footprint->info.kernel);
     if (res == WEFT_OK)
         res = start_info(plan, params);
     if (res == WEFT_OK)
@@ -505,7 +593,10 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         .max_texels = limit_of(p->max_buffer_texels, MAX_TEXELS),
     };
     plan->separable_bytes = planner.memory_bytes / 2;
-    res = plan_tiles(&planner, p->layout);
+    if (!weft_slice_reads_blocks(plan))
+        res = weft_footprint_open(plan->footprint);
+    if (res == WEFT_OK)
+        res = plan_tiles(&planner, p->layout);
     if (res != WEFT_OK)
         goto fail;
     fill_info(plan, info);

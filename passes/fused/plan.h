@@ -21,13 +21,15 @@ struct weft_slice_content {
 };
 
 // Resident data of one rectangle. Source buffer: `head_texels` of room, so that no block's entry is
-// negative, then a block for each cell that is not constant, in the cells' order.
+// negative, then a block for each cell that is not constant, in the cells' order. Tiles that read
+// resident blocks have no content, and bricks only once they are asked for.
 struct weft_slice_tile_plan {
     const struct weft_slice_cells *cells; // the footprint's
     struct weft_slice_content *content;   // by number
     struct weft_cell_map bricks;          // to read; keys in units of 8 voxels
     struct weft_block_layout layout;
     size_t head_texels, source_texels;
+    bool background; // of tiles that read resident blocks: all cells are of its value
 };
 
 // What a cell's samples have to stay within for a cheaper piece. With n axes to convolve along:
@@ -42,6 +44,7 @@ struct weft_slice_smooth {
 struct weft_slice_plan {
     struct weft_slice_plan_info info;
     weft_footprint *footprint;            // held
+    struct weft_resident *resident;       // or NULL
     const struct weft_slice_cells *cells; // of the whole slice, the footprint's; NULL: separable
     struct weft_slice_axes axes;
     struct weft_slice_smooth smooth;
@@ -65,13 +68,21 @@ void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 // read|.
 double weft_slice_position_bound(const struct weft_slice_plan *plan);
 
-// Whether a source of this format can hold a range of voxels.
-bool weft_slice_source_holds(enum weft_source_format source, double low, double high);
-
 // The voxels that the taps of one of the plan's cells reach, inclusive, and that the plan needs:
 // fewer along a summed axis.
 void weft_slice_cell_box(const struct weft_slice_plan *plan, size_t number, int32_t min[3],
                          int32_t max[3]);
+
+// Whether its voxels are those of resident blocks.
+static inline bool weft_slice_reads_blocks(const struct weft_slice_plan *plan)
+{
+    return plan->resident && !plan->axes.summed && !plan->axes.separable;
+}
+
+// The bricks in reach of a tile, found now where it reads resident blocks. Returns WEFT_ERR_MEMORY
+// and what weft_volume_find returns.
+enum weft_result weft_slice_tile_bricks(const struct weft_slice_plan *plan, int tile,
+                                        const struct weft_cell_map **out);
 
 // What of a plan does not depend on where the voxels lie: kernel, grid, axes, savings and bounds,
 // without tiles. Returns as weft_slice_plan_create.

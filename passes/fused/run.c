@@ -12,6 +12,7 @@
 #include "passes/positions/grid_uniforms.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
+#include "passes/fused/resident_impl.h"
 
 // Shaders for pixels that need less: a software GL runs both sides of a branch.
 enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
@@ -31,12 +32,14 @@ struct weft_fused {
     struct weft_fused_report report;
     const weft_brick_store *store; // of the tile, the footprint's
 
-    struct weft_slice_layout cells; // of the tile
+    struct weft_slice_layout layout;
+    struct weft_slice_blocks cells; // of the tile
     int32_t *entries;               // by pixel, while the buffer is mapped
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
-    struct weft_gl_buffer source, entry_buffer, constants, kernel;
+    struct weft_fused_sizes sizes;  // of objects
+    struct weft_fused_objects own,
+        *objects;                   // what is made in GL: for this, or the resident volume's
     GLuint programs[KIND_COUNT][2]; // the context's; without and with constants among the pixels
-    struct weft_gl_target target;
 };
 
 static bool go_on(const struct weft_fused *r, double fraction)
@@ -83,8 +86,9 @@ static struct sizes largest_sizes(const struct weft_slice_plan *plan)
         const struct weft_slice_tile_plan *p = &plan->tile_plans[i];
         s.bricks = larger(s.bricks, p->bricks.count);
         s.cells = larger(s.cells, p->cells->map.count);
-        s.source_texels = larger(s.source_texels, p->source_texels);
         s.source_bytes = larger(s.source_bytes, p->source_texels * p->layout.texel_bytes);
+        if (!weft_slice_reads_blocks(plan))
+            s.source_texels = larger(s.source_texels, p->source_texels);
         s.entries = larger(s.entries, (size_t)tile->width * (size_t)tile->height);
         s.squares = larger(s.squares, square_count(tile));
         s.width = tile->width > s.width ? tile->width : s.width;
@@ -109,6 +113,24 @@ static enum weft_result check_limits(const struct weft_fused *r, const struct si
     return WEFT_OK;
 }
 
+static int lead_of(const struct weft_slice_plan *plan)
+{
+    return weft_slice_reads_blocks(plan)
+               ? weft_resident_lead(plan->resident, plan->info.kernel.width)
+               : 0;
+}
+
+// Samples before the first tap that a row of interleaved texels is fetched from: none where the row
+// is long enough to begin at the tap itself.
+static int skip_of(const struct weft_slice_plan *plan, int first, int width)
+{
+    const int taps =
+        weft_slice_reads_blocks(plan) ? plan->resident->info.kernel.width : plan->info.kernel.width;
+    const int fetches = weft_layout_row_fetches(WEFT_LAYOUT_INTERLEAVED, width);
+    const int most = weft_layout_row_fetches(WEFT_LAYOUT_INTERLEAVED, taps);
+    return first + 4 * fetches <= 4 * most ? 0 : first;
+}
+
 static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool constants)
 {
     static const char *const layout_define[] = {
@@ -121,13 +143,15 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
     const struct weft_kernel *kernel = &plan->info.kernel;
     const bool full = kind == KIND_FULL;
     const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
+    const int width = full ? tiles->width : 2, first = lead_of(plan) + (full ? 0 : middle);
     char defines[512];
     snprintf(defines, sizeof defines,
-             "#define WIDTH %d\n#define FIRST %d\n#define GROUPS %d\n#define DEGREE %d\n#define "
+             "#define WIDTH %d\n#define FIRST %d\n#define SKIP %d\n#define GROUPS %d\n#define "
+             "DEGREE %d\n#define "
              "SEGMENTS %d\n"
              "#define SUMMED %d\n#define CONSTANTS %d\n#define CONSTANTS_ONLY %d\n"
              "#define MAPPED %d\n#define UNIT_SUM %d\n#define LAYOUT_%s\n",
-             full ? tiles->width : 2, full ? 0 : middle, full ? tiles->groups : 1,
+             width, first, skip_of(plan, first, width), full ? tiles->groups : 1,
              full ? tiles->degree : 1, full ? tiles->segments : 1, plan->axes.summed, constants,
              kind == KIND_CONSTANT, plan->info.source != WEFT_SOURCE_FLOAT, kernel->unit_sum,
              layout_define[r->plan->info.layout]);
@@ -138,49 +162,39 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
                             &r->programs[kind][constants]);
 }
 
-static GLenum source_format(enum weft_source_format format, enum weft_layout layout)
+// Those of the resident volume may be what another slice left.
+static enum weft_result fit_objects(struct weft_fused *r)
 {
-    static const GLenum formats[WEFT_SOURCE_FORMATS][2] = {
-        [WEFT_SOURCE_FLOAT] = {GL_RGBA32F, GL_R32F},
-        [WEFT_SOURCE_HALF] = {GL_RGBA16F, GL_R16F},
-        [WEFT_SOURCE_UNORM16] = {GL_RGBA16, GL_R16},
-        [WEFT_SOURCE_UNORM8] = {GL_RGBA8, GL_R8},
-    };
-    return formats[format][layout == WEFT_LAYOUT_PLAIN];
+    enum weft_result res = weft_fused_objects_fit(r->log, r->gl, &r->sizes, r->objects);
+    if (res == WEFT_OK)
+        res = weft_gl_kernel_create(r->log, r->gl, &r->plan->weights->tiles, &r->objects->kernel);
+    return res;
 }
 
 static enum weft_result create_buffers(struct weft_fused *r, const struct sizes *s)
 {
-    GLenum format = source_format(r->plan->info.source, r->plan->info.layout);
+    const bool blocks = weft_slice_reads_blocks(r->plan);
     r->squares = malloc(s->squares * sizeof *r->squares);
     if (!r->squares) {
         weft_error(r->log, "not enough memory for %zu squares", s->squares);
         return WEFT_ERR_MEMORY;
     }
-    enum weft_result res = weft_slice_layout_create(r->plan, &r->cells);
+    r->sizes = (struct weft_fused_sizes){
+        .source_format = weft_fused_source_format(r->plan->info.source, r->plan->info.layout),
+        .source_texels = blocks ? 0 : s->source_texels,
+        .entries = s->entries,
+        .constants = s->cells + 1,
+        .width = s->width,
+        .height = s->height,
+    };
+    enum weft_result res = weft_slice_blocks_create(r->plan, &r->cells);
+    if (res == WEFT_OK && !blocks)
+        res = weft_slice_layout_create(r->plan, &r->layout);
     if (res == WEFT_OK)
-        res = weft_gl_buffer_create(r->log, r->gl, format, s->source_texels, &r->source);
-    if (res == WEFT_OK)
-        res = weft_gl_buffer_create(r->log, r->gl, GL_R32I, s->entries, &r->entry_buffer);
-    if (res == WEFT_OK)
-        res = weft_gl_buffer_create(r->log, r->gl, GL_R32F, s->cells + 1, &r->constants);
-    if (res == WEFT_OK)
-        res = weft_gl_kernel_create(r->log, r->gl, &r->plan->weights->tiles, &r->kernel);
-    if (res == WEFT_OK)
-        res = weft_gl_target_create(r->log, r->gl, GL_R32F, s->width, s->height, &r->target);
+        res = fit_objects(r);
     r->own_bytes =
         s->source_bytes + s->entries * 4 + s->cells * 4 + (size_t)s->width * (size_t)s->height * 4;
     return res;
-}
-
-static void destroy_objects(struct weft_fused *r)
-{
-    const GladGLContext *gl = r->gl;
-    weft_gl_buffer_destroy(gl, &r->source);
-    weft_gl_buffer_destroy(gl, &r->entry_buffer);
-    weft_gl_buffer_destroy(gl, &r->constants);
-    weft_gl_buffer_destroy(gl, &r->kernel);
-    weft_gl_target_destroy(gl, &r->target);
 }
 
 // ---- one tile's data ----------------------------------------------------------------------------
@@ -209,10 +223,10 @@ static bool write_entries(void *priv, const struct weft_span *run)
 static void write_constants(struct weft_fused *r)
 {
     size_t bytes = r->cells.constant_count * sizeof *r->cells.constants;
-    void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->constants, bytes) : NULL;
+    void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->objects->constants, bytes) : NULL;
     if (memory) {
         memcpy(memory, r->cells.constants, bytes);
-        weft_gl_buffer_unmap(r->gl, &r->constants);
+        weft_gl_buffer_unmap(r->gl, &r->objects->constants);
     }
 }
 
@@ -233,47 +247,101 @@ static enum weft_result check_source(const struct weft_fused *r)
     return WEFT_ERR_UNSUPPORTED;
 }
 
-static enum weft_result load_tile(struct weft_fused *r, int index)
+// The table of the tile's pixels, and the values of its constant cells.
+static enum weft_result load_entries(struct weft_fused *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
-    const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
-    double start = weft_now_seconds();
-    enum weft_result res =
-        weft_footprint_load(r->plan->footprint, &p->bricks, r->own_bytes, &r->store);
-    double read = weft_now_seconds();
-    if (res != WEFT_OK)
-        return res;
-    const uint64_t bytes = r->own_bytes + r->plan->footprint->info.kept_bytes;
-    r->report.peak_bytes = bytes > r->report.peak_bytes ? bytes : r->report.peak_bytes;
-
-    // The layouts are written straight into GL's memory: upload is mapping and unmapping.
-    res = WEFT_ERR_GL;
-    size_t source_bytes = p->source_texels * p->layout.texel_bytes;
-    size_t entry_bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
-    char *source = weft_gl_buffer_map(r->gl, &r->source, source_bytes);
-    r->entries = weft_gl_buffer_map(r->gl, &r->entry_buffer, entry_bytes);
-    double mapped = weft_now_seconds();
-    if (source && r->entries) {
-        struct entry_writer writer = {r, p, tile};
-        weft_slice_layout_write(&r->cells, p, r->store, source);
+    const size_t bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
+    struct entry_writer writer = {r, &r->plan->tile_plans[index], tile};
+    const double start = weft_now_seconds();
+    r->entries = weft_gl_buffer_map(r->gl, &r->objects->entries, bytes);
+    const double mapped = weft_now_seconds();
+    if (r->entries) {
         memset(r->squares, 0, square_count(tile));
         weft_slice_grid_walk(&r->plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
                              write_entries, &writer);
         write_constants(r);
     }
-    double laid_out = weft_now_seconds();
-    if (source && r->entries && weft_gl_buffer_unmap(r->gl, &r->source) &&
-        weft_gl_buffer_unmap(r->gl, &r->entry_buffer))
-        res = WEFT_OK;
-    if (weft_gl_check(r->log, r->gl, "uploading a tile's voxels") != WEFT_OK || res != WEFT_OK) {
-        weft_error(r->log, "a tile of %zu bytes could not be handed to GL", source_bytes);
-        res = WEFT_ERR_GL;
-    }
+    const double written = weft_now_seconds();
+    const bool kept = r->entries && weft_gl_buffer_unmap(r->gl, &r->objects->entries);
+    r->report.layout_seconds += written - mapped;
+    r->report.upload_seconds += (mapped - start) + (weft_now_seconds() - written);
+    r->report.uploaded_bytes += bytes;
+    const enum weft_result res = weft_gl_check(r->log, r->gl, "uploading a tile's table");
+    if (res != WEFT_OK || kept)
+        return res;
+    weft_error(r->log, "a table of %zu bytes could not be handed to GL", bytes);
+    return WEFT_ERR_GL;
+}
+
+// Bricks are read, and the tile's own blocks made of them, straight into GL's memory: upload is
+// mapping and unmapping.
+static enum weft_result load_source(struct weft_fused *r, int index)
+{
+    const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
+    const size_t bytes = p->source_texels * p->layout.texel_bytes;
+    const double start = weft_now_seconds();
+    enum weft_result res =
+        weft_footprint_load(r->plan->footprint, &p->bricks, r->own_bytes, &r->store);
+    const double read = weft_now_seconds();
+    if (res != WEFT_OK)
+        return res;
+    char *source = weft_gl_buffer_map(r->gl, &r->objects->source, bytes);
+    const double mapped = weft_now_seconds();
+    if (source)
+        weft_slice_layout_write(&r->layout, p, r->store, source, &r->cells);
+    const double laid_out = weft_now_seconds();
+    const bool kept = source && weft_gl_buffer_unmap(r->gl, &r->objects->source);
     r->report.read_seconds += read - start;
     r->report.layout_seconds += laid_out - mapped;
-    r->report.upload_seconds += weft_now_seconds() - laid_out + (mapped - read);
-    r->report.uploaded_bytes += source_bytes + entry_bytes;
+    r->report.upload_seconds += (mapped - read) + (weft_now_seconds() - laid_out);
+    r->report.uploaded_bytes += bytes;
+    res = weft_gl_check(r->log, r->gl, "uploading a tile's voxels");
+    if (res != WEFT_OK || kept)
+        return res;
+    weft_error(r->log, "a tile of %zu bytes could not be handed to GL", bytes);
+    return WEFT_ERR_GL;
+}
+
+// What the tile needs of the resident volume is there, or added.
+static enum weft_result load_blocks(struct weft_fused *r, int index)
+{
+    const struct weft_resident_info *info = &r->plan->resident->info, before = *info;
+    const enum weft_result res =
+        weft_resident_load(r->plan->resident, r->plan, index, r->progress, &r->cells);
+    r->report.read_seconds += info->read_seconds - before.read_seconds;
+    r->report.layout_seconds += info->layout_seconds - before.layout_seconds;
+    r->report.upload_seconds += info->upload_seconds - before.upload_seconds;
+    r->report.uploaded_bytes += (info->laid_out - before.laid_out) * info->block_bytes;
+    return res;
+}
+
+static enum weft_result load_tile(struct weft_fused *r, int index)
+{
+    enum weft_result res =
+        weft_slice_reads_blocks(r->plan) ? load_blocks(r, index) : load_source(r, index);
+    if (res == WEFT_OK)
+        res = load_entries(r, index);
+    const uint64_t bytes = r->own_bytes + r->plan->footprint->info.kept_bytes;
+    r->report.peak_bytes = bytes > r->report.peak_bytes ? bytes : r->report.peak_bytes;
     return res == WEFT_OK ? check_source(r) : res;
+}
+
+// Voxels as they are, where engines do not stand them.
+static enum weft_result paint_unfit(struct weft_fused *r, int index, float *pixels, int64_t stride)
+{
+    const struct weft_slice_plan *plan = r->plan;
+    const struct weft_cell_map *bricks;
+    enum weft_result res = WEFT_OK;
+    if (weft_slice_reads_blocks(plan)) {
+        res = weft_slice_tile_bricks(plan, index, &bricks);
+        if (res == WEFT_OK)
+            res = weft_footprint_load(plan->footprint, bricks, r->own_bytes, &r->store);
+    }
+    if (res != WEFT_OK)
+        return res;
+    return weft_slice_exact_paint(plan, &plan->tiles[index], r->store, pixels, stride, r->progress,
+                                  (index + 1.0) / plan->info.tile_count, &r->report.exact_pixels);
 }
 
 // ---- passes -------------------------------------------------------------------------------------
@@ -286,20 +354,22 @@ static void bind_kernel(const struct weft_fused *r, GLuint program, enum kind ki
     if (kind == KIND_SMOOTH)
         r->gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
     else
-        weft_gl_kernel_bind(r->gl, program, 3, &r->plan->weights->tiles, &r->kernel);
+        weft_gl_kernel_bind(r->gl, program, 3, &r->plan->weights->tiles, &r->objects->kernel);
 }
 
 static void bind_tile(const struct weft_fused *r, GLuint program, enum kind kind,
                       const struct weft_slice_tile *tile)
 {
     const GladGLContext *gl = r->gl;
-    const struct weft_block_layout *layout = &r->cells.block_layout;
+    const struct weft_block_layout *layout = &r->cells.layout;
     double scale, offset;
     weft_source_range_mapping(r->plan->info.source, &r->plan->range, &scale, &offset);
     gl->UseProgram(program);
-    weft_gl_bind_buffer(r->gl, program, 0, "source", &r->source);
-    weft_gl_bind_buffer(r->gl, program, 1, "entries", &r->entry_buffer);
-    weft_gl_bind_buffer(r->gl, program, 2, "constants", &r->constants);
+    weft_gl_bind_buffer(r->gl, program, 0, "source",
+                        weft_slice_reads_blocks(r->plan) ? &r->plan->resident->buffer
+                                                         : &r->objects->source);
+    weft_gl_bind_buffer(r->gl, program, 1, "entries", &r->objects->entries);
+    weft_gl_bind_buffer(r->gl, program, 2, "constants", &r->objects->constants);
     bind_kernel(r, program, kind);
     gl->Uniform2f(weft_gl_location(r->gl, program, "mapping"), (float)scale, (float)offset);
     gl->Uniform2i(weft_gl_location(r->gl, program, "pitch"), layout->row_texels,
@@ -436,7 +506,7 @@ static enum weft_result draw_tile(struct weft_fused *r, int index)
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
     enum weft_result res = WEFT_OK;
-    weft_gl_target_bind(r->gl, &r->target, tile->width, tile->height);
+    weft_gl_target_bind(r->gl, &r->objects->target, tile->width, tile->height);
     for (int i = 0; res == WEFT_OK && i < 2 * KIND_CONSTANT; i++)
         res = draw_kind(r, tile, (enum kind)(i / 2), i % 2);
     if (res == WEFT_OK)
@@ -457,7 +527,7 @@ static enum weft_result read_back(struct weft_fused *r, int index, float *pixels
         .stride = (int)stride,
         .data = pixels + tile->y * stride + tile->x,
     };
-    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &out);
+    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->objects->target, &out);
     r->report.readback_seconds += weft_now_seconds() - start;
     return res;
 }
@@ -478,6 +548,7 @@ enum weft_result weft_fused_compile(weft_context *context, const weft_slice_plan
     r->context = context;
     r->gl = &context->gl;
     r->log = plan->log;
+    r->objects = plan->resident ? &plan->resident->objects : &r->own;
     enum weft_result res = check_limits(r, &sizes);
     if (res == WEFT_OK)
         res = weft_context_enter(context);
@@ -502,10 +573,11 @@ void weft_fused_destroy(weft_fused **fused)
     if (!r)
         return;
     if (weft_context_enter(r->context) == WEFT_OK) {
-        destroy_objects(r);
+        weft_fused_objects_destroy(r->gl, &r->own);
         weft_context_leave(r->context);
     }
-    weft_slice_layout_destroy(&r->cells);
+    weft_slice_layout_destroy(&r->layout);
+    weft_slice_blocks_destroy(&r->cells);
     free(r->squares);
     free(r);
     *fused = NULL;
@@ -513,16 +585,13 @@ void weft_fused_destroy(weft_fused **fused)
 
 static enum weft_result run_tile(weft_fused *r, int index, float *pixels, int64_t stride)
 {
-    const struct weft_slice_plan *plan = r->plan;
-    const double fraction = (index + 1.0) / plan->info.tile_count;
     enum weft_result res = load_tile(r, index);
     if (res == WEFT_OK)
         res = draw_tile(r, index);
     if (res == WEFT_OK)
         res = read_back(r, index, pixels, stride);
     if (res == WEFT_OK && r->cells.any_unfit)
-        res = weft_slice_exact_paint(plan, &plan->tiles[index], r->store, pixels, stride,
-                                     r->progress, fraction, &r->report.exact_pixels);
+        res = paint_unfit(r, index, pixels, stride);
     return res;
 }
 
@@ -537,6 +606,7 @@ enum weft_result weft_fused_run(weft_fused *r, float *pixels, int64_t stride,
     r->progress = progress;
     r->report = (struct weft_fused_report){0};
     r->cells.cells_constant = r->cells.cells_smooth = 0;
+    res = fit_objects(r);
     for (int i = 0; res == WEFT_OK && i < count; i++) {
         if (go_on(r, (double)i / count)) {
             res = run_tile(r, i, pixels, stride);

@@ -86,9 +86,9 @@ void weft_gl_buffer_destroy(const GladGLContext *gl, struct weft_gl_buffer *buff
     *buffer = (struct weft_gl_buffer){0};
 }
 
-// Makes sure of the size. What was there is undefined.
-static enum weft_result fit(const struct weft_log *log, const GladGLContext *gl, GLenum format,
-                            size_t texel_count, struct weft_gl_buffer *buffer)
+enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
+                                    GLenum format, size_t texel_count,
+                                    struct weft_gl_buffer *buffer)
 {
     const size_t bytes = texel_count * format_bytes(format);
     if (buffer->buffer && buffer->format != format)
@@ -108,11 +108,41 @@ static enum weft_result fit(const struct weft_log *log, const GladGLContext *gl,
     return res;
 }
 
+enum weft_result weft_gl_buffer_grow(const struct weft_log *log, const GladGLContext *gl,
+                                     GLenum format, size_t texel_count,
+                                     struct weft_gl_buffer *buffer)
+{
+    const size_t bytes = texel_count * format_bytes(format);
+    GLuint larger;
+    if (!buffer->buffer)
+        return weft_gl_buffer_create(log, gl, format, texel_count, buffer);
+    gl->GenBuffers(1, &larger);
+    gl->BindBuffer(GL_TEXTURE_BUFFER, larger);
+    gl->BufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)bytes, NULL, GL_STREAM_DRAW);
+    gl->BindBuffer(GL_COPY_READ_BUFFER, buffer->buffer);
+    gl->CopyBufferSubData(GL_COPY_READ_BUFFER, GL_TEXTURE_BUFFER, 0, 0,
+                          (GLsizeiptr)buffer->size_bytes);
+    gl->BindBuffer(GL_COPY_READ_BUFFER, 0);
+    const enum weft_result res = weft_gl_check(log, gl, "growing a texture buffer");
+    if (res != WEFT_OK) {
+        weft_error(log, "a texture buffer could not grow to %zu bytes", bytes);
+        gl->DeleteBuffers(1, &larger);
+        return res;
+    }
+    gl->BindTexture(GL_TEXTURE_BUFFER, buffer->texture);
+    gl->TexBuffer(GL_TEXTURE_BUFFER, format, larger);
+    gl->DeleteBuffers(1, &buffer->buffer);
+    buffer->buffer = larger;
+    buffer->size_bytes = bytes;
+    return WEFT_OK;
+}
+
 enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLContext *gl,
                                      GLenum format, const void *data, size_t bytes,
                                      struct weft_gl_buffer *buffer)
 {
-    const enum weft_result res = fit(log, gl, format, bytes / format_bytes(format), buffer);
+    const enum weft_result res =
+        weft_gl_buffer_fit(log, gl, format, bytes / format_bytes(format), buffer);
     if (res != WEFT_OK)
         return res;
     gl->BindBuffer(GL_TEXTURE_BUFFER, buffer->buffer);
@@ -123,8 +153,14 @@ enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLCon
 void *weft_gl_buffer_map(const GladGLContext *gl, const struct weft_gl_buffer *buffer,
                          size_t size_bytes)
 {
+    return weft_gl_buffer_map_range(gl, buffer, 0, size_bytes);
+}
+
+void *weft_gl_buffer_map_range(const GladGLContext *gl, const struct weft_gl_buffer *buffer,
+                               size_t offset, size_t size_bytes)
+{
     gl->BindBuffer(GL_TEXTURE_BUFFER, buffer->buffer);
-    return gl->MapBufferRange(GL_TEXTURE_BUFFER, 0, (GLsizeiptr)size_bytes,
+    return gl->MapBufferRange(GL_TEXTURE_BUFFER, (GLintptr)offset, (GLsizeiptr)size_bytes,
                               GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_RANGE_BIT);
 }
 

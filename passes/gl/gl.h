@@ -37,9 +37,25 @@ enum weft_result weft_gl_buffer_load(const struct weft_log *log, const GladGLCon
                                      GLenum format, const void *data, size_t bytes,
                                      struct weft_gl_buffer *buffer);
 
+// Makes sure of room for so many texels: {0} becomes a buffer of this format, one of this format
+// stays where it is large enough. The content is undefined where it does not stay. Returns
+// WEFT_ERR_GL or WEFT_ERR_MEMORY.
+enum weft_result weft_gl_buffer_fit(const struct weft_log *log, const GladGLContext *gl,
+                                    GLenum format, size_t texel_count,
+                                    struct weft_gl_buffer *buffer);
+
+// Makes a buffer larger; its content stays, and its texture. {0} becomes a buffer of this format.
+// Returns WEFT_ERR_GL or WEFT_ERR_MEMORY; the buffer is then what it was.
+enum weft_result weft_gl_buffer_grow(const struct weft_log *log, const GladGLContext *gl,
+                                     GLenum format, size_t texel_count,
+                                     struct weft_gl_buffer *buffer);
+
 // Write-only memory for the first `size_bytes`, whose old content is lost; NULL when GL fails.
 void *weft_gl_buffer_map(const GladGLContext *gl, const struct weft_gl_buffer *buffer,
                          size_t size_bytes);
+// The same for bytes from `offset` on; the rest stays what it is.
+void *weft_gl_buffer_map_range(const GladGLContext *gl, const struct weft_gl_buffer *buffer,
+                               size_t offset, size_t size_bytes);
 // false when GL lost the content while it was mapped.
 bool weft_gl_buffer_unmap(const GladGLContext *gl, const struct weft_gl_buffer *buffer);
 

@@ -7,7 +7,6 @@ enum weft_result weft_gl_kernel_create(const struct weft_log *log, const GladGLC
                                        const struct weft_polynomial_tiles *tiles,
                                        struct weft_gl_buffer *out)
 {
-    *out = (struct weft_gl_buffer){0};
     if (tiles->segments == 1)
         return WEFT_OK;
     return weft_gl_buffer_load(log, gl, GL_RGBA32F, tiles->coefficients,

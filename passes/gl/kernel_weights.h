@@ -8,8 +8,8 @@
 #include "passes/gl/gl.h"
 #include "tiles/kernel/polynomial_tiles.h"
 
-// Makes the buffer, {0} where a uniform does; weft_gl_buffer_destroy ends it. Returns WEFT_ERR_GL
-// or WEFT_ERR_MEMORY.
+// Makes the buffer of what is {0}, or fills one that was made for other tiles; where a uniform does
+// it stays what it is. weft_gl_buffer_destroy ends it. Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
 enum weft_result weft_gl_kernel_create(const struct weft_log *log, const GladGLContext *gl,
                                        const struct weft_polynomial_tiles *tiles,
                                        struct weft_gl_buffer *out);

@@ -62,8 +62,8 @@ struct weft_footprint {
 
 // A footprint over volumes that another keeps, and its volume's bricks with them: for prefiltered
 // kernels those of struct weft_footprint, else NULL. They are borrowed for the footprint's life.
-// `shared` NULL: the footprint has its own. As weft_footprint_create, but that nothing is looked for
-// before weft_footprint_open.
+// `shared` NULL: the footprint has its own. As weft_footprint_create, but that nothing is looked
+// for before weft_footprint_open.
 struct weft_footprint_volumes {
     weft_volume *samples, *coefficients;
 };

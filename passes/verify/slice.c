@@ -93,13 +93,15 @@ static enum weft_result enter_tile(void *priv, int part, struct weft_verify_part
 {
     struct subject *s = priv;
     const struct weft_slice_tile *tile = &s->plan->tiles[part];
-    const struct weft_cell_map *bricks = &s->plan->tile_plans[part].bricks;
+    const struct weft_cell_map *bricks;
     const weft_brick_store *store = NULL, *rest = NULL;
     enum weft_result res = WEFT_OK;
     *out = (struct weft_verify_part){tile->x, tile->y, tile->width, tile->height};
     if (s->samples) // they are read as they are needed
         return res;
-    res = weft_footprint_load(s->plan->footprint, bricks, 0, &store);
+    res = weft_slice_tile_bricks(s->plan, part, &bricks);
+    if (res == WEFT_OK)
+        res = weft_footprint_load(s->plan->footprint, bricks, 0, &store);
     if (res == WEFT_OK && s->rest)
         res = weft_footprint_load(s->rest, bricks, 0, &rest);
     s->cursor = (struct weft_brick_cursor){.store = store};

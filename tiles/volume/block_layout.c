@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tiles/volume/block_layout.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 const char *const weft_layout_names[] = {"auto", "interleaved", "aligned", "plain", NULL};
@@ -86,6 +88,15 @@ int weft_source_format_bytes(enum weft_source_format format)
 double weft_source_format_error(enum weft_source_format format)
 {
     return (size_t)format < WEFT_COUNT(formats) ? formats[format].error : (double)NAN;
+}
+
+bool weft_source_format_holds(enum weft_source_format format,
+                              const struct weft_source_range *range)
+{
+    const double most = 1e37; // so that widths and sums of a range are single precision too
+    return format == WEFT_SOURCE_FLOAT ||
+           (range->high - range->low >= FLT_MIN && fabs(range->low) <= most &&
+            fabs(range->high) <= most);
 }
 
 void weft_source_range_mapping(enum weft_source_format format,

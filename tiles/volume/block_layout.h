@@ -38,6 +38,10 @@ struct weft_source_range {
     double low, high;
 };
 
+// Whether a source of this format can hold a range of voxels: floats hold any.
+bool weft_source_format_holds(enum weft_source_format format,
+                              const struct weft_source_range *range);
+
 // Lays out voxels [z][y][x] of layout->span into block_texels texels. Samples past the span are 0.
 // range: not used by floats.
 void weft_block_layout_write(const struct weft_block_layout *layout,

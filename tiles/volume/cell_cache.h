@@ -16,7 +16,7 @@ struct weft_cell_place {
 // {.limit = n} is an empty cache of up to n places, which are numbered from 0; tables grow as they
 // are taken. Finding and using takes a constant time on average.
 struct weft_cell_cache {
-    size_t limit; // may change while no more places than that are taken
+    size_t limit;                   // may change while no more places than that are taken
     struct weft_cell_place *places; // `known` of them, `capacity` allocated
     size_t known, capacity;
     size_t count;                  // places taken

@@ -66,8 +66,8 @@ static void keep(struct cache *c, const int32_t origin[3], const float *values)
 }
 
 // Hands out what is kept; returns how many are missing, whose places are noted.
-static size_t copy_kept(struct cache *c, size_t count, const int32_t (*origin)[3],
-                        float *values, size_t *missing)
+static size_t copy_kept(struct cache *c, size_t count, const int32_t (*origin)[3], float *values,
+                        size_t *missing)
 {
     size_t missed = 0;
     for (size_t i = 0; i < count; i++) {
