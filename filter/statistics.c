@@ -1,45 +1,60 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <float.h>
+#include <string.h>
 
 #include "filter/check.h"
 #include "filter/statistics.h"
 
 enum {
     BLOCK = 4096, // values looked at once more where one is not finite
-    LANES = 16,   // of what a compiler makes vectors
+    LANES = 4,    // of a vector
     LINE = 256,   // differences at a time
 };
+
+typedef float floats __attribute__((vector_size(LANES * sizeof(float))));
+typedef int32_t bits __attribute__((vector_size(LANES * sizeof(float))));
+
+struct ends {
+    floats low, high, zero; // zero: 0 as long as all are finite, else NAN
+};
+
+static inline floats choose(bits mask, floats a, floats b)
+{
+    return (floats)((mask & (bits)a) | (~mask & (bits)b));
+}
+
+static inline void take(struct ends *e, floats v)
+{
+    e->low = choose(v < e->low, v, e->low);
+    e->high = choose(v > e->high, v, e->high);
+    e->zero += v * 0.0f;
+}
 
 // Returns whether all values are finite; else the ends may be infinite.
 static bool measure_finite(const float *values, size_t count, float *minimum, float *maximum)
 {
-    float low[LANES], high[LANES], zero[LANES] = {0};
-    for (int l = 0; l < LANES; l++) {
-        low[l] = INFINITY;
-        high[l] = -INFINITY;
-    }
+    const floats none = {0};
+    struct ends a = {none + INFINITY, none - INFINITY, none}, b = a;
     size_t i = 0;
-    for (; i + LANES <= count; i += LANES) {
-        for (int l = 0; l < LANES; l++) {
-            const float x = values[i + (size_t)l];
-            low[l] = x < low[l] ? x : low[l];
-            high[l] = x > high[l] ? x : high[l];
-            zero[l] += x * 0.0f; // 0 of finite numbers, else NAN
-        }
+    for (; i + 2 * LANES <= count; i += 2 * LANES) {
+        floats v[2];
+        memcpy(v, values + i, sizeof v);
+        take(&a, v[0]);
+        take(&b, v[1]);
     }
-    for (; i < count; i++) {
-        low[0] = values[i] < low[0] ? values[i] : low[0];
-        high[0] = values[i] > high[0] ? values[i] : high[0];
-        zero[0] += values[i] * 0.0f;
-    }
+    for (; i < count; i++)
+        take(&a, none + values[i]);
+    a.low = choose(b.low < a.low, b.low, a.low);
+    a.high = choose(b.high > a.high, b.high, a.high);
+    a.zero += b.zero;
     bool finite = true;
+    *minimum = a.low[0];
+    *maximum = a.high[0];
     for (int l = 0; l < LANES; l++) {
-        low[0] = low[l] < low[0] ? low[l] : low[0];
-        high[0] = high[l] > high[0] ? high[l] : high[0];
-        finite &= zero[l] == 0.0f;
+        *minimum = a.low[l] < *minimum ? a.low[l] : *minimum;
+        *maximum = a.high[l] > *maximum ? a.high[l] : *maximum;
+        finite &= a.zero[l] == 0.0f;
     }
-    *minimum = low[0];
-    *maximum = high[0];
     return finite;
 }
 
