@@ -57,10 +57,14 @@ static double relative_bound(const struct weft_slice_plan *plan, double gain)
 // Of samples summed before, positions off by what fixed-point steps are.
 static double separable_bound(const struct weft_slice_plan *plan, double gain)
 {
-    const struct weft_kernel *kernel = &plan->info.kernel;
-    const double own = weft_separable_error_bound(kernel, WEFT_SUMS_FLOAT); // of coefficients, where it reads them
+    const enum weft_sums sums = plan->info.sums;
+    struct weft_kernel kernel = plan->info.kernel;
+    kernel.prefiltered = false; // of coefficients, where it reads them
+    // With double sums only pixels are rounded to floats.
+    const double own = weft_separable_bound_terms(&kernel, sums, 1.0, 1.0).relative;
+    const double unit = sums == WEFT_SUMS_DOUBLE ? 0x1p-53 : UNIT;
     const double position = position_error(&plan->footprint->grid);
-    return own * (1.0 + UNIT) + UNIT * gain * gain +
+    return own * (1.0 + unit) + unit * gain * gain +
            2.0 * gain * position * weft_footprint_kernel(plan->footprint)->slope;
 }
 
@@ -109,17 +113,19 @@ static void set_smooth(struct weft_slice_plan *plan, double error)
 static void set_stated_bound(struct weft_slice_plan_info *info)
 {
     const struct weft_bound_terms *terms = &info->bound;
-    const double more = 1.0 + terms->relative;
+    // Pixels that are rounded to floats in the end are of any size that there can be.
+    const double rounded =
+        terms->rounded_gain > 0.0 ? UNIT * (terms->rounded_gain + terms->relative) : 0.0;
+    const double relative = terms->relative + rounded, more = 1.0 + relative;
     struct weft_prefilter prefilter;
-    info->error_bound = terms->relative + terms->sample_rounding;
+    info->error_bound = relative + terms->sample_rounding;
     info->error_beyond = more * terms->prefilter.beyond;
     info->error_absolute = terms->absolute + terms->absolute_rounding;
     if (!info->kernel.prefiltered ||
         weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
         return;
-    info->error_bound =
-        pow(prefilter.gain, 3) * (terms->relative + more * terms->prefilter.coefficient) +
-        more * terms->prefilter.sample + terms->sample_rounding;
+    info->error_bound = pow(prefilter.gain, 3) * (relative + more * terms->prefilter.coefficient) +
+                        more * terms->prefilter.sample + terms->sample_rounding;
 }
 
 // What a grid's numbers lose as floats: integers an absolute amount, doubles half a unit each.
@@ -151,6 +157,8 @@ static void set_terms(struct weft_slice_plan *plan, double smooth_error)
     info->bound = (struct weft_bound_terms){
         .relative = relative * (plan->axes.summed ? along : 1.0),
         .absolute = plan->smooth.error + flushed(plan, gain),
+        .rounded_gain =
+            info->sums == WEFT_SUMS_DOUBLE ? whole * (plan->axes.summed ? along : 1.0) : 0.0,
         .prefilter = kernel->prefilter,
     };
     if (info->source == WEFT_SOURCE_FLOAT)

@@ -11,6 +11,8 @@
 #include "passes/fused/resident_impl.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
+// Of the CPU engine: what over a hundred threads filter separable tiles in.
+static const uint64_t CPU_BYTES = UINT64_C(64) << 20;
 enum {
     MAX_TILE = 4096,        // pixels along a side
     MIN_TILE = 16,          // a tile is cut no smaller
@@ -145,11 +147,13 @@ static enum weft_result size_plane(const struct planner *planner, struct weft_sl
     // Samples, what is between the passes, and the result as a target and as it is read back.
     const uint64_t width = (uint64_t)out->width, height = (uint64_t)out->height;
     const uint64_t between = width * rows > height * columns ? width * rows : height * columns;
-    const uint64_t passes = 4 * (columns * rows + 2 * between + 2 * width * height);
+    const bool gl = plan->info.engine == WEFT_ENGINE_GL;
+    const uint64_t passes =
+        gl ? 4 * (columns * rows + 2 * between + 2 * width * height) : plan->separable_bytes;
+    const uint64_t sample = plan->info.sums == WEFT_SUMS_DOUBLE ? sizeof(double) : sizeof(float);
     tile->source_texels = columns * rows;
     out->bricks_read = tile->bricks.count;
-    out->memory_bytes = tile->bricks.count * BRICK_BYTES +
-                        columns * (rows + WEFT_BRICK_SIZE * (uint64_t)plan->axes.kept) * 4 +
+    out->memory_bytes = tile->bricks.count * BRICK_BYTES + columns * rows * sample +
                         (width + height) * sizeof(double) +
                         (passes < plan->separable_bytes ? passes : plan->separable_bytes);
     return WEFT_OK;
@@ -593,6 +597,8 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
         .max_texels = limit_of(p->max_buffer_texels, MAX_TEXELS),
     };
     plan->separable_bytes = planner.memory_bytes / 2;
+    if (p->engine == WEFT_ENGINE_CPU && plan->separable_bytes > CPU_BYTES)
+        plan->separable_bytes = CPU_BYTES;
     if (!weft_slice_reads_blocks(plan))
         res = weft_footprint_open(plan->footprint);
     if (res == WEFT_OK)

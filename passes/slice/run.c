@@ -15,12 +15,13 @@ struct weft_slice {
     weft_slice_multipass *multipass;
 };
 
-static enum weft_result compile_engine(weft_slice *slice, const struct weft_slice_passes *passes)
+static enum weft_result compile_engine(weft_slice *slice, const struct weft_cpu *cpu,
+                                       const struct weft_slice_passes *passes)
 {
     if (passes)
         return weft_slice_multipass_compile(slice->context, slice->plan, passes, &slice->multipass);
     if (slice->plan->axes.separable)
-        return weft_slice_separable_compile(slice->context, slice->plan, &slice->separable);
+        return weft_slice_separable_compile(slice->context, cpu, slice->plan, &slice->separable);
     return weft_fused_compile(slice->context, slice->plan, &slice->fused);
 }
 
@@ -33,8 +34,9 @@ static enum weft_result check_engine(const struct weft_log *log, const weft_slic
     weft_require(log, p->context || p->passes || plan->info.engine == WEFT_ENGINE_CPU);
     weft_require(log, !p->context || plan->info.engine == WEFT_ENGINE_GL);
     res = weft_cpu_resolve(log, &p->cpu, cpu);
-    if (res == WEFT_OK && plan->info.engine == WEFT_ENGINE_CPU && !p->passes) {
-        weft_error(log, "slices are not run on the CPU engine yet");
+    if (res == WEFT_OK && plan->info.engine == WEFT_ENGINE_CPU && !p->passes &&
+        !plan->axes.separable) {
+        weft_error(log, "oblique slices are not run on the CPU engine yet");
         res = WEFT_ERR_UNSUPPORTED;
     }
 fail:
@@ -63,7 +65,7 @@ enum weft_result weft_slice_compile(const weft_slice_plan *plan,
     slice->plan = plan;
     slice->log = log;
     slice->context = params->context;
-    res = compile_engine(slice, passes);
+    res = compile_engine(slice, &cpu, passes);
     if (res == WEFT_OK)
         *out = slice;
     else

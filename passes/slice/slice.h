@@ -39,7 +39,7 @@ struct weft_slice_passes {
 struct weft_slice_compile_params {
     weft_context *context; // of plans for OpenGL (required), which must outlive the result; of
                            // plans of passes default the CPU, which runs them in the same integers
-    struct weft_cpu cpu; // how plans for the CPU engine run (default: as fast as it can)
+    struct weft_cpu cpu;   // how plans for the CPU engine run (default: as fast as it can)
     const struct weft_slice_passes *passes; // default NULL: as the slice is planned
 };
 #define WEFT_SLICE_COMPILE_DEFAULTS

@@ -9,7 +9,8 @@
 
 // A slice one axis after the other, by a plan that is separable.
 typedef struct weft_slice_separable weft_slice_separable;
-enum weft_result weft_slice_separable_compile(weft_context *context,
+// `cpu` has its defaults filled in; on GL its threads sum voxels.
+enum weft_result weft_slice_separable_compile(weft_context *context, const struct weft_cpu *cpu,
                                               const struct weft_slice_plan *plan,
                                               weft_slice_separable **out);
 void weft_slice_separable_destroy(weft_slice_separable **separable); // accepts &NULL
