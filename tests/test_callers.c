@@ -1282,7 +1282,15 @@ static void contexts(void)
 {
     weft_context *context = NULL;
     struct weft_context_params good = {.log = &logger};
+    weft_context_making *making = NULL;
     BAD_ENUM(good, kind, weft_context_create(&p, &context));
+    BAD_ENUM(good, kind, weft_context_begin(&p, &making));
+    assert_int_equal(weft_context_begin(&good, &making), WEFT_OK);
+    weft_context_abandon(&making);
+    weft_context_abandon(&making);
+    weft_context_abandon(NULL);
+    assert_int_equal(weft_context_begin(&good, &making), WEFT_OK);
+    weft_context_await(&making, &context); // where none is to be had it stays NULL
     weft_context_destroy(&context);
     weft_context_destroy(NULL);
 }
@@ -1865,7 +1873,9 @@ static const struct {
     {choices, {F(choose), F(choice_clear)}},
     {costs,
      {F(cost_of), F(cost_format), F(pass_work_least), F(pass_bound_least), F(separable_work_of)}},
-    {contexts, {F(context_create), F(context_destroy)}},
+    {contexts,
+     {F(context_create), F(context_destroy), F(context_begin), F(context_await),
+      F(context_abandon)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
     {separable,
