@@ -1757,6 +1757,56 @@ static void slice_runs(void)
     weft_context_destroy(&context);
 }
 
+// A cut along an axis, with and without what it saves there.
+static void hardware_plans(void)
+{
+    weft_volume *v = volume();
+    weft_slice_plan *summed = NULL, *slice = NULL;
+    weft_hardware_plan *plan = NULL;
+    struct weft_slice_params params = slice_params(v);
+    TRUE(weft_slice_plan_create(v, &params, &summed) == WEFT_OK);
+    params.without = WEFT_SAVING_AXIS | WEFT_SAVING_SEPARABLE;
+    TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
+    struct weft_hardware_params good = {.slice = slice, .log = &logger};
+    TRUE(weft_hardware_plan_create(&good, &plan) == WEFT_OK);
+    TRUE(weft_hardware_plan_get_info(plan)->fetches_per_pixel == 27);
+    weft_hardware_plan_destroy(&plan);
+    good.sampler = weft_sampler_assume(WEFT_SOURCE_FLOAT);
+#define CALL weft_hardware_plan_create(&p, &plan)
+    SET_REFUSED(good, slice, NULL, CALL);
+    SET_REFUSED(good, slice, summed, CALL);
+    SET_REFUSED(good, memory_bytes, 1, CALL);
+    SET_REFUSED(good, sampler.max_size, 1024, CALL);
+    SET_REFUSED(good, sampler.max_size, -1, CALL);
+    SET_REFUSED(good, sampler.fraction, NAN, CALL);
+    SET_REFUSED(good, sampler.fraction, 0.75, CALL);
+    SET_REFUSED(good, sampler.rounding, -1.0, CALL);
+    SET_REFUSED(good, sampler.rounding, INFINITY, CALL);
+#undef CALL
+    TRUE(plan == NULL);
+    weft_hardware_plan_destroy(&plan);
+    weft_hardware_plan_destroy(NULL);
+    weft_slice_plan_destroy(&slice);
+    weft_slice_plan_destroy(&summed);
+    weft_volume_destroy(&v);
+}
+
+static void samplers(void)
+{
+    weft_context *context = NULL;
+    struct weft_sampler sampler;
+    if (weft_context_create(weft_context_params(.log = &logger), &context) != WEFT_OK)
+        exit(SKIPPED);
+    lines = 0;
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        const enum weft_source_format bad = (enum weft_source_format)bad_enums[i];
+        REFUSED(weft_sampler_measure(context, bad, &sampler));
+        TRUE(weft_sampler_assume(bad).max_size == 0);
+    }
+    SURVIVED(weft_sampler_measure(context, WEFT_SOURCE_FLOAT, &sampler));
+    weft_context_destroy(&context);
+}
+
 static void method_runs(void)
 {
     weft_context *context = open_context();
@@ -1895,6 +1945,9 @@ static const struct {
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
     {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
     {pixel_errors, {F(pixels_verify), F(verify_add)}},
+    {hardware_plans,
+     {F(hardware_plan_create), F(hardware_plan_destroy), F(hardware_plan_get_info)}},
+    {samplers, {F(sampler_assume), F(sampler_measure)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
