@@ -1649,6 +1649,26 @@ static void resample_choices(void)
 #undef CALL
     SURVIVED(weft_resample_choose(&good, &choice));
     weft_resample_choice_clear(&choice);
+    struct weft_resample_engine_params engines = {
+        .plan = {.size = {3, 2}, .width = 4, .height = 4, .log = &logger},
+        .sources = sources,
+        .max_error = &max_error,
+        .source_count = 1,
+        .log = &logger};
+#define CALL (weft_resample_choice_clear(&choice), weft_resample_choose_engine(&p, &choice))
+    SET_REFUSED(engines, sources, NULL, CALL);
+    SET_REFUSED(engines, source_count, 0, CALL);
+    const double below = -1.0;
+    SET_REFUSED(engines, max_error, &below, CALL);
+    SET_REFUSED(engines, max_error, &nan, CALL);
+    SET_REFUSED(engines, engines, 99, CALL);
+    SET_REFUSED(engines, threads, -1, CALL);
+    SET_REFUSED(engines, plan.width, 0, CALL);
+    SET_REFUSED(engines, plan.passes, (const weft_pass_plan *)&none, CALL);
+#undef CALL
+    SURVIVED(weft_resample_choose_engine(&engines, &choice));
+    TRUE(choice.separable != NULL);
+    weft_resample_choice_clear(&choice);
     weft_resample_source_destroy(&source);
 }
 
@@ -1943,7 +1963,7 @@ static const struct {
       F(resample_bound), F(resample_e1), F(resample_work_add)}},
     {resample_integers,
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
-    {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
+    {resample_choices, {F(resample_choose), F(resample_choose_engine), F(resample_choice_clear)}},
     {pixel_errors, {F(pixels_verify), F(verify_add)}},
     {hardware_plans,
      {F(hardware_plan_create), F(hardware_plan_destroy), F(hardware_plan_get_info)}},

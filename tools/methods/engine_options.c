@@ -134,9 +134,18 @@ enum weft_result engine_create_context(struct engine *engine, weft_context **con
     return WEFT_OK;
 }
 
-unsigned engine_candidates(const struct engine *engine)
+unsigned engine_candidates(const struct engine *engine, const weft_context *context)
 {
-    return engine->automatic ? 0 : 1u << engine->engine;
+    const bool gpu = context && weft_context_get_info(context)->hardware;
+    return engine->automatic && (engine->calibrated || !gpu) ? 0 : 1u << engine->engine;
+}
+
+bool engine_has_more_candidates(const struct engine *engine, unsigned *engines)
+{
+    const bool more = engine->automatic && *engines;
+    if (more)
+        *engines = 0;
+    return more;
 }
 
 // ---- reports ------------------------------------------------------------------------------------

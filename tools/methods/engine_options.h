@@ -90,8 +90,12 @@ void engine_abandon_context(struct engine *engine);
 // others of weft_context_create after an error line.
 enum weft_result engine_create_context(struct engine *engine, weft_context **context);
 
-// Engines that methods may be chosen from, bits of struct weft_choose_params.
-unsigned engine_candidates(const struct engine *engine);
+// Engines that methods are chosen from, bits of struct weft_choose_params. On a GPU nothing is
+// known of the CPU engine until weft calibrate has measured both: OpenGL goes first. context: as
+// above.
+unsigned engine_candidates(const struct engine *engine, const weft_context *context);
+// Whether to choose again, from these: where the first ones were not all, and none was within.
+bool engine_has_more_candidates(const struct engine *engine, unsigned *engines);
 // What the costs are of: the renderer and the instruction set, or "defaults".
 const char *engine_model_name(const struct engine *engine, char text[ENGINE_TEXT]);
 
