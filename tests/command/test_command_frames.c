@@ -251,6 +251,33 @@ static void frames_are_as_slices_alone(void **state)
     }
 }
 
+// A volume that stays has blocks; beside constant cells they round otherwise than a slice alone.
+static void what_stays_is_within_the_bound(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    json_t *root = parse(command_succeeds(
+        "slice", "sphere.vdb", "--space", "index", "--origin", "1,2,9", "--u", "30,0,5", "--v",
+        "0,30,3", "--step", "0,0,0.5", "--frames", "0-9", "--size", "40x40", "--verify", "--json"));
+    const json_t *frames = json_object_get(root, "frames");
+    const json_t *resident = json_object_get(root, "resident");
+    assert_int_equal(json_array_size(frames), 10);
+    for (size_t i = 0; i < 10; i++) {
+        const json_t *verify = json_object_get(json_array_get(frames, i), "verify");
+        assert_true(number(verify, "pixels_checked") == 1600.0);
+        assert_true(number(verify, "maximum") <= number(verify, "bound"));
+    }
+    assert_true(number(resident, "laid_out") > 0.0);
+    assert_true(number(resident, "reused") > number(resident, "laid_out"));
+    json_decref(root);
+    // Planes too far apart to share a block.
+    root = parse(command_succeeds("slice", "sphere.vdb", "--at", "1..31", "--frames", "0-2",
+                                  "--size", "8x8", "--json"));
+    assert_true(json_is_null(json_object_get(root, "resident")));
+    json_decref(root);
+}
+
 // Comments, blanks, line ends of other systems; a step takes every so manieth line.
 static void planes_come_from_a_file(void **state)
 {
@@ -538,6 +565,7 @@ int main(void)
         cmocka_unit_test(wrong_planes_are_named),
         cmocka_unit_test(names_are_checked_before_the_first),
         cmocka_unit_test(frames_are_as_slices_alone),
+        cmocka_unit_test(what_stays_is_within_the_bound),
         cmocka_unit_test(planes_come_from_a_file),
         cmocka_unit_test(json_lists_every_frame),
         cmocka_unit_test(previews_have_one_range),

@@ -33,6 +33,5 @@ enum weft_result slice_create_context(struct slice_job *job)
     const enum weft_result res = engine_create_context(&setup->engine, &setup->context);
     job->context_seconds += report_now_seconds() - start;
     // Where a budget chooses, it does so from here on.
-    return res == WEFT_OK && !setup->option[SLICE_MAX_ERROR].given ? slice_plan_for_engine(job)
-                                                                   : res;
+    return res == WEFT_OK && !setup->option[SLICE_MAX_ERROR].given ? slice_plan_anew(job) : res;
 }

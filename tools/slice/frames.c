@@ -50,8 +50,8 @@ static enum weft_result make_slice(struct slice_job *job)
     static const stage planning[] = {
         slice_open,   slice_place, slice_allocate, slice_plan, create_context_for_choice,
         slice_choose, NULL};
-    static const stage computing[] = {slice_create_context, slice_find_range, slice_run,
-                                      slice_verify, NULL};
+    static const stage computing[] = {
+        slice_create_context, slice_keep_volume, slice_find_range, slice_run, slice_verify, NULL};
     const bool explain = job->setup->option[SLICE_EXPLAIN].given;
     enum weft_result res = run_stages(job, planning);
     if (res == WEFT_OK && !explain)
@@ -113,9 +113,10 @@ static enum weft_result print_json(struct frames *f)
     json_t *array = f->array;
     f->array = NULL;
     return json_print(json_pack(
-        "{s:o,s:o,s:o,s:i,s:i,s:o,s:o}", "weft", json_text(weft_version()), "volume",
+        "{s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()), "volume",
         json_text(f->setup->input), "frames", array, "complete", f->complete, "skipped", f->skipped,
-        "process_peak_bytes", run_report_process_peak(), "seconds",
+        "resident", slice_resident_json(f->setup), "process_peak_bytes", run_report_process_peak(),
+        "seconds",
         run_report_seconds(stages, SLICE_STAGES, report_now_seconds() - f->setup->start)));
 }
 

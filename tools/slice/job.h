@@ -76,6 +76,7 @@ struct slice_setup {
     // Of the first slice that comes so far, kept for all.
     char *volume_path; // which is open
     weft_volume *volume;
+    weft_resident *resident;          // what stays of it (resident.c); NULL: nothing, or not yet
     weft_volume *rest;                // what floats lack of it; NULL: not asked for yet
     struct weft_slice_geometry plane; // that --axis or --origin say; no pixels: not known yet
     bool volume_grew;                 // beyond the plane, which was told

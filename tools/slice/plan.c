@@ -29,17 +29,22 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     return res;
 }
 
-enum weft_result slice_plan_for_engine(struct slice_job *job)
+enum weft_result slice_plan_anew(struct slice_job *job)
 {
-    struct weft_slice_params params = job->slice_params;
+    struct weft_slice_params *params = &job->slice_params;
     weft_slice_plan *plan = NULL;
-    if (params.engine == job->setup->engine.engine)
+    if (params->engine == job->setup->engine.engine && params->resident == job->setup->resident)
         return WEFT_OK;
-    params.engine = job->slice_params.engine = job->setup->engine.engine;
-    params.footprint = weft_slice_plan_get_footprint(job->own_plan);
-    const enum weft_result res = weft_slice_plan_create(job->volume, &params, &plan);
+    const double start = report_now_seconds();
+    params->engine = job->setup->engine.engine;
+    params->resident = job->setup->resident;
+    params->memory_bytes = slice_plan_memory(job->setup);
+    params->footprint = weft_slice_plan_get_footprint(job->own_plan);
+    const enum weft_result res = weft_slice_plan_create(job->volume, params, &plan);
+    params->footprint = NULL;
     weft_slice_plan_destroy(&job->own_plan);
     job->plan = job->own_plan = plan;
+    job->plan_seconds += report_now_seconds() - start;
     return res;
 }
 
@@ -60,7 +65,8 @@ static enum weft_result make_plan(struct slice_job *job)
         .samples = (int)o[SLICE_PASSES + PASS_RESOLUTION].number[0],
         .clamp_to_samples = o[SLICE_CLAMP].given,
         .without = job->setup->without,
-        .memory_bytes = (uint64_t)o[SLICE_MEMORY].integer[0],
+        .resident = job->setup->resident,
+        .memory_bytes = slice_plan_memory(job->setup),
         .progress = report_progress("planning"),
         .log = report_log(),
     };
@@ -73,9 +79,9 @@ static enum weft_result make_plan(struct slice_job *job)
     job->plan = job->own_plan;
     if (res == WEFT_OK && !o[SLICE_MAX_ERROR].given) {
         engine_prefer(&job->setup->engine, job->plan);
-        res = slice_plan_for_engine(job);
+        res = slice_plan_anew(job);
     }
-    job->plan_seconds = report_now_seconds() - start;
+    job->plan_seconds += report_now_seconds() - start;
     return res;
 }
 

@@ -10,6 +10,7 @@
 
 void slice_close(struct slice_setup *setup)
 {
+    weft_resident_destroy(&setup->resident);
     weft_volume_destroy(&setup->volume);
     weft_volume_destroy(&setup->rest);
     free(setup->volume_path);

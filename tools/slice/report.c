@@ -65,10 +65,8 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
     if (job->passes)
         count += passes_attributes(job, out + count);
     else
-        run_report_add(out, &count, "plan",
-                       "%s layout, %d fetches per pixel, %d tiles, %llu bricks, error bound %.3g",
-                       weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->tile_count,
-                       (unsigned long long)plan->bricks_read, plan->error_bound);
+        run_report_add(out, &count, "plan", "%s layout, %d fetches per pixel, error bound %.3g",
+                       weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->error_bound);
     run_report_add_renderer(out, &count,
                             plan->engine == WEFT_ENGINE_GL ? job->setup->context : NULL);
     if (plan->engine == WEFT_ENGINE_CPU)

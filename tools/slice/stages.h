@@ -18,9 +18,15 @@ enum weft_result slice_find_range(struct slice_job *job);
 // plan.c: the slice's plan, and with --profile that of its passes, but where --max-error chooses.
 enum weft_result slice_plan(struct slice_job *job);
 
-// The slice planned anew, of the same footprint, where the setup's engine is not the plan's any
-// more.
-enum weft_result slice_plan_for_engine(struct slice_job *job);
+// The slice planned anew, of the same footprint, where the setup's engine or resident volume is not
+// the plan's any more.
+enum weft_result slice_plan_anew(struct slice_job *job);
+
+// resident.c: what stays of the volume from frame to frame, made for the first one. Of --memory,
+// plans have what it leaves.
+enum weft_result slice_keep_volume(struct slice_job *job);
+uint64_t slice_plan_memory(const struct slice_setup *setup);
+json_t *slice_resident_json(const struct slice_setup *setup); // null where nothing stays
 
 // engine.c: the options of what filters, and the context where OpenGL does, once for a command.
 // Where none can be had, the slice is planned for the CPU engine if that was left open.
