@@ -22,14 +22,7 @@ if(NOT osmesa_FOUND AND NOT egl_FOUND)
     message(FATAL_ERROR "weft needs OSMesa (libosmesa6-dev) or EGL (libegl-dev); neither was found")
 endif()
 
-# What chunks of VDB files are packed by; it ships no module at all.
-find_path(WEFT_BLOSC_INCLUDE blosc.h REQUIRED)
-find_library(WEFT_BLOSC_LIBRARY blosc REQUIRED)
-add_library(weft_dep_blosc INTERFACE)
-target_include_directories(weft_dep_blosc SYSTEM INTERFACE ${WEFT_BLOSC_INCLUDE})
-target_link_libraries(weft_dep_blosc INTERFACE ${WEFT_BLOSC_LIBRARY})
-
-# OpenVDB writes VDB files. It ships a find module only; its compile options are kept away from our warnings.
+# OpenVDB ships a find module only; its compile options are kept away from our warnings.
 find_path(WEFT_OPENVDB_INCLUDE openvdb/openvdb.h REQUIRED)
 find_library(WEFT_OPENVDB_LIBRARY openvdb REQUIRED)
 find_library(WEFT_TBB_LIBRARY tbb REQUIRED)

@@ -4,14 +4,9 @@
 // types.vdb: float, double, half, int32, bool, vec3s and two grids of one name; frustum.vdb;
 // zip.vdb, none.vdb: other compressions; far.vdb: beyond the index limit; streamed.vdb: no offsets;
 // kinds.vdb: types that are not sliced, transforms, instances, empty and unnamed grids; names.vdb:
-// long names and such that a terminal would obey; values.vdb: numbers that no float holds;
-// wild-0.vdb to wild-5.vdb: trees of every kind of node in every compression, beside each
-// wild-N.peer: what OpenVDB reads from it.
-#include <algorithm>
+// long names and such that a terminal would obey; values.vdb: numbers that no float holds.
 #include <fstream>
-#include <random>
 #include <string>
-#include <vector>
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
@@ -22,8 +17,8 @@ namespace
 
 using openvdb::Coord;
 
-// The value at (i, j, k) of every fixture: small integers, exact in all types.
-// tests/tiles/volume/test_volume.c knows it as well.
+// The value at (i, j, k) of every fixture: small integers, exact in all types. tests/tiles/volume/test_volume.c
+// knows it as well.
 int value_at(int i, int j, int k)
 {
     return (i * 7 + j * 3 + k) % 50 + 1;
@@ -132,136 +127,6 @@ void write_names(const std::string &path)
     write(path, {first, second, bad, like, longest}, openvdb::io::COMPRESS_NONE);
 }
 
-// ---- wild trees and what OpenVDB reads from them
-// --------------------------------------------------
-
-using Random = std::mt19937;
-
-int below(Random &random, int limit)
-{
-    return static_cast<int>(random() % static_cast<unsigned>(limit));
-}
-
-// Leaves of 0, 1, 2 and many inactive values, of none and of all active; tiles of every size.
-template <class Grid> typename Grid::Ptr make_wild(const std::string &name, Random &random)
-{
-    using Value = typename Grid::ValueType;
-    const Value background = Value(3), others[] = {Value(-3), Value(7), Value(-0.1), Value(0)};
-    auto grid = Grid::create(background);
-    auto &tree = grid->tree();
-    tree.addTile(3, Coord(-8192, 4096, 0), Value(5), true);
-    tree.addTile(3, Coord(8192, 0, 0), Value(6), false);
-    for (int i = 0; i < 40; i++) {
-        const Coord at(below(random, 600) - 300, below(random, 600) - 300,
-                       below(random, 600) - 300);
-        tree.addTile(1 + static_cast<openvdb::Index>(i % 2), at, others[i % 4], i % 3 == 0);
-    }
-    for (int i = 0; i < 120; i++) {
-        const Coord at(below(random, 600) - 300, below(random, 600) - 300,
-                       below(random, 600) - 300);
-        auto *leaf = tree.touchLeaf(at);
-        const int inactive = below(random, 6), active = below(random, 5);
-        for (openvdb::Index n = 0; n < 512; n++) {
-            if (below(random, 4) < active) {
-                leaf->setValueOn(n, Value(below(random, 1000)) / Value(4));
-                continue;
-            }
-            const Value value = inactive == 0   ? background
-                                : inactive == 1 ? openvdb::math::negative(background)
-                                : inactive == 2 ? (n % 2 ? background : others[0])
-                                : inactive == 3 ? others[1]
-                                : inactive == 4 ? others[1 + n % 2]
-                                                : Value(below(random, 100));
-            leaf->setValueOff(n, value);
-        }
-    }
-    grid->setName(name);
-    return grid;
-}
-
-bool comes_before(const Coord &a, const Coord &b)
-{
-    return std::make_tuple(a[2], a[1], a[0]) < std::make_tuple(b[2], b[1], b[0]);
-}
-
-template <class T> void put(std::ofstream &out, const T *data, size_t count)
-{
-    out.write(reinterpret_cast<const char *>(data),
-              static_cast<std::streamsize>(count * sizeof *data));
-}
-
-struct PeerTile {
-    int32_t origin[3], size;
-    float value;
-};
-
-// Counts, the bricks' origins, their voxels with x fastest, and the tiles that tell something.
-template <class Grid> void put_grid(std::ofstream &out, const openvdb::GridBase::Ptr &base)
-{
-    auto grid = openvdb::gridPtrCast<Grid>(base);
-    const auto &tree = grid->tree();
-    std::vector<Coord> bricks;
-    std::vector<PeerTile> tiles;
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-        bricks.push_back(leaf->origin());
-    auto it = tree.cbeginValueAll();
-    it.setMaxDepth(2);
-    for (; it; ++it)
-        if (it.isValueOn() || it.getValue() != tree.background()) {
-            openvdb::CoordBBox box;
-            it.getBoundingBox(box);
-            tiles.push_back({{box.min()[0], box.min()[1], box.min()[2]},
-                             box.dim()[0],
-                             static_cast<float>(it.getValue())});
-        }
-    std::sort(bricks.begin(), bricks.end(), comes_before);
-    std::sort(tiles.begin(), tiles.end(), [](const PeerTile &a, const PeerTile &b) {
-        return comes_before(Coord(a.origin), Coord(b.origin));
-    });
-    const uint64_t counts[] = {bricks.size(), tiles.size(), tree.activeVoxelCount()};
-    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
-    put(out, counts, 3);
-    put(out, box.min().data(), 3);
-    put(out, box.max().data(), 3);
-    for (const Coord &origin : bricks)
-        put(out, origin.data(), 3);
-    for (const Coord &origin : bricks)
-        for (int n = 0; n < 512; n++) {
-            const Coord at = origin.offsetBy(n & 7, n >> 3 & 7, n >> 6);
-            const float value = static_cast<float>(tree.getValue(at));
-            put(out, &value, 1);
-        }
-    put(out, tiles.data(), tiles.size());
-}
-
-void write_wild(const std::string &folder, int number, uint32_t compression)
-{
-    const std::string path = folder + "wild-" + std::to_string(number);
-    Random random(static_cast<unsigned>(number) + 1);
-    auto half = make_wild<openvdb::FloatGrid>("half", random);
-    auto whole = make_wild<openvdb::Int32Grid>("half int32", random);
-    half->setSaveFloatAsHalf(true);
-    whole->setSaveFloatAsHalf(true);
-    auto narrow = make_wild<openvdb::DoubleGrid>("half double", random);
-    narrow->setSaveFloatAsHalf(true);
-    write(path + ".vdb",
-          {make_wild<openvdb::FloatGrid>("float", random),
-           make_wild<openvdb::DoubleGrid>("double", random), half, narrow,
-           make_wild<openvdb::Int32Grid>("int32", random), whole,
-           make_wild<openvdb::BoolGrid>("bool", random)},
-          compression);
-    openvdb::io::File file(path + ".vdb");
-    std::ofstream out(path + ".peer", std::ios::binary);
-    file.open();
-    put_grid<openvdb::FloatGrid>(out, file.readGrid("float"));
-    put_grid<openvdb::DoubleGrid>(out, file.readGrid("double"));
-    put_grid<openvdb::FloatGrid>(out, file.readGrid("half"));
-    put_grid<openvdb::DoubleGrid>(out, file.readGrid("half double"));
-    put_grid<openvdb::Int32Grid>(out, file.readGrid("int32"));
-    put_grid<openvdb::Int32Grid>(out, file.readGrid("half int32"));
-    put_grid<openvdb::BoolGrid>(out, file.readGrid("bool"));
-}
-
 } // namespace
 
 int main(int argc, char **argv)
@@ -301,9 +166,6 @@ int main(int argc, char **argv)
     write_kinds(folder + "kinds.vdb", openvdb::io::COMPRESS_BLOSC | mask);
     write_values(folder + "values.vdb");
     write_names(folder + "names.vdb");
-    const uint32_t packings[] = {0, openvdb::io::COMPRESS_ZIP, openvdb::io::COMPRESS_BLOSC};
-    for (int i = 0; i < 6; i++)
-        write_wild(folder, i, packings[i % 3] | (i < 3 ? mask : 0));
 
     std::ofstream stream(folder + "streamed.vdb", std::ios::binary);
     openvdb::io::Stream(stream).write(openvdb::GridCPtrVec{make<openvdb::FloatGrid>("float")});

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft-read-vdb: grids, trees and voxels of VDB files. It does so itself: to load libopenvdb takes
-// 40 ms, since that has 70000 symbols with names of 300 letters to be found, and it trusts files.
+// weft-read-vdb: grids, trees and voxels of VDB files, by OpenVDB.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
 
+#include <openvdb/openvdb.h>
+
+#include "tiles/process/server.h"
+#include "tiles/readers/vdb_file.h"
+#include "tiles/readers/vdb_guard.h"
 #include "tiles/readers/vdb_tree.h"
 
 using weft::append;
@@ -14,6 +19,11 @@ using weft::fail;
 
 namespace
 {
+
+unsigned long long wide(uint64_t value)
+{
+    return value;
+}
 
 // Cut texts end in "..."; a cut UTF-8 sequence is left out whole.
 template <size_t size> void copy_text(char (&out)[size], const std::string &text)
@@ -50,15 +60,22 @@ void check_transform(const double m[3][4])
          m[0][3], m[1][0], m[1][1], m[1][2], m[1][3], m[2][0], m[2][1], m[2][2], m[2][3]);
 }
 
-// Returns where the tree starts.
-uint64_t read_index_to_world(const weft::Mapping &file, const weft::GridEntry &entry,
-                             const weft::GridHeader &header, weft_volume_info *info)
+// By the map's derivative, since OpenVDB takes affine matrices of small voxels for singular ones.
+void read_transform(const openvdb::GridBase &grid, double m[3][4])
 {
-    const weft::Transform transform = weft::read_transform(file, entry, header);
-    if (!transform.affine)
+    if (!grid.transform().isLinear())
         fail(WEFT_ERR_UNSUPPORTED, "the grid has a frustum transform, not an affine one");
-    memcpy(info->index_to_world, transform.index_to_world, sizeof info->index_to_world);
-    return transform.ends;
+    openvdb::math::MapBase::ConstPtr map = grid.transform().baseMap();
+    openvdb::Vec3d origin = map->applyMap(openvdb::Vec3d(0));
+    for (int c = 0; c < 3; c++) {
+        openvdb::Vec3d unit(0), column;
+        unit[c] = 1;
+        column = map->applyJacobian(unit);
+        for (int r = 0; r < 3; r++)
+            m[r][c] = column[r];
+    }
+    for (int r = 0; r < 3; r++)
+        m[r][3] = origin[r];
 }
 
 void check_entry(const weft::GridEntry &entry)
@@ -70,57 +87,32 @@ void check_entry(const weft::GridEntry &entry)
              entry.type.c_str());
 }
 
-// A value of metadata that has this type; false: there is none.
-template <class T>
-bool get_metadata(const weft::GridHeader &header, const char *key, const char *type, T *out)
-{
-    const weft::MetadataEntry *entry = weft::find_metadata(header, key, type);
-    if (entry)
-        memcpy(out, entry->value.data(), sizeof *out);
-    return entry != nullptr;
-}
-
 // What the writing program claimed; a tree that is read tells the truth.
-void read_claims(const weft::GridHeader &header, weft_volume_info *info)
+void read_claims(const openvdb::GridBase &grid, weft_volume_info *info)
 {
-    int64_t count = 0;
-    int32_t low[3], high[3];
-    const bool known = get_metadata(header, "file_voxel_count", "int64", &count);
-    const bool boxed = get_metadata(header, "file_bbox_min", "vec3i", &low) &&
-                       get_metadata(header, "file_bbox_max", "vec3i", &high);
-    info->empty = count <= 0;
-    info->counted = info->empty ? known && !count : boxed;
+    auto count = grid.getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
+    auto low = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
+    auto high = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
+    info->empty = !count || count->value() <= 0;
+    info->counted = info->empty ? count && !count->value() : low && high;
     if (info->empty)
         return;
-    info->active_voxels = static_cast<uint64_t>(count);
-    for (int i = 0; boxed && i < 3; i++) {
-        info->active_min[i] = low[i];
-        info->active_max[i] = high[i];
+    info->active_voxels = static_cast<uint64_t>(count->value());
+    for (int i = 0; low && high && i < 3; i++) {
+        info->active_min[i] = low->value()[i];
+        info->active_max[i] = high->value()[i];
     }
 }
 
-// One of OpenVDB's classes, whose letters and spaces around may be any.
-void read_class(const weft::GridHeader &header, weft_volume_info *info)
-{
-    const weft::MetadataEntry *entry = weft::find_metadata(header, "class", "string");
-    constexpr char spaces[] = " \f\n\r\t\v";
-    std::string text = entry ? entry->value : "";
-    text.erase(text.find_last_not_of(spaces) + 1);
-    text.erase(0, std::min(text.find_first_not_of(spaces), text.size()));
-    for (char &c : text)
-        c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    for (const char *known : {"level set", "fog volume", "staggered"})
-        if (text == known)
-            copy_text(info->grid_class, known);
-}
-
-std::vector<weft_metadata> format_metadata(const weft::GridHeader &header)
+std::vector<weft_metadata> read_metadata(const openvdb::GridBase &grid)
 {
     std::vector<weft_metadata> all;
-    for (const weft::MetadataEntry &stored : header.metadata) {
+    for (auto it = grid.beginMeta(); it != grid.endMeta(); ++it) {
+        if (!it->second)
+            continue;
         weft_metadata entry;
-        copy_text(entry.key, stored.key);
-        copy_text(entry.value, weft::metadata_text(stored));
+        copy_text(entry.key, it->first);
+        copy_text(entry.value, it->second->str());
         all.push_back(entry);
     }
     return all;
@@ -154,8 +146,7 @@ void append_grid(weft_server *server, weft_volume_info info,
 // ---- the file -----------------------------------------------------------------------------------
 
 struct Reader {
-    std::unique_ptr<weft::Mapping> file;
-    std::vector<weft::GridEntry> entries;
+    std::unique_ptr<weft::VdbFile> file;
     std::unique_ptr<weft::Volume> volume;
 };
 
@@ -163,9 +154,9 @@ void open_file(weft_server *server, Reader *reader)
 {
     if (reader->file)
         return;
-    auto file = std::make_unique<weft::Mapping>(server->input_fd, server->limits.memory_bytes);
-    reader->entries = weft::scan_file(*file);
-    reader->file = std::move(file);
+    if (!weft::guard_is_complete())
+        fail(WEFT_ERR_READER, "this libopenvdb is not the one that the reader was built for");
+    reader->file = std::make_unique<weft::VdbFile>(server->input_fd, server->limits.memory_bytes);
 }
 
 // What is thrown now, as a result and a text of its reason.
@@ -179,7 +170,9 @@ weft::Failure reason(const weft_server *server)
         return {WEFT_ERR_LIMIT, "more memory is needed than the limit of " +
                                     std::to_string(server->limits.memory_bytes) + " bytes"};
     } catch (const std::exception &error) {
-        return {WEFT_ERR_READER, error.what()};
+        return {WEFT_ERR_FORMAT, std::string("OpenVDB says: ") + error.what()};
+    } catch (...) {
+        return {WEFT_ERR_FORMAT, "OpenVDB failed without a reason"};
     }
 }
 
@@ -188,11 +181,11 @@ void list_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry
     weft_volume_info info = describe(entry);
     std::vector<weft_metadata> metadata;
     try {
-        const weft::GridHeader header = weft::read_header(*reader->file, entry);
-        read_class(header, &info);
-        metadata = format_metadata(header);
-        read_claims(header, &info);
-        read_index_to_world(*reader->file, entry, header, &info);
+        openvdb::GridBase::Ptr grid = reader->file->read_header(entry);
+        copy_text(info.grid_class, openvdb::GridBase::gridClassToString(grid->getGridClass()));
+        metadata = read_metadata(*grid);
+        read_claims(*grid, &info);
+        read_transform(*grid, info.index_to_world);
         check_entry(entry);
         check_transform(info.index_to_world);
         info.supported = true;
@@ -207,15 +200,15 @@ void list_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry
 void list_grids(weft_server *server, Reader *reader)
 {
     open_file(server, reader);
-    for (const weft::GridEntry &entry : reader->entries)
+    for (const weft::GridEntry &entry : reader->file->entries())
         list_grid(server, reader, entry);
-    server->answer.count[0] = reader->entries.size();
+    server->answer.count[0] = reader->file->entries().size();
 }
 
 // Labels are unique; beside them goes what the file has, and "density" also means "density[0]".
 const weft::GridEntry *find_grid(const Reader &reader, const std::string &name)
 {
-    const std::vector<weft::GridEntry> &entries = reader.entries;
+    const std::vector<weft::GridEntry> &entries = reader.file->entries();
     auto find = [&](auto test) {
         auto found = std::find_if(entries.begin(), entries.end(), test);
         return found == entries.end() ? nullptr : &*found;
@@ -232,7 +225,7 @@ const weft::GridEntry *find_grid(const Reader &reader, const std::string &name)
 std::string all_names(const Reader &reader)
 {
     std::string names;
-    for (const weft::GridEntry &entry : reader.entries)
+    for (const weft::GridEntry &entry : reader.file->entries())
         names += (names.empty() ? "'" : ", '") + entry.label + "' (" + entry.type + ")";
     return names.empty() ? "no grids" : names;
 }
@@ -246,42 +239,26 @@ const weft::GridEntry &choose_grid(const Reader &reader, const std::string *name
                  all_names(reader).c_str());
         return *found;
     }
-    for (const weft::GridEntry &entry : reader.entries)
+    for (const weft::GridEntry &entry : reader.file->entries())
         if (entry.listed_type)
             return entry;
     fail(WEFT_ERR_UNSUPPORTED, "no scalar grid; the file has %.300s", all_names(reader).c_str());
 }
 
-// An instance has the tree of another grid.
-const weft::GridEntry &tree_owner(const Reader &reader, const weft::GridEntry &entry)
-{
-    if (entry.parent.empty())
-        return entry;
-    for (const weft::GridEntry &other : reader.entries)
-        if (other.unique_name == entry.parent && other.parent.empty())
-            return other;
-    fail(WEFT_ERR_FORMAT, "it shares the tree of grid '%.64s', which has none",
-         entry.parent.c_str());
-}
-
 void load_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry)
 {
-    weft_volume_info info = describe(entry), owners;
+    weft_volume_info info = describe(entry);
     check_entry(entry);
     // The transform first: it is cheap, and decides whether the tree is wanted.
-    const weft::GridHeader header = weft::read_header(*reader->file, entry);
-    read_index_to_world(*reader->file, entry, header, &info);
+    openvdb::GridBase::Ptr grid = reader->file->read_header(entry);
+    read_transform(*grid, info.index_to_world);
     check_transform(info.index_to_world);
-    const weft::GridEntry &owner = tree_owner(*reader, entry);
-    check_entry(owner);
-    const weft::GridHeader owner_header = weft::read_header(*reader->file, owner);
-    const uint64_t starts = read_index_to_world(*reader->file, owner, owner_header, &owners);
-    reader->volume =
-        weft::read_volume(*reader->file, owner, owner_header, starts, server->request->rest);
+    grid = reader->file->read_grid(entry);
+    reader->volume = weft::make_volume(grid, server->request->rest);
     info.supported = true;
-    read_class(header, &info);
+    copy_text(info.grid_class, openvdb::GridBase::gridClassToString(grid->getGridClass()));
     reader->volume->describe_tree(&info);
-    append_grid(server, info, format_metadata(header));
+    append_grid(server, info, read_metadata(*grid));
     server->answer.count[0] = 1;
 }
 
@@ -317,9 +294,8 @@ void read_bricks(weft_server *server, Reader *reader)
     constexpr uint64_t brick_bytes = WEFT_BRICK_VOXELS * sizeof(float);
     uint64_t count = server->request->payload_bytes / origin_bytes;
     if (count > server->limits.output_bytes / brick_bytes)
-        fail(WEFT_ERR_LIMIT, "%llu bricks have %llu bytes, the output limit is %llu",
-             weft::wide(count), weft::wide(count * brick_bytes),
-             weft::wide(server->limits.output_bytes));
+        fail(WEFT_ERR_LIMIT, "%llu bricks have %llu bytes, the output limit is %llu", wide(count),
+             wide(count * brick_bytes), wide(server->limits.output_bytes));
     reader->volume->read(server, static_cast<const int32_t(*)[3]>(server->request_payload),
                          static_cast<size_t>(count));
 }
@@ -358,6 +334,9 @@ weft_result handle(weft_server *server)
 
 int main(int argc, char **argv)
 {
+    // Delayed loading is what keeps voxels out of memory until they are asked for.
+    unsetenv("OPENVDB_DISABLE_DELAYED_LOAD");
+    openvdb::initialize();
     static Reader reader;
     return weft_server_run(argc, argv, handle, &reader);
 }

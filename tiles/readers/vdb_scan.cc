@@ -2,12 +2,26 @@
 #include "tiles/readers/vdb_scan.h"
 
 #include <algorithm>
+#include <cstdarg>
 #include <cstdio>
+#include <cstring>
 #include <map>
 #include <set>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace weft
 {
+
+void fail(weft_result result, const char *format, ...)
+{
+    char text[480];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    throw Failure{result, text};
+}
 
 namespace
 {
@@ -16,6 +30,109 @@ constexpr uint64_t magic = 0x56444220;
 constexpr uint32_t oldest_version = 222; // node mask compression, 2012
 constexpr uint32_t most_grids = 65536;
 constexpr size_t longest_label = 255;
+
+unsigned long long wide(uint64_t value)
+{
+    return value;
+}
+
+uint64_t file_size(int fd)
+{
+    struct stat stat;
+    if (fstat(fd, &stat) || !S_ISREG(stat.st_mode))
+        fail(WEFT_ERR_OPEN, "not a regular file");
+    return static_cast<uint64_t>(stat.st_size);
+}
+
+// Reads the bytes of a file from one place to another; what would lead beyond it fails before
+// memory is asked for.
+class Cursor
+{
+  public:
+    Cursor(int fd, uint64_t at, uint64_t end) : fd_(fd), at_(at), end_(end)
+    {
+    }
+
+    uint64_t at() const
+    {
+        return at_;
+    }
+
+    uint64_t end() const
+    {
+        return end_;
+    }
+
+    void move_to(uint64_t at)
+    {
+        at_ = at;
+    }
+
+    void skip(uint64_t bytes)
+    {
+        if (bytes > end_ - at_)
+            fail(WEFT_ERR_FORMAT, "the header has %llu bytes at %llu, and ends at %llu",
+                 wide(bytes), wide(at_), wide(end_));
+        at_ += bytes;
+    }
+
+    void get(void *out, uint64_t bytes)
+    {
+        uint64_t from = at_;
+        skip(bytes);
+        if (bytes > window_size) {
+            read(out, from, bytes);
+            return;
+        }
+        if (from < window_at_ || at_ > window_at_ + window_.size()) {
+            window_.resize(std::min(window_size, end_ - from));
+            window_at_ = from;
+            read(window_.data(), from, window_.size());
+        }
+        memcpy(out, window_.data() + (from - window_at_), bytes);
+    }
+
+    template <class T> T get()
+    {
+        T value;
+        get(&value, sizeof value);
+        return value;
+    }
+
+    std::string get_string()
+    {
+        uint32_t length = get<uint32_t>();
+        if (length > end_ - at_)
+            fail(WEFT_ERR_FORMAT, "a text of %u bytes at %llu of a header that ends at %llu",
+                 length, wide(at_), wide(end_));
+        std::string text(length, '\0');
+        get(&text[0], length);
+        return text;
+    }
+
+    void skip_string()
+    {
+        skip(get<uint32_t>());
+    }
+
+  private:
+    static constexpr uint64_t window_size = 4096;
+
+    void read(void *out, uint64_t from, uint64_t bytes) const
+    {
+        for (uint64_t done = 0; done < bytes;) {
+            ssize_t n = pread(fd_, static_cast<char *>(out) + done, bytes - done,
+                              static_cast<off_t>(from + done));
+            if (n <= 0)
+                fail(WEFT_ERR_OPEN, "cannot read the file");
+            done += static_cast<uint64_t>(n);
+        }
+    }
+
+    int fd_;
+    uint64_t at_, end_, window_at_ = 0;
+    std::vector<char> window_;
+};
 
 void skip_metadata(Cursor &cursor)
 {
@@ -163,9 +280,9 @@ GridEntry read_descriptor(Cursor &cursor, uint32_t number, uint32_t count)
 
 } // namespace
 
-std::vector<GridEntry> scan_file(const Mapping &file)
+std::vector<GridEntry> scan_file(int fd)
 {
-    Cursor cursor(file, 0, file.size());
+    Cursor cursor(fd, 0, file_size(fd));
     read_header(cursor);
     uint32_t count = cursor.get<uint32_t>();
     if (count > most_grids)
@@ -175,6 +292,26 @@ std::vector<GridEntry> scan_file(const Mapping &file)
         grids.push_back(read_descriptor(cursor, static_cast<uint32_t>(grids.size()) + 1, count));
     label_grids(grids);
     return grids;
+}
+
+GridHeader scan_header(int fd, const GridEntry &grid)
+{
+    GridHeader header;
+    Cursor cursor(fd, grid.starts, grid.ends);
+    cursor.skip(sizeof(uint32_t)); // compression
+    for (uint32_t count = cursor.get<uint32_t>(); count; count--) {
+        MetadataEntry entry;
+        entry.key = cursor.get_string();
+        entry.type = cursor.get_string();
+        entry.value = cursor.get_string();
+        header.metadata.push_back(std::move(entry));
+    }
+    header.transform = cursor.at();
+    if (cursor.get_string() == "NonlinearFrustumMap") {
+        cursor.skip(8 * sizeof(double)); // taper, depth, box: the map behind it is named next
+        cursor.skip_string();
+    }
+    return header;
 }
 
 } // namespace weft

@@ -6,8 +6,25 @@
 #include <cmath>
 #include <new>
 
-#include "tiles/readers/vdb_nodes.h"
+#include <openvdb/io/io.h>
+
+#include "tiles/readers/vdb_scan.h"
 #include "tiles/volume/region.h"
+
+using openvdb::Coord;
+
+// A name that OpenVDB declares as a friend of its leaf buffers: the only way to learn where a
+// leaf's voxels lie in the file. Reading them here rather than through the leaf keeps the tree
+// without voxels, notices a stream that failed (the leaf would hand over uninitialised memory), and
+// leaves no leaf half loaded, which its destructor does not survive.
+class TestLeaf
+{
+  public:
+    template <class Leaf> static auto file_info(const Leaf &leaf)
+    {
+        return leaf.buffer().mFileInfo;
+    }
+};
 
 namespace weft
 {
@@ -21,58 +38,93 @@ void append(weft_server *server, const void *data, size_t size)
 namespace
 {
 
-bool comes_before(const Coord &a, const Coord &b)
+// Calls visit.enter(origin, size) before each node and leaves the node out if that is false,
+// visit.leaf(leaf), and visit.tile(origin, size, value, active) for tiles that tell something: that
+// are active or differ from the background.
+template <class Tree, class Visit> class Walk
 {
-    for (size_t i = 2; i > 0; i--)
-        if (a[i] != b[i])
-            return a[i] < b[i];
-    return a[0] < b[0];
+  public:
+    using Value = typename Tree::ValueType;
+    using Leaf = typename Tree::LeafNodeType;
+
+    static void run(const Tree &tree, Visit &visit)
+    {
+        Walk(tree.background(), visit).node(tree.root());
+    }
+
+  private:
+    Walk(Value background, Visit &visit) : background_(background), visit_(visit)
+    {
+    }
+
+    template <class Node> void node(const Node &node)
+    {
+        for (auto it = node.cbeginChildOn(); it; ++it)
+            child(*it);
+        for (auto it = node.cbeginValueAll(); it; ++it) {
+            Value value = it.getValue();
+            bool plain = value == background_ || (value != value && background_ != background_);
+            if (it.isValueOn() || !plain)
+                visit_.tile(it.getCoord(), static_cast<int32_t>(Node::ChildNodeType::DIM), value,
+                            it.isValueOn());
+        }
+    }
+
+    template <class Node> void child(const Node &child)
+    {
+        if (!visit_.enter(child.origin(), static_cast<int32_t>(Node::DIM)))
+            return;
+        if constexpr (std::is_same_v<Node, Leaf>)
+            visit_.leaf(child);
+        else
+            node(child);
+    }
+
+    Value background_;
+    Visit &visit_;
+};
+
+// Everything below the root has coordinates derived from the root's, so these are checked first.
+// The root's table is keyed by what the file says; nodes of unaligned keys would overlap.
+template <class Tree> void check_root(const Tree &tree)
+{
+    auto check = [](const Coord &key) {
+        for (int i = 0; i < 3; i++) {
+            if (key[i] % 4096 != 0)
+                fail(WEFT_ERR_FORMAT, "a node at (%d, %d, %d), which is not a multiple of 4096",
+                     key[0], key[1], key[2]);
+            if (key[i] < -WEFT_INDEX_LIMIT || key[i] >= WEFT_INDEX_LIMIT)
+                fail(WEFT_ERR_LIMIT, "a node at (%d, %d, %d); the limit is +-%d", key[0], key[1],
+                     key[2], WEFT_INDEX_LIMIT);
+        }
+    };
+    for (auto it = tree.root().cbeginChildOn(); it; ++it)
+        check(it.getCoord());
+    for (auto it = tree.root().cbeginValueAll(); it; ++it)
+        check(it.getCoord());
 }
 
-// The box of all active voxels, and how many they are.
 struct Survey {
-    Coord low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
-    uint64_t voxels = 0;
+    openvdb::CoordBBox box;
+    uint64_t voxels = 0, leaves = 0;
 
-    void add_box(const Coord &first, const Coord &last)
+    bool enter(const Coord &, int32_t)
     {
-        for (size_t i = 0; i < 3; i++) {
-            low[i] = std::min(low[i], first[i]);
-            high[i] = std::max(high[i], last[i]);
-        }
+        return true;
     }
-
-    void add_cube(const Coord &origin, int32_t size)
+    template <class Leaf> void leaf(const Leaf &leaf)
     {
-        const auto side = static_cast<uint64_t>(size);
-        voxels += side * side * side;
-        add_box(origin, {origin[0] + size - 1, origin[1] + size - 1, origin[2] + size - 1});
+        leaves++;
+        voxels += leaf.onVoxelCount();
+        leaf.evalActiveBoundingBox(box, true);
     }
-
-    // A word for each x, a byte in it for each y, a bit in that for each z.
-    void add_leaf(const Coord &origin, const unsigned char *active)
+    template <class Value> void tile(const Coord &origin, int32_t size, Value, bool active)
     {
-        int first = 8, last = -1;
-        uint64_t any = 0;
-        for (int x = 0; x < 8; x++) {
-            uint64_t word;
-            memcpy(&word, active + 8 * x, sizeof word);
-            if (!word)
-                continue;
-            voxels += static_cast<uint64_t>(__builtin_popcountll(word));
-            any |= word;
-            first = std::min(first, x);
-            last = x;
-        }
-        if (!any)
+        if (!active)
             return;
-        uint32_t z = 0;
-        for (int y = 0; y < 8; y++)
-            z |= any >> 8 * y & 0xff;
-        const int y_first = __builtin_ctzll(any) / 8, y_last = 7 - __builtin_clzll(any) / 8;
-        const int z_first = __builtin_ctz(z), z_last = 31 - __builtin_clz(z);
-        add_box({origin[0] + first, origin[1] + y_first, origin[2] + z_first},
-                {origin[0] + last, origin[1] + y_last, origin[2] + z_last});
+        voxels +=
+            static_cast<uint64_t>(size) * static_cast<uint64_t>(size) * static_cast<uint64_t>(size);
+        box.expand(openvdb::CoordBBox::createCube(origin, static_cast<openvdb::Index>(size)));
     }
 };
 
@@ -90,6 +142,24 @@ void count_value(double value, weft_volume_info *info)
     info->values_tiny += value != 0 && std::fabs(value) < FLT_MIN;
 }
 
+template <class Value> struct TileCounter {
+    weft_volume_info *info;
+    std::vector<Coord> bricks;
+
+    bool enter(const Coord &, int32_t)
+    {
+        return true;
+    }
+    template <class Leaf> void leaf(const Leaf &leaf)
+    {
+        bricks.push_back(leaf.origin());
+    }
+    void tile(const Coord &, int32_t, Value value, bool)
+    {
+        count_value(value, info);
+    }
+};
+
 // A stored value as a float, or what that lacks of it.
 template <class Value> float part_of(Value value, bool rest)
 {
@@ -100,33 +170,59 @@ template <class Value> float part_of(Value value, bool rest)
     return std::isfinite(lack) ? static_cast<float>(lack) : 0;
 }
 
-template <class Value> class TypedVolume : public Volume
+struct Finder {
+    const weft_region &region;
+    bool rest;
+    std::vector<Coord> bricks;
+    std::vector<weft_volume_tile> tiles;
+
+    bool enter(const Coord &origin, int32_t size)
+    {
+        return weft_region_meets(&region, origin.data(), size);
+    }
+    template <class Leaf> void leaf(const Leaf &leaf)
+    {
+        bricks.push_back(leaf.origin());
+    }
+    template <class Value> void tile(const Coord &origin, int32_t size, Value value, bool)
+    {
+        if (enter(origin, size))
+            tiles.push_back({{origin[0], origin[1], origin[2]}, size, part_of(value, rest)});
+    }
+};
+
+bool comes_before(const int32_t *a, const int32_t *b)
+{
+    for (int i = 2; i > 0; i--)
+        if (a[i] != b[i])
+            return a[i] < b[i];
+    return a[0] < b[0];
+}
+
+template <class Grid> class TypedVolume : public Volume
 {
   public:
-    TypedVolume(const Cursor &cursor, const Coding &coding, const std::string &delayed, bool rest)
-        : cursor_(cursor), coding_(coding), rest_(rest),
-          nodes_(read_nodes<Value>(cursor, coding, delayed))
+    using Tree = typename Grid::TreeType;
+    using Leaf = typename Tree::LeafNodeType;
+    using Value = typename Tree::ValueType;
+
+    TypedVolume(typename Grid::Ptr grid, bool rest) : grid_(grid), rest_(rest)
     {
+        check_root(grid_->tree());
     }
 
     void describe_tree(weft_volume_info *info) const override
     {
         Survey survey;
-        for (const LowerNode &node : nodes_.lower)
-            each_leaf(node, [&](const Coord &origin, size_t, const unsigned char *active) {
-                survey.add_leaf(origin, active);
-            });
-        for (const Tile<Value> &tile : nodes_.tiles)
-            if (tile.active)
-                survey.add_cube(tile.origin, tile.size);
-        info->background = part_of(nodes_.background, rest_);
+        Walk<Tree, Survey>::run(grid_->tree(), survey);
+        info->background = part_of(grid_->tree().background(), rest_);
         info->active_voxels = survey.voxels;
-        info->bricks = nodes_.leaf.size();
-        info->memory_bytes = info->bricks * WEFT_BRICK_VOXELS * sizeof(float);
+        info->bricks = survey.leaves;
+        info->memory_bytes = survey.leaves * WEFT_BRICK_VOXELS * sizeof(float);
         info->empty = survey.voxels == 0;
-        for (size_t i = 0; i < 3; i++) {
-            info->active_min[i] = info->empty ? 0 : survey.low[i];
-            info->active_max[i] = info->empty ? 0 : survey.high[i];
+        for (int i = 0; i < 3; i++) {
+            info->active_min[i] = info->empty ? 0 : survey.box.min()[i];
+            info->active_max[i] = info->empty ? 0 : survey.box.max()[i];
         }
         info->counted = true;
         if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int32_t>)
@@ -135,28 +231,32 @@ template <class Value> class TypedVolume : public Volume
 
     void find(weft_server *server, const weft_region &region) const override
     {
-        std::vector<Coord> bricks;
-        for (const UpperNode &node : nodes_.upper)
-            if (weft_region_meets(&region, node.origin.data(), 4096))
-                find_in(node, region, bricks);
-        std::sort(bricks.begin(), bricks.end(), comes_before);
-        const std::vector<weft_volume_tile> tiles = find_tiles(region);
-        append(server, bricks.data(), bricks.size() * sizeof(Coord));
-        append(server, tiles.data(), tiles.size() * sizeof(weft_volume_tile));
-        server->answer.count[0] = bricks.size();
-        server->answer.count[1] = tiles.size();
+        Finder found{region, rest_, {}, {}};
+        Walk<Tree, Finder>::run(grid_->tree(), found);
+        std::sort(found.bricks.begin(), found.bricks.end(),
+                  [](const Coord &a, const Coord &b) { return comes_before(a.data(), b.data()); });
+        std::sort(found.tiles.begin(), found.tiles.end(),
+                  [](const weft_volume_tile &a, const weft_volume_tile &b) {
+                      return comes_before(a.origin, b.origin);
+                  });
+        static_assert(sizeof(Coord) == sizeof(int32_t[3]), "bricks go out as they are");
+        append(server, found.bricks.data(), found.bricks.size() * sizeof(Coord));
+        append(server, found.tiles.data(), found.tiles.size() * sizeof(weft_volume_tile));
+        server->answer.count[0] = found.bricks.size();
+        server->answer.count[1] = found.tiles.size();
     }
 
     void read(weft_server *server, const int32_t (*origin)[3], size_t count) const override
     {
         constexpr size_t batch = 64;
         std::vector<float> values(batch * WEFT_BRICK_VOXELS);
+        typename Grid::ConstAccessor accessor = grid_->getConstAccessor();
+        Stream stream;
         for (size_t done = 0; done < count;) {
-            const size_t n = std::min(batch, count - done);
-            for (size_t i = 0; i < n; i++) {
-                const int32_t *at = origin[done + i];
-                read_brick({at[0], at[1], at[2]}, &values[i * WEFT_BRICK_VOXELS]);
-            }
+            size_t n = std::min(batch, count - done);
+            for (size_t i = 0; i < n; i++)
+                read_leaf(accessor, Coord(origin[done + i]), stream,
+                          &values[i * WEFT_BRICK_VOXELS]);
             append(server, values.data(), n * WEFT_BRICK_VOXELS * sizeof(float));
             done += n;
         }
@@ -164,96 +264,46 @@ template <class Value> class TypedVolume : public Volume
     }
 
   private:
-    // Calls visit(origin, index, mask of active voxels) for each leaf of a node.
-    template <class Visit> void each_leaf(const LowerNode &node, Visit visit) const
-    {
-        size_t rank = 0;
-        node.leaves.each([&](uint32_t n) {
-            visit(origin_of<4, 3>(node.origin, n), node.first_leaf + rank,
-                  cursor_.bytes_at(node.masks + rank * LEAF_MASK_BYTES));
-            rank++;
-        });
-    }
-
-    void find_in(const UpperNode &upper, const weft_region &region,
-                 std::vector<Coord> &bricks) const
-    {
-        for (uint32_t i = 0; i < upper.lower.count; i++) {
-            const LowerNode &node = nodes_.lower[upper.first_lower + i];
-            if (!weft_region_meets(&region, node.origin.data(), 128))
-                continue;
-            node.leaves.each([&](uint32_t n) {
-                const Coord origin = origin_of<4, 3>(node.origin, n);
-                if (weft_region_meets(&region, origin.data(), WEFT_BRICK_SIZE))
-                    bricks.push_back(origin);
-            });
-        }
-    }
-
-    std::vector<weft_volume_tile> find_tiles(const weft_region &region) const
-    {
-        std::vector<weft_volume_tile> found;
-        for (const Tile<Value> &tile : nodes_.tiles) {
-            const Coord &at = tile.origin;
-            if (weft_region_meets(&region, at.data(), tile.size))
-                found.push_back({{at[0], at[1], at[2]}, tile.size, part_of(tile.value, rest_)});
-        }
-        std::sort(found.begin(), found.end(),
-                  [](const weft_volume_tile &a, const weft_volume_tile &b) {
-                      return comes_before({a.origin[0], a.origin[1], a.origin[2]},
-                                          {b.origin[0], b.origin[1], b.origin[2]});
-                  });
-        return found;
-    }
+    // All leaves of a grid share one mapping and one set of stream settings.
+    struct Stream {
+        openvdb::SharedPtr<std::streambuf> buffer;
+        std::unique_ptr<std::istream> stream;
+    };
 
     // Reads all voxels once. Damaged bricks are told when they are asked for.
     void count_values(weft_volume_info *info) const
     {
-        for (const Tile<Value> &tile : nodes_.tiles)
-            count_value(tile.value, info);
-        count_value(nodes_.background, info);
-        for (const LowerNode &node : nodes_.lower)
-            each_leaf(node, [&](const Coord &, size_t index, const unsigned char *active) {
-                Value values[LEAF_VOXELS];
-                try {
-                    read_leaf(index, active, values);
-                } catch (const Failure &) {
-                    return;
-                }
-                for (Value value : values)
-                    count_value(value, info);
-            });
+        TileCounter<Value> counter{info, {}};
+        Walk<Tree, TileCounter<Value>>::run(grid_->tree(), counter);
+        count_value(grid_->tree().background(), info);
+        typename Grid::ConstAccessor accessor = grid_->getConstAccessor();
+        Stream stream;
+        for (const Coord &origin : counter.bricks) {
+            Value values[WEFT_BRICK_VOXELS] = {};
+            try {
+                load(*accessor.probeConstLeaf(origin), stream, values);
+            } catch (const openvdb::Exception &) {
+                continue;
+            }
+            for (Value value : values)
+                count_value(value, info);
+        }
     }
 
-    // The lower node that a voxel lies in; NULL: there is none.
-    const LowerNode *find_lower(const Coord &voxel) const
+    void read_leaf(typename Grid::ConstAccessor &accessor, const Coord &origin, Stream &stream,
+                   float *out) const
     {
-        Coord key = voxel;
-        for (int32_t &c : key)
-            c &= ~4095;
-        auto upper = std::lower_bound(
-            nodes_.upper.begin(), nodes_.upper.end(), key,
-            [](const UpperNode &node, const Coord &other) { return node.origin < other; });
-        const uint32_t place = place_of<5, 7>(voxel);
-        if (upper == nodes_.upper.end() || upper->origin != key || !upper->lower.has(place))
-            return nullptr;
-        return &nodes_.lower[upper->first_lower + upper->lower.rank(place)];
-    }
-
-    void read_brick(const Coord &origin, float *out) const
-    {
-        const LowerNode *node = find_lower(origin);
-        const uint32_t place = place_of<4, 3>(origin);
-        if (!node || !node->leaves.has(place) || origin_of<4, 3>(node->origin, place) != origin)
+        const Leaf *leaf = accessor.probeConstLeaf(origin);
+        if (!leaf || leaf->origin() != origin)
             fail(WEFT_ERR_ARGUMENT, "no brick at (%d, %d, %d)", origin[0], origin[1], origin[2]);
-        const size_t rank = node->leaves.rank(place);
-        Value values[LEAF_VOXELS];
+        Value values[WEFT_BRICK_VOXELS] = {};
         try {
-            read_leaf(node->first_leaf + rank,
-                      cursor_.bytes_at(node->masks + rank * LEAF_MASK_BYTES), values);
-        } catch (const Failure &failure) {
-            fail(failure.result, "the voxels of the brick at (%d, %d, %d) cannot be read: %.200s",
-                 origin[0], origin[1], origin[2], failure.text.c_str());
+            load(*leaf, stream, values);
+        } catch (const std::bad_alloc &) {
+            throw;
+        } catch (const std::exception &error) {
+            fail(WEFT_ERR_FORMAT, "the voxels of the brick at (%d, %d, %d) cannot be read: %.200s",
+                 origin[0], origin[1], origin[2], error.what());
         }
         for (int z = 0; z < 8; z++)
             for (int y = 0; y < 8; y++)
@@ -261,43 +311,58 @@ template <class Value> class TypedVolume : public Volume
                     *out++ = part_of(values[x << 6 | y << 3 | z], rest_);
     }
 
-    void read_leaf(size_t index, const unsigned char *active, Value *values) const
+    static void load(const Leaf &leaf, Stream &stream, Value *values)
     {
-        Cursor cursor = cursor_;
-        cursor.move_to(nodes_.leaf[index]);
-        if constexpr (std::is_same_v<Value, bool>) {
-            const unsigned char *bits = cursor.take(LEAF_MASK_BYTES);
-            for (uint32_t i = 0; i < LEAF_VOXELS; i++)
-                values[i] = bit_at(bits, i);
-        } else {
-            read_values(cursor, coding_, nodes_.background, active, LEAF_VOXELS, buffer_, values);
+        if constexpr (!std::is_same_v<Value, bool>) {
+            if (leaf.buffer().isOutOfCore()) {
+                load_from_file(leaf, stream, values);
+                return;
+            }
         }
+        for (openvdb::Index i = 0; i < Leaf::SIZE; i++)
+            values[i] = leaf.getValue(i);
     }
 
-    const Cursor cursor_;
-    const Coding coding_;
-    const bool rest_;
-    const Nodes<Value> nodes_;
-    mutable std::vector<unsigned char> buffer_; // of the leaf that is read
+    static void load_from_file(const Leaf &leaf, Stream &stream, Value *values)
+    {
+        auto *info = TestLeaf::file_info(leaf);
+        if (!stream.stream) {
+            stream.buffer = info->mapping->createBuffer();
+            stream.stream = std::make_unique<std::istream>(stream.buffer.get());
+            openvdb::io::setStreamMetadataPtr(*stream.stream, info->meta, /*transfer=*/true);
+            stream.stream->exceptions(std::ios::failbit | std::ios::badbit);
+        }
+        stream.stream->clear();
+        stream.stream->seekg(info->bufpos);
+        openvdb::io::readCompressedValues(*stream.stream, values, Leaf::SIZE, leaf.valueMask(),
+                                          openvdb::io::getHalfFloat(*stream.stream));
+    }
+
+    typename Grid::Ptr grid_;
+    bool rest_;
 };
+
+template <class Grid>
+std::unique_ptr<Volume> cast_grid(const openvdb::GridBase::Ptr &grid, bool rest)
+{
+    typename Grid::Ptr typed = openvdb::gridPtrCast<Grid>(grid);
+    return typed ? std::make_unique<TypedVolume<Grid>>(typed, rest) : nullptr;
+}
 
 } // namespace
 
-std::unique_ptr<Volume> read_volume(const Mapping &file, const GridEntry &grid,
-                                    const GridHeader &header, uint64_t starts, bool rest)
+std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, bool rest)
 {
-    const Cursor cursor(file, starts, grid.ends);
-    const Coding whole = {header.compression, false}, coding = {header.compression, grid.half};
-    const std::string &type = grid.stored_type, &delayed = header.delayed;
-    if (type == "Tree_float_5_4_3")
-        return std::make_unique<TypedVolume<float>>(cursor, coding, delayed, rest);
-    if (type == "Tree_double_5_4_3")
-        return std::make_unique<TypedVolume<double>>(cursor, coding, delayed, rest);
-    if (type == "Tree_int32_5_4_3")
-        return std::make_unique<TypedVolume<int32_t>>(cursor, whole, delayed, rest);
-    if (type == "Tree_bool_5_4_3")
-        return std::make_unique<TypedVolume<bool>>(cursor, whole, delayed, rest);
-    fail(WEFT_ERR_UNSUPPORTED, "the type %.64s is not read", type.c_str());
+    std::unique_ptr<Volume> volume;
+    if (grid) {
+        volume = cast_grid<openvdb::FloatGrid>(grid, rest);
+        volume = volume ? std::move(volume) : cast_grid<openvdb::DoubleGrid>(grid, rest);
+        volume = volume ? std::move(volume) : cast_grid<openvdb::Int32Grid>(grid, rest);
+        volume = volume ? std::move(volume) : cast_grid<openvdb::BoolGrid>(grid, rest);
+    }
+    if (!volume)
+        fail(WEFT_ERR_FORMAT, "the grid is not of the type that the file's table gives");
+    return volume;
 }
 
 } // namespace weft

@@ -5,8 +5,9 @@
 
 #include <memory>
 
+#include <openvdb/openvdb.h>
+
 #include "tiles/process/server.h"
-#include "tiles/readers/vdb_header.h"
 #include "tiles/volume/volume_wire.h"
 
 namespace weft
@@ -15,7 +16,7 @@ namespace weft
 // Adds to the answer's payload. Throws Failure.
 void append(weft_server *server, const void *data, size_t size);
 
-// All members throw Failure.
+// All members throw Failure or what OpenVDB throws.
 class Volume
 {
   public:
@@ -28,11 +29,9 @@ class Volume
     virtual void read(weft_server *server, const int32_t (*origin)[3], size_t count) const = 0;
 };
 
-// Reads the tree of a grid of a listed type from where it starts in the file, which outlives the
-// volume: voxels stay there until they are asked for. rest: values are what floats lack of the
-// stored ones. Throws Failure.
-std::unique_ptr<Volume> read_volume(const Mapping &file, const GridEntry &grid,
-                                    const GridHeader &header, uint64_t starts, bool rest);
+// rest: values are what floats lack of the stored ones. Throws Failure for a grid of another type
+// than float, double, int32 or bool.
+std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, bool rest);
 
 } // namespace weft
 

@@ -147,11 +147,10 @@ uint64_t file_size(int fd)
 }
 
 // A file that is cut short is found out by reading where its grid lies.
-bool is_whole(int fd, uint64_t memory_bytes)
+bool is_whole(int fd)
 {
     try {
-        const weft::Mapping file(fd, memory_bytes);
-        const std::vector<weft::GridEntry> grids = weft::scan_file(file);
+        const std::vector<weft::GridEntry> grids = weft::scan_file(fd);
         return grids.size() == 1 && grids[0].problem.empty();
     } catch (const weft::Failure &) {
         return false;
@@ -175,7 +174,7 @@ void write_volume(weft_server *server)
     file.write(openvdb::GridCPtrVec{grid});
     file.close();
     const uint64_t size = file_size(server->input_fd);
-    if (!is_whole(server->input_fd, server->limits.memory_bytes))
+    if (!is_whole(server->input_fd))
         fail_cut_short(server->input_fd, size);
     server->answer.count[0] = size;
 }

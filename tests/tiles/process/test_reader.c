@@ -191,9 +191,9 @@ static void test_memory_limit(void **state)
     if (SANITIZED)
         skip();
     weft_volume *volume = NULL;
-    struct weft_limits limits = {.memory_bytes = 1 << 20};
+    struct weft_limits limits = {.memory_bytes = 16 << 20};
     assert_int_equal(open_limited(sphere_path(), limits, &volume), WEFT_ERR_LIMIT);
-    assert_message("1048576");
+    assert_message("16777216");
 }
 
 static void test_missing_program(void **state)
