@@ -19,9 +19,9 @@ static double position_error(const struct weft_slice_grid *grid)
     return 0x1p-30 + 511 * ldexp(0.5, -grid->fraction_bits);
 }
 
-// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
-static double weight_error(const struct weft_slice_plan *plan, double slope)
+double weft_slice_weight_bound(const struct weft_slice_plan *plan)
 {
+    const double slope = weft_footprint_kernel(plan->footprint)->slope;
     // A fraction times a number of segments that is no power of two is rounded.
     const int segments = plan->weights->tiles.segments;
     const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
@@ -46,7 +46,7 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weight_error(plan, weft_footprint_kernel(plan->footprint)->slope);
+    double weights = weft_slice_weight_bound(plan);
     int axes = convolved_axes(plan);
     // A product and the additions after it, on each level; the first one is to 0.
     double sums = axes * kernel->width * UNIT;

@@ -43,6 +43,21 @@ bool weft_slice_replace_unfit(const struct weft_slice_plan *plan, float *voxels,
     return any;
 }
 
+enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
+                                        const struct weft_progress *progress)
+{
+    const enum weft_source_format source = plan->info.source;
+    struct weft_slice_statistics statistics;
+    if (source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
+        return WEFT_OK;
+    const enum weft_result res = weft_footprint_statistics(plan->footprint, progress, &statistics);
+    if (res != WEFT_OK || statistics.not_finite == 0)
+        return res;
+    weft_error(plan->log, "the volume holds NaN or infinity, which a source of format %s does not",
+               weft_source_format_name(source));
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 // ---- cells --------------------------------------------------------------------------------------
 
 static void load_box(struct painter *p, int64_t number)

@@ -19,6 +19,12 @@ static inline bool weft_slice_unfit(const struct weft_slice_plan *plan, float vo
 // Puts 0 in the place of unfit voxels; false where there were none.
 bool weft_slice_replace_unfit(const struct weft_slice_plan *plan, float *voxels, size_t count);
 
+// Where there were some: sources of fixed point, which hold a range, have nothing for what is not
+// finite, unless no tap reaches it. Returns WEFT_ERR_UNSUPPORTED, and what
+// weft_footprint_statistics does.
+enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
+                                        const struct weft_progress *progress);
+
 // Repaints those pixels of a tile that have an unfit voxel in reach and adds their number to
 // *count. `store`: the tile's voxels as they are. pixels: of the whole slice, `stride` floats from
 // row to row. `fraction` is told to progress, which may be NULL. Returns WEFT_ERR_MEMORY or

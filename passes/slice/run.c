@@ -3,6 +3,7 @@
 
 #include "filter/statistics.h"
 #include "passes/fused/run.h"
+#include "passes/hardware/run.h"
 #include "passes/slice/slice_impl.h"
 
 // One of the engines.
@@ -11,15 +12,19 @@ struct weft_slice {
     const struct weft_log *log;
     weft_context *context;
     weft_fused *fused;
+    weft_hardware *hardware;
     weft_slice_separable *separable;
     weft_slice_multipass *multipass;
 };
 
 static enum weft_result compile_engine(weft_slice *slice, const struct weft_cpu *cpu,
-                                       const struct weft_slice_passes *passes)
+                                       const struct weft_slice_compile_params *p)
 {
-    if (passes)
-        return weft_slice_multipass_compile(slice->context, slice->plan, passes, &slice->multipass);
+    if (p->passes)
+        return weft_slice_multipass_compile(slice->context, slice->plan, p->passes,
+                                            &slice->multipass);
+    if (p->hardware)
+        return weft_hardware_compile(slice->context, p->hardware, &slice->hardware);
     if (slice->plan->axes.separable)
         return weft_slice_separable_compile(slice->context, cpu, slice->plan, &slice->separable);
     return weft_fused_compile(slice->context, slice->plan, &slice->fused);
@@ -33,6 +38,7 @@ static enum weft_result check_engine(const struct weft_log *log, const weft_slic
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, p->context || p->passes || plan->info.engine == WEFT_ENGINE_CPU);
     weft_require(log, !p->context || plan->info.engine == WEFT_ENGINE_GL);
+    weft_require(log, !p->hardware || (p->context && !p->passes && p->hardware->slice == plan));
     res = weft_cpu_resolve(log, &p->cpu, cpu);
     if (res == WEFT_OK && plan->info.engine == WEFT_ENGINE_CPU && !p->passes &&
         !plan->axes.separable) {
@@ -65,7 +71,7 @@ enum weft_result weft_slice_compile(const weft_slice_plan *plan,
     slice->plan = plan;
     slice->log = log;
     slice->context = params->context;
-    res = compile_engine(slice, &cpu, passes);
+    res = compile_engine(slice, &cpu, params);
     if (res == WEFT_OK)
         *out = slice;
     else
@@ -79,18 +85,21 @@ void weft_slice_destroy(weft_slice **slice)
     if (!slice || !*slice)
         return;
     weft_fused_destroy(&(*slice)->fused);
+    weft_hardware_destroy(&(*slice)->hardware);
     weft_slice_separable_destroy(&(*slice)->separable);
     weft_slice_multipass_destroy(&(*slice)->multipass);
     free(*slice);
     *slice = NULL;
 }
 
+// Of the fused pass, or of hardware filtering.
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
                                   struct weft_slice_report *out)
 {
     struct weft_fused_report r;
     const enum weft_result res =
-        weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r);
+        slice->fused ? weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r)
+                     : weft_hardware_run(slice->hardware, p->pixels, p->stride, p->progress, &r);
     *out = (struct weft_slice_report){
         .read_seconds = r.read_seconds,
         .layout_seconds = r.layout_seconds,
@@ -113,7 +122,7 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
 {
     if (slice->multipass)
         return weft_slice_multipass_run(slice->multipass, p, out);
-    if (slice->fused)
+    if (slice->fused || slice->hardware)
         return run_fused(slice, p, out);
     return weft_slice_separable_run(slice->separable, p, out);
 }
