@@ -19,13 +19,21 @@ static double position_error(const struct weft_slice_grid *grid)
     return 0x1p-30 + 511 * ldexp(0.5, -grid->fraction_bits);
 }
 
-double weft_slice_weight_bound(const struct weft_slice_plan *plan)
+// Roundoff of products, sums and weights.
+static double unit_of(const struct weft_slice_plan *plan)
 {
-    const double slope = weft_footprint_kernel(plan->footprint)->slope;
-    // A fraction times a number of segments that is no power of two is rounded.
+    return plan->info.sums == WEFT_SUMS_DOUBLE ? 0x1p-53 : UNIT;
+}
+
+// Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
+static double weight_error(const struct weft_slice_plan *plan, double slope)
+{
+    // A fraction times a number of segments that is no power of two is rounded; in single precision
+    // the fraction is before, to 24 bits.
     const int segments = plan->weights->tiles.segments;
-    const double scaled = segments & (segments - 1) ? 0x1p-24 : 0.0;
-    const double position = 0x1p-25 + scaled + position_error(&plan->footprint->grid);
+    const double scaled = segments & (segments - 1) ? unit_of(plan) : 0.0;
+    const double fraction = plan->info.sums == WEFT_SUMS_DOUBLE ? 0.0 : 0x1p-25;
+    const double position = fraction + scaled + position_error(&plan->footprint->grid);
     return plan->weights->error + position * slope;
 }
 
@@ -46,10 +54,11 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weft_slice_weight_bound(plan);
+    double weights = weight_error(plan, weft_footprint_kernel(plan->footprint)->slope);
     int axes = convolved_axes(plan);
-    // A product and the additions after it, on each level; the first one is to 0.
-    double sums = axes * kernel->width * UNIT;
+    // A product and the additions after it, on each level; the first one is to 0. The CPU engine
+    // has no more: see passes/fused/lines/lines.h.
+    double sums = axes * kernel->width * unit_of(plan);
     return pow(gain + weights, axes) * (1.0 + sums) * (1.0 + (plan->axes.summed ? UNIT : 0.0)) -
            pow(gain, axes);
 }

@@ -313,6 +313,8 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
         tries[0].layout = WEFT_LAYOUT_PLAIN;
     } else if (weft_slice_reads_blocks(plan)) {
         tries[0].layout = plan->resident->info.layout;
+    } else if (plan->info.engine == WEFT_ENGINE_CPU) {
+        tries[0].layout = WEFT_LAYOUT_PLAIN;
     } else if (asked == WEFT_LAYOUT_AUTO) {
         // One or two taps a row use too little of a texel of four.
         tries[0].layout = width < 3 ? WEFT_LAYOUT_PLAIN : WEFT_LAYOUT_INTERLEAVED;
@@ -395,6 +397,13 @@ static enum weft_result check_request(const struct weft_slice_params *p)
         weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");
         return WEFT_ERR_UNSUPPORTED;
     }
+    if (p->engine == WEFT_ENGINE_CPU &&
+        (p->source != WEFT_SOURCE_FLOAT ||
+         (p->layout != WEFT_LAYOUT_AUTO && p->layout != WEFT_LAYOUT_PLAIN))) {
+        weft_error(p->log, "the CPU engine reads floats in the plain layout, not %s in the %s one",
+                   weft_source_format_name(p->source), weft_layout_name(p->layout));
+        return WEFT_ERR_UNSUPPORTED;
+    }
     const struct weft_source_range range = {p->low, p->high};
     if (!weft_source_format_holds(p->source, &range)) {
         weft_error(p->log,
@@ -418,7 +427,22 @@ static enum weft_result find_weights(struct weft_slice_plan *plan,
                         : p->samples                        ? p->samples
                                                             : DEFAULT_SAMPLES;
     return weft_footprint_weights(p->log, plan->footprint, samples, p->lookup == WEFT_LOOKUP_LINEAR,
-                                  &plan->weights);
+                                  p->sums, &plan->weights);
+}
+
+static void set_axes(struct weft_slice_plan *plan, const struct weft_slice_params *p)
+{
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const struct weft_slice_grid *grid = &plan->footprint->grid;
+    weft_slice_axes_set(kernel, grid, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples,
+                        &plan->axes);
+    // It has a layout, a source and weights of its own.
+    if (p->layout == WEFT_LAYOUT_AUTO && plan->info.source == WEFT_SOURCE_FLOAT &&
+        p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
+        weft_slice_axes_separate(kernel, grid, &plan->axes);
+    // Blocks hold floats: what is summed before would be rounded twice.
+    if (p->sums == WEFT_SUMS_DOUBLE && !plan->axes.separable)
+        weft_slice_axes_set(kernel, grid, false, &plan->axes);
 }
 
 // Everything but what lies where.
@@ -437,15 +461,9 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
         return res;
     info->samples = plan->weights->tiles.segments;
     info->weight_vectors = (plan->weights->tiles.degree + 1) * plan->weights->tiles.groups;
-    const struct weft_slice_grid *grid = &plan->footprint->grid;
-    weft_slice_axes_set(&info->kernel, grid,
-                        !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples, &plan->axes);
+    set_axes(plan, p);
     info->summed_axis = plan->axes.summed ? plan->axes.order[2] : -1;
     info->summed_taps = plan->axes.kept;
-    // It has a layout, a source and weights of its own.
-    if (p->layout == WEFT_LAYOUT_AUTO && info->source == WEFT_SOURCE_FLOAT &&
-        p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
-        weft_slice_axes_separate(&info->kernel, grid, &plan->axes);
     weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
     if (plan->axes.separable)
         info->savings |= WEFT_SAVING_SEPARABLE;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "filter/threads.h"
+#include "passes/fused/lines/lines.h"
 #include "passes/gl/context_backend.h"
 #include "tiles/volume/volume_cache.h"
 #include "tiles/volume/volume_impl.h"
@@ -14,7 +15,6 @@ static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30, DEFAULT_BRICKS = UINT6
 enum {
     MAX_THREADS = 16,        // that lay out blocks
     MAX_CONSTANTS = 1 << 22, // cells of one value that are remembered
-    ALIGNMENT = 64,          // of blocks in memory, bytes
 };
 
 // ---- what slices may read it --------------------------------------------------------------------
@@ -117,9 +117,9 @@ static enum weft_result set_layout(weft_resident *r, const struct weft_resident_
     r->info.high = p->high;
     weft_block_layout_init(&r->layout, layout, p->source, taps, starts);
     r->info.block_bytes = r->layout.block_texels * r->layout.texel_bytes;
-    if (!r->context && layout != WEFT_LAYOUT_PLAIN) {
-        weft_error(r->log, "layout %s is OpenGL's: in memory blocks are plain",
-                   weft_layout_name(layout));
+    if (!r->context && (layout != WEFT_LAYOUT_PLAIN || p->source != WEFT_SOURCE_FLOAT)) {
+        weft_error(r->log, "layout %s, as %s, is OpenGL's: in memory blocks are plain floats",
+                   weft_layout_name(layout), weft_source_format_name(p->source));
         return WEFT_ERR_UNSUPPORTED;
     }
     if (weft_source_format_holds(p->source, &r->range))
@@ -180,7 +180,8 @@ static enum weft_result create_places(weft_resident *r)
                       (size_t)r->layout.span[2] * sizeof *r->boxes);
     if (!r->context) {
         const size_t bytes = capacity * (size_t)r->info.block_bytes;
-        r->texels = aligned_alloc(ALIGNMENT, (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+        // Vectors read past rows: what they find must be finite.
+        r->texels = calloc(bytes + WEFT_LINE_SAMPLES * sizeof(float), 1);
     }
     if (!r->blocks || !r->boxes || (!r->context && !r->texels)) {
         weft_error(r->log, "not enough memory for %zu blocks of %" PRIu64 " bytes", capacity,

@@ -30,7 +30,6 @@ struct weft_fused {
     // Of a run.
     const struct weft_progress *progress;
     struct weft_fused_report report;
-    const weft_brick_store *store; // of the tile, the footprint's
 
     struct weft_slice_layout layout;
     struct weft_slice_blocks cells; // of the tile
@@ -230,6 +229,23 @@ static void write_constants(struct weft_fused *r)
     }
 }
 
+// Sources of fixed point, which hold a range, have nothing for what is not finite. Blocks may hold
+// voxels that no tap reaches.
+static enum weft_result check_source(const struct weft_fused *r)
+{
+    const enum weft_source_format source = r->plan->info.source;
+    struct weft_slice_statistics statistics;
+    if (!r->cells.any_unfit || source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
+        return WEFT_OK;
+    const enum weft_result res =
+        weft_footprint_statistics(r->plan->footprint, r->progress, &statistics);
+    if (res != WEFT_OK || statistics.not_finite == 0)
+        return res;
+    weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
+               weft_source_format_name(source));
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 // The table of the tile's pixels, and the values of its constant cells.
 static enum weft_result load_entries(struct weft_fused *r, int index)
 {
@@ -263,16 +279,17 @@ static enum weft_result load_source(struct weft_fused *r, int index)
 {
     const struct weft_slice_tile_plan *p = &r->plan->tile_plans[index];
     const size_t bytes = p->source_texels * p->layout.texel_bytes;
+    const weft_brick_store *store;
     const double start = weft_now_seconds();
     enum weft_result res =
-        weft_footprint_load(r->plan->footprint, &p->bricks, r->own_bytes, &r->store);
+        weft_footprint_load(r->plan->footprint, &p->bricks, r->own_bytes, &store);
     const double read = weft_now_seconds();
     if (res != WEFT_OK)
         return res;
     char *source = weft_gl_buffer_map(r->gl, &r->objects->source, bytes);
     const double mapped = weft_now_seconds();
     if (source)
-        weft_slice_layout_write(&r->layout, p, r->store, source, &r->cells);
+        weft_slice_layout_write(&r->layout, p, store, source, &r->cells);
     const double laid_out = weft_now_seconds();
     const bool kept = source && weft_gl_buffer_unmap(r->gl, &r->objects->source);
     r->report.read_seconds += read - start;
@@ -307,25 +324,7 @@ static enum weft_result load_tile(struct weft_fused *r, int index)
         res = load_entries(r, index);
     const uint64_t bytes = r->own_bytes + r->plan->footprint->info.kept_bytes;
     r->report.peak_bytes = bytes > r->report.peak_bytes ? bytes : r->report.peak_bytes;
-    return res == WEFT_OK && r->cells.any_unfit ? weft_slice_exact_check(r->plan, r->progress)
-                                                : res;
-}
-
-// Voxels as they are, where engines do not stand them.
-static enum weft_result paint_unfit(struct weft_fused *r, int index, float *pixels, int64_t stride)
-{
-    const struct weft_slice_plan *plan = r->plan;
-    const struct weft_cell_map *bricks;
-    enum weft_result res = WEFT_OK;
-    if (weft_slice_reads_blocks(plan)) {
-        res = weft_slice_tile_bricks(plan, index, &bricks);
-        if (res == WEFT_OK)
-            res = weft_footprint_load(plan->footprint, bricks, r->own_bytes, &r->store);
-    }
-    if (res != WEFT_OK)
-        return res;
-    return weft_slice_exact_paint(plan, &plan->tiles[index], r->store, pixels, stride, r->progress,
-                                  (index + 1.0) / plan->info.tile_count, &r->report.exact_pixels);
+    return res == WEFT_OK ? check_source(r) : res;
 }
 
 // ---- passes -------------------------------------------------------------------------------------
@@ -575,7 +574,9 @@ static enum weft_result run_tile(weft_fused *r, int index, float *pixels, int64_
     if (res == WEFT_OK)
         res = read_back(r, index, pixels, stride);
     if (res == WEFT_OK && r->cells.any_unfit)
-        res = paint_unfit(r, index, pixels, stride);
+        res = weft_slice_exact_paint(r->plan, index, r->own_bytes, pixels, stride, r->progress,
+                                     (index + 1.0) / r->plan->info.tile_count,
+                                     &r->report.exact_pixels);
     return res;
 }
 

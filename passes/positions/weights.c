@@ -7,29 +7,29 @@
 #include "filter/analysis/analysis.h"
 #include "passes/positions/footprint_impl.h"
 
-// Polynomial tiles are to be as good as single precision.
-static const double TILE_TOLERANCE = 1e-9;
+// Polynomial tiles are to be as good as the sums.
+static const double TILE_TOLERANCE[] = {[WEFT_SUMS_FLOAT] = 1e-9, [WEFT_SUMS_DOUBLE] = 1e-12};
 
-static const double UNIT = 0x1p-24; // unit roundoff of single precision
+static const double UNIT[] = {[WEFT_SUMS_FLOAT] = 0x1p-24, [WEFT_SUMS_DOUBLE] = 0x1p-53};
 
 // What Horner's rule rounds for one tap at u in a segment: each step's product and sum by what they
 // are there (a running error), and the coefficients by half a unit each.
-static double horner_error(const struct weft_polynomial_tiles *t, const float *coefficients,
-                           double u)
+static double horner_error(const struct weft_polynomial_tiles *t, const double *coefficients,
+                           double u, double unit)
 {
     const size_t stride = 4 * (size_t)t->groups;
     double value = coefficients[(size_t)t->degree * stride];
-    double error = t->exact ? 0.0 : UNIT * fabs(value);
+    double error = t->exact ? 0.0 : unit * fabs(value);
     for (int p = t->degree - 1; p >= 0; p--) {
         const double c = coefficients[(size_t)p * stride], product = value * u;
         value = product + c;
-        error = error * u + UNIT * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
+        error = error * u + unit * (fabs(product) + fabs(value) + (t->exact ? 0.0 : fabs(c)));
     }
     return error;
 }
 
 // The largest sum of these over the taps, found at points a little apart.
-static double rounding_of_weights(const struct weft_polynomial_tiles *t)
+static double rounding_of_weights(const struct weft_polynomial_tiles *t, enum weft_sums sums)
 {
     enum { POINTS = 512 };
     const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
@@ -40,7 +40,8 @@ static double rounding_of_weights(const struct weft_polynomial_tiles *t)
         const double u = points == 1 ? 1.0 : (double)(i - segment * points) / points;
         double sum = 0.0;
         for (int tap = 0; tap < t->width; tap++)
-            sum += horner_error(t, t->coefficients + (size_t)segment * segment_size + tap, u);
+            sum +=
+                horner_error(t, t->precise + (size_t)segment * segment_size + tap, u, UNIT[sums]);
         largest = fmax(largest, sum);
     }
     // Between two points it can be a little more.
@@ -49,12 +50,13 @@ static double rounding_of_weights(const struct weft_polynomial_tiles *t)
 
 enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
-                                        const struct weft_slice_weights **out)
+                                        enum weft_sums sums, const struct weft_slice_weights **out)
 {
     const struct weft_kernel *kernel = &footprint->info.kernel;
     *out = NULL;
     for (size_t i = 0; !*out && i < footprint->weights_count; i++)
-        if (footprint->weights[i]->samples == samples && footprint->weights[i]->linear == linear)
+        if (footprint->weights[i]->samples == samples && footprint->weights[i]->linear == linear &&
+            footprint->weights[i]->sums == sums)
             *out = footprint->weights[i];
     if (*out)
         return WEFT_OK;
@@ -69,14 +71,15 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
     }
     own->samples = samples;
     own->linear = linear;
+    own->sums = sums;
     const enum weft_result res =
         samples ? weft_polynomial_tiles_sample(log, kernel, samples, linear, &own->tiles)
-                : weft_polynomial_tiles_create(log, kernel, TILE_TOLERANCE, &own->tiles);
+                : weft_polynomial_tiles_create(log, kernel, TILE_TOLERANCE[sums], &own->tiles);
     if (res != WEFT_OK) {
         free(own);
         return res;
     }
-    own->error = rounding_of_weights(&own->tiles) + own->tiles.sum_error;
+    own->error = rounding_of_weights(&own->tiles, sums) + own->tiles.sum_error;
     footprint->weights[footprint->weights_count++] = own;
     *out = own;
     return res;

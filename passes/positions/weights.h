@@ -7,16 +7,18 @@
 
 #include "filter/analysis/error.h"
 #include "filter/kernels/prefilter.h"
+#include "passes/cpu/cpu.h"
 #include "tiles/kernel/polynomial_tiles.h"
 
 struct weft_footprint;
 
 // Of one look-up.
 struct weft_slice_weights {
-    int samples; // that the kernel is sampled at; 0: polynomials, as good as single precision
-    bool linear; // between samples
+    int samples;         // that the kernel is sampled at; 0: polynomials, as good as the sums
+    bool linear;         // between samples
+    enum weft_sums sums; // that they are for
     struct weft_polynomial_tiles tiles;
-    // The largest sum over a position's taps of what Horner's rule in single precision, and
+    // The largest sum over a position's taps of what Horner's rule in the precision of sums, and
     // sampling, make each weight off by.
     double error;
 };
@@ -34,7 +36,7 @@ struct weft_slice_kernel {
 // weft_polynomial_tiles_sample return.
 enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
-                                        const struct weft_slice_weights **out);
+                                        enum weft_sums sums, const struct weft_slice_weights **out);
 const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint);
 void weft_footprint_forget_weights(struct weft_footprint *footprint);
 

@@ -7,7 +7,9 @@
 enum { MAX_NODES = WEFT_POLYNOMIAL_MAX_DEGREE + 1 };
 
 // Where the kernel is no polynomial, cubics over short segments cost four coefficients a look-up.
-enum { FALLBACK_DEGREE = 3 };
+// For more than single precision there would have to be too many of them.
+enum { FALLBACK_DEGREE = 3, PRECISE_FALLBACK_DEGREE = WEFT_POLYNOMIAL_MAX_DEGREE };
+static const double PRECISE = 1e-10;
 
 // Monomial coefficients in u of the polynomial through (node[i], value[i]), by Newton's
 // differences.
@@ -103,8 +105,10 @@ static void fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *
             double coefficient[MAX_NODES];
             tiles->error =
                 fmax(tiles->error, fit_segment(kernel, tiles, tap, segment, coefficient, errors));
-            float *out = &tiles->coefficients[segment * (tiles->degree + 1) * stride + tap];
+            const int at = segment * (tiles->degree + 1) * stride + tap;
+            float *out = tiles->coefficients + at;
             for (int p = 0; p <= tiles->degree; p++) {
+                tiles->precise[at + p * stride] = coefficient[p];
                 out[p * stride] = (float)coefficient[p];
                 tiles->exact &= fabs(out[p * stride] - coefficient[p]) < 1e-12;
             }
@@ -115,11 +119,11 @@ static void fit(const struct weft_kernel *kernel, struct weft_polynomial_tiles *
 }
 
 // Of the exact polynomials, where the weights are such; dividing by their sum makes them others.
-static int polynomial_degree(const struct weft_kernel *kernel)
+static int polynomial_degree(const struct weft_kernel *kernel, double tolerance)
 {
     int degree = kernel->info->degree;
     bool exact = !kernel->normalised && degree >= 0 && degree <= WEFT_POLYNOMIAL_MAX_DEGREE;
-    return exact ? degree : FALLBACK_DEGREE;
+    return exact ? degree : tolerance < PRECISE ? PRECISE_FALLBACK_DEGREE : FALLBACK_DEGREE;
 }
 
 static struct weft_polynomial_tiles tiles_of(const struct weft_kernel *kernel, int degree)
@@ -136,8 +140,10 @@ static enum weft_result fit_segments(const struct weft_log *log, const struct we
 {
     size_t count = (size_t)segments * (size_t)(tiles->degree + 1) * 4 * (size_t)tiles->groups;
     free(tiles->coefficients);
+    free(tiles->precise);
     tiles->coefficients = calloc(count, sizeof *tiles->coefficients);
-    if (!tiles->coefficients) {
+    tiles->precise = calloc(count, sizeof *tiles->precise);
+    if (!tiles->coefficients || !tiles->precise) {
         weft_error(log, "not enough memory for %zu tile coefficients", count);
         return WEFT_ERR_MEMORY;
     }
@@ -204,7 +210,7 @@ enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
 {
     enum { MOST_KNOTS = 63 };
     struct search s = {log, kernel, tolerance * fmax(1.0, largest_weight(kernel)), 0, INFINITY};
-    *out = tiles_of(kernel, polynomial_degree(kernel));
+    *out = tiles_of(kernel, polynomial_degree(kernel, tolerance));
     enum weft_result res = try_segments(&s, 1, false, out);
     for (int n = 3; res == WEFT_OK && n <= WEFT_POLYNOMIAL_MAX_SEGMENTS; n++)
         if (meets_ends(kernel, n)) {
@@ -240,5 +246,6 @@ enum weft_result weft_polynomial_tiles_sample(const struct weft_log *log,
 void weft_polynomial_tiles_destroy(struct weft_polynomial_tiles *tiles)
 {
     free(tiles->coefficients);
+    free(tiles->precise);
     *tiles = (struct weft_polynomial_tiles){0};
 }

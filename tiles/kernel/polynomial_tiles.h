@@ -23,14 +23,16 @@ struct weft_polynomial_tiles {
     double error, sum_error;
     // [segment][power][4 * groups taps]; weight = sum_p c[p] u^p, u = fraction of the segment.
     float *coefficients;
-    bool exact; // rounding the coefficients to floats changed none
+    double *precise; // the same before they were rounded to floats
+    bool exact;      // which changed none
     size_t coefficient_count;
 };
 
 // As many segments as an error of at most `tolerance` (> 0), or that part of the largest |weight|
 // where this is above 1, needs: powers of two, or another number that has the ends of the support
 // (and the knots of tables, up to 63 odd parts a unit) on borders of segments, where a kernel may
-// jump or kink. Where no number is good enough, the best one is taken, and `sum_error` tells.
+// jump or kink. Where no number is good enough, the best one is taken, and `sum_error` tells. Below
+// 1e-10 what is no polynomial is cut into fewer pieces of a higher degree.
 // Returns WEFT_ERR_MEMORY.
 enum weft_result weft_polynomial_tiles_create(const struct weft_log *log,
                                               const struct weft_kernel *kernel, double tolerance,

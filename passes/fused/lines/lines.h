@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/fused/lines/lines.h - sums over all taps for pixels of a row, on the CPU (not installed).
+// One body of C, lines_body.h and lines_rows.h, is compiled once for each set of instructions. It
+// makes the weights of many pixels at once, in vectors across pixels, and then each pixel's sum in
+// vectors along the rows of its block: products with the weights along the third axis are added up
+// first, then those along the second, and those along a row at last, where the lanes of four pixels
+// are added up together. Lanes past the last tap have weights of 0, and samples there are finite.
+// A pixel's operations are the same and in the same order wherever it lies in a row: a product and
+// the addition after it are rounded once where the set has such an instruction and it is written
+// down, else twice; the compiler has no say in it (-ffp-contract=off).
+//
+// Roundings: of n taps along each axis at most n on each level. Along the third and second axis
+// that is a product and n - 1 additions to it. Along a row of c vectors of l lanes there are a
+// product, c - 1 additions of vectors and log2(l) of lanes, of which those to zeros are exact:
+// n where n <= 2, and for other n, by the vectors that there are, at most n: 3 for n = 3 and 4,
+// 4 for 5 to 8, 6 for 9 to 16.
+#ifndef WEFT_PASSES_FUSED_LINES_LINES_H
+#define WEFT_PASSES_FUSED_LINES_LINES_H
+
+#include "passes/cpu/cpu.h"
+#include "tiles/kernel/polynomial_tiles.h"
+
+enum {
+    WEFT_LINE_PIXELS = 256,  // of a line, at most
+    WEFT_LINE_PAD = 16,      // entries past the last pixel's in `start`, copies of that
+    WEFT_LINE_SAMPLES = 16,  // samples past a block's end that are read, finite, and do not count
+    WEFT_LINE_FRACTION = 29, // fraction bits of a position; three whole ones before them
+};
+
+// Of a compiled plan: weights, and how blocks lie.
+struct weft_line_kernel {
+    int width;                 // taps along an axis
+    bool summed;               // none along the third axis of blocks
+    uint32_t pitch_y, pitch_z; // samples from row to row and from slice to slice of a block
+    int clamp_from, clamp_to;  // taps along each axis to whose samples' range pixels are clamped;
+                               // both 0: they are not
+    // Filled in by weft_line_kernel_create.
+    enum weft_sums sums;
+    int degree, segments;
+    int stride;         // coefficients of one power: taps, then zeros
+    void *coefficients; // [segment][power][stride], floats or doubles
+};
+
+// Copies the polynomials. The fields before that are the caller's to set. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_line_kernel_create(const struct weft_log *log, enum weft_sums sums,
+                                         const struct weft_polynomial_tiles *tiles,
+                                         struct weft_line_kernel *out);
+void weft_line_kernel_destroy(struct weft_line_kernel *kernel); // {0} is fine
+
+// Neighbouring pixels of a row. Position of pixel i along an axis of blocks, modulo 8 voxels:
+// position + i * step + ((low + i * low_step) >> low_bits), in words of 3 whole bits.
+struct weft_line {
+    const struct weft_line_kernel *kernel;
+    const float *const *start; // by pixel: its first tap's sample, if it were at its cell's start
+    uint32_t position[3], step[3], low[3], low_step[3];
+    int low_bits;
+    int count;  // pixels, 1 to WEFT_LINE_PIXELS
+    float *out; // as many
+};
+typedef void (*weft_line_fn)(const struct weft_line *line);
+
+// The fastest for a kernel. `instructions` is one that runs here, not AUTO.
+weft_line_fn weft_line_find(enum weft_instruction_set instructions,
+                            const struct weft_line_kernel *kernel);
+
+// The same of one set.
+weft_line_fn weft_line_find_plain(const struct weft_line_kernel *kernel);
+#if defined(__x86_64__)
+weft_line_fn weft_line_find_sse2(const struct weft_line_kernel *kernel);
+weft_line_fn weft_line_find_avx2(const struct weft_line_kernel *kernel);
+weft_line_fn weft_line_find_avx512(const struct weft_line_kernel *kernel);
+#endif
+
+#endif

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Vectors of 4 floats or 2 doubles, SSE2.
+#ifdef __x86_64__
+#include "passes/fused/lines/lines.h"
+
+#define REAL float
+#define REAL_IS_FLOAT 1
+#define WIDE 4
+#define NARROW 4
+#define MIDDLE 4
+#define BROAD 4
+#define FMA(lanes, a, b, c) ((a) * (b) + (c))
+#include "passes/fused/lines/lines_body.h"
+#undef REAL
+#undef REAL_IS_FLOAT
+#undef WIDE
+#undef NARROW
+#undef MIDDLE
+#undef BROAD
+#undef FMA
+
+#define REAL double
+#define REAL_IS_FLOAT 0
+#define WIDE 2
+#define NARROW 2
+#define MIDDLE 2
+#define BROAD 2
+#define FMA(lanes, a, b, c) ((a) * (b) + (c))
+#include "passes/fused/lines/lines_body.h"
+#undef REAL
+#undef REAL_IS_FLOAT
+#undef WIDE
+#undef NARROW
+#undef MIDDLE
+#undef BROAD
+#undef FMA
+
+weft_line_fn weft_line_find_sse2(const struct weft_line_kernel *kernel)
+{
+    return kernel->sums == WEFT_SUMS_DOUBLE ? find_double(kernel) : find_float(kernel);
+}
+
+#else
+typedef int weft_no_sse2_lines; // of other processors
+#endif
