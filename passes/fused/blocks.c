@@ -45,6 +45,7 @@ void weft_slice_blocks_set_constant(struct weft_slice_blocks *b, size_t cell, fl
 void weft_slice_blocks_set(struct weft_slice_blocks *b, size_t cell, size_t texel,
                            enum weft_cell_class class)
 {
+    b->smooth_count += class == WEFT_CELL_SMOOTH;
     b->entries[cell] = (int32_t)texel;
     b->classes[cell] = (uint8_t) class;
 }

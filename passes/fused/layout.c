@@ -130,7 +130,7 @@ void weft_slice_layout_write(const struct weft_slice_layout *l,
     const int last[3] = {7, 7, axes->summed ? 0 : 7};
     size_t at = weft_block_layout_offset(&out->layout, last) + 1;
     memset(source, 0, at * out->layout.texel_bytes);
-    out->constant_count = 0;
+    out->constant_count = out->smooth_count = 0;
     out->any_unfit = false;
     for (size_t i = 0; i < tile->cells->map.count; i++) {
         const struct weft_slice_content *content = &tile->content[i];

@@ -458,7 +458,7 @@ enum weft_result weft_resident_load(weft_resident *r, const struct weft_slice_pl
     out->layout = r->layout;
     out->lead = weft_resident_lead(r, plan->info.kernel.width);
     out->texels = r->texels;
-    out->constant_count = 0;
+    out->constant_count = out->smooth_count = 0;
     out->any_unfit = false;
     enum weft_result res = sort_cells(r, &s);
     if (res == WEFT_OK && s.present + s.jobs > r->info.capacity) {

@@ -199,23 +199,22 @@ static enum weft_result create_buffers(struct weft_fused *r, const struct sizes 
 // ---- one tile's data ----------------------------------------------------------------------------
 
 struct entry_writer {
-    struct weft_fused *r;
-    const struct weft_slice_tile_plan *tile_plan;
+    const struct weft_fused *r;
     const struct weft_slice_tile *tile;
+    bool mixed; // cells are of several classes
 };
 
-static bool write_entries(void *priv, const struct weft_span *run)
+static bool write_entries(void *priv, int x, int y, const struct weft_cell_span *span)
 {
     const struct entry_writer *w = priv;
-    int64_t number = weft_cell_map_find(&w->tile_plan->cells->map, run->cell);
-    int32_t entry = w->r->cells.entries[number];
-    uint8_t bit = (uint8_t)(1u << w->r->cells.classes[number]);
-    int32_t *out = w->r->entries + (size_t)(run->y - w->tile->y) * (size_t)w->tile->width +
-                   (run->x - w->tile->x);
-    for (int i = 0; i < run->count; i++)
+    const int32_t entry = w->r->cells.entries[span->cell];
+    const uint8_t bit = (uint8_t)(1u << w->r->cells.classes[span->cell]);
+    const int count = (int)span->count, from = w->tile->x + x;
+    int32_t *out = w->r->entries + (size_t)y * (size_t)w->tile->width + x;
+    for (int i = 0; i < count; i++)
         out[i] = entry;
-    for (int x = run->x; x < run->x + run->count; x = (x / SQUARE + 1) * SQUARE)
-        w->r->squares[square_number(w->tile, x, run->y)] |= bit;
+    for (int at = from; w->mixed && at < from + count; at = (at / SQUARE + 1) * SQUARE)
+        w->r->squares[square_number(w->tile, at, w->tile->y + y)] |= bit;
     return true;
 }
 
@@ -251,13 +250,14 @@ static enum weft_result load_entries(struct weft_fused *r, int index)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     const size_t bytes = (size_t)tile->width * (size_t)tile->height * sizeof *r->entries;
-    struct entry_writer writer = {r, &r->plan->tile_plans[index], tile};
+    const bool mixed = r->cells.constant_count || r->cells.smooth_count;
+    struct entry_writer writer = {r, tile, mixed};
     const double start = weft_now_seconds();
     r->entries = weft_gl_buffer_map(r->gl, &r->objects->entries, bytes);
     const double mapped = weft_now_seconds();
     if (r->entries) {
-        memset(r->squares, 0, square_count(tile));
-        weft_slice_grid_walk(&r->plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
+        memset(r->squares, mixed ? 0 : 1u << WEFT_CELL_FULL, square_count(tile));
+        weft_footprint_visit(r->plan->footprint, r->plan->tile_plans[index].cells, 0, tile->height,
                              write_entries, &writer);
         write_constants(r);
     }

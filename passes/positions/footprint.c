@@ -131,10 +131,19 @@ weft_footprint *weft_footprint_hold(weft_footprint *footprint)
     return footprint;
 }
 
+static void forget_spans(struct weft_slice_cells *cells)
+{
+    free(cells->spans);
+    free(cells->rows);
+    cells->spans = NULL;
+    cells->rows = NULL;
+}
+
 static void cells_destroy(struct weft_slice_cells *cells)
 {
     weft_cell_map_destroy(&cells->map);
     free(cells->at);
+    forget_spans(cells);
     free(cells);
 }
 
@@ -169,19 +178,16 @@ struct collector {
     struct weft_slice_cells *cells;
     const struct weft_progress *progress;
     double fraction;
-    struct weft_cell_key last;
-    int64_t last_number;
     int row;
+    size_t near; // span of the row before, which this row's next one may share its cell with
     bool cancelled;
 };
 
 static bool go_on(struct collector *c, int row)
 {
     const struct weft_progress *p = c->progress;
-    if (row == c->row)
-        return true;
-    c->row = row;
     c->cancelled = p && p->report && !p->report(p->priv, c->fraction);
+    c->row = row;
     return !c->cancelled;
 }
 
@@ -193,7 +199,7 @@ static int64_t add_cell(struct weft_slice_cells *cells, struct weft_cell_key key
     if (number == WEFT_CELL_NONE || (size_t)number < known)
         return number;
     if ((size_t)number >= cells->capacity) {
-        const size_t capacity = cells->capacity ? 2 * cells->capacity : 256;
+        const size_t capacity = cells->capacity ? 2 * cells->capacity : 1024;
         void *at = realloc(cells->at, capacity * sizeof *cells->at);
         if (!at)
             return WEFT_CELL_NONE;
@@ -204,23 +210,80 @@ static int64_t add_cell(struct weft_slice_cells *cells, struct weft_cell_key key
     return number;
 }
 
+// The same, looked for first where the row before was.
+static int64_t find_cell(struct collector *c, const struct weft_cell_key *key)
+{
+    enum { LOOKS = 3 };
+    struct weft_slice_cells *cells = c->cells;
+    const size_t end = cells->spans ? cells->rows[c->row - cells->rectangle.y] : 0;
+    for (size_t i = c->near; i < end && i < c->near + LOOKS; i++) {
+        const int32_t *at = cells->map.keys[cells->spans[i].cell].at;
+        if (at[0] == key->at[0] && at[1] == key->at[1] && at[2] == key->at[2]) {
+            c->near = i + 1;
+            return cells->spans[i].cell;
+        }
+    }
+    return add_cell(cells, *key);
+}
+
+static void start_row(struct collector *c)
+{
+    const struct weft_slice_cells *cells = c->cells;
+    const int row = c->row - cells->rectangle.y;
+    if (!cells->spans)
+        return;
+    c->near = row ? cells->rows[row - 1] : 0;
+    cells->rows[row] = cells->span_count;
+}
+
+// Spans that are not kept, for want of memory or being many, are walked again.
+static void add_span(struct weft_slice_cells *cells, int64_t number, int count)
+{
+    if (!cells->spans)
+        return;
+    if (cells->span_count == cells->span_capacity) {
+        const size_t capacity = 2 * cells->span_capacity;
+        const size_t pixels = (size_t)cells->rectangle.width * (size_t)cells->rectangle.height;
+        void *spans =
+            capacity <= pixels ? realloc(cells->spans, capacity * sizeof *cells->spans) : NULL;
+        if (!spans) {
+            forget_spans(cells);
+            return;
+        }
+        cells->spans = spans;
+        cells->span_capacity = capacity;
+    }
+    cells->spans[cells->span_count++] = (struct weft_cell_span){(uint32_t)number, (uint32_t)count};
+}
+
 static bool collect_span(void *priv, const struct weft_span *span)
 {
     struct collector *c = priv;
-    if (!go_on(c, span->y))
-        return false;
-    if (c->last_number == WEFT_CELL_NONE || memcmp(&span->cell, &c->last, sizeof c->last) != 0) {
-        c->last_number = add_cell(c->cells, span->cell);
-        c->last = span->cell;
-        if (c->last_number == WEFT_CELL_NONE)
+    if (span->y != c->row) {
+        if (!go_on(c, span->y))
             return false;
+        start_row(c);
     }
-    struct weft_slice_cell *cell = &c->cells->at[c->last_number];
+    const int64_t number = find_cell(c, &span->cell);
+    if (number == WEFT_CELL_NONE)
+        return false;
+    add_span(c->cells, number, span->count);
+    struct weft_slice_cell *cell = &c->cells->at[number];
     for (int a = 0; a < 3; a++) {
         cell->low[a] = span->low[a] < cell->low[a] ? span->low[a] : cell->low[a];
         cell->high[a] = span->high[a] > cell->high[a] ? span->high[a] : cell->high[a];
     }
     return true;
+}
+
+// Room for the first spans; none is no failure.
+static void expect_spans(struct weft_slice_cells *cells)
+{
+    enum { PIXELS = 16 }; // of a span, at first
+    const struct weft_rectangle *r = &cells->rectangle;
+    cells->span_capacity = (size_t)r->height + (size_t)r->width * (size_t)r->height / PIXELS;
+    cells->rows = malloc(((size_t)r->height + 1) * sizeof *cells->rows);
+    cells->spans = cells->rows ? malloc(cells->span_capacity * sizeof *cells->spans) : NULL;
 }
 
 static struct weft_slice_cells *find_cells(const weft_footprint *f,
@@ -256,15 +319,18 @@ enum weft_result weft_footprint_cells(weft_footprint *f, const struct weft_recta
         cells->holders++;
         return WEFT_OK;
     }
-    struct collector c = {
-        .progress = progress, .fraction = fraction, .last_number = WEFT_CELL_NONE, .row = -1};
+    struct collector c = {.progress = progress, .fraction = fraction, .row = -1};
     cells = c.cells = calloc(1, sizeof *cells);
     if (cells)
         *cells = (struct weft_slice_cells){.rectangle = *rectangle, .holders = 1};
+    if (cells)
+        expect_spans(cells);
     if (cells &&
         weft_slice_grid_walk(&f->grid, rectangle->x, rectangle->y, rectangle->width,
                              rectangle->height, collect_span, &c) &&
         keep_cells(f, cells)) {
+        if (cells->spans)
+            cells->rows[rectangle->height] = cells->span_count;
         *out = cells;
         return WEFT_OK;
     }
@@ -293,6 +359,41 @@ void weft_footprint_release(weft_footprint *f, const struct weft_slice_cells **c
         if (f->cells[i] == own)
             f->cells[i] = f->cells[--f->cells_count];
     cells_destroy(own);
+}
+
+// Walks what was not kept.
+struct visit {
+    const struct weft_slice_cells *cells;
+    weft_cell_visitor visit;
+    void *priv;
+};
+
+static bool visit_span(void *priv, const struct weft_span *span)
+{
+    const struct visit *v = priv;
+    const struct weft_cell_span own = {(uint32_t)weft_cell_map_find(&v->cells->map, span->cell),
+                                       (uint32_t)span->count};
+    return v->visit(v->priv, span->x - v->cells->rectangle.x, span->y - v->cells->rectangle.y,
+                    &own);
+}
+
+bool weft_footprint_visit(const weft_footprint *f, const struct weft_slice_cells *cells, int row,
+                          int end, weft_cell_visitor visit, void *priv)
+{
+    const struct weft_rectangle *r = &cells->rectangle;
+    struct visit walk = {cells, visit, priv};
+    if (!cells->spans)
+        return weft_slice_grid_walk(&f->grid, r->x, r->y + row, r->width, end - row, visit_span,
+                                    &walk);
+    for (int y = row; y < end; y++) {
+        int x = 0;
+        for (size_t i = cells->rows[y]; i < cells->rows[y + 1]; i++) {
+            if (!visit(priv, x, y, &cells->spans[i]))
+                return false;
+            x += (int)cells->spans[i].count;
+        }
+    }
+    return true;
 }
 
 // ---- boxes --------------------------------------------------------------------------------------

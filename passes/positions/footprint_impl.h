@@ -14,12 +14,22 @@ struct weft_slice_cell {
     uint8_t low[3], high[3];
 };
 
+// Neighbouring pixels of a row whose first taps share a cell, by its number.
+struct weft_cell_span {
+    uint32_t cell, count;
+};
+
 // The cells of a rectangle, numbered in the order in which its rows meet them.
 struct weft_slice_cells {
     struct weft_rectangle rectangle;
     struct weft_cell_map map;
     struct weft_slice_cell *at; // by number
     size_t capacity;
+    // Which pixels lie in which, row by row: where those of a row begin, and of one past the last.
+    // NULL where spans are so short that they would take much more memory than pixels.
+    struct weft_cell_span *spans;
+    size_t *rows;
+    size_t span_count, span_capacity;
     int holders;
 };
 
@@ -90,6 +100,11 @@ enum weft_result weft_footprint_cells(weft_footprint *footprint,
                                       const struct weft_rectangle *rectangle,
                                       const struct weft_progress *progress, double fraction,
                                       const struct weft_slice_cells **out);
+// Visits spans of cells of the rectangle's rows from `row` to `end`, exclusive, row by row; rows
+// and columns count from the rectangle's own. false if a visit was.
+typedef bool (*weft_cell_visitor)(void *priv, int x, int y, const struct weft_cell_span *span);
+bool weft_footprint_visit(const weft_footprint *footprint, const struct weft_slice_cells *cells,
+                          int row, int end, weft_cell_visitor visit, void *priv);
 // Gives them up. Accepts &NULL, leaves NULL behind.
 void weft_footprint_release(weft_footprint *footprint, const struct weft_slice_cells **cells);
 

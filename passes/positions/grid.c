@@ -277,49 +277,92 @@ void weft_slice_grid_region(const struct weft_slice_grid *grid, int taps, struct
 
 // ---- cells --------------------------------------------------------------------------------------
 
-static void make_run(const struct weft_slice_grid *grid, const int32_t base[3],
-                     const int64_t first[3], const int64_t last[3], struct weft_span *run)
+// Whole steps of a coordinate from cell to cell, without a division for each: as lines are drawn
+// (Bresenham 1965). After `left` steps the coordinate is in another cell, `slack` past the
+// boundary.
+struct stepper {
+    bool rises;
+    int shift;           // a cell is 2^shift long
+    int64_t length;      // of a step; 0: it never leaves its cell
+    int64_t whole, rest; // 2^shift / length, and what that leaves
+    double reciprocal;   // of the length
+    int64_t left, slack;
+};
+
+static struct stepper make_stepper(int64_t step, int shift)
 {
+    struct stepper s = {.rises = step > 0, .shift = shift, .length = step < 0 ? -step : step};
+    if (s.length == 0)
+        return s;
+    s.whole = (INT64_C(1) << shift) / s.length;
+    s.rest = (INT64_C(1) << shift) % s.length;
+    s.reciprocal = 1.0 / (double)s.length;
+    return s;
+}
+
+static void start_stepper(struct stepper *s, int64_t at)
+{
+    const int64_t cell = INT64_C(1) << s->shift, in_cell = at & (cell - 1);
+    const int64_t distance = s->rises ? cell - in_cell : in_cell + 1;
+    s->left = INT64_MAX;
+    if (s->length == 0)
+        return;
+    // The quotient rounded up. A double's is off by one at most.
+    s->left = (int64_t)((double)distance * s->reciprocal);
+    while (s->left * s->length < distance)
+        s->left++;
+    while ((s->left - 1) * s->length >= distance)
+        s->left--;
+    s->slack = s->left * s->length - distance;
+}
+
+// Makes `count` steps, `left` at most; returns how many cells farther the coordinate is then.
+static int32_t make_steps(struct stepper *s, int64_t count)
+{
+    s->left -= count;
+    if (s->left > 0)
+        return 0;
+    const int32_t cells = 1 + (int32_t)(s->slack >> s->shift);
+    s->slack &= (INT64_C(1) << s->shift) - 1;
+    const bool more = s->rest > s->slack;
+    s->left = s->whole + more;
+    s->slack += more ? s->length - s->rest : -s->rest;
+    return s->rises ? cells : -cells;
+}
+
+// Where in its cell, 0 to 7, a coordinate lies.
+static int place_in_cell(const struct weft_slice_grid *grid, int64_t at)
+{
+    return (int)(at >> grid->fraction_bits) & (WEFT_BRICK_SIZE - 1);
+}
+
+// One row of one block: pixels x0 to x1, exclusive; `at` is the position of x0.
+static bool walk_row(const struct weft_slice_grid *grid, struct stepper steppers[3],
+                     const int32_t base[3], int64_t at[3], int x0, int x1, int y,
+                     weft_span_visitor visit, void *priv)
+{
+    struct weft_span run = {.x = x0, .y = y};
     for (int a = 0; a < 3; a++) {
-        int from = (int)(first[a] >> grid->fraction_bits) & 7;
-        int to = (int)(last[a] >> grid->fraction_bits) & 7;
-        run->cell.at[a] = (base[a] >> 3) + (int32_t)(first[a] >> (grid->fraction_bits + 3));
-        run->low[a] = (uint8_t)(from < to ? from : to);
-        run->high[a] = (uint8_t)(from < to ? to : from);
+        start_stepper(&steppers[a], at[a]);
+        run.cell.at[a] = (base[a] >> 3) + (int32_t)(at[a] >> (grid->fraction_bits + 3));
     }
-}
-
-// Steps until a coordinate leaves its cell, which is 2^shift long; at most `limit`.
-static int64_t steps_in_cell(int64_t at, int64_t step, int shift, int64_t limit)
-{
-    const int64_t start = at & -(INT64_C(1) << shift);
-    if (step == 0)
-        return limit;
-    const int64_t steps = step > 0 ? (start + (INT64_C(1) << shift) - at + step - 1) / step
-                                   : (at - start) / -step + 1;
-    return steps < limit ? steps : limit;
-}
-
-// One row of one block: pixels x0 to x1, exclusive; block->position is that of x0.
-static bool walk_row(const struct weft_slice_grid *grid, int x0, int x1, int y,
-                     struct weft_slice_block *block, weft_span_visitor visit, void *priv)
-{
-    const int64_t *du = grid->du;
-    int64_t *at = block->position;
-    while (x0 < x1) {
-        int64_t last[3], count = x1 - x0;
-        struct weft_span run = {.x = x0, .y = y};
+    while (run.x < x1) {
+        int64_t count = x1 - run.x;
         for (int a = 0; a < 3; a++)
-            count = steps_in_cell(at[a], du[a], grid->fraction_bits + 3, count);
-        for (int a = 0; a < 3; a++)
-            last[a] = at[a] + (count - 1) * du[a];
+            count = steppers[a].left < count ? steppers[a].left : count;
+        for (int a = 0; a < 3; a++) {
+            const int from = place_in_cell(grid, at[a]);
+            const int to = place_in_cell(grid, at[a] + (count - 1) * grid->du[a]);
+            run.low[a] = (uint8_t)(from < to ? from : to);
+            run.high[a] = (uint8_t)(from < to ? to : from);
+            at[a] += count * grid->du[a];
+        }
         run.count = (int)count;
-        make_run(grid, block->base, at, last, &run);
         if (!visit(priv, &run))
             return false;
+        run.x += run.count;
         for (int a = 0; a < 3; a++)
-            at[a] += count * du[a];
-        x0 += (int)count;
+            run.cell.at[a] += make_steps(&steppers[a], count);
     }
     return true;
 }
@@ -329,22 +372,44 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
+// The first blocks of a row of them, which many rows of pixels begin at.
+struct block_row {
+    int by, first, count; // by < 0: none yet
+    struct weft_slice_block at[16];
+};
+
+static struct weft_slice_block find_block(const struct weft_slice_grid *grid, struct block_row *row,
+                                          int bx, int by)
+{
+    struct weft_slice_block other;
+    for (int i = 0; by != row->by && i < row->count; i++)
+        weft_slice_grid_block(grid, row->first + i, by, &row->at[i]);
+    row->by = by;
+    if (bx - row->first < row->count)
+        return row->at[bx - row->first];
+    weft_slice_grid_block(grid, bx, by, &other);
+    return other;
+}
+
 bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
                           weft_span_visitor visit, void *priv)
 {
+    struct block_row blocks = {.by = -1, .first = x / WEFT_GRID_BLOCK};
+    struct stepper steppers[3];
+    blocks.count =
+        smaller((x + width - 1) / WEFT_GRID_BLOCK - blocks.first + 1, (int)WEFT_COUNT(blocks.at));
+    for (int a = 0; a < 3; a++)
+        steppers[a] = make_stepper(grid->du[a], grid->fraction_bits + 3);
     for (int row = y; row < y + height; row++) {
-        int by = row / WEFT_GRID_BLOCK;
-        for (int from = x; from < x + width;) {
-            int bx = from / WEFT_GRID_BLOCK;
-            int to = smaller((bx + 1) * WEFT_GRID_BLOCK, x + width);
-            struct weft_slice_block block;
-            weft_slice_grid_block(grid, bx, by, &block);
+        for (int from = x, to; from < x + width; from = to) {
+            const int bx = from / WEFT_GRID_BLOCK, by = row / WEFT_GRID_BLOCK;
+            struct weft_slice_block block = find_block(grid, &blocks, bx, by);
+            to = smaller((bx + 1) * WEFT_GRID_BLOCK, x + width);
             for (int a = 0; a < 3; a++)
                 block.position[a] += (from - bx * WEFT_GRID_BLOCK) * grid->du[a] +
                                      (row - by * WEFT_GRID_BLOCK) * grid->dv[a];
-            if (!walk_row(grid, from, to, row, &block, visit, priv))
+            if (!walk_row(grid, steppers, block.base, block.position, from, to, row, visit, priv))
                 return false;
-            from = to;
         }
     }
     return true;

@@ -260,7 +260,8 @@ static size_t next_bricks(weft_footprint *f, const struct reached *reached, size
         const int32_t origin[3] = {key->at[0] * 8, key->at[1] * 8, key->at[2] * 8};
         const float *values;
         float constant;
-        if (weft_brick_store_find(f->bricks.places, origin, &values, &constant) != WEFT_BRICK_VALUES)
+        if (weft_brick_store_find(f->bricks.places, origin, &values, &constant) !=
+            WEFT_BRICK_VALUES)
             measure_constant(constant, &reached->masks[from], &f->voxels);
         else if (weft_cell_map_add(out, *key) == WEFT_CELL_NONE)
             return from;
