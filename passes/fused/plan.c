@@ -525,7 +525,7 @@ static enum weft_result set_footprint(struct weft_slice_plan *plan, weft_volume 
                               .kernel = p->kernel, .space = p->space, .geometry = p->geometry,
                               .memory_bytes = p->memory_bytes, .log = p->log);
     if (!p->footprint && p->resident) {
-        const struct weft_footprint_volumes shared = weft_resident_volumes(p->resident);
+        const struct weft_footprint_shared shared = weft_resident_shared(p->resident);
         return weft_footprint_create_over(own, &shared, &plan->footprint);
     }
     if (!p->footprint)

@@ -49,9 +49,11 @@ enum weft_result weft_resident_check(const weft_resident *r, const struct weft_l
     return WEFT_ERR_ARGUMENT;
 }
 
-struct weft_footprint_volumes weft_resident_volumes(const weft_resident *r)
+struct weft_footprint_shared weft_resident_shared(weft_resident *r)
 {
-    return (struct weft_footprint_volumes){r->samples, r->coefficients ? r->kept : NULL};
+    return (struct weft_footprint_shared){.samples = r->samples,
+                                          .coefficients = r->coefficients ? r->kept : NULL,
+                                          .kernels = &r->kernels};
 }
 
 weft_volume *weft_resident_volume(const weft_resident *r)
@@ -245,6 +247,7 @@ void weft_resident_destroy(weft_resident **resident)
     if (r->context)
         destroy_objects(r);
     weft_brick_reader_close(&r->reader);
+    weft_kernel_facts_destroy(&r->kernels);
     weft_volume_destroy(&r->kept);
     weft_volume_destroy(&r->coefficients);
     weft_volume_destroy(&r->samples);

@@ -49,7 +49,9 @@ struct weft_resident {
     size_t job_capacity;
     float *boxes; // voxels of a block, for each thread
     int threads;
-    struct weft_fused_objects objects; // of the context, for its slices
+    // For its slices.
+    struct weft_fused_objects objects; // of the context
+    struct weft_kernel_facts *kernels;
 };
 
 // Whether a plan's slice may read this, as far as voxels and kernels go; the log says why not.
@@ -61,8 +63,8 @@ enum weft_result weft_resident_check(const weft_resident *resident, const struct
 // the first position of the cell.
 int weft_resident_lead(const weft_resident *resident, int width);
 
-// The volumes that footprints of its slices read, and the volume with which they are made.
-struct weft_footprint_volumes weft_resident_volumes(const weft_resident *resident);
+// What footprints of its slices share, and the volume with which they are made.
+struct weft_footprint_shared weft_resident_shared(weft_resident *resident);
 weft_volume *weft_resident_volume(const weft_resident *resident);
 
 // Counts of bricks, brought up to date.

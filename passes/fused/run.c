@@ -555,7 +555,8 @@ void weft_fused_destroy(weft_fused **fused)
     weft_fused *r = fused ? *fused : NULL;
     if (!r)
         return;
-    if (weft_context_enter(r->context) == WEFT_OK) {
+    // What the resident volume keeps is its own.
+    if (r->objects == &r->own && weft_context_enter(r->context) == WEFT_OK) {
         weft_fused_objects_destroy(r->gl, &r->own);
         weft_context_leave(r->context);
     }

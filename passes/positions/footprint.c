@@ -60,7 +60,7 @@ enum weft_result weft_footprint_open(weft_footprint *f)
     return weft_brick_reader_open(f->log, weft_footprint_voxels(f), &region, &f->bricks);
 }
 
-static enum weft_result fill(weft_footprint *f)
+static enum weft_result fill(weft_footprint *f, const struct weft_footprint_shared *shared)
 {
     struct weft_footprint_info *info = &f->info;
     enum weft_result res = WEFT_OK;
@@ -68,6 +68,12 @@ static enum weft_result fill(weft_footprint *f)
         res = weft_kernel_parse(f->log, "catmull-rom", &info->kernel);
     if (res == WEFT_OK)
         res = check_kernel(f->log, &info->kernel);
+    if (res == WEFT_OK) {
+        f->facts = weft_kernel_facts_find(shared ? shared->kernels : &f->own_facts, &info->kernel);
+        res = f->facts ? WEFT_OK : WEFT_ERR_MEMORY;
+    }
+    if (res == WEFT_ERR_MEMORY)
+        weft_error(f->log, "not enough memory for kernel %s", info->kernel.info->name);
     if (res == WEFT_OK && info->kernel.prefiltered)
         res = create_coefficients(f);
     if (res == WEFT_OK)
@@ -78,7 +84,7 @@ static enum weft_result fill(weft_footprint *f)
 }
 
 enum weft_result weft_footprint_create_over(const struct weft_footprint_params *params,
-                                            const struct weft_footprint_volumes *shared,
+                                            const struct weft_footprint_shared *shared,
                                             weft_footprint **out)
 {
     *out = NULL;
@@ -104,7 +110,7 @@ enum weft_result weft_footprint_create_over(const struct weft_footprint_params *
         f->coefficients = shared->coefficients;
         f->samples_read = f->samples ? weft_volume_cache_get_info(f->samples)->bricks_read : 0;
     }
-    res = fill(f);
+    res = fill(f, shared);
     if (res != WEFT_OK)
         goto fail;
     *out = f;
@@ -159,7 +165,7 @@ void weft_footprint_destroy(weft_footprint **footprint)
     for (size_t i = 0; i < f->cells_count; i++)
         cells_destroy(f->cells[i]);
     free(f->cells);
-    weft_footprint_forget_weights(f);
+    weft_kernel_facts_destroy(&f->own_facts);
     if (!f->shared) {
         weft_volume_destroy(&f->coefficients);
         weft_volume_destroy(&f->samples);

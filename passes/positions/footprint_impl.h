@@ -59,10 +59,7 @@ struct weft_footprint {
     // Found so far.
     struct weft_slice_cells **cells;
     size_t cells_count, cells_capacity;
-    // Of the kernel, made so far: see passes/positions/weights.h.
-    struct weft_slice_weights **weights;
-    size_t weights_count;
-    struct weft_slice_kernel kernel;
+    struct weft_kernel_facts *facts, *own_facts; // of the kernel, so far; own: NULL where shared
     // Computed so far.
     bool measured;
     struct weft_statistics voxels;
@@ -70,15 +67,16 @@ struct weft_footprint {
     struct weft_slice_shells shells; // whose sum statistics.beyond is
 };
 
-// A footprint over volumes that another keeps, and its volume's bricks with them: for prefiltered
-// kernels those of struct weft_footprint, else NULL. They are borrowed for the footprint's life.
-// `shared` NULL: the footprint has its own. As weft_footprint_create, but that nothing is looked
-// for before weft_footprint_open.
-struct weft_footprint_volumes {
+// What another keeps for footprints, borrowed for their lives: for prefiltered kernels the volumes
+// of struct weft_footprint, else NULL; and what is known of kernels.
+struct weft_footprint_shared {
     weft_volume *samples, *coefficients;
+    struct weft_kernel_facts **kernels;
 };
+// As weft_footprint_create, but that nothing is looked for before weft_footprint_open. `shared`
+// NULL: the footprint has its own.
 enum weft_result weft_footprint_create_over(const struct weft_footprint_params *params,
-                                            const struct weft_footprint_volumes *shared,
+                                            const struct weft_footprint_shared *shared,
                                             weft_footprint **out);
 
 // Finds which bricks and tiles lie near the cut, once. Returns WEFT_ERR_MEMORY and what

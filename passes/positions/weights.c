@@ -52,18 +52,18 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
                                         enum weft_sums sums, const struct weft_slice_weights **out)
 {
-    const struct weft_kernel *kernel = &footprint->info.kernel;
+    struct weft_kernel_facts *facts = footprint->facts;
+    const struct weft_kernel *kernel = &facts->kernel;
     *out = NULL;
-    for (size_t i = 0; !*out && i < footprint->weights_count; i++)
-        if (footprint->weights[i]->samples == samples && footprint->weights[i]->linear == linear &&
-            footprint->weights[i]->sums == sums)
-            *out = footprint->weights[i];
+    for (size_t i = 0; !*out && i < facts->weights_count; i++)
+        if (facts->weights[i]->samples == samples && facts->weights[i]->linear == linear &&
+            facts->weights[i]->sums == sums)
+            *out = facts->weights[i];
     if (*out)
         return WEFT_OK;
-    void *all =
-        realloc(footprint->weights, (footprint->weights_count + 1) * sizeof *footprint->weights);
+    void *all = realloc(facts->weights, (facts->weights_count + 1) * sizeof *facts->weights);
     if (all)
-        footprint->weights = all;
+        facts->weights = all;
     struct weft_slice_weights *own = all ? calloc(1, sizeof *own) : NULL;
     if (!own) {
         weft_error(log, "not enough memory for the weights of kernel %s", kernel->info->name);
@@ -80,15 +80,15 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
         return res;
     }
     own->error = rounding_of_weights(&own->tiles, sums) + own->tiles.sum_error;
-    footprint->weights[footprint->weights_count++] = own;
+    facts->weights[facts->weights_count++] = own;
     *out = own;
     return res;
 }
 
 const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint)
 {
-    struct weft_slice_kernel *facts = &footprint->kernel;
-    const struct weft_kernel *kernel = &footprint->info.kernel;
+    struct weft_slice_kernel *facts = &footprint->facts->facts;
+    const struct weft_kernel *kernel = &footprint->facts->kernel;
     struct weft_kernel plain = *kernel;
     if (facts->known)
         return facts;
@@ -105,11 +105,33 @@ const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *foo
     return facts;
 }
 
-void weft_footprint_forget_weights(struct weft_footprint *footprint)
+struct weft_kernel_facts *weft_kernel_facts_find(struct weft_kernel_facts **list,
+                                                 const struct weft_kernel *kernel)
 {
-    for (size_t i = 0; i < footprint->weights_count; i++) {
-        weft_polynomial_tiles_destroy(&footprint->weights[i]->tiles);
-        free(footprint->weights[i]);
+    struct weft_kernel_facts *facts = *list;
+    while (facts && !weft_kernel_same(&facts->kernel, kernel))
+        facts = facts->next;
+    if (facts)
+        return facts;
+    facts = calloc(1, sizeof *facts);
+    if (!facts)
+        return NULL;
+    facts->kernel = *kernel;
+    facts->next = *list;
+    *list = facts;
+    return facts;
+}
+
+void weft_kernel_facts_destroy(struct weft_kernel_facts **list)
+{
+    while (*list) {
+        struct weft_kernel_facts *facts = *list;
+        *list = facts->next;
+        for (size_t i = 0; i < facts->weights_count; i++) {
+            weft_polynomial_tiles_destroy(&facts->weights[i]->tiles);
+            free(facts->weights[i]);
+        }
+        free(facts->weights);
+        free(facts);
     }
-    free(footprint->weights);
 }

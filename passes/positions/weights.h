@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/positions/weights.h - a footprint's kernel as engines look it up, and what bounds ask of
-// it: found when first wanted and kept as long as the footprint, whose plans share them (not
-// installed).
+// it: found when first wanted and kept as long as the footprint, whose plans share them, or as what
+// many footprints share (not installed).
 #ifndef WEFT_PASSES_POSITIONS_WEIGHTS_H
 #define WEFT_PASSES_POSITIONS_WEIGHTS_H
 
@@ -32,12 +32,25 @@ struct weft_slice_kernel {
     struct weft_prefilter_error prefilter;
 };
 
+// Of one kernel, and in a list of several.
+struct weft_kernel_facts {
+    struct weft_kernel kernel;
+    struct weft_slice_weights **weights;
+    size_t weights_count;
+    struct weft_slice_kernel facts;
+    struct weft_kernel_facts *next;
+};
+
+// Finds a kernel in a list, or adds it. NULL: out of memory.
+struct weft_kernel_facts *weft_kernel_facts_find(struct weft_kernel_facts **list,
+                                                 const struct weft_kernel *kernel);
+void weft_kernel_facts_destroy(struct weft_kernel_facts **list);
+
 // Finds a look-up's weights, or makes them. Returns what weft_polynomial_tiles_create and
 // weft_polynomial_tiles_sample return.
 enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
                                         enum weft_sums sums, const struct weft_slice_weights **out);
 const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint);
-void weft_footprint_forget_weights(struct weft_footprint *footprint);
 
 #endif
