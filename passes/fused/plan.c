@@ -167,6 +167,14 @@ static void tile_plan_destroy(const struct weft_slice_plan *plan, struct weft_sl
     *tile = (struct weft_slice_tile_plan){0};
 }
 
+uint64_t weft_slice_bricks_read(const struct weft_slice_plan *plan)
+{
+    if (!plan->resident || !plan->resident->kept)
+        return plan->footprint->info.bricks_read;
+    weft_resident_count(plan->resident);
+    return plan->resident->info.bricks_read;
+}
+
 enum weft_result weft_slice_tile_bricks(const struct weft_slice_plan *plan, int tile,
                                         const struct weft_cell_map **out)
 {

@@ -84,6 +84,10 @@ static inline bool weft_slice_reads_blocks(const struct weft_slice_plan *plan)
 enum weft_result weft_slice_tile_bricks(const struct weft_slice_plan *plan, int tile,
                                         const struct weft_cell_map **out);
 
+// Bricks read from the volume so far, for the plan's footprint or for all slices of what is
+// resident.
+uint64_t weft_slice_bricks_read(const struct weft_slice_plan *plan);
+
 // What of a plan does not depend on where the voxels lie: kernel, grid, axes, savings and bounds,
 // without tiles. Returns as weft_slice_plan_create.
 enum weft_result weft_slice_request_create(weft_volume *volume,

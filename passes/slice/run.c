@@ -136,7 +136,6 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
                                 struct weft_slice_report *report)
 {
     const struct weft_slice_geometry *g = &slice->plan->footprint->grid.index;
-    const struct weft_footprint_info *reach = &slice->plan->footprint->info;
     struct weft_slice_run_params p = *params;
     struct weft_slice_report own = {0};
     enum weft_result res = WEFT_ERR_ARGUMENT;
@@ -144,11 +143,11 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
     weft_require(slice->log, p.stride == 0 || (p.stride >= g->width && p.stride <= INT32_MAX));
     if (p.stride == 0)
         p.stride = g->width;
-    const uint64_t read = reach->bricks_read;
+    const uint64_t read = weft_slice_bricks_read(slice->plan);
     res = run_engine(slice, &p, &own);
     if (res != WEFT_OK)
         return res;
-    own.bricks_read = reach->bricks_read - read;
+    own.bricks_read = weft_slice_bricks_read(slice->plan) - read;
     if (slice->plan->info.engine == WEFT_ENGINE_CPU)
         own.cpu = slice->cpu;
     if (p.progress && p.progress->report)

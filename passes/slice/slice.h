@@ -73,7 +73,7 @@ struct weft_slice_report {
     double read_seconds;   // of voxels, and of measuring them
     double layout_seconds; // of voxels as shaders read them
     double upload_seconds, pass_seconds, readback_seconds;
-    uint64_t bricks_read;    // in this run: those that the footprint had not kept
+    uint64_t bricks_read;    // in this run: those that were not kept
     uint64_t uploaded_bytes; // in this run
     uint64_t peak_bytes;     // of voxels, layouts, boxes and GL memory
     int passes;              // draws; of plans of passes, their passes over all rectangles
