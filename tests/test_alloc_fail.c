@@ -15,6 +15,7 @@
 #include "tests/support/plan_runs.h"
 #include "filter/check.h"
 #include "passes/accumulate/tree.h"
+#include "passes/fused/resident_impl.h"
 #include "passes/multipass/multipass.h"
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
@@ -129,6 +130,50 @@ static enum weft_result slice_volume(void)
         res = weft_slice_verify(plan, pixels,
                                 &(struct weft_slice_verify_params){.max_seconds = 1e-2}, &error);
     weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+// Two planes through what stays of a volume, one beside the other, in a few tiles each.
+static enum weft_result slice_resident(void)
+{
+    enum { PIXELS = 40, PLACES = 16 };
+    static float pixels[PIXELS * PIXELS];
+    weft_volume *volume = NULL;
+    weft_resident *resident = NULL;
+    struct weft_slice_params params = {
+        .engine = context ? WEFT_ENGINE_GL : WEFT_ENGINE_CPU,
+        .space = WEFT_SPACE_INDEX,
+        .geometry = {{1, 1, -1}, {38, 1, 2}, {-1, 38, 1}, PIXELS, PIXELS},
+        .without = WEFT_SAVING_CONSTANT,
+        .log = &test_log};
+    enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
+    if (res == WEFT_OK)
+        res = create_volume(&volume);
+    if (res == WEFT_OK)
+        res = weft_resident_create(
+            weft_resident_params(.volume = volume, .context = context, .kernel = params.kernel,
+                                 .layout = WEFT_LAYOUT_PLAIN,
+                                 .memory_bytes = (uint64_t)PLACES * 11 * 11 * 11 * 4,
+                                 .log = &test_log),
+            &resident);
+    params.resident = resident;
+    for (int i = 0; res == WEFT_OK && i < 2; i++) {
+        weft_slice_plan *plan = NULL;
+        struct weft_slice_blocks blocks = {.texels = NULL};
+        params.geometry.origin[2] += i;
+        res = weft_slice_plan_create(volume, &params, &plan);
+        if (res == WEFT_OK && context)
+            res = weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                      weft_slice_run_params(.pixels = pixels), NULL);
+        else if (res == WEFT_OK)
+            res = weft_slice_blocks_create(plan, &blocks);
+        if (res == WEFT_OK && !context)
+            res = weft_resident_load(resident, plan, 0, NULL, &blocks);
+        weft_slice_blocks_destroy(&blocks);
+        weft_slice_plan_destroy(&plan);
+    }
+    weft_resident_destroy(&resident);
     weft_volume_destroy(&volume);
     return res;
 }
@@ -351,9 +396,12 @@ static void test_slices(void **state)
     run("weft_slice", slice_volume);
     if (context)
         run("weft_separable", filter_plane);
+    run("weft_resident", slice_resident);
     slice_kernel = "bspline3i";
     run("weft_slice, prefiltered", slice_volume);
+    run("weft_resident, prefiltered", slice_resident);
     weft_context_destroy(&context);
+    run("weft_resident, in memory", slice_resident);
 }
 
 static void test_resampling(void **state)

@@ -83,9 +83,10 @@ static size_t copy_kept(struct cache *c, size_t count, const int32_t (*origin)[3
 }
 
 // Reads the missing ones, at once, and puts them in their places.
-static enum weft_result read_missing(struct cache *c, size_t count, const int32_t (*origin)[3],
+static enum weft_result read_missing(weft_volume *volume, size_t count, const int32_t (*origin)[3],
                                      float *values, const size_t *missing, size_t missed)
 {
+    struct cache *c = volume->data;
     enum weft_result res = WEFT_ERR_MEMORY;
     int32_t(*own)[3] = malloc(missed * sizeof *own);
     float *read = missed == count ? values : malloc(missed * BRICK_BYTES);
@@ -93,9 +94,16 @@ static enum weft_result read_missing(struct cache *c, size_t count, const int32_
         for (size_t i = 0; i < missed; i++)
             memcpy(own[i], origin[missing[i]], sizeof own[i]);
         res = weft_volume_read(c->base, missed, (const int32_t(*)[3])own, read);
+    } else {
+        weft_error(volume->log, "not enough memory to read %zu bricks", missed);
     }
-    for (size_t i = 0; res == WEFT_OK && i < missed && read != values; i++)
-        memcpy(values + missing[i] * WEFT_BRICK_VOXELS, read + i * WEFT_BRICK_VOXELS, BRICK_BYTES);
+    for (size_t i = 0; res == WEFT_OK && i < missed; i++) {
+        float *out = values + missing[i] * WEFT_BRICK_VOXELS;
+        if (read != values)
+            memcpy(out, read + i * WEFT_BRICK_VOXELS, BRICK_BYTES);
+        keep(c, own[i], out);
+    }
+    c->info.bricks_read += res == WEFT_OK ? missed : 0;
     if (read != values)
         free(read);
     free(own);
@@ -105,19 +113,15 @@ static enum weft_result read_missing(struct cache *c, size_t count, const int32_
 static enum weft_result read(weft_volume *volume, size_t count, const int32_t (*brick_origin)[3],
                              float *values)
 {
-    struct cache *c = volume->data;
-    enum weft_result res = WEFT_ERR_MEMORY;
+    enum weft_result res = WEFT_OK;
     size_t *missing = malloc(count * sizeof *missing + 1);
-    const size_t missed = missing ? copy_kept(c, count, brick_origin, values, missing) : 0;
-    if (missing)
-        res = missed ? read_missing(c, count, brick_origin, values, missing, missed) : WEFT_OK;
-    if (res == WEFT_ERR_MEMORY)
+    if (!missing) {
         weft_error(volume->log, "not enough memory to read %zu bricks", count);
-    if (res == WEFT_OK) {
-        c->info.bricks_read += missed;
-        for (size_t i = 0; i < missed; i++)
-            keep(c, brick_origin[missing[i]], values + missing[i] * WEFT_BRICK_VOXELS);
+        return WEFT_ERR_MEMORY;
     }
+    const size_t missed = copy_kept(volume->data, count, brick_origin, values, missing);
+    if (missed)
+        res = read_missing(volume, count, brick_origin, values, missing, missed);
     free(missing);
     return res;
 }
