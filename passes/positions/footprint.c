@@ -17,15 +17,6 @@ weft_volume *weft_footprint_voxels(const weft_footprint *footprint)
     return footprint->coefficients ? footprint->coefficients : footprint->volume;
 }
 
-bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b)
-{
-    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
-                a->prefiltered == b->prefiltered;
-    for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
-        same = same && (!a->info->params[i].name || a->param[i] == b->param[i]);
-    return same;
-}
-
 static enum weft_result check_kernel(const struct weft_log *log, const struct weft_kernel *kernel)
 {
     const enum weft_result res = weft_kernel_check(log, kernel);

@@ -86,9 +86,6 @@ enum weft_result weft_footprint_open(weft_footprint *footprint);
 // One more holder, who calls weft_footprint_destroy in the end.
 weft_footprint *weft_footprint_hold(weft_footprint *footprint);
 
-// Whether two kernels are one: parameters, normalised, radial and prefiltered included.
-bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b);
-
 // What taps read: the volume, or the coefficients of it.
 weft_volume *weft_footprint_voxels(const weft_footprint *footprint);
 

@@ -105,6 +105,15 @@ const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *foo
     return facts;
 }
 
+bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b)
+{
+    bool same = a->info == b->info && a->normalised == b->normalised && a->radial == b->radial &&
+                a->prefiltered == b->prefiltered;
+    for (int i = 0; i < WEFT_KERNEL_PARAMS; i++)
+        same = same && (!a->info->params[i].name || a->param[i] == b->param[i]);
+    return same;
+}
+
 struct weft_kernel_facts *weft_kernel_facts_find(struct weft_kernel_facts **list,
                                                  const struct weft_kernel *kernel)
 {

@@ -41,6 +41,9 @@ struct weft_kernel_facts {
     struct weft_kernel_facts *next;
 };
 
+// Whether two kernels are one: parameters, normalised, radial and prefiltered included.
+bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b);
+
 // Finds a kernel in a list, or adds it. NULL: out of memory.
 struct weft_kernel_facts *weft_kernel_facts_find(struct weft_kernel_facts **list,
                                                  const struct weft_kernel *kernel);
