@@ -8,6 +8,7 @@
 enum {
     BLOCK = 4096, // values looked at once more where one is not finite
     LANES = 4,    // of a vector
+    PAIR = 2,     // doubles of a vector
     LINE = 256,   // differences at a time
 };
 
@@ -123,6 +124,88 @@ void weft_statistics_add_differences(struct weft_statistics *statistics, const f
         for (int n = 0; n < WEFT_STATISTICS_DIFFERENCES && size > 1; n++, size--)
             statistics->difference[n] = difference_line(line, size, statistics->difference[n]);
     }
+}
+
+// ---- planes -------------------------------------------------------------------------------------
+
+typedef double doubles __attribute__((vector_size(PAIR * sizeof(double))));
+typedef int64_t long_bits __attribute__((vector_size(PAIR * sizeof(double))));
+
+static inline doubles widen(const float *values)
+{
+    return (doubles){(double)values[0], (double)values[1]};
+}
+
+// The n-th difference is the sum of these times neighbours.
+static const double binomials[WEFT_STATISTICS_DIFFERENCES][WEFT_STATISTICS_DIFFERENCES + 1] = {
+    {-1, 1}, {1, -2, 1}, {-1, 3, -3, 1}, {1, -4, 6, -4, 1}};
+
+static inline double add_up(const double *factor, const float *const *line, int n, size_t at)
+{
+    double sum = 0.0;
+    for (int k = 0; k <= n; k++)
+        sum += factor[k] * (double)line[k][at];
+    return fabs(sum);
+}
+
+static inline void take_difference(doubles *most, const double *factor, const float *const *line,
+                                   int n, size_t at)
+{
+    const long_bits magnitude = (long_bits){INT64_MAX, INT64_MAX};
+    doubles sum = factor[0] * widen(line[0] + at);
+    for (int k = 1; k <= n; k++)
+        sum += factor[k] * widen(line[k] + at);
+    const doubles size = (doubles)((long_bits)sum & magnitude);
+    const doubles finite = (doubles)((size <= DBL_MAX) & (long_bits)size); // else 0
+    const long_bits takes = finite > *most;
+    *most = (doubles)((takes & (long_bits)finite) | (~takes & (long_bits)*most));
+}
+
+// Over lines of which each is the next neighbour of the one before; or `largest`.
+static inline __attribute__((always_inline)) double
+lines_difference(const float *const *line, int n, size_t count, double largest)
+{
+    enum { AT_ONCE = 4 };
+    const double *factor = binomials[n - 1];
+    doubles most[AT_ONCE] = {{0}};
+    size_t i = 0;
+    for (; i + AT_ONCE * PAIR <= count; i += AT_ONCE * PAIR)
+        for (size_t k = 0; k < AT_ONCE; k++)
+            take_difference(&most[k], factor, line, n, i + k * PAIR);
+    for (; i < count; i++) {
+        const double size = add_up(factor, line, n, i);
+        largest = size > largest && size <= DBL_MAX ? size : largest;
+    }
+    for (int k = 0; k < AT_ONCE; k++)
+        largest = fmax(largest, fmax(most[k][0], most[k][1]));
+    return largest;
+}
+
+static double any_difference(const float *const *line, int n, size_t count, double largest)
+{
+    return n == 3 ? lines_difference(line, 3, count, largest)
+                  : lines_difference(line, n, count, largest);
+}
+
+double weft_statistics_plane_difference(const struct weft_statistics_plane *p, int n, size_t from,
+                                        size_t to)
+{
+    double largest = 0.0;
+    const size_t order = (size_t)n;
+    if (n < 1 || n > WEFT_STATISTICS_DIFFERENCES)
+        return 0.0;
+    for (size_t y = from; y < to && y < p->height; y++) {
+        const float *along[WEFT_STATISTICS_DIFFERENCES + 1], *down[WEFT_STATISTICS_DIFFERENCES + 1];
+        for (size_t k = 0; k <= order; k++) {
+            along[k] = p->values + y * p->stride + k;
+            down[k] = p->values + (y + k) * p->stride;
+        }
+        if (p->width > order)
+            largest = any_difference(along, n, p->width - order, largest);
+        if (y + order < p->height)
+            largest = any_difference(down, n, p->width, largest);
+    }
+    return largest;
 }
 
 double weft_statistics_magnitude(const struct weft_statistics *statistics)

@@ -43,6 +43,19 @@ WEFT_API void weft_statistics_join(struct weft_statistics *statistics,
 WEFT_API void weft_statistics_add_differences(struct weft_statistics *statistics,
                                               const float *values, size_t count, size_t stride);
 
+// A plane of values: [y * stride + x].
+struct weft_statistics_plane {
+    const float *values;
+    size_t width, height, stride;
+};
+
+// Returns the largest |n-th difference| of neighbours along rows, and along columns, of those that
+// begin in rows `from` to `to`, exclusive; n from 1 to WEFT_STATISTICS_DIFFERENCES, or the result
+// is 0. Those that take in a value that is not finite do not count; 0 where there are none. Pure
+// and thread-safe.
+WEFT_API double weft_statistics_plane_difference(const struct weft_statistics_plane *plane, int n,
+                                                 size_t from, size_t to);
+
 // Returns the larger of |minimum| and |maximum|; 0 where there are no finite values.
 WEFT_API double weft_statistics_magnitude(const struct weft_statistics *statistics);
 

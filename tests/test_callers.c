@@ -263,6 +263,11 @@ static void statistics(void)
     weft_statistics_add(&none, values, WEFT_COUNT(values));
     weft_statistics_add_differences(&none, values, WEFT_COUNT(values), 0);
     weft_statistics_add_differences(&none, values, 0, SIZE_MAX);
+    const struct weft_statistics_plane plane = {values, 3, 1, 0};
+    TRUE(weft_statistics_plane_difference(&plane, 1, 0, SIZE_MAX) == 0.0);
+    TRUE(weft_statistics_plane_difference(&plane, 4, 5, 0) == 0.0);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        TRUE(weft_statistics_plane_difference(&plane, ints[i], 0, 1) == 0.0);
     weft_statistics_join(&none, &(struct weft_statistics)WEFT_STATISTICS_NONE);
     TRUE(isnan(none.minimum) && none.not_finite == 3 && none.difference[0] == 0.0);
 }
@@ -1817,8 +1822,8 @@ static const struct {
      {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},
     {statistics,
-     {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude),
-      F(statistics_join)}},
+     {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude), F(statistics_join),
+      F(statistics_plane_difference)}},
     {errors, {F(error_kernel_compute), F(error_e1)}},
     {bounds, {F(bound_compute)}},
     {kernels,

@@ -6,6 +6,7 @@
 
 #include "filter/analysis/error.h"
 #include "filter/kernels/prefilter.h"
+#include "filter/threads.h"
 #include "passes/resample/resample_impl.h"
 #include "passes/separable/separable.h"
 #include "tiles/image/image_prefilter.h"
@@ -100,24 +101,58 @@ static void set_ends(const struct weft_statistics *of, double *low, double *high
     *high = isnan(of->maximum) ? 0.0 : of->maximum;
 }
 
-static void measure_samples(weft_resample_source *s)
+// Parts of a channel that are measured by threads, and the samples that one is worth.
+enum { BANDS = 16, BAND_SAMPLES = 1 << 16 };
+
+struct measuring {
+    const weft_resample_source *source;
+    size_t bands, rows; // of a channel, and of a band
+    struct weft_statistics samples[WEFT_RESAMPLE_MAX_CHANNELS * BANDS];
+};
+
+static bool has_difference(const weft_resample_source *s)
 {
-    const size_t width = (size_t)s->info.width, height = (size_t)s->info.height;
-    const int order = s->info.kernel.order;
-    struct weft_statistics samples = WEFT_STATISTICS_NONE;
-    for (int c = 0; c < s->info.channels; c++) {
-        for (size_t y = 0; y < height; y++) {
-            const float *row = s->plane[c] + y * (size_t)s->stride;
-            weft_statistics_add(&samples, row, width);
-            weft_statistics_add_differences(&samples, row, width, 1);
-        }
-        for (size_t x = 0; x < width; x++)
-            weft_statistics_add_differences(&samples, s->plane[c] + x, height, (size_t)s->stride);
-    }
-    set_ends(&samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
-    s->info.statistics.difference = order < 1 || order > WEFT_STATISTICS_DIFFERENCES
-                                        ? (double)NAN
-                                        : samples.difference[order - 1];
+    return s->info.kernel.order >= 1 && s->info.kernel.order <= WEFT_STATISTICS_DIFFERENCES;
+}
+
+static bool measure_band(void *priv, int thread, size_t i)
+{
+    struct measuring *m = priv;
+    const weft_resample_source *s = m->source;
+    const struct weft_statistics_plane plane = {s->plane[i / m->bands], (size_t)s->info.width,
+                                                (size_t)s->info.height, (size_t)s->stride};
+    const size_t from = i % m->bands * m->rows;
+    struct weft_statistics own = WEFT_STATISTICS_NONE;
+    (void)thread;
+    for (size_t y = from; y < from + m->rows && y < plane.height; y++)
+        weft_statistics_add(&own, plane.values + y * plane.stride, plane.width);
+    if (has_difference(s))
+        own.difference[s->info.kernel.order - 1] =
+            weft_statistics_plane_difference(&plane, s->info.kernel.order, from, from + m->rows);
+    m->samples[i] = own;
+    return true;
+}
+
+// Range and counts of all channels, and the difference of the kernel's order.
+static struct weft_statistics measure_samples(const weft_resample_source *s)
+{
+    const size_t height = (size_t)s->info.height, least = BAND_SAMPLES / (size_t)s->info.width + 1;
+    struct measuring m = {.source = s, .rows = (height + BANDS - 1) / BANDS};
+    m.rows = m.rows > least ? m.rows : least;
+    m.bands = (height + m.rows - 1) / m.rows;
+    const size_t parts = m.bands * (size_t)s->info.channels;
+    struct weft_statistics all = WEFT_STATISTICS_NONE;
+    weft_threads_run(weft_threads_available(), parts, measure_band, &m);
+    for (size_t i = 0; i < parts; i++)
+        weft_statistics_join(&all, &m.samples[i]);
+    return all;
+}
+
+static void set_statistics(weft_resample_source *s, const struct weft_statistics *samples)
+{
+    set_ends(samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
+    s->info.statistics.difference =
+        has_difference(s) ? samples->difference[s->info.kernel.order - 1] : (double)NAN;
 }
 
 static uint64_t count_outside(const float *values, size_t count, double low, double high)
@@ -128,18 +163,20 @@ static uint64_t count_outside(const float *values, size_t count, double low, dou
     return outside;
 }
 
-static void measure_values(weft_resample_source *s,
+// What is read are the samples, but for prefiltered kernels.
+static void measure_values(weft_resample_source *s, const struct weft_statistics *samples,
                            const struct weft_resample_source_params *params)
 {
     struct weft_resample_statistics *out = &s->info.statistics;
     const bool given = !weft_range_is_open(params->low, params->low, params->high) &&
                        !weft_range_is_open(params->high, params->low, params->high);
+    const bool coefficients = s->info.kernel.prefiltered;
     struct weft_statistics values = WEFT_STATISTICS_NONE;
     for (int c = 0; c < s->info.channels; c++) {
         const float *of = weft_resample_values(s, c);
         if (given)
             out->clamped += count_outside(of, value_count(s), params->low, params->high);
-        else
+        else if (coefficients)
             weft_statistics_add(&values, of, value_count(s));
     }
     if (given) {
@@ -147,8 +184,9 @@ static void measure_values(weft_resample_source *s,
         out->high = params->high;
         return;
     }
-    set_ends(&values, &out->low, &out->high);
-    out->clamped = values.not_finite;
+    const struct weft_statistics *read = coefficients ? &values : samples;
+    set_ends(read, &out->low, &out->high);
+    out->clamped = read->not_finite;
 }
 
 // ---- sources ------------------------------------------------------------------------------------
@@ -185,8 +223,9 @@ enum weft_result weft_resample_source_create(const struct weft_resample_source_p
     else if (source->stride != p.width)
         res = pack(p.log, source);
     if (res == WEFT_OK) {
-        measure_samples(source);
-        measure_values(source, &p);
+        const struct weft_statistics samples = measure_samples(source);
+        set_statistics(source, &samples);
+        measure_values(source, &samples, &p);
         *out = source;
     } else {
         weft_resample_source_destroy(&source);

@@ -157,13 +157,40 @@ static void test_steps(void **state)
     assert_true(s.difference[0] == 4.0 && s.difference[1] == 2.0 && s.difference[2] == 0.0);
 }
 
+// A plane's differences are those of its rows and its columns as lines, in bands or whole: exactly,
+// of integers.
+static void test_planes(void **state)
+{
+    (void)state;
+    enum { MOST_SIDE = 41, STRIDE = 50 };
+    static const size_t sides[][2] = {{1, 1}, {1, 30}, {30, 1}, {4, 5}, {41, 3}, {3, 41}, {37, 41}};
+    for (size_t i = 0; i < 4 * WEFT_COUNT(sides); i++) {
+        const size_t *side = sides[i / 4];
+        const int n = (int)(i % 4) + 1;
+        float values[MOST_SIDE * STRIDE];
+        for (size_t k = 0; k < WEFT_COUNT(values); k++)
+            values[k] = k * 7919 % 89 == 3 ? (k % 2 ? NAN : INFINITY) : (float)(k * 7919 % 1013);
+        const struct weft_statistics_plane plane = {values, side[0], side[1], STRIDE};
+        struct weft_statistics s = WEFT_STATISTICS_NONE;
+        for (size_t y = 0; y < side[1]; y++)
+            weft_statistics_add_differences(&s, values + y * STRIDE, side[0], 1);
+        for (size_t x = 0; x < side[0]; x++)
+            weft_statistics_add_differences(&s, values + x, side[1], STRIDE);
+        double bands = 0.0;
+        for (size_t y = 0; y < side[1]; y += 6)
+            bands = fmax(bands, weft_statistics_plane_difference(&plane, n, y, y + 6));
+        assert_true(weft_statistics_plane_difference(&plane, n, 0, SIZE_MAX) ==
+                    s.difference[n - 1]);
+        assert_true(bands == s.difference[n - 1]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_range),
-        cmocka_unit_test(test_portions),
-        cmocka_unit_test(test_powers),
-        cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_range),  cmocka_unit_test(test_portions),
+        cmocka_unit_test(test_powers), cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_planes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
