@@ -156,9 +156,6 @@ struct weft_resample_statistics {
     // coefficients of prefiltered kernels and samples else; both 0 where there are none.
     double low, high;
     uint64_t clamped; // values read that are outside it, or not finite
-    // Largest difference of the kernel's order between neighbours along x and along y, in place of
-    // the signal's derivative; NAN for kernels of order 0 or above WEFT_STATISTICS_DIFFERENCES.
-    double difference;
 };
 
 struct weft_resample_source_info {
@@ -181,8 +178,10 @@ WEFT_API const struct weft_resample_source_info *
 weft_resample_source_get_info(const weft_resample_source *source);
 
 // Returns the leading term of the kernel's own error, which no engine is to blame for:
-// weft_error_e1 for a signal that changes as the samples do. NAN where `difference` is, and for
-// radial kernels. The kernel is analysed anew in every call, which takes tens of milliseconds.
+// weft_error_e1 for a signal whose derivative of the kernel's order is the largest difference of
+// that order between neighbours along x and along y, in all channels. NAN for kernels of order 0 or
+// above WEFT_STATISTICS_DIFFERENCES, and for radial ones. Every call looks at all samples, with
+// threads, and analyses the kernel anew, which takes milliseconds.
 WEFT_API double weft_resample_e1(const weft_resample_source *source);
 
 // Returns how far results may be off, the largest of which is `result` (0: not known yet), in the

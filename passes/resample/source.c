@@ -107,13 +107,9 @@ enum { BANDS = 16, BAND_SAMPLES = 1 << 16 };
 struct measuring {
     const weft_resample_source *source;
     size_t bands, rows; // of a channel, and of a band
+    int order;          // of differences; 0: range and counts in their place
     struct weft_statistics samples[WEFT_RESAMPLE_MAX_CHANNELS * BANDS];
 };
-
-static bool has_difference(const weft_resample_source *s)
-{
-    return s->info.kernel.order >= 1 && s->info.kernel.order <= WEFT_STATISTICS_DIFFERENCES;
-}
 
 static bool measure_band(void *priv, int thread, size_t i)
 {
@@ -124,20 +120,20 @@ static bool measure_band(void *priv, int thread, size_t i)
     const size_t from = i % m->bands * m->rows;
     struct weft_statistics own = WEFT_STATISTICS_NONE;
     (void)thread;
-    for (size_t y = from; y < from + m->rows && y < plane.height; y++)
+    if (m->order)
+        own.difference[m->order - 1] =
+            weft_statistics_plane_difference(&plane, m->order, from, from + m->rows);
+    for (size_t y = from; !m->order && y < from + m->rows && y < plane.height; y++)
         weft_statistics_add(&own, plane.values + y * plane.stride, plane.width);
-    if (has_difference(s))
-        own.difference[s->info.kernel.order - 1] =
-            weft_statistics_plane_difference(&plane, s->info.kernel.order, from, from + m->rows);
     m->samples[i] = own;
     return true;
 }
 
-// Range and counts of all channels, and the difference of the kernel's order.
-static struct weft_statistics measure_samples(const weft_resample_source *s)
+// Of all channels: the largest difference of an order, or with 0 range and counts.
+static struct weft_statistics measure_samples(const weft_resample_source *s, int order)
 {
     const size_t height = (size_t)s->info.height, least = BAND_SAMPLES / (size_t)s->info.width + 1;
-    struct measuring m = {.source = s, .rows = (height + BANDS - 1) / BANDS};
+    struct measuring m = {.source = s, .rows = (height + BANDS - 1) / BANDS, .order = order};
     m.rows = m.rows > least ? m.rows : least;
     m.bands = (height + m.rows - 1) / m.rows;
     const size_t parts = m.bands * (size_t)s->info.channels;
@@ -146,13 +142,6 @@ static struct weft_statistics measure_samples(const weft_resample_source *s)
     for (size_t i = 0; i < parts; i++)
         weft_statistics_join(&all, &m.samples[i]);
     return all;
-}
-
-static void set_statistics(weft_resample_source *s, const struct weft_statistics *samples)
-{
-    set_ends(samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
-    s->info.statistics.difference =
-        has_difference(s) ? samples->difference[s->info.kernel.order - 1] : (double)NAN;
 }
 
 static uint64_t count_outside(const float *values, size_t count, double low, double high)
@@ -223,8 +212,9 @@ enum weft_result weft_resample_source_create(const struct weft_resample_source_p
     else if (source->stride != p.width)
         res = pack(p.log, source);
     if (res == WEFT_OK) {
-        const struct weft_statistics samples = measure_samples(source);
-        set_statistics(source, &samples);
+        const struct weft_statistics samples = measure_samples(source, 0);
+        set_ends(&samples, &source->info.statistics.sample_low,
+                 &source->info.statistics.sample_high);
         measure_values(source, &samples, &p);
         *out = source;
     } else {
@@ -253,8 +243,11 @@ weft_resample_source_get_info(const weft_resample_source *source)
 
 double weft_resample_e1(const weft_resample_source *source)
 {
-    const double difference = source->info.statistics.difference;
-    return isnan(difference) ? (double)NAN : weft_error_e1(&source->info.kernel, 2, difference);
+    const struct weft_kernel *kernel = &source->info.kernel;
+    if (kernel->order < 1 || kernel->order > WEFT_STATISTICS_DIFFERENCES)
+        return (double)NAN;
+    const struct weft_statistics samples = measure_samples(source, kernel->order);
+    return weft_error_e1(kernel, 2, samples.difference[kernel->order - 1]);
 }
 
 // The border's samples hold beyond it: none are out of reach.

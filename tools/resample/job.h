@@ -40,7 +40,7 @@ struct resample_group {
     size_t channel[RESAMPLE_MAX_TOGETHER]; // of the result
     weft_resample_source *source;          // NULL when only explained, without a budget
     struct weft_resample_statistics statistics;
-    double e1;                      // weft_resample_e1
+    double e1;                      // weft_resample_e1; NAN where nothing tells it
     const weft_resample_plan *plan; // the job's
     bool exact;                     // unsigned integers that are moved: one channel, no error
     double max_error;               // with --max-error

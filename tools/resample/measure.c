@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the samples of `weft resample` are: a source for each group, and what it measures.
+#include <math.h>
+
 #include "tools/common/report.h"
 #include "tools/resample/job.h"
 
@@ -23,6 +25,12 @@ static void set_exact_range(const struct resample_job *job, struct resample_grou
     group->statistics.high = group->statistics.sample_high = range[1];
 }
 
+static bool tells_e1(const struct resample_job *job)
+{
+    return job->option[RESAMPLE_JSON].given || job->option[RESAMPLE_VERIFY].given ||
+           job->option[RESAMPLE_EXPLAIN].given;
+}
+
 static enum weft_result create_source(struct resample_job *job, struct resample_group *group)
 {
     const struct option_value *range = range_of(job);
@@ -41,7 +49,7 @@ static enum weft_result create_source(struct resample_job *job, struct resample_
         return res;
     const struct weft_resample_source_info *info = weft_resample_source_get_info(group->source);
     group->statistics = info->statistics;
-    group->e1 = weft_resample_e1(group->source);
+    group->e1 = tells_e1(job) ? weft_resample_e1(group->source) : (double)NAN;
     job->work.prepare_seconds += info->prefilter_seconds;
     if (group->exact)
         set_exact_range(job, group);
