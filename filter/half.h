@@ -16,5 +16,16 @@ uint16_t weft_half_from_float(float value);
 // Exact: every half is a float.
 float weft_half_to_float(uint16_t half);
 
+// What values lose as halves. Starts as {0}; grows by whatever is added.
+struct weft_half_losses {
+    uint64_t overflows; // finite values that no half holds: they become infinite
+    double rounding;    // largest |half - value| of those that stay finite
+};
+
+// Rounds `count` values as weft_half_from_float does, and adds what they lose. With the processor's
+// own conversion where it has one: the same bits.
+void weft_half_from_floats(const float *values, size_t count, uint16_t *out,
+                           struct weft_half_losses *losses);
+
 WEFT_END_DECLS
 #endif

@@ -105,6 +105,21 @@ static enum weft_result create_volume(weft_volume **volume)
 }
 
 static const char *slice_kernel;
+static bool by_hardware;
+
+// By the texture sampler, in several tiles.
+static enum weft_result filter_slice(const weft_slice_plan *plan, float *pixels)
+{
+    weft_hardware_plan *hardware = NULL;
+    enum weft_result res =
+        weft_hardware_plan_create(weft_hardware_params(.slice = plan, .log = &test_log), &hardware);
+    if (res == WEFT_OK && context)
+        res = weft_slice_run_once(
+            plan, weft_slice_compile_params(.context = context, .hardware = hardware),
+            weft_slice_run_params(.pixels = pixels), NULL);
+    weft_hardware_plan_destroy(&hardware);
+    return res;
+}
 
 // From voxels in memory to pixels, in several tiles.
 static enum weft_result slice_volume(void)
@@ -115,6 +130,8 @@ static enum weft_result slice_volume(void)
     weft_slice_plan *plan = NULL;
     struct weft_slice_params params = {.max_target_size = 200, .log = &test_log};
     struct weft_verify_report error;
+    if (by_hardware)
+        params.without = WEFT_SAVING_AXIS | WEFT_SAVING_SEPARABLE;
     enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
     if (res == WEFT_OK)
         res = create_volume(&volume);
@@ -123,7 +140,9 @@ static enum weft_result slice_volume(void)
                                        &params.geometry);
     if (res == WEFT_OK)
         res = weft_slice_plan_create(volume, &params, &plan);
-    if (res == WEFT_OK && context)
+    if (res == WEFT_OK && by_hardware)
+        res = filter_slice(plan, pixels);
+    else if (res == WEFT_OK && context)
         res = weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
                                   weft_slice_run_params(.pixels = pixels), NULL);
     if (res == WEFT_OK && params.kernel.prefiltered)
@@ -394,6 +413,9 @@ static void test_slices(void **state)
         print_message("[  SKIPPED ] no GL context: slices are planned, not run\n");
     slice_kernel = "catmull-rom";
     run("weft_slice", slice_volume);
+    by_hardware = true;
+    run("weft_slice, hardware", slice_volume);
+    by_hardware = false;
     if (context)
         run("weft_separable", filter_plane);
     run("weft_resident", slice_resident);

@@ -1287,7 +1287,15 @@ static void contexts(void)
 {
     weft_context *context = NULL;
     struct weft_context_params good = {.log = &logger};
+    weft_context_making *making = NULL;
     BAD_ENUM(good, kind, weft_context_create(&p, &context));
+    BAD_ENUM(good, kind, weft_context_begin(&p, &making));
+    assert_int_equal(weft_context_begin(&good, &making), WEFT_OK);
+    weft_context_abandon(&making);
+    weft_context_abandon(&making);
+    weft_context_abandon(NULL);
+    assert_int_equal(weft_context_begin(&good, &making), WEFT_OK);
+    weft_context_await(&making, &context); // where none is to be had it stays NULL
     weft_context_destroy(&context);
     weft_context_destroy(NULL);
 }
@@ -1646,6 +1654,26 @@ static void resample_choices(void)
 #undef CALL
     SURVIVED(weft_resample_choose(&good, &choice));
     weft_resample_choice_clear(&choice);
+    struct weft_resample_engine_params engines = {
+        .plan = {.size = {3, 2}, .width = 4, .height = 4, .log = &logger},
+        .sources = sources,
+        .max_error = &max_error,
+        .source_count = 1,
+        .log = &logger};
+#define CALL (weft_resample_choice_clear(&choice), weft_resample_choose_engine(&p, &choice))
+    SET_REFUSED(engines, sources, NULL, CALL);
+    SET_REFUSED(engines, source_count, 0, CALL);
+    const double below = -1.0;
+    SET_REFUSED(engines, max_error, &below, CALL);
+    SET_REFUSED(engines, max_error, &nan, CALL);
+    SET_REFUSED(engines, engines, 99, CALL);
+    SET_REFUSED(engines, threads, -1, CALL);
+    SET_REFUSED(engines, plan.width, 0, CALL);
+    SET_REFUSED(engines, plan.passes, (const weft_pass_plan *)&none, CALL);
+#undef CALL
+    SURVIVED(weft_resample_choose_engine(&engines, &choice));
+    TRUE(choice.separable != NULL);
+    weft_resample_choice_clear(&choice);
     weft_resample_source_destroy(&source);
 }
 
@@ -1751,6 +1779,56 @@ static void slice_runs(void)
     weft_pass_plan_destroy(&deep);
     weft_slice_plan_destroy(&slice);
     weft_volume_destroy(&v);
+    weft_context_destroy(&context);
+}
+
+// A cut along an axis, with and without what it saves there.
+static void hardware_plans(void)
+{
+    weft_volume *v = volume();
+    weft_slice_plan *summed = NULL, *slice = NULL;
+    weft_hardware_plan *plan = NULL;
+    struct weft_slice_params params = slice_params(v);
+    TRUE(weft_slice_plan_create(v, &params, &summed) == WEFT_OK);
+    params.without = WEFT_SAVING_AXIS | WEFT_SAVING_SEPARABLE;
+    TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
+    struct weft_hardware_params good = {.slice = slice, .log = &logger};
+    TRUE(weft_hardware_plan_create(&good, &plan) == WEFT_OK);
+    TRUE(weft_hardware_plan_get_info(plan)->fetches_per_pixel == 27);
+    weft_hardware_plan_destroy(&plan);
+    good.sampler = weft_sampler_assume(WEFT_SOURCE_FLOAT);
+#define CALL weft_hardware_plan_create(&p, &plan)
+    SET_REFUSED(good, slice, NULL, CALL);
+    SET_REFUSED(good, slice, summed, CALL);
+    SET_REFUSED(good, memory_bytes, 1, CALL);
+    SET_REFUSED(good, sampler.max_size, 1024, CALL);
+    SET_REFUSED(good, sampler.max_size, -1, CALL);
+    SET_REFUSED(good, sampler.fraction, NAN, CALL);
+    SET_REFUSED(good, sampler.fraction, 0.75, CALL);
+    SET_REFUSED(good, sampler.rounding, -1.0, CALL);
+    SET_REFUSED(good, sampler.rounding, INFINITY, CALL);
+#undef CALL
+    TRUE(plan == NULL);
+    weft_hardware_plan_destroy(&plan);
+    weft_hardware_plan_destroy(NULL);
+    weft_slice_plan_destroy(&slice);
+    weft_slice_plan_destroy(&summed);
+    weft_volume_destroy(&v);
+}
+
+static void samplers(void)
+{
+    weft_context *context = NULL;
+    struct weft_sampler sampler;
+    if (weft_context_create(weft_context_params(.log = &logger), &context) != WEFT_OK)
+        exit(SKIPPED);
+    lines = 0;
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        const enum weft_source_format bad = (enum weft_source_format)bad_enums[i];
+        REFUSED(weft_sampler_measure(context, bad, &sampler));
+        TRUE(weft_sampler_assume(bad).max_size == 0);
+    }
+    SURVIVED(weft_sampler_measure(context, WEFT_SOURCE_FLOAT, &sampler));
     weft_context_destroy(&context);
 }
 
@@ -1870,7 +1948,9 @@ static const struct {
     {choices, {F(choose), F(choice_clear)}},
     {costs,
      {F(cost_of), F(cost_format), F(pass_work_least), F(pass_bound_least), F(separable_work_of)}},
-    {contexts, {F(context_create), F(context_destroy)}},
+    {contexts,
+     {F(context_create), F(context_destroy), F(context_begin), F(context_await),
+      F(context_abandon)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
     {separable,
@@ -1888,8 +1968,11 @@ static const struct {
       F(resample_bound), F(resample_e1), F(resample_work_add)}},
     {resample_integers,
      {F(resample_moves), F(resample_integer_range), F(resample_move), F(resample_move_verify)}},
-    {resample_choices, {F(resample_choose), F(resample_choice_clear)}},
+    {resample_choices, {F(resample_choose), F(resample_choose_engine), F(resample_choice_clear)}},
     {pixel_errors, {F(pixels_verify), F(verify_add)}},
+    {hardware_plans,
+     {F(hardware_plan_create), F(hardware_plan_destroy), F(hardware_plan_get_info)}},
+    {samplers, {F(sampler_assume), F(sampler_measure)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
       F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},

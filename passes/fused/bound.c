@@ -26,8 +26,9 @@ static double unit_of(const struct weft_slice_plan *plan)
 }
 
 // Of one axis: the sum over taps of the error of each weight, in units of the largest |voxel|.
-static double weight_error(const struct weft_slice_plan *plan, double slope)
+double weft_slice_weight_bound(const struct weft_slice_plan *plan)
 {
+    const double slope = weft_footprint_kernel(plan->footprint)->slope;
     // A fraction times a number of segments that is no power of two is rounded; in single precision
     // the fraction is before, to 24 bits.
     const int segments = plan->weights->tiles.segments;
@@ -54,7 +55,7 @@ static int convolved_axes(const struct weft_slice_plan *plan)
 static double relative_bound(const struct weft_slice_plan *plan, double gain)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
-    double weights = weight_error(plan, weft_footprint_kernel(plan->footprint)->slope);
+    double weights = weft_slice_weight_bound(plan);
     int axes = convolved_axes(plan);
     // A product and the additions after it, on each level; the first one is to 0. The CPU engine
     // has no more: see passes/fused/lines/lines.h.

@@ -43,6 +43,21 @@ bool weft_slice_replace_unfit(const struct weft_slice_plan *plan, float *voxels,
     return any;
 }
 
+enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
+                                        const struct weft_progress *progress)
+{
+    const enum weft_source_format source = plan->info.source;
+    struct weft_slice_statistics statistics;
+    if (source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
+        return WEFT_OK;
+    const enum weft_result res = weft_footprint_statistics(plan->footprint, progress, &statistics);
+    if (res != WEFT_OK || statistics.not_finite == 0)
+        return res;
+    weft_error(plan->log, "the volume holds NaN or infinity, which a source of format %s does not",
+               weft_source_format_name(source));
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 // ---- cells --------------------------------------------------------------------------------------
 
 static void load_box(struct painter *p, int64_t number)
@@ -237,21 +252,14 @@ static bool paint_run(void *priv, const struct weft_span *run)
     return true;
 }
 
-enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int tile,
-                                        uint64_t other_bytes, float *pixels, int64_t stride,
-                                        const struct weft_progress *progress, double fraction,
-                                        uint64_t *count)
+enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
+                                             const struct weft_slice_tile *tile,
+                                             const weft_brick_store *store, float *pixels,
+                                             int64_t stride, const struct weft_progress *progress,
+                                             double fraction, uint64_t *count)
 {
-    const struct weft_slice_tile *t = &plan->tiles[tile];
-    const struct weft_cell_map *bricks;
-    const weft_brick_store *store = NULL;
-    enum weft_result res = weft_slice_tile_bricks(plan, tile, &bricks);
-    if (res == WEFT_OK)
-        res = weft_footprint_load(plan->footprint, bricks, other_bytes, &store);
-    if (res != WEFT_OK)
-        return res;
     struct painter *p = malloc(sizeof *p);
-    res = WEFT_ERR_MEMORY;
+    enum weft_result res = WEFT_ERR_MEMORY;
     if (!p)
         goto fail;
     *p = (struct painter){.plan = plan,
@@ -263,7 +271,8 @@ enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int 
                           .boxed = WEFT_CELL_NONE,
                           .block_x = -1,
                           .row = -1};
-    weft_slice_grid_walk(&plan->footprint->grid, t->x, t->y, t->width, t->height, paint_run, p);
+    weft_slice_grid_walk(&plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
+                         paint_run, p);
     res = p->result;
     *count += p->count;
     weft_cell_map_destroy(&p->map);
@@ -273,4 +282,19 @@ fail:
     if (res == WEFT_ERR_MEMORY)
         weft_error(plan->log, "not enough memory for the pixels near voxels that are not finite");
     return res;
+}
+
+enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int tile,
+                                        uint64_t other_bytes, float *pixels, int64_t stride,
+                                        const struct weft_progress *progress, double fraction,
+                                        uint64_t *count)
+{
+    const struct weft_cell_map *bricks;
+    const weft_brick_store *store = NULL;
+    enum weft_result res = weft_slice_tile_bricks(plan, tile, &bricks);
+    if (res == WEFT_OK)
+        res = weft_footprint_load(plan->footprint, bricks, other_bytes, &store);
+    return res == WEFT_OK ? weft_slice_exact_paint_from(plan, &plan->tiles[tile], store, pixels,
+                                                        stride, progress, fraction, count)
+                          : res;
 }

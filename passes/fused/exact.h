@@ -19,6 +19,12 @@ static inline bool weft_slice_unfit(const struct weft_slice_plan *plan, float vo
 // Puts 0 in the place of unfit voxels; false where there were none.
 bool weft_slice_replace_unfit(const struct weft_slice_plan *plan, float *voxels, size_t count);
 
+// Where there were some: sources of fixed point, which hold a range, have nothing for what is not
+// finite, unless no tap reaches it. Returns WEFT_ERR_UNSUPPORTED, and what
+// weft_footprint_statistics does.
+enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
+                                        const struct weft_progress *progress);
+
 // Repaints those pixels of a plan's tile that have an unfit voxel in reach and adds their number to
 // *count. Voxels are read anew where the footprint has not kept them, in what other_bytes leave
 // (weft_footprint_load). pixels: of the whole slice, `stride` floats from row to row. `fraction` is
@@ -27,5 +33,13 @@ enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int 
                                         uint64_t other_bytes, float *pixels, int64_t stride,
                                         const struct weft_progress *progress, double fraction,
                                         uint64_t *count);
+
+// The same for a rectangle of the slice's pixels, whose voxels `store` has as they are. Returns
+// WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
+enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
+                                             const struct weft_slice_tile *tile,
+                                             const weft_brick_store *store, float *pixels,
+                                             int64_t stride, const struct weft_progress *progress,
+                                             double fraction, uint64_t *count);
 
 #endif

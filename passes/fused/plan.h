@@ -64,6 +64,10 @@ struct weft_slice_plan {
 // floats; smooth_error as in the params.
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 
+// Of one axis, the sum over its taps of what each weight is off by, as shaders compute them from
+// the tiles at the grid's positions.
+double weft_slice_weight_bound(const struct weft_slice_plan *plan);
+
 // What positions rounded to fixed point add to a result's error, in units of the largest |value
 // read|.
 double weft_slice_position_bound(const struct weft_slice_plan *plan);

@@ -228,23 +228,6 @@ static void write_constants(struct weft_fused *r)
     }
 }
 
-// Sources of fixed point, which hold a range, have nothing for what is not finite. Blocks may hold
-// voxels that no tap reaches.
-static enum weft_result check_source(const struct weft_fused *r)
-{
-    const enum weft_source_format source = r->plan->info.source;
-    struct weft_slice_statistics statistics;
-    if (!r->cells.any_unfit || source == WEFT_SOURCE_FLOAT || source == WEFT_SOURCE_HALF)
-        return WEFT_OK;
-    const enum weft_result res =
-        weft_footprint_statistics(r->plan->footprint, r->progress, &statistics);
-    if (res != WEFT_OK || statistics.not_finite == 0)
-        return res;
-    weft_error(r->log, "the volume holds NaN or infinity, which a source of format %s does not",
-               weft_source_format_name(source));
-    return WEFT_ERR_UNSUPPORTED;
-}
-
 // The table of the tile's pixels, and the values of its constant cells.
 static enum weft_result load_entries(struct weft_fused *r, int index)
 {
@@ -324,7 +307,8 @@ static enum weft_result load_tile(struct weft_fused *r, int index)
         res = load_entries(r, index);
     const uint64_t bytes = r->own_bytes + r->plan->footprint->info.kept_bytes;
     r->report.peak_bytes = bytes > r->report.peak_bytes ? bytes : r->report.peak_bytes;
-    return res == WEFT_OK ? check_source(r) : res;
+    return res == WEFT_OK && r->cells.any_unfit ? weft_slice_exact_check(r->plan, r->progress)
+                                                : res;
 }
 
 // ---- passes -------------------------------------------------------------------------------------

@@ -43,6 +43,23 @@ typedef struct weft_context weft_context;
 // WEFT_ERR_CONTEXT when none of the allowed kinds works; the log says why for each tried.
 WEFT_API enum weft_result weft_context_create(const struct weft_context_params *params,
                                               weft_context **out);
+
+// A context in the making. Loading a software renderer takes tens of milliseconds of processor time
+// in which a volume can be opened, planned and read. Thread-safety: one thread at a time.
+typedef struct weft_context_making weft_context_making;
+
+// Begins to create a context in a thread of its own, which blocks all signals; where a child process
+// has to try first, it is created when it is awaited. params->log is borrowed likewise, and is
+// called by weft_context_await only. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kind) or
+// WEFT_ERR_MEMORY.
+WEFT_API enum weft_result weft_context_begin(const struct weft_context_params *params,
+                                             weft_context_making **out);
+// Waits for what was begun, and leaves NULL behind. Messages and results are those of
+// weft_context_create.
+WEFT_API enum weft_result weft_context_await(weft_context_making **making, weft_context **out);
+// Waits, too, and destroys the context. Accepts &NULL, leaves NULL behind.
+WEFT_API void weft_context_abandon(weft_context_making **making);
+
 // Ends what was linked and created in it, too: compiled plans are destroyed before. Accepts &NULL,
 // leaves NULL behind.
 WEFT_API void weft_context_destroy(weft_context **context);

@@ -5,6 +5,7 @@
 
 #include "passes/gl/context.h"
 #include "passes/gl/gl.h"
+#include "passes/gl/sampler.h"
 
 // A library that is opened while the program runs, and the functions wanted of it; both lists are
 // NULL-ended.
@@ -70,7 +71,8 @@ struct weft_context {
     struct weft_osmesa_current callers_osmesa;
     struct weft_cached_program *programs;
     size_t program_count, next_program;
-    int programs_linked; // so far
+    int programs_linked;                               // so far
+    struct weft_sampler samplers[WEFT_SOURCE_FORMATS]; // measured so far; {0}: not yet
     const struct weft_log *log;
 };
 

@@ -237,6 +237,7 @@ enum weft_result weft_resample_choose(const struct weft_resample_choose_params *
 void weft_resample_choice_clear(struct weft_resample_choice *choice)
 {
     weft_pass_plan_destroy(&choice->plan);
+    weft_resample_plan_destroy(&choice->separable);
     free(choice->candidates);
     *choice = (struct weft_resample_choice){.chosen = -1, .best = -1};
 }

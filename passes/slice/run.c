@@ -4,6 +4,7 @@
 #include "filter/statistics.h"
 #include "passes/fused/cpu.h"
 #include "passes/fused/run.h"
+#include "passes/hardware/run.h"
 #include "passes/slice/slice_impl.h"
 
 // One of the engines.
@@ -14,14 +15,18 @@ struct weft_slice {
     struct weft_cpu cpu; // of plans for the CPU engine
     weft_fused *fused;
     weft_fused_cpu *fused_cpu;
+    weft_hardware *hardware;
     weft_slice_separable *separable;
     weft_slice_multipass *multipass;
 };
 
-static enum weft_result compile_engine(weft_slice *slice, const struct weft_slice_passes *passes)
+static enum weft_result compile_engine(weft_slice *slice, const struct weft_slice_compile_params *p)
 {
-    if (passes)
-        return weft_slice_multipass_compile(slice->context, slice->plan, passes, &slice->multipass);
+    if (p->passes)
+        return weft_slice_multipass_compile(slice->context, slice->plan, p->passes,
+                                            &slice->multipass);
+    if (p->hardware)
+        return weft_hardware_compile(slice->context, p->hardware, &slice->hardware);
     if (slice->plan->axes.separable)
         return weft_slice_separable_compile(slice->context, &slice->cpu, slice->plan,
                                             &slice->separable);
@@ -38,6 +43,7 @@ static enum weft_result check_engine(const struct weft_log *log, const weft_slic
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, p->context || p->passes || plan->info.engine == WEFT_ENGINE_CPU);
     weft_require(log, !p->context || plan->info.engine == WEFT_ENGINE_GL);
+    weft_require(log, !p->hardware || (p->context && !p->passes && p->hardware->slice == plan));
     res = weft_cpu_resolve(log, &p->cpu, cpu);
 fail:
     return res;
@@ -66,7 +72,7 @@ enum weft_result weft_slice_compile(const weft_slice_plan *plan,
     slice->log = log;
     slice->context = params->context;
     slice->cpu = cpu;
-    res = compile_engine(slice, passes);
+    res = compile_engine(slice, params);
     if (res == WEFT_OK)
         *out = slice;
     else
@@ -81,19 +87,23 @@ void weft_slice_destroy(weft_slice **slice)
         return;
     weft_fused_destroy(&(*slice)->fused);
     weft_fused_cpu_destroy(&(*slice)->fused_cpu);
+    weft_hardware_destroy(&(*slice)->hardware);
     weft_slice_separable_destroy(&(*slice)->separable);
     weft_slice_multipass_destroy(&(*slice)->multipass);
     free(*slice);
     *slice = NULL;
 }
 
+// Of the fused pass, or of hardware filtering.
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
                                   struct weft_slice_report *out)
 {
     struct weft_fused_report r;
     const enum weft_result res =
         slice->fused ? weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r)
-                     : weft_fused_cpu_run(slice->fused_cpu, p->pixels, p->stride, p->progress, &r);
+        : slice->hardware
+            ? weft_hardware_run(slice->hardware, p->pixels, p->stride, p->progress, &r)
+            : weft_fused_cpu_run(slice->fused_cpu, p->pixels, p->stride, p->progress, &r);
     *out = (struct weft_slice_report){
         .read_seconds = r.read_seconds,
         .layout_seconds = r.layout_seconds,
@@ -116,7 +126,7 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
 {
     if (slice->multipass)
         return weft_slice_multipass_run(slice->multipass, p, out);
-    if (slice->fused || slice->fused_cpu)
+    if (slice->fused || slice->fused_cpu || slice->hardware)
         return run_fused(slice, p, out);
     return weft_slice_separable_run(slice->separable, p, out);
 }

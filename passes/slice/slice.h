@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/slice/slice.h - planar cuts through volumes: planned (passes/fused/fused.h), compiled for
-// a context or the CPU, and run, in one pass, one axis after the other, or in the passes of a plan
-// of its own. What a plan of passes makes of a cut lies where the others have it, at the same
-// fixed-point positions (off by at most 2.4e-10 voxels): the cut is run in rectangles, of which
-// each has the voxels in reach in a dense box; the range of the voxels is fixed before the first,
-// and positions are exact in every box, so that pixels are the same in every bit however the cut is
-// cut.
+// a context or the CPU, and run, in one pass, one axis after the other, by the texture sampler
+// (passes/hardware/hardware.h), or in the passes of a plan of its own. What a plan of passes makes
+// of a cut lies where the others have it, at the same fixed-point positions (off by at most 2.4e-10
+// voxels): the cut is run in rectangles, of which each has the voxels in reach in a dense box; the
+// range of the voxels is fixed before the first, and positions are exact in every box, so that
+// pixels are the same in every bit however the cut is cut.
 #ifndef WEFT_PASSES_SLICE_SLICE_H
 #define WEFT_PASSES_SLICE_SLICE_H
 
 #include "../cpu/cpu.h"
 #include "../fused/fused.h"
 #include "../gl/context.h"
+#include "../hardware/hardware.h"
 #include "../plan/plan.h"
 
 WEFT_BEGIN_DECLS
@@ -35,12 +36,14 @@ struct weft_slice_passes {
 #define weft_slice_passes(...) (&(struct weft_slice_passes){__VA_ARGS__})
 
 // Where a plan runs, and what in the place of its one pass. Borrowed until the call returns, but
-// for the context and the plan of passes.
+// for the context, the plan of passes and that of hardware filtering.
 struct weft_slice_compile_params {
     weft_context *context; // of plans for OpenGL (required), which must outlive the result; of
                            // plans of passes default the CPU, which runs them in the same integers
     struct weft_cpu cpu;   // how plans for the CPU engine run (default: as fast as it can)
     const struct weft_slice_passes *passes; // default NULL: as the slice is planned
+    const weft_hardware_plan *hardware;     // made of the same slice's plan (default NULL: as the
+                                            // slice is planned); not with passes
 };
 #define WEFT_SLICE_COMPILE_DEFAULTS
 #define weft_slice_compile_params(...)                                                             \
@@ -48,11 +51,14 @@ struct weft_slice_compile_params {
 
 // Makes programs, buffers, targets and kernel tiles for a plan, which is borrowed while the result
 // lives. Passes are cut into rectangles here, before anything is made or read.
-// Returns WEFT_ERR_ARGUMENT (no plan, or one of passes that is not for this slice; a context for a
-// plan of the CPU engine, or none for one of OpenGL; a range without width; threads, instructions),
+// Returns WEFT_ERR_ARGUMENT (no plan, or one of passes or hardware filtering that is not for this
+// slice; a context for a plan of the CPU engine, or none for one of OpenGL; a range without width;
+// threads, instructions),
 // WEFT_ERR_UNSUPPORTED (instructions that do not run here), WEFT_ERR_LIMIT (tiles beyond what the
-// context holds: plan with its limits; or what the smallest rectangle of passes needs and the limit
-// are in the log), WEFT_ERR_MEMORY, WEFT_ERR_GL, and what weft_multipass_compile returns.
+// context holds: plan with its limits; a sampler that is worse than the plan's: plan with what
+// weft_sampler_measure gives; or what the smallest rectangle of passes needs and the limit are in
+// the log), WEFT_ERR_MEMORY, WEFT_ERR_GL, and what weft_multipass_compile and weft_sampler_measure
+// return.
 WEFT_API enum weft_result weft_slice_compile(const weft_slice_plan *plan,
                                              const struct weft_slice_compile_params *params,
                                              weft_slice **out);

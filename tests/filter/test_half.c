@@ -7,6 +7,7 @@
 #include <cmocka.h>
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "filter/half.h"
 
@@ -56,11 +57,54 @@ static void test_between_halves(void **state)
     assert_int_equal(weft_half_from_float(-FLT_MIN), 0x8000);
 }
 
+// Every kind of float: exponents around the halves' and fractions of all lengths, in lines of all
+// lengths, with the same losses as one by one.
+static void test_lines(void **state)
+{
+    (void)state;
+    enum { COUNT = 77 };
+    uint32_t seed = 1;
+    uint64_t overflows = 0, denormals = 0, infinite = 0, nans = 0;
+    for (int round = 0; round < 20000; round++) {
+        float values[COUNT];
+        uint16_t out[COUNT];
+        struct weft_half_losses losses = {0}, wanted = {0};
+        const size_t count = (size_t)round % (COUNT + 1);
+        for (size_t i = 0; i < count; i++) {
+            seed = seed * 1664525u + 1013904223u;
+            const uint32_t kind = seed >> 28, any = seed >> 8 & 255;
+            const uint32_t exponent = kind == 0 ? 255 : kind == 1 ? any : 95 + any % 52;
+            seed = seed * 1664525u + 1013904223u;
+            const uint32_t bits = (seed & 0x80000000) | exponent << 23 |
+                                  (seed & (UINT32_C(0x7fffff) << seed % 24) & 0x7fffff);
+            memcpy(&values[i], &bits, sizeof bits);
+        }
+        weft_half_from_floats(values, count, out, &losses);
+        for (size_t i = 0; i < count; i++) {
+            const uint16_t half = weft_half_from_float(values[i]);
+            const double stored = value_of(half);
+            assert_int_equal(out[i], half);
+            nans += isnan(stored) != 0;
+            infinite += isinf(values[i]) != 0;
+            denormals += (half & 0x7fff) > 0 && (half & 0x7fff) < 0x400;
+            if (isfinite(stored))
+                wanted.rounding = fmax(wanted.rounding, fabs(stored - (double)values[i]));
+            else
+                wanted.overflows += isfinite(values[i]) != 0;
+        }
+        overflows += losses.overflows;
+        assert_int_equal(losses.overflows, wanted.overflows);
+        assert_true(losses.rounding == wanted.rounding);
+    }
+    assert_true(overflows > 1000 && denormals > 1000 && infinite > 100 && nans > 100);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_half),
         cmocka_unit_test(test_between_halves),
+        cmocka_unit_test(test_lines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -24,5 +24,12 @@ bool exr_peer_write(const char *path, const struct weft_image *parts, size_t cou
 // The values that the library reads from a channel, as floats, in a buffer to be freed; NULL: why.
 float *exr_peer_values(const char *path, const char *channel, char *why, size_t size);
 
+// Seconds that the library takes to write an image as lines, and to read the first part of a file,
+// with so many threads in its pool (0: on the caller's alone); values are in memory as they are in
+// the file. < 0: `why` says what it said.
+double exr_peer_write_seconds(const char *path, const struct weft_image *image, int threads,
+                              char *why, size_t size);
+double exr_peer_read_seconds(const char *path, int threads, char *why, size_t size);
+
 WEFT_END_DECLS
 #endif

@@ -88,11 +88,15 @@ WEFT_API const struct weft_image_attribute *weft_image_find(const struct weft_im
 WEFT_API size_t weft_image_attribute_format(const struct weft_image_attribute *attribute,
                                             char *text, size_t size);
 
+// Threads that decode or pack one image at once.
+enum { WEFT_IMAGE_MAX_THREADS = 1024 };
+
 // Which part of which file. weft_image_list_load uses path, limits and log alone.
 struct weft_image_load_params {
     const char *path;           // required
     int part;                   // from 0 (default 0, the first)
     bool info_only;             // header only: planes stay NULL (default: values, too)
+    int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     struct weft_limits limits;  // of the reader process (default: its own, see limits.h)
     const struct weft_log *log; // may be NULL
 };
@@ -121,13 +125,14 @@ WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_para
                                                struct weft_image_list *out);
 WEFT_API void weft_image_list_clear(struct weft_image_list *list);
 
-// Where and how images are written.
+// Where and how images are written. The same bytes whatever the number of threads.
 struct weft_image_save_params {
     const char *path; // required
     bool no_clobber;  // an existing file is an error (default: it is replaced)
     // The finished file is read back by the reader, and every value, window and attribute compared,
-    // before it is put in place. PIZ is so always.
+    // before it is put in place.
     bool verify;
+    int threads; // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     // Of writing: 1 is told before the file is read back and put in place.
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;           // may be NULL

@@ -6,15 +6,18 @@
 
 #include <libdeflate.h>
 
-// SLACK: libdeflate gives up some bytes before the end of its room.
-enum { LEVEL = 4, SLACK = 64, SHORTEST_RUN = 3, LONGEST_RUN = 127 };
+// LEVEL: of a photo's halves, a slice's floats and a photo's floats level 1 packs 139, 107 and 93
+// MB/s, level 4 79, 71 and 70, into 0.362, 0.762 and 0.771 of their size against 0.359, 0.760 and
+// 0.743.
+enum { LEVEL = 1, SHORTEST_RUN = 3, LONGEST_RUN = 127 };
 
 struct weft_chunk_packer {
     enum weft_image_compression compression;
-    size_t capacity;
-    unsigned char *split, *packed, *unpacked;
+    size_t line_bytes;
+    unsigned char *split, *unpacked;
     struct libdeflate_compressor *compressor;
     struct libdeflate_decompressor *decompressor;
+    weft_piz *piz;
 };
 
 int weft_chunk_lines(enum weft_image_compression compression)
@@ -31,28 +34,31 @@ void weft_chunk_packer_destroy(weft_chunk_packer **packer)
         libdeflate_free_compressor(p->compressor);
     if (p->decompressor)
         libdeflate_free_decompressor(p->decompressor);
+    weft_piz_destroy(&p->piz);
     free(p->split);
-    free(p->packed);
     free(p->unpacked);
     free(p);
     *packer = NULL;
 }
 
-enum weft_result weft_chunk_packer_create(enum weft_image_compression compression, size_t capacity,
+enum weft_result weft_chunk_packer_create(enum weft_image_compression compression,
+                                          const struct weft_chunk_shape *shape,
                                           weft_chunk_packer **out)
 {
+    const size_t line_bytes = weft_chunk_line_bytes(shape);
+    const size_t capacity = line_bytes * (size_t)shape->lines;
     weft_chunk_packer *p = *out = calloc(1, sizeof *p);
     if (!p)
         return WEFT_ERR_MEMORY;
     p->compression = compression;
-    p->capacity = capacity;
+    p->line_bytes = line_bytes;
     bool whole = true;
-    if (compression != WEFT_IMAGE_NONE) {
-        p->split = malloc(capacity);
-        p->packed = malloc(capacity + SLACK);
-        p->unpacked = malloc(capacity);
-        whole = p->split && p->packed && p->unpacked;
-    }
+    if (compression != WEFT_IMAGE_NONE)
+        whole = (p->unpacked = malloc(capacity)) != NULL;
+    if (compression == WEFT_IMAGE_PIZ)
+        whole = whole && weft_piz_create(shape, &p->piz) == WEFT_OK;
+    else if (compression != WEFT_IMAGE_NONE)
+        whole = whole && (p->split = malloc(capacity)) != NULL;
     if (compression == WEFT_IMAGE_ZIP || compression == WEFT_IMAGE_ZIPS) {
         p->compressor = libdeflate_alloc_compressor(LEVEL);
         p->decompressor = libdeflate_alloc_decompressor();
@@ -65,29 +71,22 @@ enum weft_result weft_chunk_packer_create(enum weft_image_compression compressio
 
 // ---- what ZIP and RLE do before and after -------------------------------------------------------
 
-// Bytes of even index first, then each as its difference to the one before, plus 128.
+// Bytes of even index first, then each as its difference to the one before, plus 128. Here each
+// comes from two bytes of the lines, so that many are made at once.
 static void split(const unsigned char *raw, size_t size, unsigned char *out)
 {
-    const size_t half = (size + 1) / 2;
-    for (size_t i = 0; i < size; i++)
-        out[(i & 1 ? half : 0) + i / 2] = raw[i];
-    unsigned char before = size ? out[0] : 0;
-    for (size_t i = 1; i < size; i++) {
-        const unsigned char value = out[i];
-        out[i] = (unsigned char)(value - before + 128);
-        before = value;
+    const size_t half = (size + 1) / 2, pairs = size / 2;
+    unsigned char *restrict even = out, *restrict odd = out + half;
+    if (size)
+        even[0] = raw[0];
+    if (size > 1)
+        odd[0] = (unsigned char)(raw[1] - raw[2 * half - 2] + 128);
+    for (size_t i = 1; i < pairs; i++) {
+        even[i] = (unsigned char)(raw[2 * i] - raw[2 * i - 2] + 128);
+        odd[i] = (unsigned char)(raw[2 * i + 1] - raw[2 * i - 1] + 128);
     }
-}
-
-static bool joins_to(unsigned char *split, size_t size, const unsigned char *raw)
-{
-    const size_t half = (size + 1) / 2;
-    for (size_t i = 1; i < size; i++)
-        split[i] = (unsigned char)(split[i - 1] + split[i] - 128);
-    for (size_t i = 0; i < size; i++)
-        if (split[(i & 1 ? half : 0) + i / 2] != raw[i])
-            return false;
-    return true;
+    if (size & 1 && size > 1)
+        even[half - 1] = (unsigned char)(raw[size - 1] - raw[size - 3] + 128);
 }
 
 // ---- RLE ----------------------------------------------------------------------------------------
@@ -139,40 +138,51 @@ static bool unpack_runs(const unsigned char *packed, size_t size, unsigned char 
     return done == room;
 }
 
-// ---- both ---------------------------------------------------------------------------------------
+// ---- all ----------------------------------------------------------------------------------------
 
-static size_t shorten(weft_chunk_packer *p, const void *raw, size_t size)
+// Returns the bytes in room; 0 where they do not fit there.
+static size_t shorten(weft_chunk_packer *p, const void *raw, int lines, unsigned char *room)
 {
+    const size_t size = p->line_bytes * (size_t)lines;
+    if (p->compression == WEFT_IMAGE_PIZ)
+        return weft_piz_pack(p->piz, raw, lines, room);
     split(raw, size, p->split);
     if (p->compression == WEFT_IMAGE_RLE)
-        return pack_runs(p->split, size, p->packed);
-    return libdeflate_zlib_compress(p->compressor, p->split, size, p->packed, size + SLACK);
+        return pack_runs(p->split, size, room);
+    return libdeflate_zlib_compress(p->compressor, p->split, size, room, size + WEFT_CHUNK_SLACK);
 }
 
-static bool lengthen(weft_chunk_packer *p, size_t packed, size_t size)
+// Split bytes are those of the same lines where they begin alike and all differences are the same:
+// what is unpacked is compared with what was split, which was made of the lines in one step.
+static bool unpacks(weft_chunk_packer *p, const unsigned char *packed, size_t packed_size,
+                    const void *raw, int lines)
 {
+    const size_t size = p->line_bytes * (size_t)lines;
     size_t got = 0;
+    if (p->compression == WEFT_IMAGE_PIZ)
+        return weft_piz_unpack(p->piz, packed, packed_size, lines, p->unpacked) &&
+               !memcmp(p->unpacked, raw, size);
     if (p->compression == WEFT_IMAGE_RLE)
-        return unpack_runs(p->packed, packed, p->unpacked, size);
-    return libdeflate_zlib_decompress(p->decompressor, p->packed, packed, p->unpacked, size,
+        return unpack_runs(packed, packed_size, p->unpacked, size) &&
+               !memcmp(p->unpacked, p->split, size);
+    return libdeflate_zlib_decompress(p->decompressor, packed, packed_size, p->unpacked, size,
                                       &got) == LIBDEFLATE_SUCCESS &&
-           got == size;
+           got == size && !memcmp(p->unpacked, p->split, size);
 }
 
-enum weft_result weft_chunk_pack(weft_chunk_packer *p, const void *raw, size_t size,
-                                 struct weft_chunk *out)
+enum weft_result weft_chunk_pack(weft_chunk_packer *p, const void *raw, int lines,
+                                 unsigned char *room, struct weft_chunk *out)
 {
+    const size_t size = p->line_bytes * (size_t)lines;
     *out = (struct weft_chunk){.data = raw, .size = size};
     if (p->compression == WEFT_IMAGE_NONE)
         return WEFT_OK;
-    if (size > p->capacity)
-        return WEFT_ERR_WRITE;
-    out->shortest = shorten(p, raw, size);
+    out->shortest = shorten(p, raw, lines, room);
     if (!out->shortest || out->shortest >= size)
         return WEFT_OK;
-    if (!lengthen(p, out->shortest, size) || !joins_to(p->unpacked, size, raw))
+    if (!unpacks(p, room, out->shortest, raw, lines))
         return WEFT_ERR_WRITE;
-    out->data = p->packed;
+    out->data = room;
     out->size = out->shortest;
     out->packed = true;
     return WEFT_OK;

@@ -6,27 +6,31 @@
 #define WEFT_TILES_IMAGE_IMAGE_CHUNK_H
 
 #include "tiles/image/image.h"
+#include "tiles/image/image_piz.h"
 
 WEFT_BEGIN_DECLS
 
 typedef struct weft_chunk_packer weft_chunk_packer; // Thread-safety: one thread at a time.
 
-// For blocks of up to `capacity` bytes, none, RLE, ZIPS or ZIP (OpenEXRCore packs PIZ). Returns
-// WEFT_ERR_MEMORY, without a log line.
-enum weft_result weft_chunk_packer_create(enum weft_image_compression compression, size_t capacity,
+// For blocks of a shape, which is borrowed as long as it lives, and any compression that weft
+// writes. Returns WEFT_ERR_MEMORY, without a log line.
+enum weft_result weft_chunk_packer_create(enum weft_image_compression compression,
+                                          const struct weft_chunk_shape *shape,
                                           weft_chunk_packer **out);
 void weft_chunk_packer_destroy(weft_chunk_packer **packer);
 
 struct weft_chunk {
-    const void *data; // to be stored; valid until the next call, may be the raw lines
+    const void *data; // to be stored: packed, or the raw lines
     size_t size;      // at most that of the raw lines
     bool packed;      // shorter than the raw lines; otherwise the same bytes
     size_t shortest;  // what packing alone would have made of it; 0: far more than the raw lines
 };
 
-// Packs, unpacks again and compares. Returns WEFT_ERR_WRITE where they differ.
-enum weft_result weft_chunk_pack(weft_chunk_packer *packer, const void *raw, size_t size,
-                                 struct weft_chunk *out);
+// Packs `lines` lines into `room`, of their bytes and WEFT_CHUNK_SLACK more, unpacks them again and
+// compares. Returns WEFT_ERR_WRITE where they differ.
+enum { WEFT_CHUNK_SLACK = WEFT_PIZ_SLACK };
+enum weft_result weft_chunk_pack(weft_chunk_packer *packer, const void *raw, int lines,
+                                 unsigned char *room, struct weft_chunk *out);
 
 // Lines of one chunk.
 int weft_chunk_lines(enum weft_image_compression compression);

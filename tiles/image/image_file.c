@@ -10,10 +10,13 @@
 #include <unistd.h>
 
 #include "filter/check.h"
+#include "filter/threads.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_wire.h"
 #include "tiles/process/client.h"
+
+enum { PIECE = 1 << 20 }; // bytes of a plane, copied by one thread
 
 static enum weft_result open_input(const struct weft_log *log, const char *path, int *out)
 {
@@ -175,38 +178,58 @@ static enum weft_result take_info(const struct weft_payload *payload, int part,
 
 // ---- the answer to IMAGE_PIXELS -----------------------------------------------------------------
 
-static enum weft_result take_plane(struct weft_image_channel *channel, const void *data,
-                                   size_t bytes)
+// Planes as they came, to be copied in pieces.
+struct copy {
+    struct weft_image *image;
+    const char *data;
+    size_t plane_bytes, pieces; // of each plane
+};
+
+static bool copy_piece(void *priv, int thread, size_t i)
 {
-    const size_t count = bytes / sizeof *channel->plane;
-    channel->plane = malloc(bytes);
-    if (!channel->plane)
-        return WEFT_ERR_MEMORY;
+    const struct copy *copy = priv;
+    struct weft_image_channel *channel = &copy->image->channels[i / copy->pieces];
+    const size_t from = i % copy->pieces * PIECE, left = copy->plane_bytes - from;
+    const size_t bytes = left < PIECE ? left : PIECE, first = from / sizeof *channel->plane;
+    const char *data = copy->data + i / copy->pieces * copy->plane_bytes + from;
+    (void)thread;
     if (channel->type != WEFT_PIXEL_UINT) {
-        memcpy(channel->plane, data, bytes);
-        return WEFT_OK;
+        memcpy(channel->plane + first, data, bytes);
+        return true;
     }
-    channel->integers = malloc(bytes);
-    if (!channel->integers)
-        return WEFT_ERR_MEMORY;
-    memcpy(channel->integers, data, bytes);
-    for (size_t i = 0; i < count; i++)
-        channel->plane[i] = (float)channel->integers[i];
-    return WEFT_OK;
+    memcpy(channel->integers + first, data, bytes);
+    for (size_t k = first; k < first + bytes / sizeof *channel->plane; k++)
+        channel->plane[k] = (float)channel->integers[k];
+    return true;
 }
 
-static enum weft_result take_pixels(const struct weft_payload *payload, struct weft_image *image)
+static bool make_planes(struct weft_image *image, size_t plane_bytes)
+{
+    for (size_t c = 0; c < image->channel_count; c++) {
+        struct weft_image_channel *channel = &image->channels[c];
+        const bool integers = channel->type == WEFT_PIXEL_UINT;
+        channel->plane = malloc(plane_bytes);
+        channel->integers = integers ? malloc(plane_bytes) : NULL;
+        if (!channel->plane || (integers && !channel->integers))
+            return false;
+    }
+    return true;
+}
+
+static enum weft_result take_pixels(const struct weft_payload *payload, int threads,
+                                    struct weft_image *image)
 {
     size_t plane_bytes, size;
-    enum weft_result res = WEFT_OK;
     if (!weft_size_mul((size_t)image->width, (size_t)image->height, &plane_bytes) ||
         !weft_size_mul(plane_bytes, sizeof(float), &plane_bytes) ||
         !weft_size_mul(plane_bytes, image->channel_count, &size) || size != payload->size)
         return WEFT_ERR_READER;
-    for (size_t c = 0; res == WEFT_OK && c < image->channel_count; c++)
-        res = take_plane(&image->channels[c], (const char *)payload->data + c * plane_bytes,
-                         plane_bytes);
-    return res;
+    if (!make_planes(image, plane_bytes))
+        return WEFT_ERR_MEMORY;
+    struct copy copy = {image, payload->data, plane_bytes, (plane_bytes - 1) / PIECE + 1};
+    const size_t pieces = copy.pieces * image->channel_count;
+    weft_threads_run(pieces > 1 ? threads : 1, pieces, copy_piece, &copy);
+    return WEFT_OK;
 }
 
 // ---- asking -------------------------------------------------------------------------------------
@@ -216,14 +239,16 @@ static enum weft_result ask(const struct weft_image_load_params *params, const c
                             weft_reader *reader, enum weft_wire_op op, int part,
                             struct weft_image *image)
 {
-    struct weft_wire_request request = {.op = op, .part = (uint32_t)part};
+    const int threads = params->threads ? params->threads : weft_threads_available();
+    struct weft_wire_request request = {
+        .op = op, .part = (uint32_t)part, .threads = (uint32_t)threads};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
     enum weft_result res = weft_reader_call(reader, &request, NULL, &answer, &payload);
     if (res != WEFT_OK)
         return res;
     res = op == WEFT_WIRE_IMAGE_INFO ? take_info(&payload, part, image)
-                                     : take_pixels(&payload, image);
+                                     : take_pixels(&payload, threads, image);
     if (res == WEFT_ERR_READER)
         weft_error(params->log, "%s: the answer of %s contradicts itself", params->path, program);
     else if (res == WEFT_ERR_MEMORY)
@@ -287,6 +312,7 @@ enum weft_result weft_image_load(const struct weft_image_load_params *params,
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
     weft_require(params->log, params->part >= 0);
+    weft_require(params->log, params->threads >= 0 && params->threads <= WEFT_IMAGE_MAX_THREADS);
 
     res = open_input(params->log, params->path, &fd);
     if (res == WEFT_OK)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/threads.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_write.h"
@@ -166,9 +167,11 @@ static enum weft_result check_shared(const struct weft_image *a, const struct we
 }
 
 static enum weft_result check_parts(const struct weft_image *parts, size_t count,
-                                    const struct weft_log *log)
+                                    const struct weft_image_save_params *params)
 {
+    const struct weft_log *log = params->log;
     enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, params->threads >= 0 && params->threads <= WEFT_IMAGE_MAX_THREADS);
     weft_require(log, parts != NULL);
     weft_require(log, count > 0 && count <= INT16_MAX);
     res = WEFT_OK;
@@ -189,15 +192,13 @@ enum weft_result weft_image_save_parts(const struct weft_image *parts, size_t co
 {
     struct weft_output_file file = {.fd = -1, .stream = -1};
     struct weft_image_save_report own = {0};
-    enum weft_result res = check_parts(parts, count, params->log);
-    bool verify = params->verify;
-    for (size_t p = 0; res == WEFT_OK && p < count; p++)
-        verify = verify || parts[p].compression == WEFT_IMAGE_PIZ; // not unpacked yet
+    const int threads = params->threads ? params->threads : weft_threads_available();
+    enum weft_result res = check_parts(parts, count, params);
     if (res == WEFT_OK)
         res = weft_output_file_create(params->log, params->path, params->no_clobber, &file);
     if (res == WEFT_OK)
-        res = weft_image_write(parts, count, params->progress, &file, &own);
-    if (res == WEFT_OK && verify)
+        res = weft_image_write(parts, count, threads, params->progress, &file, &own);
+    if (res == WEFT_OK && params->verify)
         res = weft_image_verify(parts, count, file.fd, params, &own);
     if (res == WEFT_OK)
         res = weft_output_file_commit(&file);

@@ -130,6 +130,7 @@ enum weft_result weft_image_verify(const struct weft_image *parts, size_t count,
         const struct verifier v = {&parts[p], &read, params};
         const struct weft_image_load_params load = {.path = params->path,
                                                     .part = (int)p,
+                                                    .threads = params->threads,
                                                     .limits = limits_for(&parts[p]),
                                                     .log = params->log};
         res = weft_image_read(&load, fd, &read);

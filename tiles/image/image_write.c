@@ -1,33 +1,46 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OpenEXRCore writes the file and packs PIZ. Its own writing of chunks is not used: 3.1 stores one
-// whose packed form is as long as the raw lines packed, and every reader takes it for raw.
+// OpenEXRCore writes the file. Its own packing of chunks is not used: 3.1 stores one whose packed
+// form is as long as the raw lines packed, which every reader takes for raw, and is several times
+// slower. Several threads pack, and each chunk that is ready is written once those before it are.
 #include "tiles/image/image_write.h"
 
+#include <errno.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "filter/half.h"
+#include "filter/threads.h"
 #include "tiles/image/image_chunk.h"
 #include "tiles/image/image_header.h"
+#include "tiles/image/image_lines.h"
+#include "tiles/output/order.h"
+
+enum {
+    WORTH_A_THREAD = 64 << 10, // bytes
+    SLOTS_PER_THREAD = 2,
+    WINDOW = 512 << 20, // bytes of chunks that are under way, but for one of each thread
+};
 
 struct part {
     const struct weft_image *image;
     const struct weft_image_channel **sorted; // the format has channels by name
-    size_t line_bytes;
-    int lines; // of a chunk
+    unsigned char *words;                     // of their values
+    struct weft_chunk_shape shape;
+    size_t chunk_bytes, chunk_count;
 };
 
 struct writer {
     struct part *parts;
     size_t count;
+    int threads;
     struct weft_output_file *file;
     const struct weft_progress *progress;
     struct weft_image_save_report *report;
     exr_context_t exr;
-    enum weft_result stream_result; // of the writes that OpenEXRCore asked for
-    char message[200];              // OpenEXRCore's first
+    int stream_errno;  // of the writes that OpenEXRCore asked for
+    char message[200]; // OpenEXRCore's first
     size_t chunks_done, chunks_all;
 };
 
@@ -51,13 +64,14 @@ static void keep_message(exr_const_context_t exr, exr_result_t code, const char 
         snprintf(current->message, sizeof current->message, "%s", message);
 }
 
+// In any thread: what went wrong is told later, in the caller's.
 static int64_t write_bytes(exr_const_context_t exr, void *priv, const void *data, uint64_t size,
                            uint64_t offset, exr_stream_error_func_ptr_t error)
 {
     struct writer *w = priv;
-    if (w->stream_result == WEFT_OK)
-        w->stream_result = weft_output_file_write(w->file, offset, data, size);
-    if (w->stream_result == WEFT_OK)
+    if (!w->stream_errno && !weft_output_file_put(w->file, offset, data, size))
+        w->stream_errno = errno;
+    if (!w->stream_errno)
         return (int64_t)size;
     error(exr, EXR_ERR_WRITE_IO, "write failed");
     return -1;
@@ -67,8 +81,10 @@ static enum weft_result result_of(struct writer *w, exr_result_t code)
 {
     if (code == EXR_ERR_SUCCESS)
         return WEFT_OK;
-    if (w->stream_result != WEFT_OK)
-        return w->stream_result;
+    if (w->stream_errno) {
+        errno = w->stream_errno;
+        return weft_output_file_fail(w->file);
+    }
     if (code == EXR_ERR_OUT_OF_MEMORY)
         return fail_memory(w);
     weft_error(w->file->log, "cannot write %s: %s", w->file->path,
@@ -90,182 +106,180 @@ static exr_result_t start(struct writer *w)
     return rv ? rv : exr_write_header(w->exr);
 }
 
-// ---- lines --------------------------------------------------------------------------------------
-
-static void store(unsigned char *out, uint32_t value, size_t size)
-{
-    for (size_t i = 0; i < size; i++)
-        out[i] = (unsigned char)(value >> 8 * i);
-}
-
-static void note_half(struct weft_image_save_report *report, float given, uint16_t half)
-{
-    const float stored = weft_half_to_float(half);
-    if (isfinite(stored))
-        report->rounding = fmax(report->rounding, fabs((double)stored - (double)given));
-    else if (isfinite(given))
-        report->overflows++;
-}
-
-static unsigned char *put_line(const struct weft_image_channel *channel, size_t first, size_t width,
-                               unsigned char *out, struct weft_image_save_report *report)
-{
-    for (size_t i = first; i < first + width; i++) {
-        if (channel->type == WEFT_PIXEL_HALF) {
-            const uint16_t half = weft_half_from_float(channel->plane[i]);
-            note_half(report, channel->plane[i], half);
-            store(out, half, 2);
-            out += 2;
-        } else {
-            uint32_t bits;
-            if (channel->type == WEFT_PIXEL_UINT)
-                bits = channel->integers[i];
-            else
-                memcpy(&bits, channel->plane + i, sizeof bits);
-            store(out, bits, 4);
-            out += 4;
-        }
-    }
-    return out;
-}
-
-// Lines of all channels, one channel after the other in each line. Returns their bytes.
-static size_t gather_lines(const struct writer *w, const struct part *part, int first, int count,
-                           unsigned char *out)
-{
-    const size_t width = (size_t)part->image->width;
-    unsigned char *at = out;
-    for (int y = first; y < first + count; y++)
-        for (size_t c = 0; c < part->image->channel_count; c++)
-            at = put_line(part->sorted[c], (size_t)y * width, width, at, w->report);
-    return (size_t)(at - out);
-}
-
-// ---- PIZ ----------------------------------------------------------------------------------------
-
-// Lines that are gathered already, and a pipeline that packs them and writes nothing.
-struct piz {
-    exr_encode_pipeline_t encode;
-    const void *raw;
-    size_t size;
-};
-
-static exr_result_t take_lines(exr_encode_pipeline_t *encode)
-{
-    const struct piz *piz = encode->encoding_user_data;
-    memcpy(encode->packed_buffer, piz->raw, piz->size);
-    encode->packed_bytes = piz->size;
-    return EXR_ERR_SUCCESS;
-}
-
-static exr_result_t start_piz(struct writer *w, size_t p, const exr_chunk_info_t *info,
-                              struct piz *piz)
-{
-    exr_encode_pipeline_t *encode = &piz->encode;
-    exr_result_t rv = exr_encoding_initialize(w->exr, (int)p, info, encode);
-    if (!rv)
-        rv = exr_encoding_choose_default_routines(w->exr, (int)p, encode);
-    encode->encoding_user_data = piz;
-    encode->convert_and_pack_fn = take_lines;
-    encode->yield_until_ready_fn = NULL;
-    encode->write_fn = NULL;
-    return rv;
-}
-
-static exr_result_t pack_piz(struct writer *w, size_t p, int line, struct piz *piz,
-                             struct weft_chunk *out)
-{
-    exr_encode_pipeline_t *encode = &piz->encode;
-    exr_chunk_info_t info;
-    exr_result_t rv =
-        exr_write_scanline_chunk_info(w->exr, (int)p, w->parts[p].image->y + line, &info);
-    if (!rv)
-        rv = encode->context ? exr_encoding_update(w->exr, (int)p, &info, encode)
-                             : start_piz(w, p, &info, piz);
-    for (int c = 0; !rv && c < encode->channel_count; c++) {
-        exr_coding_channel_info_t *channel = &encode->channels[c];
-        channel->encode_from_ptr = piz->raw; // take_lines knows where they are
-        channel->user_bytes_per_element = channel->bytes_per_element;
-        channel->user_data_type = channel->data_type;
-    }
-    if (!rv)
-        rv = exr_encoding_run(w->exr, (int)p, encode);
-    *out = (struct weft_chunk){.data = piz->raw, .size = piz->size};
-    if (!rv && encode->compressed_bytes < piz->size)
-        *out = (struct weft_chunk){
-            .data = encode->compressed_buffer, .size = encode->compressed_bytes, .packed = true};
-    return rv;
-}
-
 // ---- chunks -------------------------------------------------------------------------------------
 
-static bool report_step(struct writer *w)
-{
-    return !w->progress ||
-           w->progress->report(w->progress->priv, (double)w->chunks_done++ / (double)w->chunks_all);
-}
-
-struct packing {
-    weft_chunk_packer *packer; // NULL: PIZ
-    struct piz piz;
-    unsigned char *raw; // room for one chunk
+// What one thread works with, and what its chunks lost.
+struct lane {
+    weft_chunk_packer *packer;
+    struct weft_half_losses losses;
 };
 
-static enum weft_result pack(struct writer *w, size_t p, int line, int count,
-                             struct packing *packing, struct weft_chunk *out)
+// A chunk, from when it is gathered until it is written.
+struct slot {
+    unsigned char *raw, *packed;
+    struct weft_chunk chunk;
+};
+
+// One part on its way.
+struct flow {
+    struct writer *writer;
+    size_t part;
+    struct weft_order order;
+    struct lane *lanes;
+    struct slot *slots;
+    uint64_t raw;            // chunks that are stored as they are
+    exr_result_t written;    // of writing them
+    atomic_size_t different; // 1 more than the index of a chunk that does not unpack; 0: none
+    bool cancelled;
+};
+
+static bool report_step(struct writer *w, size_t done)
 {
-    const size_t size = gather_lines(w, &w->parts[p], line, count, packing->raw);
-    if (!packing->packer) {
-        packing->piz.raw = packing->raw;
-        packing->piz.size = size;
-        return result_of(w, pack_piz(w, p, line, &packing->piz, out));
-    }
-    enum weft_result res = weft_chunk_pack(packing->packer, packing->raw, size, out);
-    if (res != WEFT_OK)
-        weft_error(w->file->log,
-                   "cannot write %s: lines %d to %d, packed, do not unpack to what they were",
-                   w->file->path, line, line + count - 1);
-    return res;
+    return !w->progress || w->progress->report(w->progress->priv, (double)(w->chunks_done + done) /
+                                                                      (double)w->chunks_all);
 }
 
-static enum weft_result write_lines(struct writer *w, size_t p, struct packing *packing)
+static bool ask(void *priv, size_t taken)
 {
-    const struct part *part = &w->parts[p];
-    const int height = part->image->height;
-    enum weft_result res = WEFT_OK;
-    for (int line = 0; res == WEFT_OK && line < height; line += part->lines) {
-        const int count = height - line < part->lines ? height - line : part->lines;
-        struct weft_chunk chunk;
-        if (!report_step(w))
-            return WEFT_ERR_CANCELLED;
-        res = pack(w, p, line, count, packing, &chunk);
-        if (res != WEFT_OK)
-            return res;
-        w->report->chunks++;
-        w->report->raw += !chunk.packed;
-        res = result_of(w, exr_write_scanline_chunk(w->exr, (int)p, part->image->y + line,
-                                                    chunk.data, chunk.size));
+    struct flow *flow = priv;
+    flow->cancelled = !report_step(flow->writer, taken);
+    return !flow->cancelled;
+}
+
+static int lines_of(const struct part *part, size_t chunk)
+{
+    const int first = (int)chunk * part->shape.lines, left = part->image->height - first;
+    return left < part->shape.lines ? left : part->shape.lines;
+}
+
+static bool make_chunk(void *priv, int thread, size_t i, size_t s)
+{
+    struct flow *flow = priv;
+    const struct part *part = &flow->writer->parts[flow->part];
+    struct lane *lane = &flow->lanes[thread];
+    struct slot *slot = &flow->slots[s];
+    const int lines = lines_of(part, i);
+    weft_lines_gather(part->sorted, part->shape.channel_count, part->shape.width,
+                      i * (size_t)part->shape.lines, (size_t)lines, slot->raw, &lane->losses);
+    if (weft_chunk_pack(lane->packer, slot->raw, lines, slot->packed, &slot->chunk) == WEFT_OK)
+        return true;
+    atomic_store(&flow->different, i + 1);
+    return false;
+}
+
+static bool take_chunk(void *priv, size_t i, size_t s)
+{
+    struct flow *flow = priv;
+    struct writer *w = flow->writer, *outer = current;
+    const struct part *part = &w->parts[flow->part];
+    const struct weft_chunk *chunk = &flow->slots[s].chunk;
+    current = w;
+    flow->raw += !chunk->packed;
+    flow->written = exr_write_scanline_chunk(w->exr, (int)flow->part,
+                                             part->image->y + (int)i * part->shape.lines,
+                                             chunk->data, chunk->size);
+    current = outer;
+    return flow->written == EXR_ERR_SUCCESS;
+}
+
+static enum weft_result result_of_flow(const struct flow *flow, bool whole)
+{
+    struct writer *w = flow->writer;
+    const struct part *part = &w->parts[flow->part];
+    const size_t different = atomic_load(&flow->different);
+    if (whole)
+        return WEFT_OK;
+    if (flow->cancelled)
+        return WEFT_ERR_CANCELLED;
+    if (flow->written != EXR_ERR_SUCCESS)
+        return result_of(w, flow->written);
+    if (!different)
+        return fail_memory(w);
+    const int first = (int)(different - 1) * part->shape.lines;
+    weft_error(w->file->log,
+               "cannot write %s: lines %d to %d, packed, do not unpack to what they were",
+               w->file->path, first, first + lines_of(part, different - 1) - 1);
+    return WEFT_ERR_WRITE;
+}
+
+static bool make_room(struct flow *flow)
+{
+    const struct part *part = &flow->writer->parts[flow->part];
+    const bool packs = part->image->compression != WEFT_IMAGE_NONE;
+    flow->lanes = calloc((size_t)flow->order.threads, sizeof *flow->lanes);
+    flow->slots = calloc(flow->order.slots, sizeof *flow->slots);
+    bool whole = flow->lanes && flow->slots;
+    for (int t = 0; whole && t < flow->order.threads; t++)
+        whole = weft_chunk_packer_create(part->image->compression, &part->shape,
+                                         &flow->lanes[t].packer) == WEFT_OK;
+    for (size_t s = 0; whole && s < flow->order.slots; s++) {
+        struct slot *slot = &flow->slots[s];
+        slot->raw = malloc(part->chunk_bytes);
+        slot->packed = packs ? malloc(part->chunk_bytes + WEFT_CHUNK_SLACK) : NULL;
+        whole = slot->raw && (slot->packed || !packs);
     }
-    return res;
+    return whole;
+}
+
+static void drop_room(struct flow *flow)
+{
+    for (int t = 0; flow->lanes && t < flow->order.threads; t++)
+        weft_chunk_packer_destroy(&flow->lanes[t].packer);
+    for (size_t s = 0; flow->slots && s < flow->order.slots; s++) {
+        free(flow->slots[s].raw);
+        free(flow->slots[s].packed);
+    }
+    free(flow->lanes);
+    free(flow->slots);
+}
+
+static void add_losses(const struct flow *flow, struct weft_image_save_report *report)
+{
+    for (int t = 0; t < flow->order.threads; t++) {
+        report->overflows += flow->lanes[t].losses.overflows;
+        report->rounding = fmax(report->rounding, flow->lanes[t].losses.rounding);
+    }
+}
+
+// So many that they are worth their start, and that what they hold stays small.
+static int choose_threads(const struct writer *w, const struct part *part)
+{
+    const size_t bytes = part->chunk_bytes * part->chunk_count;
+    const size_t chunk = part->chunk_bytes ? part->chunk_bytes : 1;
+    size_t threads = (size_t)w->threads;
+    threads = threads < part->chunk_count ? threads : part->chunk_count;
+    threads = threads < 1 + bytes / WORTH_A_THREAD ? threads : 1 + bytes / WORTH_A_THREAD;
+    // Raw, split or as words, packed and unpacked: of each thread and of each slot two.
+    threads = threads < 1 + WINDOW / chunk / 6 ? threads : 1 + WINDOW / chunk / 6;
+    return (int)threads;
 }
 
 static enum weft_result write_part(struct writer *w, size_t p)
 {
-    const struct weft_image *image = w->parts[p].image;
-    const size_t capacity = w->parts[p].line_bytes * (size_t)w->parts[p].lines;
-    struct packing packing = {.raw = malloc(capacity)};
-    enum weft_result res = packing.raw ? WEFT_OK : WEFT_ERR_MEMORY;
-    if (res == WEFT_OK && image->compression != WEFT_IMAGE_PIZ)
-        res = weft_chunk_packer_create(image->compression, capacity, &packing.packer);
-    if (res == WEFT_OK)
-        res = write_lines(w, p, &packing);
-    else
-        res = fail_memory(w);
-    if (packing.piz.encode.context)
-        exr_encoding_destroy(w->exr, &packing.piz.encode);
-    weft_chunk_packer_destroy(&packing.packer);
-    free(packing.raw);
-    w->report->values += (uint64_t)image->width * (uint64_t)image->height * image->channel_count;
+    const struct part *part = &w->parts[p];
+    const int threads = choose_threads(w, part);
+    struct flow flow = {
+        .writer = w,
+        .part = p,
+        .order = {.threads = threads,
+                  .count = part->chunk_count,
+                  .slots = threads > 1 ? SLOTS_PER_THREAD * (size_t)threads : 1,
+                  .make = make_chunk,
+                  .take = take_chunk,
+                  .ask = ask},
+    };
+    flow.order.priv = &flow;
+    const bool room = make_room(&flow);
+    const enum weft_result res =
+        room ? result_of_flow(&flow, weft_order_run(&flow.order)) : fail_memory(w);
+    if (room)
+        add_losses(&flow, w->report);
+    drop_room(&flow);
+    w->report->raw += flow.raw;
+    w->report->chunks += part->chunk_count;
+    w->chunks_done += part->chunk_count;
+    w->report->values +=
+        (uint64_t)part->image->width * (uint64_t)part->image->height * part->image->channel_count;
     return res;
 }
 
@@ -280,23 +294,27 @@ static int compare_names(const void *a, const void *b)
 static enum weft_result set_part(struct writer *w, const struct weft_image *image, struct part *out)
 {
     const size_t count = image->channel_count;
-    *out = (struct part){.image = image, .lines = weft_chunk_lines(image->compression)};
+    const int lines = weft_chunk_lines(image->compression);
+    *out = (struct part){.image = image};
     out->sorted = calloc(count, sizeof *out->sorted);
-    if (!out->sorted)
+    out->words = malloc(count);
+    if (!out->sorted || !out->words)
         return fail_memory(w);
-    size_t pixel_bytes = 0;
-    for (size_t c = 0; c < count; c++) {
+    for (size_t c = 0; c < count; c++)
         out->sorted[c] = &image->channels[c];
-        pixel_bytes += image->channels[c].type == WEFT_PIXEL_HALF ? 2 : 4;
-    }
     qsort(out->sorted, count, sizeof *out->sorted, compare_names);
+    for (size_t c = 0; c < count; c++)
+        out->words[c] = out->sorted[c]->type == WEFT_PIXEL_HALF ? 1 : 2;
+    out->shape = (struct weft_chunk_shape){
+        .width = (size_t)image->width, .channel_count = count, .words = out->words, .lines = lines};
     // At most 2^15 channels of 2^31 pixels in a line.
-    out->line_bytes = pixel_bytes * (size_t)image->width;
-    w->chunks_all += (size_t)((image->height - 1) / out->lines + 1);
-    if (out->line_bytes <= (size_t)INT32_MAX / (size_t)out->lines)
+    out->chunk_bytes = weft_chunk_line_bytes(&out->shape) * (size_t)lines;
+    out->chunk_count = (size_t)((image->height - 1) / lines + 1);
+    w->chunks_all += out->chunk_count;
+    if (out->chunk_bytes <= INT32_MAX)
         return WEFT_OK;
     weft_error(w->file->log, "cannot write %s: %d lines are %zu bytes, the limit is %d",
-               w->file->path, out->lines, out->line_bytes * (size_t)out->lines, INT32_MAX);
+               w->file->path, lines, out->chunk_bytes, INT32_MAX);
     return WEFT_ERR_LIMIT;
 }
 
@@ -315,22 +333,25 @@ static enum weft_result write_file(struct writer *w)
     return res;
 }
 
-enum weft_result weft_image_write(const struct weft_image *parts, size_t count,
+enum weft_result weft_image_write(const struct weft_image *parts, size_t count, int threads,
                                   const struct weft_progress *progress,
                                   struct weft_output_file *file,
                                   struct weft_image_save_report *report)
 {
-    struct writer w = {.count = count, .file = file, .progress = progress, .report = report};
+    struct writer w = {
+        .count = count, .threads = threads, .file = file, .progress = progress, .report = report};
     w.parts = calloc(count, sizeof *w.parts);
     enum weft_result res = w.parts ? WEFT_OK : fail_memory(&w);
     for (size_t p = 0; res == WEFT_OK && p < count; p++)
         res = set_part(&w, &parts[p], &w.parts[p]);
     if (res == WEFT_OK)
         res = write_file(&w);
-    if (res == WEFT_OK && !report_step(&w))
+    if (res == WEFT_OK && !report_step(&w, 0))
         res = WEFT_ERR_CANCELLED;
-    for (size_t p = 0; w.parts && p < count; p++)
+    for (size_t p = 0; w.parts && p < count; p++) {
         free(w.parts[p].sorted);
+        free(w.parts[p].words);
+    }
     free(w.parts);
     return res;
 }

@@ -8,9 +8,10 @@
 
 WEFT_BEGIN_DECLS
 
-// Writes checked parts (see weft_image_save_parts) into an open output, and adds to the report.
-// Returns WEFT_ERR_LIMIT, _CANCELLED, _MEMORY or _WRITE after a log line.
-enum weft_result weft_image_write(const struct weft_image *parts, size_t count,
+// Writes checked parts (see weft_image_save_parts) into an open output with up to `threads`
+// threads, and adds to the report. Returns WEFT_ERR_LIMIT, _CANCELLED, _MEMORY or _WRITE after a
+// log line.
+enum weft_result weft_image_write(const struct weft_image *parts, size_t count, int threads,
                                   const struct weft_progress *progress,
                                   struct weft_output_file *file,
                                   struct weft_image_save_report *report);

@@ -234,8 +234,8 @@ fail:
     return res;
 }
 
-enum weft_result weft_output_file_write(struct weft_output_file *file, uint64_t offset,
-                                        const void *data, size_t size)
+bool weft_output_file_put(struct weft_output_file *file, uint64_t offset, const void *data,
+                          size_t size)
 {
     const char *next = data;
     while (size) {
@@ -243,12 +243,23 @@ enum weft_result weft_output_file_write(struct weft_output_file *file, uint64_t 
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
-            return fail_errno(file->log, file->path);
+            return false;
         next += n;
         offset += (uint64_t)n;
         size -= (size_t)n;
     }
-    return WEFT_OK;
+    return true;
+}
+
+enum weft_result weft_output_file_fail(const struct weft_output_file *file)
+{
+    return fail_errno(file->log, file->path);
+}
+
+enum weft_result weft_output_file_write(struct weft_output_file *file, uint64_t offset,
+                                        const void *data, size_t size)
+{
+    return weft_output_file_put(file, offset, data, size) ? WEFT_OK : weft_output_file_fail(file);
 }
 
 static bool write_all(int fd, const char *data, size_t size)

@@ -33,6 +33,13 @@ enum weft_result weft_output_file_create(const struct weft_log *log, const char 
 enum weft_result weft_output_file_write(struct weft_output_file *file, uint64_t offset,
                                         const void *data, size_t size);
 
+// Likewise, in any thread: returns false without a log line, and errno tells why.
+bool weft_output_file_put(struct weft_output_file *file, uint64_t offset, const void *data,
+                          size_t size);
+
+// Logs what errno tells. Returns WEFT_ERR_MEMORY (ENOMEM) or WEFT_ERR_WRITE.
+enum weft_result weft_output_file_fail(const struct weft_output_file *file);
+
 // Puts the file in place and releases everything. On failure the temporary file is gone too.
 // Returns WEFT_ERR_WRITE.
 enum weft_result weft_output_file_commit(struct weft_output_file *file);

@@ -58,6 +58,28 @@ bool weft_server_append(struct weft_server *server, const void *data, size_t siz
     return true;
 }
 
+void *weft_server_map(struct weft_server *server, size_t size)
+{
+    if (size > server->limits.output_bytes) {
+        weft_server_fail(server, WEFT_ERR_LIMIT,
+                         "the answer has %zu bytes, the output limit is %llu", size,
+                         (unsigned long long)server->limits.output_bytes);
+        return NULL;
+    }
+    void *map = ftruncate(server->payload_fd, (off_t)size)
+                    ? MAP_FAILED
+                    : mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, server->payload_fd, 0);
+    if (map == MAP_FAILED) {
+        weft_server_fail(server, WEFT_ERR_LIMIT,
+                         "%zu bytes of the answer do not fit in the memory limit of %llu bytes: %s",
+                         size, (unsigned long long)server->limits.memory_bytes, strerror(errno));
+        return NULL;
+    }
+    server->answer.payload_bytes = size;
+    server->payload_map = map;
+    return map;
+}
+
 enum weft_result weft_server_fail(struct weft_server *server, enum weft_result result,
                                   const char *format, ...)
 {
@@ -205,6 +227,7 @@ static bool answer_request(struct weft_server *server, const struct weft_wire_re
 {
     server->request = request;
     server->payload_fd = fds[0];
+    server->payload_map = NULL;
     server->answer =
         (struct weft_wire_answer){.magic = WEFT_WIRE_MAGIC, .version = WEFT_WIRE_VERSION};
     if (map_request(server, fds[1], request->payload_bytes)) {
@@ -212,6 +235,8 @@ static bool answer_request(struct weft_server *server, const struct weft_wire_re
         if (!server->answer.result)
             server->answer.result = (int32_t)res;
     }
+    if (server->payload_map) // the caller seals what nobody can write any more
+        munmap(server->payload_map, server->answer.payload_bytes);
     if (server->request_payload)
         munmap((void *)(uintptr_t)server->request_payload, request->payload_bytes);
     for (int i = 0; i < 2; i++)

@@ -15,12 +15,18 @@ struct weft_server {
     const struct weft_wire_request *request;
     const void *request_payload; // mapped; request->payload_bytes long
     int payload_fd;              // where the answer's payload is written, by weft_server_append
+    void *payload_map;           // of weft_server_map
     struct weft_wire_answer answer;
     void *priv;
 };
 
 // Appends to the answer's payload. false when the output limit is passed (the answer then says so).
 bool weft_server_append(struct weft_server *server, const void *data, size_t size);
+
+// Makes the answer's payload `size` bytes of 0, at least one, and maps them to be written until the
+// handler returns; nothing may have been appended. NULL where they do not fit (the answer then says
+// so).
+void *weft_server_map(struct weft_server *server, size_t size);
 
 // Sets result and message (printf style); returns the result.
 enum weft_result weft_server_fail(struct weft_server *server, enum weft_result result,

@@ -13,7 +13,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 5, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 6, WEFT_WIRE_FD = 3 };
 
 enum weft_wire_op {
     WEFT_WIRE_LIST, // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
@@ -32,9 +32,9 @@ enum weft_wire_op {
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
-    uint32_t rest; // OPEN: as in struct weft_volume_open_params
-    uint32_t part; // of an image, from 0
-    uint32_t reserved;
+    uint32_t rest;          // OPEN: as in struct weft_volume_open_params
+    uint32_t part;          // of an image, from 0
+    uint32_t threads;       // IMAGE_PIXELS: that decode at once, at most
     uint64_t payload_bytes; // in the request's payload memfd, 0 = none
 };
 

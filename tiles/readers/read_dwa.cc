@@ -6,7 +6,6 @@
 #include <cinttypes>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <new>
 #include <stdexcept>
 
@@ -32,6 +31,7 @@ namespace
 // As weft-read-exr has them.
 constexpr int64_t side_limit = INT64_C(1) << 29;
 constexpr uint64_t ratio_limit = 10000, ratio_floor_bytes = UINT64_C(1) << 30;
+constexpr int most_threads = 64;
 
 class FileStream : public Imf::IStream
 {
@@ -127,6 +127,19 @@ Imf::FrameBuffer make_frame(const Imf::Header &header, const Window &w, char *pl
     return frame;
 }
 
+// The library's own pool, or none where the limits leave no room for it.
+int start_threads(const weft_server *server)
+{
+    const int wanted =
+        server->request->threads < most_threads ? int(server->request->threads) : most_threads;
+    try {
+        Imf::setGlobalThreadCount(wanted > 1 ? wanted : 0);
+    } catch (const std::exception &) {
+        Imf::setGlobalThreadCount(0);
+    }
+    return Imf::globalThreadCount();
+}
+
 weft_result read_pixels(weft_server *server)
 {
     struct stat st;
@@ -136,7 +149,7 @@ weft_result read_pixels(weft_server *server)
     if (fstat(server->input_fd, &st))
         return weft_server_fail(server, WEFT_ERR_OPEN, "%s", strerror(errno));
     FileStream stream(server->input_fd, server->path, uint64_t(st.st_size));
-    Imf::MultiPartInputFile file(stream, 0, false);
+    Imf::MultiPartInputFile file(stream, start_threads(server), false);
     const auto part = server->request->part;
     if (part >= static_cast<uint32_t>(file.parts()))
         return weft_server_fail(server, WEFT_ERR_ARGUMENT, "there is no part %" PRIu32, part);
@@ -147,16 +160,13 @@ weft_result read_pixels(weft_server *server)
     weft_result res = check_amount(server, &window, uint64_t(st.st_size));
     if (res != WEFT_OK)
         return res;
-    std::unique_ptr<char, void (*)(void *)> planes(static_cast<char *>(calloc(window.bytes, 1)),
-                                                   free);
+    const auto planes = static_cast<char *>(weft_server_map(server, window.bytes));
     if (!planes)
-        throw std::bad_alloc();
+        return static_cast<weft_result>(server->answer.result);
     Imf::InputPart input(file, int(part));
-    input.setFrameBuffer(make_frame(header, window, planes.get()));
+    input.setFrameBuffer(make_frame(header, window, planes));
     input.readPixels(int(window.y), int(window.y + window.height - 1));
-    return weft_server_append(server, planes.get(), window.bytes)
-               ? WEFT_OK
-               : static_cast<weft_result>(server->answer.result);
+    return WEFT_OK;
 }
 
 weft_result handle(weft_server *server)

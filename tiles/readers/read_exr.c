@@ -3,6 +3,8 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <limits.h>
+#include <malloc.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,21 +15,29 @@
 #include <openexr.h>
 
 #include "filter/check.h"
+#include "filter/threads.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_wire.h"
 #include "tiles/process/server.h"
 
 enum {
-    SIDE_LIMIT = 1 << 29, // line strides are int32 bytes in OpenEXRCore
-    RATIO_LIMIT = 10000,  // declared bytes per stored byte, as OpenImageIO has it
+    SIDE_LIMIT = 1 << 29,       // line strides are int32 bytes in OpenEXRCore
+    RATIO_LIMIT = 10000,        // declared bytes per stored byte, as OpenImageIO has it
+    STACK = 1 << 20,            // bytes of a thread's
+    WORTH_A_THREAD = 256 << 10, // bytes of planes
 };
 #define RATIO_FLOOR_BYTES (UINT64_C(1) << 30)
+
+// What went wrong in OpenEXRCore.
+struct complaint {
+    char message[256]; // the first that it told
+    size_t refused;    // bytes of an allocation that failed, else 0
+};
 
 struct reader {
     struct weft_server *server;
     exr_context_t exr;
-    char message[256]; // the first that OpenEXRCore told during a request
-    size_t refused;    // bytes of an allocation that failed, else 0
+    struct complaint complaint; // of this request
     uint64_t file_bytes;
     int part, part_count;
     exr_attr_box2i_t data, display;
@@ -45,9 +55,9 @@ static const enum weft_pixel_type types[] = {WEFT_PIXEL_UINT, WEFT_PIXEL_HALF, W
 
 // ---- opening ------------------------------------------------------------------------------------
 
-// The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold the context's
-// lock.
-static struct reader *current;
+// Of each thread. The handler cannot ask the context for its user data: OpenEXRCore 3.1 may hold
+// the context's lock.
+static _Thread_local struct complaint *current;
 
 static void keep_message(exr_const_context_t exr, exr_result_t code, const char *message)
 {
@@ -99,14 +109,15 @@ static int64_t query_size(exr_const_context_t exr, void *priv)
 
 static enum weft_result fail_exr(struct reader *r, exr_result_t code)
 {
-    if (r->refused)
+    const struct complaint *complaint = &r->complaint;
+    if (complaint->refused)
         return weft_server_fail(r->server, WEFT_ERR_LIMIT,
                                 "another %zu bytes do not fit in the memory limit of %" PRIu64
                                 " bytes",
-                                r->refused, r->server->limits.memory_bytes);
+                                complaint->refused, r->server->limits.memory_bytes);
     return weft_server_fail(
         r->server, code == EXR_ERR_FEATURE_NOT_IMPLEMENTED ? WEFT_ERR_UNSUPPORTED : WEFT_ERR_FORMAT,
-        "%s", r->message[0] ? r->message : exr_get_default_error_message(code));
+        "%s", complaint->message[0] ? complaint->message : exr_get_default_error_message(code));
 }
 
 static enum weft_result open_file(struct reader *r)
@@ -323,14 +334,46 @@ static enum weft_result check_amount(struct reader *r, size_t *bytes)
     return WEFT_OK;
 }
 
-// uint stays uint here: OpenEXRCore's own conversion is by way of other roundings.
-static void point_to(struct reader *r, exr_decode_pipeline_t *decode, float *planes, int64_t x,
-                     int64_t y)
+// A part on its way into planes: blocks of lines, or tiles, each by one thread.
+struct decoding {
+    struct reader *reader;
+    float *planes;
+    int64_t width, height;            // of a block, but for the last ones
+    size_t across, count;             // blocks in a row, in all
+    exr_decode_pipeline_t *pipelines; // of each thread
+    // The first block that cannot be decoded: blocks are begun in order, so that it is the same one
+    // whatever the number of threads.
+    pthread_mutex_t lock;
+    size_t failed; // count: none
+    exr_result_t code;
+    struct complaint complaint;
+};
+
+// What a chunk must be, whatever the file says.
+struct block {
+    int64_t x, y, width, height; // relative to the data window
+};
+
+static int64_t smaller(int64_t a, int64_t b)
 {
+    return a < b ? a : b;
+}
+
+static struct block block_of(const struct decoding *d, size_t i)
+{
+    const struct reader *r = d->reader;
+    const int64_t x = (int64_t)(i % d->across) * d->width, y = (int64_t)(i / d->across) * d->height;
+    return (struct block){x, y, smaller(d->width, r->width - x), smaller(d->height, r->height - y)};
+}
+
+// uint stays uint here: OpenEXRCore's own conversion is by way of other roundings.
+static void point_to(const struct decoding *d, exr_decode_pipeline_t *decode, int64_t x, int64_t y)
+{
+    const struct reader *r = d->reader;
     size_t plane_size = (size_t)r->width * (size_t)r->height;
     for (int c = 0; c < decode->channel_count; c++) {
         exr_coding_channel_info_t *channel = &decode->channels[c];
-        float *first = planes + (size_t)c * plane_size + y * r->width + x;
+        float *first = d->planes + (size_t)c * plane_size + y * r->width + x;
         channel->decode_to_ptr = (uint8_t *)first;
         channel->user_bytes_per_element = sizeof(float);
         channel->user_data_type =
@@ -340,94 +383,137 @@ static void point_to(struct reader *r, exr_decode_pipeline_t *decode, float *pla
     }
 }
 
-// What a chunk must be, whatever the file says.
-struct block {
-    int64_t x, y, width, height; // relative to the data window
-};
-
-static exr_result_t decode_block(struct reader *r, exr_decode_pipeline_t *decode,
-                                 const exr_chunk_info_t *chunk, const struct block *block,
-                                 float *planes)
+static exr_result_t find_chunk(const struct decoding *d, const struct block *b,
+                               exr_chunk_info_t *out)
 {
-    if (chunk->width != block->width || chunk->height != block->height)
+    const struct reader *r = d->reader;
+    if (r->storage == EXR_STORAGE_TILED)
+        return exr_read_tile_chunk_info(r->exr, r->part, (int)(b->x / d->width),
+                                        (int)(b->y / d->height), 0, 0, out);
+    return exr_read_scanline_chunk_info(r->exr, r->part, (int)(r->data.min.y + b->y), out);
+}
+
+static exr_result_t decode_block(const struct decoding *d, exr_decode_pipeline_t *decode, size_t i)
+{
+    const struct reader *r = d->reader;
+    const struct block block = block_of(d, i);
+    exr_chunk_info_t chunk;
+    exr_result_t rv = find_chunk(d, &block, &chunk);
+    if (rv)
+        return rv;
+    if (chunk.width != block.width || chunk.height != block.height)
         return EXR_ERR_CORRUPT_CHUNK;
     bool first = decode->channels == NULL;
-    exr_result_t rv = first ? exr_decoding_initialize(r->exr, r->part, chunk, decode)
-                            : exr_decoding_update(r->exr, r->part, chunk, decode);
+    rv = first ? exr_decoding_initialize(r->exr, r->part, &chunk, decode)
+               : exr_decoding_update(r->exr, r->part, &chunk, decode);
     if (rv)
         return rv;
     if (decode->channel_count != r->channels->num_channels)
         return EXR_ERR_CORRUPT_CHUNK;
-    point_to(r, decode, planes, block->x, block->y);
+    point_to(d, decode, block.x, block.y);
     if (first)
         rv = exr_decoding_choose_default_routines(r->exr, r->part, decode);
     return rv ? rv : exr_decoding_run(r->exr, r->part, decode);
 }
 
-static int64_t smaller(int64_t a, int64_t b)
+static bool decode_one(void *priv, int thread, size_t i)
 {
-    return a < b ? a : b;
-}
-
-static exr_result_t decode_lines(struct reader *r, exr_decode_pipeline_t *decode, float *planes)
-{
-    int32_t lines = 0;
-    exr_result_t rv = exr_get_scanlines_per_chunk(r->exr, r->part, &lines);
-    if (!rv && lines < 1)
-        rv = EXR_ERR_CORRUPT_CHUNK;
-    struct block b = {.width = r->width};
-    for (; !rv && b.y < r->height; b.y += lines) {
-        exr_chunk_info_t chunk;
-        b.height = smaller(lines, r->height - b.y);
-        rv = exr_read_scanline_chunk_info(r->exr, r->part, (int)(r->data.min.y + b.y), &chunk);
-        if (!rv)
-            rv = decode_block(r, decode, &chunk, &b, planes);
+    struct decoding *d = priv;
+    struct complaint own = {0}, *outer = current;
+    current = &own;
+    const exr_result_t rv = decode_block(d, &d->pipelines[thread], i);
+    current = outer;
+    if (!rv)
+        return true;
+    pthread_mutex_lock(&d->lock);
+    if (i < d->failed) {
+        d->failed = i;
+        d->code = rv;
+        d->complaint = own;
     }
-    return rv;
+    pthread_mutex_unlock(&d->lock);
+    return false;
 }
 
-static exr_result_t decode_tiles(struct reader *r, exr_decode_pipeline_t *decode, float *planes)
+// Sizes and number of the blocks.
+static exr_result_t measure_blocks(struct decoding *d)
 {
+    struct reader *r = d->reader;
     int32_t width = 0, height = 0;
-    exr_result_t rv = exr_get_tile_sizes(r->exr, r->part, 0, 0, &width, &height);
-    if (!rv && (width < 1 || height < 1))
+    exr_result_t rv = r->storage == EXR_STORAGE_TILED
+                          ? exr_get_tile_sizes(r->exr, r->part, 0, 0, &width, &height)
+                          : exr_get_scanlines_per_chunk(r->exr, r->part, &height);
+    if (!rv && (height < 1 || (r->storage == EXR_STORAGE_TILED && width < 1)))
         rv = EXR_ERR_CORRUPT_CHUNK;
-    for (int64_t y = 0; !rv && y < r->height; y += height) {
-        for (int64_t x = 0; !rv && x < r->width; x += width) {
-            struct block b = {x, y, smaller(width, r->width - x), smaller(height, r->height - y)};
-            exr_chunk_info_t chunk;
-            rv = exr_read_tile_chunk_info(r->exr, r->part, (int)(x / width), (int)(y / height), 0,
-                                          0, &chunk);
-            if (!rv)
-                rv = decode_block(r, decode, &chunk, &b, planes);
-        }
-    }
+    if (rv)
+        return rv;
+    d->width = r->storage == EXR_STORAGE_TILED ? width : r->width;
+    d->height = height;
+    d->across = (size_t)((r->width - 1) / d->width + 1);
+    d->count = d->across * (size_t)((r->height - 1) / d->height + 1);
     return rv;
+}
+
+// As many as are asked for, worth their start, and sure to find memory: a thread holds its stack
+// and a block in several forms.
+static int choose_threads(const struct decoding *d, size_t bytes)
+{
+    const struct reader *r = d->reader;
+    const uint64_t asked = r->server->request->threads, memory = r->server->limits.memory_bytes;
+    const uint64_t block = (uint64_t)smaller(d->width, r->width) *
+                           (uint64_t)smaller(d->height, r->height) *
+                           (uint64_t)r->channels->num_channels * sizeof(float);
+    const uint64_t free_bytes = memory > bytes ? memory - bytes : 0;
+    const uint64_t most[] = {asked, d->count, 1 + bytes / WORTH_A_THREAD, WEFT_IMAGE_MAX_THREADS,
+                             1 + free_bytes / 2 / (STACK + 6 * block)};
+    uint64_t threads = most[0] ? most[0] : 1;
+    for (size_t i = 1; i < WEFT_COUNT(most); i++)
+        threads = most[i] < threads ? most[i] : threads;
+    return (int)threads;
+}
+
+static exr_result_t decode_all(struct decoding *d, int threads)
+{
+    struct reader *r = d->reader;
+    d->failed = d->count;
+    d->code = EXR_ERR_OUT_OF_MEMORY;
+    d->pipelines = allocate((size_t)threads * sizeof *d->pipelines);
+    if (!d->pipelines)
+        return EXR_ERR_OUT_OF_MEMORY;
+    for (int t = 0; t < threads; t++)
+        d->pipelines[t] = (exr_decode_pipeline_t)EXR_DECODE_PIPELINE_INITIALIZER;
+    const bool whole = weft_threads_run(threads, d->count, decode_one, d);
+    for (int t = 0; t < threads; t++)
+        exr_decoding_destroy(r->exr, &d->pipelines[t]);
+    free(d->pipelines);
+    if (whole)
+        return EXR_ERR_SUCCESS;
+    r->complaint = d->complaint;
+    return d->code;
 }
 
 static enum weft_result answer_pixels(struct reader *r)
 {
-    struct weft_server *s = r->server;
     size_t bytes = 0;
+    struct decoding d = {.reader = r, .lock = PTHREAD_MUTEX_INITIALIZER};
     enum weft_result res = check_kind(r);
     if (res == WEFT_OK)
         res = check_amount(r, &bytes);
     if (res != WEFT_OK)
         return res;
-    float *planes = calloc(bytes, 1); // zero, should a chunk leave a gap
-    if (!planes)
-        return weft_server_fail(s, WEFT_ERR_LIMIT,
-                                "%zu bytes of pixels do not fit in the memory limit of %" PRIu64
-                                " bytes",
-                                bytes, s->limits.memory_bytes);
-
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
-    exr_result_t rv = r->storage == EXR_STORAGE_TILED ? decode_tiles(r, &decode, planes)
-                                                      : decode_lines(r, &decode, planes);
-    exr_decoding_destroy(r->exr, &decode);
-    res = rv ? fail_exr(r, rv) : append(r, planes, bytes);
-    free(planes);
-    return res;
+    exr_result_t rv = measure_blocks(&d);
+    if (rv)
+        return fail_exr(r, rv);
+    d.planes = weft_server_map(r->server, bytes); // zero, should a chunk leave a gap
+    if (!d.planes)
+        return (enum weft_result)r->server->answer.result;
+    const int threads = choose_threads(&d, bytes);
+    rv = decode_all(&d, threads);
+    if (rv && r->complaint.refused && threads > 1) { // one may still have room
+        r->complaint = d.complaint = (struct complaint){{0}, 0};
+        rv = decode_all(&d, 1);
+    }
+    return rv ? fail_exr(r, rv) : WEFT_OK;
 }
 
 static enum weft_result handle(struct weft_server *server)
@@ -435,9 +521,8 @@ static enum weft_result handle(struct weft_server *server)
     struct reader *r = server->priv;
     enum weft_result res = WEFT_OK;
     r->server = server;
-    r->message[0] = '\0';
-    r->refused = 0;
-    current = r;
+    r->complaint = (struct complaint){{0}, 0};
+    current = &r->complaint;
     if (!r->exr)
         res = open_file(r);
     if (res != WEFT_OK)
@@ -466,6 +551,11 @@ static enum weft_result handle(struct weft_server *server)
 int main(int argc, char **argv)
 {
     struct reader reader = {0};
+    pthread_attr_t attributes;
+    // Address space is limited: by default a thread's stack takes 8 MiB of it and its heap 64.
+    if (!pthread_attr_init(&attributes) && !pthread_attr_setstacksize(&attributes, STACK))
+        pthread_setattr_default_np(&attributes);
+    mallopt(M_ARENA_MAX, 1);
     int status = weft_server_run(argc, argv, handle, &reader);
     if (reader.exr)
         exr_finish(&reader.exr);

@@ -8,8 +8,6 @@
 #include "tools/common/run_report.h"
 #include "tools/methods/cost_file.h"
 
-enum { MESSAGE = 512 };
-
 const char *const engine_choices[] = {"auto", "gl", "cpu", NULL};
 
 // ---- options ------------------------------------------------------------------------------------
@@ -84,38 +82,70 @@ void engine_prefer(struct engine *engine, const weft_slice_plan *plan)
         engine->engine = weft_choose_engine(&engine->model, plan, engine->cpu.threads);
 }
 
-static void keep(void *priv, enum weft_log_level level, const char *message)
+static void tell(void *priv, enum weft_log_level level, const char *message)
 {
-    if (level == WEFT_LOG_ERROR)
-        snprintf(priv, MESSAGE, "%s", message);
+    struct engine *engine = priv;
+    if (engine->holds_errors && level == WEFT_LOG_ERROR)
+        snprintf(engine->message, sizeof engine->message, "%s", message);
     else
         report_log()->write(report_log()->priv, level, message);
 }
 
+static enum weft_result begin(struct engine *engine)
+{
+    engine->log = (struct weft_log){tell, engine};
+    return weft_context_begin(weft_context_params(.kind = engine->kind, .log = &engine->log),
+                              &engine->making);
+}
+
+enum weft_result engine_begin_context(struct engine *engine)
+{
+    if (engine->automatic)
+        engine_load_costs(engine, NULL);
+    if (engine->engine == WEFT_ENGINE_CPU || (engine->automatic && engine->calibrated))
+        return WEFT_OK;
+    return begin(engine);
+}
+
+void engine_abandon_context(struct engine *engine)
+{
+    weft_context_abandon(&engine->making);
+}
+
 enum weft_result engine_create_context(struct engine *engine, weft_context **context)
 {
-    char message[MESSAGE] = "";
-    const struct weft_log quiet = {keep, message};
     if (*context || engine->engine == WEFT_ENGINE_CPU)
         return WEFT_OK;
-    const struct weft_context_params params = {.kind = engine->kind,
-                                               .log = engine->automatic ? &quiet : report_log()};
-    enum weft_result res = weft_context_create(&params, context);
+    enum weft_result res = engine->making ? WEFT_OK : begin(engine);
+    if (res != WEFT_OK)
+        return res;
+    engine->holds_errors = engine->automatic;
+    res = weft_context_await(&engine->making, context);
+    engine->holds_errors = false;
     if (res == WEFT_OK || !engine->automatic)
         return res;
     if (res != WEFT_ERR_CONTEXT) {
-        report_error("%s", message);
+        report_error("%s", engine->message);
         return res;
     }
-    report_tell("%s: going on with the CPU engine", message);
+    report_tell("%s: going on with the CPU engine", engine->message);
     engine->engine = WEFT_ENGINE_CPU;
     engine->automatic = false;
     return WEFT_OK;
 }
 
-unsigned engine_candidates(const struct engine *engine)
+unsigned engine_candidates(const struct engine *engine, const weft_context *context)
 {
-    return engine->automatic ? 0 : 1u << engine->engine;
+    const bool gpu = context && weft_context_get_info(context)->hardware;
+    return engine->automatic && (engine->calibrated || !gpu) ? 0 : 1u << engine->engine;
+}
+
+bool engine_has_more_candidates(const struct engine *engine, unsigned *engines)
+{
+    const bool more = engine->automatic && *engines;
+    if (more)
+        *engines = 0;
+    return more;
 }
 
 // ---- reports ------------------------------------------------------------------------------------

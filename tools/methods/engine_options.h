@@ -49,7 +49,7 @@ extern const char *const engine_choices[]; // "auto", and then as weft_engine_na
 
 enum { ENGINE_TEXT = 192, ENGINE_ATTRIBUTES = 3 };
 
-// What filters, as far as it is known.
+// What filters, as far as it is known. It stays where it is: its context has its log.
 struct engine {
     bool automatic;          // it may still become the other one
     bool preferred;          // engine_prefer has decided
@@ -60,6 +60,11 @@ struct engine {
     bool loaded;         // the model, or there is none
     bool calibrated;     // the model is what weft calibrate measured, or else the default one
     struct weft_cost_model model;
+    // Of the context, which borrows the log: what OpenGL says, while it is made and afterwards.
+    weft_context_making *making; // NULL: none was begun
+    struct weft_log log;
+    bool holds_errors; // in `message`, as long as the CPU may do instead
+    char message[512];
 };
 
 // Fills *out. gl_option: an option that was given and that only OpenGL has, "--source"; it decides
@@ -74,13 +79,23 @@ void engine_load_costs(struct engine *engine, const weft_context *context);
 // Where the engine is open, what was measured decides, by the first slice that is planned.
 void engine_prefer(struct engine *engine, const weft_slice_plan *plan);
 
+// Begins to make the context of OpenGL, where it is clear that one will be needed: files are read
+// meanwhile. What goes wrong with it is told when it is needed.
+enum weft_result engine_begin_context(struct engine *engine);
+// Gives up what was begun and is not needed. Accepts an engine of which nothing was.
+void engine_abandon_context(struct engine *engine);
+
 // Makes the context of OpenGL unless there is one; nothing for the CPU engine. Where none can be
 // had and the engine is open, it becomes the CPU, which a line tells. Returns WEFT_ERR_CONTEXT and
 // others of weft_context_create after an error line.
 enum weft_result engine_create_context(struct engine *engine, weft_context **context);
 
-// Engines that methods may be chosen from, bits of struct weft_choose_params.
-unsigned engine_candidates(const struct engine *engine);
+// Engines that methods are chosen from, bits of struct weft_choose_params. On a GPU nothing is
+// known of the CPU engine until weft calibrate has measured both: OpenGL goes first. context: as
+// above.
+unsigned engine_candidates(const struct engine *engine, const weft_context *context);
+// Whether to choose again, from these: where the first ones were not all, and none was within.
+bool engine_has_more_candidates(const struct engine *engine, unsigned *engines);
 // What the costs are of: the renderer and the instruction set, or "defaults".
 const char *engine_model_name(const struct engine *engine, char text[ENGINE_TEXT]);
 

@@ -26,7 +26,9 @@ static enum weft_result compile_group(struct resample_job *job, const struct res
     enum weft_result res = WEFT_OK;
     if (!*compiled) {
         res = weft_resample_compile(
-            group->plan, weft_resample_compile_params(.context = job->context), compiled);
+            group->plan,
+            weft_resample_compile_params(.context = job->context, .cpu = job->engine.cpu),
+            compiled);
         if (res == WEFT_OK)
             job->work.prepare_seconds += weft_resample_compiled_get_info(*compiled)->seconds;
     }

@@ -4,6 +4,7 @@
 #define WEFT_TOOLS_RESAMPLE_JOB_H
 
 #include "tools/methods/budget.h"
+#include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 
 enum resample_option {
@@ -19,8 +20,8 @@ enum resample_option {
     RESAMPLE_COMPRESSION,
     RESAMPLE_MAX_ERROR,
     RESAMPLE_TOGETHER,
-    RESAMPLE_CONTEXT,
-    RESAMPLE_EMULATE,
+    RESAMPLE_ENGINE, // the first of enum engine_option
+    RESAMPLE_EMULATE = RESAMPLE_ENGINE + ENGINE_OPTION_COUNT,
     RESAMPLE_RANGE,
     RESAMPLE_COLOUR_MAP,
     RESAMPLE_EXPLAIN,
@@ -56,7 +57,8 @@ struct resample_job {
     const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
-    enum weft_context_kind context_kind;
+    struct engine engine;          // of separable work; passes run on OpenGL, or are emulated
+    bool engine_is_read;
     const struct weft_colour_map *colour_map;
 
     struct budget budget; // with --max-error
@@ -70,13 +72,14 @@ struct resample_job {
     size_t *source; // of each channel, that of the input
     struct resample_group *group;
     size_t group_count;
-    bool separable;                         // one axis after the other, and no passes
-    weft_pass_plan *single, *together;      // of one channel and of four; NULL where none needs it
-    weft_resample_plan *plan[2];            // likewise; separable: the first
-    weft_resample_compiled *compiled[2];    // likewise, of those that run
-    struct weft_resample_choice choices[2]; // what they were chosen from; {0} where they were not
+    bool separable;                      // one axis after the other, and no passes
+    weft_pass_plan *single, *together;   // of one channel and of four; NULL where none needs it
+    weft_resample_plan *plan[2];         // likewise; separable: the first
+    weft_resample_compiled *compiled[2]; // likewise, of those that run
+    // What they were chosen from; {0} where they were not. Separable: the first, engine and sums.
+    struct weft_resample_choice choices[2];
     bool over_budget;      // nothing is within --max-error, which an error line has told
-    weft_context *context; // NULL when only explained or emulated
+    weft_context *context; // NULL when only explained or emulated, and on the CPU engine
 
     struct weft_resample_work work; // over all groups
     float preview_range[2];         // with --preview
@@ -120,8 +123,18 @@ struct weft_bound resample_group_bound(const struct resample_group *group, doubl
 // the options that are given, techniques, resolutions and bits otherwise. Returns WEFT_ERR_ARGUMENT
 // after an error line, with over_budget set, where nothing is.
 enum weft_result resample_plan(struct resample_job *job);
-bool resample_needs_gl(const struct resample_job *job);
-enum weft_result resample_create_context(struct resample_job *job); // where it is needed
+// What a plan has whatever runs it.
+struct weft_resample_params resample_plan_params(const struct resample_job *job);
+// Of separable work the one plan: on the engine and in the sums that are asked for, or the fastest
+// within --max-error. Returns likewise.
+enum weft_result resample_plan_separable(struct resample_job *job);
+// What asks for passes, which run on OpenGL, in words; NULL: nothing does.
+const char *resample_passes_option(const struct resample_job *job);
+// The options of what filters. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result resample_read_engine(struct resample_job *job);
+// The context where OpenGL is needed. Where none can be had, separable work is planned for the CPU
+// engine if that was left open.
+enum weft_result resample_create_context(struct resample_job *job);
 
 // Fills the result's planes and the groups, and verifies them where that is asked for.
 enum weft_result resample_compute(struct resample_job *job);
@@ -129,7 +142,7 @@ enum weft_result resample_compute(struct resample_job *job);
 // Writes the results as one file, and warns of what it does not keep.
 enum weft_result resample_save(struct resample_job *jobs, size_t count);
 
-enum { RESAMPLE_ATTRIBUTES = 12 };
+enum { RESAMPLE_ATTRIBUTES = 12 + ENGINE_ATTRIBUTES };
 
 // What the EXR file says about itself; returns how many.
 size_t resample_attributes(const struct resample_job *job,

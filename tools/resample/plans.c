@@ -4,30 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "tools/methods/cost_file.h"
 #include "tools/common/report.h"
 #include "tools/resample/job.h"
-
-// ---- contexts -----------------------------------------------------------------------------------
-
-bool resample_needs_gl(const struct resample_job *job)
-{
-    for (size_t g = 0; g < job->group_count; g++)
-        if (!job->group[g].exact)
-            return !job->option[RESAMPLE_EMULATE].given;
-    return false;
-}
-
-enum weft_result resample_create_context(struct resample_job *job)
-{
-    if (job->context || !resample_needs_gl(job))
-        return WEFT_OK;
-    double start = report_now_seconds();
-    const struct weft_context_params params = {.kind = job->context_kind, .log = report_log()};
-    enum weft_result res = weft_context_create(&params, &job->context);
-    job->context_seconds = report_now_seconds() - start;
-    return res;
-}
 
 // ---- passes within a budget ---------------------------------------------------------------------
 
@@ -73,7 +51,6 @@ static enum weft_result refuse(struct resample_job *job, const struct weft_profi
 static enum weft_result choose(struct resample_job *job, int channels,
                                const weft_resample_source **sources, double *max_error)
 {
-    struct weft_cost_model model = weft_cost_default;
     struct weft_resample_choice *choice = &job->choices[channels > 1];
     struct weft_resample_choose_params params = {
         .passes = *weft_pass_plan_params(),
@@ -84,7 +61,7 @@ static enum weft_result choose(struct resample_job *job, int channels,
         .max_error = max_error,
         .width = job->result.width,
         .height = job->result.height,
-        .model = &model,
+        .model = &job->engine.model,
         .log = report_log(),
     };
     for (size_t g = 0; g < job->group_count; g++) {
@@ -95,8 +72,8 @@ static enum weft_result choose(struct resample_job *job, int channels,
     }
     if (params.source_count == 0)
         return WEFT_OK;
-    if (job->context)
-        cost_file_load(job->context_kind, weft_context_get_info(job->context)->renderer, &model);
+    if (job->context) // what is emulated is not on any machine
+        engine_load_costs(&job->engine, job->context);
     enum weft_result res = pass_plan_params(&job->option[RESAMPLE_PASSES], PASS_DEFAULT_PROFILE,
                                             &job->kernel, 2, channels, &params.passes);
     if (res == WEFT_OK)
@@ -140,30 +117,8 @@ static enum weft_result plan_passes(struct resample_job *job)
     return res;
 }
 
-// Says what the best would be.
-static enum weft_result check_separable(struct resample_job *job)
-{
-    for (size_t g = 0; job->option[RESAMPLE_MAX_ERROR].given && g < job->group_count; g++) {
-        const struct resample_group *group = &job->group[g];
-        const double bound = resample_group_bound(group, 0.0).total;
-        char name[256];
-        if (bound <= group->max_error)
-            continue;
-        resample_group_name(job, group, name, sizeof name);
-        report_error(
-            "%s: no method is within --max-error %s, which is %.3g: the best one's bound is "
-            "%.3g (separable)",
-            name, job->option[RESAMPLE_MAX_ERROR].text, group->max_error, bound);
-        job->over_budget = true;
-        return WEFT_ERR_ARGUMENT;
-    }
-    return WEFT_OK;
-}
-
 static enum weft_result set_passes(struct resample_job *job)
 {
-    if (job->separable)
-        return WEFT_OK;
     if (!job->option[RESAMPLE_MAX_ERROR].given)
         return plan_passes(job);
     const enum weft_result res = resample_create_context(job); // whose costs count
@@ -172,16 +127,14 @@ static enum weft_result set_passes(struct resample_job *job)
 
 static enum weft_result plan_group(struct resample_job *job, struct resample_group *group)
 {
-    const int which = !job->separable && group->count > 1;
+    const int which = group->count > 1;
     const weft_pass_plan *const passes[2] = {job->single, job->together};
     enum weft_result res = WEFT_OK;
-    if (!job->plan[which])
-        res = weft_resample_plan_create(
-            weft_resample_params(.passes = passes[which], .kernel = job->kernel,
-                                 .size = {job->image.width, job->image.height},
-                                 .width = job->result.width, .height = job->result.height,
-                                 .map = {job->map[0], job->map[1]}, .log = report_log()),
-            &job->plan[which]);
+    if (!job->plan[which]) {
+        struct weft_resample_params params = resample_plan_params(job);
+        params.passes = passes[which];
+        res = weft_resample_plan_create(&params, &job->plan[which]);
+    }
     group->plan = job->plan[which];
     return res;
 }
@@ -189,11 +142,9 @@ static enum weft_result plan_group(struct resample_job *job, struct resample_gro
 enum weft_result resample_plan(struct resample_job *job)
 {
     const double start = report_now_seconds();
-    enum weft_result res = set_passes(job);
-    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
+    enum weft_result res = job->separable ? resample_plan_separable(job) : set_passes(job);
+    for (size_t g = 0; !job->separable && res == WEFT_OK && g < job->group_count; g++)
         res = plan_group(job, &job->group[g]);
-    if (res == WEFT_OK && job->separable)
-        res = check_separable(job);
     job->plan_seconds = report_now_seconds() - start;
     return res;
 }

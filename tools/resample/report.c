@@ -23,6 +23,12 @@ static const char *method_name(const struct resample_job *job)
                                                : WEFT_ALGORITHM_MULTIPASS];
 }
 
+// Rather than OpenGL, or passes that are emulated.
+static bool ran_on_cpu(const struct resample_job *job)
+{
+    return job->separable && weft_resample_plan_get_info(job->plan[0])->engine == WEFT_ENGINE_CPU;
+}
+
 // ---- EXR attributes -----------------------------------------------------------------------------
 
 // "R 0,1; G 0,0.5": of as many groups as fit.
@@ -72,8 +78,13 @@ size_t resample_attributes(const struct resample_job *job,
         run_report_add(out, &count, "max_error", "%s", job->option[RESAMPLE_MAX_ERROR].text);
     add_list(job, out, &count, "source_range", true);
     add_list(job, out, &count, "bound", false);
-    run_report_add_renderer(out, &count, job->context);
-    return count;
+    if (!ran_on_cpu(job)) {
+        run_report_add_renderer(out, &count, job->context);
+        return count;
+    }
+    run_report_add_renderer(out, &count, NULL);
+    return count + engine_attributes(&job->engine, weft_resample_plan_get_info(job->plan[0])->sums,
+                                     out + count);
 }
 
 // ---- JSON ---------------------------------------------------------------------------------------
@@ -185,8 +196,8 @@ static json_t *seconds_json(const struct resample_job *job)
 
 static void set_context(json_t *root, const struct resample_job *job)
 {
-    json_object_set_new(root, "emulated", json_boolean(!job->context));
-    if (job->context)
+    json_object_set_new(root, "emulated", json_boolean(!job->context && !job->separable));
+    if (job->context && !ran_on_cpu(job))
         json_object_set_new(root, "context", run_report_context(job->context));
 }
 
@@ -201,7 +212,7 @@ static void set_run(json_t *root, const struct resample_job *job)
                         run_report_process_peak(), "seconds", seconds_json(job),
                         "mpixels_per_second", json_number(mpixels_per_second(job))));
     set_context(root, job);
-    if (!job->context)
+    if (!job->context && !job->separable)
         json_object_update_new(root, json_pack("{s:o,s:o}", "clamps", json_count(r->clamps),
                                                "largest_clamp", json_number(r->largest_clamp)));
     if (job->option[RESAMPLE_OUTPUT].given)
@@ -226,8 +237,11 @@ static json_t *job_json(const struct resample_job *job)
                   method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
                   "from", windows_json(&job->image), "to", windows_json(&job->result), "plans",
                   plans, "groups", groups_json(job));
-    if (job->separable)
+    if (job->separable) {
+        const struct weft_resample_info *info = weft_resample_plan_get_info(job->plan[0]);
+        engine_set_json(root, &job->engine, info->engine, info->sums);
         json_object_set_new(root, "separable", separable_json(job));
+    }
     if (has_choices(job))
         json_object_set_new(root, "choices", choices_json(job));
     if (job->kernel.prefiltered && job->group->source)
@@ -262,9 +276,13 @@ void resample_print_choices(const struct resample_job *job)
         const struct weft_resample_choice *choice = &job->choices[i];
         if (!choice->count)
             continue;
-        printf("passes for %d channel%s at once, of which %d were planned:\n",
-               i ? RESAMPLE_MAX_TOGETHER : 1, i ? "s" : "", choice->planned);
-        candidates_print(choice->candidates, choice->count, "bound/range");
+        if (job->separable)
+            puts("one axis after the other:");
+        else
+            printf("passes for %d channel%s at once, of which %d were planned:\n",
+                   i ? RESAMPLE_MAX_TOGETHER : 1, i ? "s" : "", choice->planned);
+        candidates_print(choice->candidates, choice->count,
+                         job->separable ? "bound/max-error" : "bound/range");
     }
 }
 
@@ -293,8 +311,12 @@ static void explain(const struct resample_job *job)
         printf("%s %s", g ? "," : "", name);
     }
     putchar('\n');
-    if (job->separable)
-        fputs(weft_resample_plan_get_info(job->plan[0])->text, stdout);
+    if (job->separable) {
+        const struct weft_resample_info *info = weft_resample_plan_get_info(job->plan[0]);
+        char engine[ENGINE_TEXT];
+        printf("%s\n", engine_format(&job->engine, info->engine, info->sums, engine));
+        fputs(info->text, stdout);
+    }
     if (job->option[RESAMPLE_MAX_ERROR].given)
         explain_budget(job);
     resample_print_choices(job);

@@ -29,15 +29,20 @@ static enum weft_result report_none(struct slice_job *job)
 static enum weft_result choose(struct slice_job *job, const struct weft_profile *profile)
 {
     const struct engine *engine = &job->setup->engine;
-    const struct weft_choose_params params = {
+    struct weft_choose_params params = {
         .slice = job->slice_params,
         .max_error = job->max_error,
-        .engines = engine_candidates(engine),
+        .engines = engine_candidates(engine, job->setup->context),
         .threads = engine->cpu.threads,
         .profile = profile,
         .model = &engine->model,
     };
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
+    if (res == WEFT_OK && job->choice.chosen < 0 &&
+        engine_has_more_candidates(engine, &params.engines)) {
+        weft_choice_clear(&job->choice);
+        res = weft_choose(job->volume, &params, &job->choice);
+    }
     if (res != WEFT_OK)
         return res;
     // What was considered is told even where nothing meets the budget.

@@ -84,11 +84,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                            NULL,
                            "filter four channels of one type (R, G, B and A, of each layer) in the "
                            "same passes, mapped by one range (not with dot4)"},
-    [RESAMPLE_CONTEXT] = {.name = "context",
-                          0,
-                          OPTION_TEXT,
-                          "auto|osmesa|egl",
-                          "where OpenGL runs, as in weft slice (default auto)"},
+    ENGINE_OPTIONS(RESAMPLE_ENGINE, ENGINE_AUTOMATIC, ENGINE_SUMS_HELP),
     [RESAMPLE_EMULATE] = {.name = "emulate",
                           0,
                           OPTION_FLAG,
@@ -137,8 +133,6 @@ static const char *option_conflict(const struct option_value *o)
 {
     if (o[RESAMPLE_QUIET].given && o[RESAMPLE_VERBOSE].given)
         return "-q and -v exclude each other";
-    if (o[RESAMPLE_EMULATE].given && o[RESAMPLE_CONTEXT].given)
-        return "--emulate uses no OpenGL: --context makes no sense with it";
     if (!o[RESAMPLE_PREVIEW].given && (o[RESAMPLE_RANGE].given || o[RESAMPLE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
     if (!o[RESAMPLE_OUTPUT].given && !o[RESAMPLE_PREVIEW].given && !o[RESAMPLE_EXPLAIN].given &&
@@ -190,8 +184,8 @@ static enum weft_result check_options(struct resample_job *job)
         res = kernels_normalise(&o[RESAMPLE_NORMALISE], 2, job->kernel_file, &job->kernel);
     if (res == WEFT_OK && o[RESAMPLE_MAX_ERROR].given)
         res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
-    if (res == WEFT_OK && o[RESAMPLE_CONTEXT].given)
-        res = weft_context_kind_parse(report_log(), o[RESAMPLE_CONTEXT].text, &job->context_kind);
+    if (res == WEFT_OK)
+        res = resample_read_engine(job);
     return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
 }
 
@@ -231,19 +225,9 @@ static enum weft_result allocate_pixels(struct resample_job *job)
 
 // ---- groups -------------------------------------------------------------------------------------
 
-// Whatever says how a plan's passes are to be asks for a plan.
-static bool asks_for_passes(const struct resample_job *job)
-{
-    const struct option_value *o = job->option;
-    bool any = o[RESAMPLE_TOGETHER].given || o[RESAMPLE_EMULATE].given;
-    for (int i = 0; i < PASS_OPTION_COUNT; i++)
-        any = any || o[RESAMPLE_PASSES + i].given;
-    return any || weft_kernel_is_radial(&job->kernel, 2);
-}
-
 static enum weft_result make_groups(struct resample_job *job)
 {
-    job->separable = !asks_for_passes(job);
+    job->separable = !job->option[RESAMPLE_EMULATE].given && !resample_passes_option(job);
     const enum weft_result res = resample_make_groups(job);
     if (res == WEFT_OK)
         resample_set_types(job);
@@ -468,6 +452,10 @@ static enum weft_result run_parts(const char *input, const struct option_value *
         jobs[i].option = values;
         jobs[i].start = report_now_seconds();
         jobs[i].context = i ? jobs[i - 1].context : NULL;
+        if (i) {
+            jobs[i].engine = jobs[i - 1].engine;
+            jobs[i].engine_is_read = true;
+        }
         res = run_stages(&jobs[i]);
     }
     return res == WEFT_OK && !values[RESAMPLE_EXPLAIN].given ? write_outputs(jobs, count) : res;
@@ -539,7 +527,8 @@ static const char *const epilogue[] = {
     "counted from the display windows' corners, and W, H, w and h are those windows' sizes. Beyond "
     "the border of the data the nearest pixel's value holds. "
     "A smaller size is no more than that: nothing is filtered away, and a warning says so.",
-    "Each channel is filtered along one axis and then the other in single precision. With "
+    "Each channel is filtered along one axis and then the other, on OpenGL in single precision or "
+    "by the CPU engine in single or double precision. With "
     "--profile, another option of plans, --together, --emulate or a radial kernel it is mapped to "
     "[0, 1] by its range, filtered in the passes that weft plan plans (for fp32 by default), and "
     "mapped back. --verify tells the bound beside the error, and E1, what the kernel itself does "

@@ -304,7 +304,10 @@ static enum weft_result check_setup(struct slice_setup *setup)
         res = check_preview(setup);
     if (res == WEFT_OK)
         res = sweep_read(setup);
-    return res == WEFT_OK ? sweep_check_files(setup) : res;
+    if (res == WEFT_OK)
+        res = sweep_check_files(setup);
+    // While the first volume is opened, planned and read.
+    return res == WEFT_OK && !o[SLICE_EXPLAIN].given ? engine_begin_context(&setup->engine) : res;
 }
 
 // ---- the run ------------------------------------------------------------------------------------
@@ -314,6 +317,7 @@ static void clear_setup(struct slice_setup *setup)
     slice_close(setup);
     sweep_clear(&setup->sweep);
     weft_pass_plan_destroy(&setup->passes);
+    engine_abandon_context(&setup->engine);
     weft_context_destroy(&setup->context);
     weft_kernel_file_destroy(&setup->kernel_file);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Contexts, and what they leave of a caller's own.
 #include <dlfcn.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -201,9 +202,70 @@ static void without_a_callers_context_none_is_left_current(void **state)
     weft_context_destroy(&context);
 }
 
+// What is told comes to the thread that waits, and not before.
+struct listener {
+    pthread_t thread;
+    bool waits;
+    int messages;
+};
+
+static void listen(void *priv, enum weft_log_level level, const char *message)
+{
+    struct listener *listener = priv;
+    (void)level;
+    (void)message;
+    if (!listener->waits || !pthread_equal(listener->thread, pthread_self()))
+        abort();
+    listener->messages++;
+}
+
+static void make_meanwhile(enum weft_context_kind kind)
+{
+    struct listener listener = {.thread = pthread_self()};
+    const struct weft_log log = {listen, &listener};
+    const struct weft_context_params params = {.kind = kind, .log = &log};
+    weft_context_making *making = NULL;
+    weft_context *context = NULL;
+    assert_int_equal(weft_context_begin(&params, &making), WEFT_OK);
+    assert_int_equal(listener.messages, 0);
+    listener.waits = true;
+    assert_int_equal(weft_context_await(&making, &context), WEFT_OK);
+    assert_null(making);
+    assert_true(listener.messages > 0);
+    slice(context);
+    weft_context_destroy(&context);
+    listener.waits = false;
+    assert_int_equal(weft_context_begin(&params, &making), WEFT_OK);
+    weft_context_abandon(&making);
+    assert_null(making);
+}
+
+static void a_context_is_made_meanwhile(void **state)
+{
+    static const enum weft_context_kind kinds[] = {WEFT_CONTEXT_OSMESA, WEFT_CONTEXT_EGL};
+    (void)state;
+    int ran = 0;
+    for (size_t k = 0; k < WEFT_COUNT(kinds); k++) {
+        weft_context *context = NULL;
+        if (weft_context_create(&(struct weft_context_params){.kind = kinds[k]}, &context) !=
+            WEFT_OK)
+            continue;
+        weft_context_destroy(&context);
+        make_meanwhile(kinds[k]);
+        // With a variable that Mesa reads a child tries first, when the context is awaited.
+        setenv("MESA_OF_THIS_TEST", "1", 1);
+        make_meanwhile(kinds[k]);
+        unsetenv("MESA_OF_THIS_TEST");
+        ran++;
+    }
+    if (ran == 0)
+        skip();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_context_is_made_meanwhile), // first: no library is loaded yet
         cmocka_unit_test(a_callers_context_stays_current),
         cmocka_unit_test(without_a_callers_context_none_is_left_current),
     };

@@ -838,6 +838,81 @@ static void chosen_passes_meet_the_budget(void **state)
     weft_pass_plan_destroy(&passes);
 }
 
+// The fastest engine and sums whose bound is within: the CPU's in double where the budget is small,
+// and whatever the model says is faster where it is not.
+static void chosen_engines_meet_the_budget(void **state)
+{
+    (void)state;
+    struct weft_cost_model slow_cpu = weft_cost_default;
+    const struct weft_kernel kernel = kernel_named("mitchell");
+    struct work w = {.samples = make_samples(60, 40, 1), .pixels = make_picture(300, 200, 1)};
+    make_source(&w, &kernel);
+    const weft_resample_source *sources[1] = {w.source};
+    const struct weft_resample_statistics *s = &weft_resample_source_get_info(w.source)->statistics;
+    const double largest = fmax(-s->sample_low, s->sample_high);
+    double budget;
+    for (int sums = 0; sums < WEFT_COST_SUMS; sums++)
+        slow_cpu.cpu_separable_pixel[sums] = 1e4;
+    struct weft_resample_engine_params params = {
+        .plan = *weft_resample_params(.kernel = kernel, .size = {60, 40}, .width = 300,
+                                      .height = 200, .log = &log_to_stderr),
+        .sources = sources,
+        .max_error = &budget,
+        .source_count = 1,
+        .log = &log_to_stderr};
+    const unsigned gl = 1u << WEFT_ENGINE_GL, cpu = 1u << WEFT_ENGINE_CPU;
+    const struct {
+        double budget; // in units of the largest sample
+        const struct weft_cost_model *model;
+        unsigned engines;
+        const char *chosen; // NULL: none is within
+    } cases[] = {
+        {1e-3, NULL, 0, "separable cpu float"},
+        {1e-3, &slow_cpu, 0, "separable"},
+        {1e-3, NULL, gl, "separable"},
+        {1e-3, &slow_cpu, cpu, "separable cpu float"},
+        {2e-7, &slow_cpu, 0, "separable cpu double"},
+        {2e-7, NULL, gl, NULL},
+        {1e-9, NULL, 0, NULL},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct weft_resample_choice choice;
+        budget = cases[i].budget * largest;
+        params.model = cases[i].model;
+        params.engines = cases[i].engines;
+        assert_int_equal(weft_resample_choose_engine(&params, &choice), WEFT_OK);
+        assert_int_equal(choice.chosen >= 0, cases[i].chosen != NULL);
+        assert_true((choice.separable != NULL) == (choice.chosen >= 0));
+        assert_true(choice.best >= 0);
+        if (cases[i].chosen) {
+            assert_string_equal(choice.candidates[choice.chosen].name, cases[i].chosen);
+            w.plan = choice.separable;
+            choice.separable = NULL;
+            const bool on_gl = weft_resample_plan_get_info(w.plan)->engine == WEFT_ENGINE_GL;
+            assert_int_equal(
+                weft_resample_compile(
+                    w.plan, weft_resample_compile_params(.context = on_gl ? contexts[0] : NULL),
+                    &w.compiled),
+                WEFT_OK);
+            assert_int_equal(run_to(&w, &w.pixels, NULL), WEFT_OK);
+            assert_right(&w, cases[i].chosen, 1);
+            assert_true(bound_of(&w) <= budget);
+            weft_resample_compiled_destroy(&w.compiled);
+            weft_resample_plan_destroy(&w.plan);
+        }
+        weft_resample_choice_clear(&choice);
+    }
+    // Without a budget sums are single.
+    params.max_error = NULL;
+    params.source_count = 0;
+    struct weft_resample_choice choice;
+    assert_int_equal(weft_resample_choose_engine(&params, &choice), WEFT_OK);
+    assert_int_equal(choice.count, 2);
+    assert_true(choice.chosen == 0 && choice.separable);
+    weft_resample_choice_clear(&choice);
+    clear(&w);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -856,6 +931,7 @@ int main(void)
         cmocka_unit_test(missing_samples_spread_no_farther),
         cmocka_unit_test(integers_are_moved_exactly),
         cmocka_unit_test(chosen_passes_meet_the_budget),
+        cmocka_unit_test(chosen_engines_meet_the_budget),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_all);
 }

@@ -206,8 +206,7 @@ static void test_many_images(void **state)
         struct weft_image_save_report report;
         snprintf(what, sizeof what, "image %d, %d x %d", i, p.image.width, p.image.height);
         assert_int_equal(weft_image_save_parts(&p.image, 1, &params, &report), WEFT_OK);
-        const bool verified = i % 2 || p.image.compression == WEFT_IMAGE_PIZ;
-        assert_int_equal(report.verified, verified ? report.values : 0);
+        assert_int_equal(report.verified, i % 2 ? report.values : 0);
         assert_read_by_all(params.path, &p.image, what);
         chunks[p.image.compression] += report.chunks;
         raw[p.image.compression] += report.raw;
@@ -246,16 +245,17 @@ static void check_equal_length(const float *plane, int width, int height,
 static void test_equal_lengths(void **state)
 {
     (void)state;
-    enum { TRIES = 20000, ENOUGH = 5 };
+    enum { TRIES = 60000, ENOUGH = 5 };
     static const enum weft_image_compression kinds[] = {WEFT_IMAGE_ZIP, WEFT_IMAGE_ZIPS,
                                                         WEFT_IMAGE_RLE};
+    static const unsigned char words = 2;
     static float plane[64 * 16];
+    static unsigned char room[sizeof plane + WEFT_CHUNK_SLACK];
     for (size_t k = 0; k < WEFT_COUNT(kinds); k++) {
-        weft_chunk_packer *packer;
         int hits = 0, tries = 0;
         const int height = weft_chunk_lines(kinds[k]);
-        assert_int_equal(weft_chunk_packer_create(kinds[k], sizeof plane, &packer), WEFT_OK);
         for (; tries < TRIES && hits < ENOUGH; tries++) {
+            weft_chunk_packer *packer;
             struct weft_chunk chunk;
             random_state = (uint32_t)tries;
             const int width = between(8, 64);
@@ -263,7 +263,10 @@ static void test_equal_lengths(void **state)
             const size_t size = sizeof *plane * (size_t)(width * height);
             for (int i = 0; i < width * height; i++)
                 plane[i] = between(0, 9) ? noise(mask) : 0.5f;
-            assert_int_equal(weft_chunk_pack(packer, plane, size, &chunk), WEFT_OK);
+            const struct weft_chunk_shape shape = {(size_t)width, 1, &words, height};
+            assert_int_equal(weft_chunk_packer_create(kinds[k], &shape, &packer), WEFT_OK);
+            assert_int_equal(weft_chunk_pack(packer, plane, height, room, &chunk), WEFT_OK);
+            weft_chunk_packer_destroy(&packer);
             assert_true(chunk.packed ? chunk.size < size : chunk.size == size);
             if (chunk.shortest != size)
                 continue;
@@ -271,7 +274,6 @@ static void test_equal_lengths(void **state)
             check_equal_length(plane, width, height, kinds[k]);
             hits++;
         }
-        weft_chunk_packer_destroy(&packer);
         print_message("%s: %d blocks of equal length in %d\n",
                       weft_image_compression_names[kinds[k]], hits, tries);
         assert_int_equal(hits, ENOUGH);

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/image/image_lines.h - planes as lines of a file, and back (not installed).
+#ifndef WEFT_TILES_IMAGE_IMAGE_LINES_H
+#define WEFT_TILES_IMAGE_IMAGE_LINES_H
+
+#include "filter/half.h"
+#include "tiles/image/image.h"
+
+WEFT_BEGIN_DECLS
+
+// Stores `count` lines from line `first` on as the format has them: in each line one channel after
+// the other, little-endian; halves are rounded to nearest even, and what they lose is added up.
+void weft_lines_gather(const struct weft_image_channel *const *channels, size_t channel_count,
+                       size_t width, size_t first, size_t count, unsigned char *out,
+                       struct weft_half_losses *losses);
+
+WEFT_END_DECLS
+#endif
