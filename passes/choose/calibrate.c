@@ -17,7 +17,7 @@ enum {
     TINY = 8,
     FEW_RUNS = 4,
     RUNS = 16,
-    STEPS = 71
+    STEPS = 80
 };
 // Of a job's runs: two are then enough, or four.
 static const double LONG_SECONDS = 0.2, SHORT_SECONDS = 0.06;
@@ -29,6 +29,7 @@ struct timed {
     // The work, as its algorithm describes it.
     double voxels, samples;
     struct weft_fused_work fused;
+    struct weft_hardware_work hardware;
     struct weft_separable_work separable;
     struct weft_pass_work plan;
 };
@@ -112,6 +113,9 @@ static void set_work(const struct weft_work *work, struct timed *out)
     case WEFT_ALGORITHM_MULTIPASS:
         out->plan = work->of.passes.plan;
         out->samples = work->of.passes.samples;
+        break;
+    case WEFT_ALGORITHM_HARDWARE:
+        out->hardware = work->of.hardware;
         break;
     }
 }
@@ -252,6 +256,33 @@ static void calibrate_fused(struct calibration *c)
     calibrate_sources(c, job);
 }
 
+// Kernels of few and of many fetches, as of fused sources; pixels take what they do there. A
+// context whose sampler does not do keeps the defaults.
+static void calibrate_hardware(struct calibration *c)
+{
+    struct weft_cost_model *m = &c->model;
+    const double pixels = (double)PIXELS * PIXELS;
+    struct job job = {.method.algorithm = WEFT_ALGORITHM_HARDWARE, .oblique = true};
+    struct weft_sampler sampler;
+    for (int source = 0; source < WEFT_SOURCE_FORMATS; source++)
+        if (weft_sampler_measure(c->context, (enum weft_source_format)source, &sampler) != WEFT_OK)
+            return;
+    find_start(c, job);
+    job.pixels = PIXELS;
+    for (int source = 0; source < WEFT_SOURCE_FORMATS; source++) {
+        job.method.source = (enum weft_source_format)source;
+        job.kernel = "linear";
+        const struct timed few = timed(c, job);
+        job.kernel = "bspline3";
+        const struct timed many = timed(c, job);
+        const double weights = (many.hardware.weights - few.hardware.weights) * m->weights;
+        m->hardware_fetch[source] = positive(((many.passes - few.passes) / pixels - weights) /
+                                             (many.hardware.fetches - few.hardware.fetches));
+        m->hardware_texel[source] =
+            positive((many.layout - pixels * m->entry) / many.hardware.texels);
+    }
+}
+
 static void calibrate_separable(struct calibration *c)
 {
     struct weft_cost_model *m = &c->model;
@@ -369,6 +400,7 @@ static void calibrate_passes(struct calibration *c)
 static void calibrate_gl(struct calibration *c)
 {
     calibrate_fused(c);
+    calibrate_hardware(c);
     calibrate_separable(c);
     calibrate_passes(c);
     snprintf(c->model.renderer, sizeof c->model.renderer, "%s",

@@ -28,6 +28,8 @@ static struct weft_method_params params_of(const struct chooser *c,
     params.slice.kernel = c->base->info.kernel;
     params.slice.footprint = c->base->footprint;
     params.slice.log = &c->quiet.log;
+    if (c->params->samplers && method->algorithm == WEFT_ALGORITHM_HARDWARE)
+        params.sampler = c->params->samplers[method->source];
     return params;
 }
 
@@ -69,6 +71,30 @@ static void set_slice_figures(const struct chooser *c, const struct weft_slice_p
     candidate->bytes =
         (uint64_t)(work.algorithm == WEFT_ALGORITHM_FUSED ? fused_bytes(&work)
                                                           : separable_bytes(&work, request));
+}
+
+// Likewise; a texture is at most twice as large along an axis as its blocks.
+static enum weft_result set_hardware_figures(const struct chooser *c,
+                                             const struct weft_method_params *params,
+                                             const struct weft_slice_plan *request,
+                                             struct weft_candidate *candidate)
+{
+    const struct weft_bound_values values = weft_method_values(&c->choice->statistics);
+    const struct weft_sampler sampler = weft_method_sampler(params);
+    struct weft_work work = weft_method_work(&candidate->method, request, c->base, NULL, 0.0);
+    struct weft_hardware_figures figures;
+    const enum weft_result res =
+        weft_hardware_figures_find(&c->quiet.log, request, c->base, &sampler, &figures);
+    if (res != WEFT_OK)
+        return res;
+    work.of.hardware = figures.work;
+    candidate->state = WEFT_CANDIDATE_DEARER;
+    candidate->bound = weft_bound_compute(&figures.bound, &values).total;
+    candidate->seconds = weft_cost_of(c->model, &work);
+    candidate->bytes =
+        (uint64_t)(figures.work.texels * weft_source_format_bytes(figures.work.source) +
+                   common_bytes(&work));
+    return WEFT_OK;
 }
 
 // The least that a plan of passes could have.
@@ -118,14 +144,14 @@ static enum weft_result consider_slice(struct chooser *c, const struct weft_meth
 {
     const struct weft_slice_params slice = weft_method_slice_params(params);
     weft_slice_plan *request = NULL;
-    const enum weft_result res = weft_slice_request_create(c->volume, &slice, &request);
-    if (weft_quiet_log_refuses(&c->quiet, res))
-        return WEFT_OK;
-    if (res == WEFT_OK &&
-        (candidate->method.algorithm == WEFT_ALGORITHM_FUSED || request->axes.separable))
+    enum weft_result res = weft_slice_request_create(c->volume, &slice, &request);
+    if (res == WEFT_OK && candidate->method.algorithm == WEFT_ALGORITHM_HARDWARE)
+        res = set_hardware_figures(c, params, request, candidate);
+    else if (res == WEFT_OK &&
+             (candidate->method.algorithm == WEFT_ALGORITHM_FUSED || request->axes.separable))
         set_slice_figures(c, request, candidate);
     weft_slice_plan_destroy(&request);
-    return res;
+    return weft_quiet_log_refuses(&c->quiet, res) ? WEFT_OK : res;
 }
 
 static enum weft_result consider(struct chooser *c, struct weft_method method)

@@ -21,6 +21,8 @@ struct weft_choose_params {
     double max_error; // the budget, in the volume's values, >= 0 (default 0: exact methods alone)
     unsigned engines; // that candidates may run on, bits 1u << enum weft_engine (default 0: all)
     int threads;      // that the CPU engine will have (default 0: those that the model has)
+    // Of what is to run it, by enum weft_source_format (default NULL: weft_sampler_assume).
+    const struct weft_sampler *samplers;
     const struct weft_profile *profile;  // candidates are passes on this one (default NULL: all)
     const struct weft_cost_model *model; // that predicts times (default NULL: weft_cost_default)
 };

@@ -21,6 +21,8 @@ static bool is_known(const struct weft_work *w)
     case WEFT_ALGORITHM_FUSED:
         return (unsigned)w->of.fused.layout <= WEFT_LAYOUT_PLAIN &&
                (unsigned)w->of.fused.source <= WEFT_SOURCE_UNORM8;
+    case WEFT_ALGORITHM_HARDWARE:
+        return (unsigned)w->of.hardware.source <= WEFT_SOURCE_UNORM8;
     case WEFT_ALGORITHM_SEPARABLE:
         return true;
     case WEFT_ALGORITHM_MULTIPASS:
@@ -36,6 +38,15 @@ static double fused_ns(const struct weft_cost_model *m, const struct weft_work *
     const double weights = w->weights_fetched ? m->weights_fetched : m->weights;
     return w->texels * m->texel[layout][w->source] +
            work->pixels * (m->entry + m->pixel + w->fetches * m->fetch[layout][w->source] +
+                           w->weights * weights);
+}
+
+static double hardware_ns(const struct weft_cost_model *m, const struct weft_work *work)
+{
+    const struct weft_hardware_work *w = &work->of.hardware;
+    const double weights = w->weights_fetched ? m->weights_fetched : m->weights;
+    return w->texels * m->hardware_texel[w->source] +
+           work->pixels * (m->entry + m->pixel + w->fetches * m->hardware_fetch[w->source] +
                            w->weights * weights);
 }
 
@@ -60,6 +71,7 @@ static double gl_ns(const struct weft_cost_model *m, const struct weft_work *w)
 {
     const double algorithm = w->algorithm == WEFT_ALGORITHM_FUSED       ? fused_ns(m, w)
                              : w->algorithm == WEFT_ALGORITHM_SEPARABLE ? separable_ns(m, w)
+                             : w->algorithm == WEFT_ALGORITHM_HARDWARE  ? hardware_ns(m, w)
                                                                         : passes_ns(m, w);
     return m->start[w->algorithm] + algorithm;
 }
@@ -112,6 +124,8 @@ static const struct field fields[] = {
     FIELD(weights_fetched, 1),
     FIELD(fetch, WEFT_COST_LAYOUTS * 4),
     FIELD(texel, WEFT_COST_LAYOUTS * 4),
+    FIELD(hardware_fetch, 4),
+    FIELD(hardware_texel, 4),
     FIELD(summed, 1),
     FIELD(tap, 1),
     FIELD(separable_pixel, 1),
@@ -269,7 +283,7 @@ enum weft_result weft_cost_parse(const struct weft_log *log, const char *text,
 // ---- defaults -----------------------------------------------------------------------------------
 
 const struct weft_cost_model weft_cost_default = {
-    .start = {6e4, 8e4, 7e4},
+    .start = {6e4, 8e4, 7e4, 7e4},
     .voxel = 0.85,
     .entry = 7.5,
     .pixel = 11.0,
@@ -277,6 +291,8 @@ const struct weft_cost_model weft_cost_default = {
     .weights_fetched = 1.0,
     .fetch = {{0.71, 0.92, 0.87, 0.66}, {0.86, 1.0, 1.1, 0.84}, {0.6, 0.65, 0.61, 0.77}},
     .texel = {{5.2, 6.0, 5.5, 5.7}, {8.0, 12.7, 9.5, 9.3}, {1.8, 3.5, 3.0, 2.9}},
+    .hardware_fetch = {3.0, 3.0, 3.2, 4.6},
+    .hardware_texel = {2.4, 3.0, 2.6, 2.0},
     .summed = 1.9,
     .tap = 0.39,
     .separable_pixel = 5.0,

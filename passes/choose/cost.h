@@ -9,7 +9,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_COST_ALGORITHMS = 3, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4, WEFT_COST_SUMS = 2 };
+enum { WEFT_COST_ALGORITHMS = 4, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4, WEFT_COST_SUMS = 2 };
 
 // A machine's times, each in nanoseconds for one of what it names. A plain value that owns nothing.
 struct weft_cost_model {
@@ -28,6 +28,9 @@ struct weft_cost_model {
     double entry, pixel, weights, weights_fetched;
     double fetch[WEFT_COST_LAYOUTS][4]; // [layout less 1][enum weft_source_format]
     double texel[WEFT_COST_LAYOUTS][4]; // that is laid out and uploaded, likewise
+    // Hardware takes what the fused one does for each pixel, but for fetches, which are filtered,
+    // and texels. By enum weft_source_format.
+    double hardware_fetch[4], hardware_texel[4];
     // The separable algorithm: a voxel that is summed along an axis before, a tap of either pass,
     // and a pixel of the result.
     double summed, tap, separable_pixel;

@@ -10,13 +10,14 @@
 #include "filter/check.h"
 #include "filter/analysis/error.h"
 
-const char *const weft_algorithm_names[] = {"fused", "separable", "passes", NULL};
+const char *const weft_algorithm_names[] = {"fused", "separable", "passes", "hardware", NULL};
 
 struct weft_method_plan {
     struct weft_method_plan_info info;
     struct weft_slice_statistics statistics;
     weft_slice_plan *slice;
     weft_pass_plan *passes;
+    weft_hardware_plan *hardware;
     struct weft_bound_terms terms;
     uint64_t memory_bytes;
     const struct weft_log *log;
@@ -32,6 +33,8 @@ int weft_method_format(const struct weft_method *method, char *text, size_t size
                         weft_name(weft_sums_names, method->sums));
     if (method->algorithm == WEFT_ALGORITHM_SEPARABLE)
         return snprintf(text, size, "separable");
+    if (method->algorithm == WEFT_ALGORITHM_HARDWARE)
+        return snprintf(text, size, "hardware %s", weft_source_format_name(method->source));
     if (method->algorithm == WEFT_ALGORITHM_FUSED) {
         if (method->lookup != WEFT_LOOKUP_POLYNOMIAL)
             snprintf(samples, sizeof samples, " M=%d", method->samples);
@@ -80,6 +83,13 @@ static void add_fused(struct list *list)
                                            .samples = samples});
 }
 
+static void add_hardware(struct list *list)
+{
+    for (int source = 0; source < WEFT_SOURCE_FORMATS; source++)
+        add(list, (struct weft_method){.algorithm = WEFT_ALGORITHM_HARDWARE,
+                                       .source = (enum weft_source_format)source});
+}
+
 static bool can_run(const struct weft_profile *profile, enum weft_technique technique)
 {
     // The others keep bits that only unorm targets lack.
@@ -116,6 +126,7 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
 {
     struct list list = {0};
     add_fused(&list);
+    add_hardware(&list);
     add(&list, (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE});
     add_passes(&list);
     if (list.failed) {
@@ -130,6 +141,13 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
 
 // ---- plans --------------------------------------------------------------------------------------
 
+// Whether voxels are stored in one of several formats.
+static bool has_source(const struct weft_method *method)
+{
+    return method->engine == WEFT_ENGINE_GL && (method->algorithm == WEFT_ALGORITHM_FUSED ||
+                                                method->algorithm == WEFT_ALGORITHM_HARDWARE);
+}
+
 // What the method decides of the slice.
 struct weft_slice_params weft_method_slice_params(const struct weft_method_params *p)
 {
@@ -137,18 +155,21 @@ struct weft_slice_params weft_method_slice_params(const struct weft_method_param
     const struct weft_method *method = &p->method;
     if (method->algorithm != WEFT_ALGORITHM_SEPARABLE)
         slice.without |= WEFT_SAVING_SEPARABLE;
-    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
-        slice.without |= WEFT_SAVING_AXIS; // its boxes hold every tap
+    if (method->algorithm == WEFT_ALGORITHM_MULTIPASS ||
+        method->algorithm == WEFT_ALGORITHM_HARDWARE)
+        slice.without |= WEFT_SAVING_AXIS; // boxes, or textures, hold every tap
     slice.engine = method->engine;
     slice.sums = method->sums;
     if (method->engine == WEFT_ENGINE_CPU)
         slice.layout = WEFT_LAYOUT_AUTO; // its own
-    if (method->algorithm != WEFT_ALGORITHM_FUSED || method->engine == WEFT_ENGINE_CPU)
+    if (!has_source(method))
         return slice;
-    slice.layout = method->layout;
     slice.source = method->source;
-    slice.lookup = method->lookup;
-    slice.samples = method->samples;
+    if (method->algorithm == WEFT_ALGORITHM_FUSED) {
+        slice.layout = method->layout;
+        slice.lookup = method->lookup;
+        slice.samples = method->samples;
+    }
     slice.low = p->statistics.low;
     // One value maps to 0, whatever the range's width.
     slice.high =
@@ -202,6 +223,8 @@ struct weft_work weft_method_work(const struct weft_method *method,
         work.of.passes.plan = *passes;
         work.of.passes.samples = samples;
         break;
+    case WEFT_ALGORITHM_HARDWARE:
+        break;
     }
     return work;
 }
@@ -222,6 +245,27 @@ static enum weft_result plan_passes(weft_method_plan *plan, const struct weft_me
                                                (uint64_t)p->slice.geometry.width *
                                                (uint64_t)p->slice.geometry.height;
     plan->info.fetches = info->fetches;
+    return WEFT_OK;
+}
+
+struct weft_sampler weft_method_sampler(const struct weft_method_params *p)
+{
+    return p->sampler.max_size ? p->sampler : weft_sampler_assume(p->method.source);
+}
+
+static enum weft_result plan_hardware(weft_method_plan *plan, const struct weft_method_params *p)
+{
+    const enum weft_result res = weft_hardware_plan_create(
+        weft_hardware_params(.slice = plan->slice, .sampler = weft_method_sampler(p),
+                             .memory_bytes = p->slice.memory_bytes, .log = p->slice.log),
+        &plan->hardware);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_hardware_plan_info *info = plan->info.hardware =
+        weft_hardware_plan_get_info(plan->hardware);
+    plan->terms = info->bound;
+    plan->info.bytes = info->memory_bytes;
+    plan->info.fetches = info->fetches_per_pixel;
     return WEFT_OK;
 }
 
@@ -248,6 +292,8 @@ static void tell(weft_method_plan *plan)
         samples = weft_slice_multipass_samples(plan->slice->footprint);
     }
     info->work = weft_method_work(&method, plan->slice, plan->slice, &passes, samples);
+    if (info->hardware)
+        info->work.of.hardware = info->hardware->work;
     info->bound = weft_bound_compute(&plan->terms, &values).total;
     info->e1 = leading_e1(&info->slice->kernel, &plan->statistics);
     weft_method_format(&info->method, info->name, sizeof info->name);
@@ -257,10 +303,12 @@ static void tell(weft_method_plan *plan)
 static enum weft_result check_engine(const struct weft_method *method, const struct weft_log *log)
 {
     const bool cpu = method->engine == WEFT_ENGINE_CPU;
-    if (cpu ? method->algorithm != WEFT_ALGORITHM_MULTIPASS : method->sums == WEFT_SUMS_FLOAT)
+    const bool both =
+        method->algorithm == WEFT_ALGORITHM_FUSED || method->algorithm == WEFT_ALGORITHM_SEPARABLE;
+    if (cpu ? both : method->sums == WEFT_SUMS_FLOAT)
         return WEFT_OK;
-    weft_debug(log,
-               cpu ? "the CPU engine has no passes" : "OpenGL has no sums in double precision");
+    weft_debug(log, cpu ? "the CPU engine has no passes, and no texture sampler"
+                        : "OpenGL has no sums in double precision");
     return WEFT_ERR_UNSUPPORTED;
 }
 
@@ -285,7 +333,7 @@ enum weft_result weft_method_check(const struct weft_method_params *p)
 {
     const struct weft_method *method = &p->method;
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(p->slice.log, method->algorithm, WEFT_ALGORITHM_MULTIPASS);
+    weft_require_enum(p->slice.log, method->algorithm, WEFT_ALGORITHM_HARDWARE);
     weft_require_enum(p->slice.log, method->engine, WEFT_ENGINE_CPU);
     weft_require_enum(p->slice.log, method->sums, WEFT_SUMS_DOUBLE);
     weft_require_enum(p->slice.log, method->layout, WEFT_LAYOUT_PLAIN);
@@ -293,8 +341,14 @@ enum weft_result weft_method_check(const struct weft_method_params *p)
     weft_require_enum(p->slice.log, method->lookup, WEFT_LOOKUP_NEAREST);
     weft_require_enum(p->slice.log, method->technique, WEFT_TECHNIQUE_LOG);
     res = check_engine(method, p->slice.log);
-    if (res == WEFT_OK && method->algorithm == WEFT_ALGORITHM_FUSED)
+    if (res == WEFT_OK && has_source(method))
         res = check_source(p);
+    if (res == WEFT_OK && method->algorithm == WEFT_ALGORITHM_HARDWARE &&
+        p->slice.clamp_to_samples) {
+        weft_debug(p->slice.log,
+                   "the texture sampler does not clamp to the samples next to a pixel");
+        res = WEFT_ERR_UNSUPPORTED;
+    }
     if (res == WEFT_OK && method->algorithm == WEFT_ALGORITHM_MULTIPASS &&
         method->technique == WEFT_TECHNIQUE_LOG && p->statistics.low < 0.0) {
         weft_debug(p->slice.log, "logarithms need voxels from 0 on, not from %g",
@@ -341,6 +395,8 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
     plan->terms = info->bound;
     if (params->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         res = plan_passes(plan, params);
+    if (params->method.algorithm == WEFT_ALGORITHM_HARDWARE)
+        res = plan_hardware(plan, params);
     if (res != WEFT_OK)
         goto fail;
     tell(plan);
@@ -355,6 +411,7 @@ void weft_method_plan_destroy(weft_method_plan **plan)
 {
     if (!plan || !*plan)
         return;
+    weft_hardware_plan_destroy(&(*plan)->hardware);
     weft_slice_plan_destroy(&(*plan)->slice);
     weft_pass_plan_destroy(&(*plan)->passes);
     free(*plan);
@@ -364,6 +421,8 @@ void weft_method_plan_destroy(weft_method_plan **plan)
 void weft_method_plan_set_log(weft_method_plan *plan, const struct weft_log *log)
 {
     plan->log = plan->slice->log = log;
+    if (plan->hardware)
+        plan->hardware->log = log;
 }
 
 const struct weft_method_plan_info *weft_method_plan_get_info(const weft_method_plan *plan)
@@ -399,6 +458,7 @@ enum weft_result weft_method_run(const weft_method_plan *plan,
         .context = plan->info.method.engine == WEFT_ENGINE_CPU ? NULL : params->context,
         .cpu = params->cpu,
         .passes = plan->passes ? &passes : NULL,
+        .hardware = plan->hardware,
     };
     struct weft_method_report own = {0};
     const double start = weft_now_seconds();

@@ -5,6 +5,7 @@
 
 #include "passes/choose/method.h"
 #include "passes/fused/plan.h"
+#include "passes/hardware/plan.h"
 
 // The slice as the method has it planned, and its passes.
 struct weft_slice_params weft_method_slice_params(const struct weft_method_params *params);
@@ -15,10 +16,14 @@ struct weft_bound_values weft_method_values(const struct weft_slice_statistics *
 
 // The work of a method: of a request for it, where voxels lie as in a plan that was placed (or the
 // request's own). passes: their plan's, or the least; NULL but for passes. samples: of their boxes.
+// That of hardware is the caller's to fill in.
 struct weft_work weft_method_work(const struct weft_method *method,
                                   const struct weft_slice_plan *request,
                                   const struct weft_slice_plan *placed,
                                   const struct weft_pass_work *passes, double samples);
+
+// The sampler that hardware is planned for.
+struct weft_sampler weft_method_sampler(const struct weft_method_params *params);
 
 // Where a plan logs to from now on.
 void weft_method_plan_set_log(weft_method_plan *plan, const struct weft_log *log);

@@ -29,7 +29,7 @@ struct weft_sampler weft_sampler_assume(enum weft_source_format format)
     if ((size_t)format >= WEFT_SOURCE_FORMATS)
         return (struct weft_sampler){0};
     return (struct weft_sampler){
-        .fraction = 0x1p-8 + 0x1p-13,
+        .fraction = 0x1p-8 + 0x1p-12, // what measuring leaves open included
         .rounding = format == WEFT_SOURCE_UNORM8 ? 1.0 / 255.0 : 0x1p-16,
         .max_size = 256,
     };

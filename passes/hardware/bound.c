@@ -33,24 +33,22 @@
 static const double UNIT = 0x1p-24; // unit roundoff of single precision
 
 // Of one axis, in units of the largest |value read|.
-static double weight_error(const struct weft_hardware_plan *plan, double gain)
+static double weight_error(const struct weft_slice_plan *slice,
+                           const struct weft_hardware_pairs *pairs)
 {
-    const struct weft_slice_plan *slice = plan->slice;
-    // As of any slice: weights and positions of all three axes, of which this one is a third.
-    const double position = weft_slice_weight_bound(slice);
-    return position + UNIT * gain + plan->pairs.wrong_sign +
-           2.0 * plan->pairs.pairs * slice->weights->error;
+    return weft_slice_weight_bound(slice) + UNIT * slice->smooth.gain + pairs->wrong_sign +
+           2.0 * pairs->pairs * slice->weights->error;
 }
 
-struct weft_bound_terms weft_hardware_bound(const struct weft_hardware_plan *plan)
+struct weft_bound_terms weft_hardware_bound(const struct weft_slice_plan *slice,
+                                            const struct weft_hardware_pairs *pairs,
+                                            const struct weft_sampler *sampler)
 {
-    const struct weft_slice_plan *slice = plan->slice;
-    const struct weft_sampler *sampler = &plan->info.sampler;
     const double gain = slice->smooth.gain, whole = pow(gain, 3);
     const double rounding = fmax(sampler->rounding, 5.0 * UNIT);
     const double fraction = sampler->fraction + 0x1p-16 + 0x1p-22;
-    const double sums = 1.0 + 3.0 * (plan->pairs.fetches + 1) * UNIT;
-    const double reached = pow(gain + weight_error(plan, gain), 3) * sums;
+    const double sums = 1.0 + 3.0 * (pairs->fetches + 1) * UNIT;
+    const double reached = pow(gain + weight_error(slice, pairs), 3) * sums;
     const double relative = reached - whole + reached * 3.0 * rounding;
     const double sampled = reached * 3.0 * fraction;
     struct weft_bound_terms terms = slice->info.bound; // of the grid's numbers and the prefilter

@@ -47,7 +47,7 @@ static enum weft_result fill_tile(const struct weft_hardware_plan *plan,
 static uint64_t tile_bytes(const struct weft_hardware_plan *plan,
                            const struct weft_hardware_tile *tile, struct weft_hardware_atlas *atlas)
 {
-    const int side = WEFT_BRICK_SIZE + plan->slice->info.kernel.width;
+    const int side = weft_hardware_side(&plan->slice->info.kernel);
     if (!weft_hardware_atlas_fit(tile->cells->map.count, side, plan->info.sampler.max_size, atlas))
         return 0;
     const uint64_t texture = weft_hardware_atlas_bytes(atlas, plan->slice->info.source);
@@ -157,9 +157,6 @@ static enum weft_result check(const struct weft_hardware_params *p)
     const struct weft_sampler *sampler = &p->sampler;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->slice != NULL);
-    weft_require(p->log, p->slice->info.engine == WEFT_ENGINE_GL);
-    weft_require(p->log, !p->slice->axes.summed && !p->slice->axes.separable);
-    weft_require(p->log, !p->slice->clamp_to_samples);
     weft_require(p->log,
                  sampler->max_size == 0 ||
                      (sampler->max_size >= 64 && sampler->max_size <= WEFT_SAMPLER_MAX_SIZE &&
@@ -170,26 +167,16 @@ fail:
     return res;
 }
 
-static enum weft_result find_pairs(struct weft_hardware_plan *plan)
+static void set_info(struct weft_hardware_plan *plan, const struct weft_hardware_figures *figures)
 {
     struct weft_hardware_plan_info *info = &plan->info;
-    const struct weft_slice_plan_info *slice = &plan->slice->info;
-    weft_hardware_pairs_find(&plan->slice->weights->tiles, &plan->pairs);
-    info->fetches_per_axis = plan->pairs.fetches;
-    info->pairs_per_axis = plan->pairs.pairs;
-    info->fetches_per_pixel =
-        info->fetches_per_axis * info->fetches_per_axis * info->fetches_per_axis;
-    info->work = (struct weft_hardware_work){
-        .source = slice->source,
-        .fetches = info->fetches_per_pixel,
-        .weights = 3.0 * slice->weight_vectors,
-        .weights_fetched = slice->samples > 1,
-    };
-    if (plan->pairs.pairs > 0)
-        return WEFT_OK;
-    weft_error(plan->log, "kernel %s: no two neighbouring taps that the sampler could take at once",
-               slice->kernel.info->name);
-    return WEFT_ERR_UNSUPPORTED;
+    plan->pairs = figures->pairs;
+    info->fetches_per_axis = figures->pairs.fetches;
+    info->pairs_per_axis = figures->pairs.pairs;
+    info->fetches_per_pixel = (int)figures->work.fetches;
+    info->bound = figures->bound;
+    info->work = figures->work;
+    info->work.texels = 0.0; // tiles may share cells
 }
 
 enum weft_result weft_hardware_plan_create(const struct weft_hardware_params *params,
@@ -204,18 +191,20 @@ enum weft_result weft_hardware_plan_create(const struct weft_hardware_params *pa
         weft_error(params->log, "not enough memory to plan hardware filtering");
         return WEFT_ERR_MEMORY;
     }
+    struct weft_hardware_figures figures;
     plan->slice = params->slice;
     plan->log = params->log;
     plan->memory_bytes = params->memory_bytes ? params->memory_bytes : DEFAULT_MEMORY;
     plan->info.sampler = params->sampler.max_size ? params->sampler
                                                   : weft_sampler_assume(params->slice->info.source);
-    res = find_pairs(plan);
-    if (res == WEFT_OK)
-        res = plan_tiles(plan);
+    res = weft_hardware_figures_find(params->log, plan->slice, plan->slice, &plan->info.sampler,
+                                     &figures);
     if (res == WEFT_OK) {
-        plan->info.bound = weft_hardware_bound(plan);
-        res = weft_hardware_text_print(plan);
+        set_info(plan, &figures);
+        res = plan_tiles(plan);
     }
+    if (res == WEFT_OK)
+        res = weft_hardware_text_print(plan);
     if (res == WEFT_OK)
         *out = plan;
     else

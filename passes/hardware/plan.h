@@ -46,8 +46,26 @@ size_t weft_hardware_atlas_blocks(const struct weft_hardware_atlas *atlas);
 uint64_t weft_hardware_atlas_bytes(const struct weft_hardware_atlas *atlas,
                                    enum weft_source_format format);
 
-// The bound's terms, from slice, pairs, sampler and atlas.
-struct weft_bound_terms weft_hardware_bound(const struct weft_hardware_plan *plan);
+// Texels along a side of a block, with the one behind it, for a kernel.
+int weft_hardware_side(const struct weft_kernel *kernel);
+
+// The bound's terms.
+struct weft_bound_terms weft_hardware_bound(const struct weft_slice_plan *slice,
+                                            const struct weft_hardware_pairs *pairs,
+                                            const struct weft_sampler *sampler);
+
+// What is known of a slice that was requested: pairs, bound, and the work where voxels lie as in a
+// plan that was placed. Returns as weft_hardware_plan_create, without WEFT_ERR_LIMIT.
+struct weft_hardware_figures {
+    struct weft_hardware_pairs pairs;
+    struct weft_bound_terms bound;
+    struct weft_hardware_work work;
+};
+enum weft_result weft_hardware_figures_find(const struct weft_log *log,
+                                            const struct weft_slice_plan *request,
+                                            const struct weft_slice_plan *placed,
+                                            const struct weft_sampler *sampler,
+                                            struct weft_hardware_figures *out);
 
 // Fills text and info.text. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_hardware_text_print(struct weft_hardware_plan *plan);

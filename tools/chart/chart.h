@@ -35,6 +35,7 @@ enum chart_option {
 enum chart_family {
     CHART_FUSED, // by source format
     CHART_SEPARABLE = CHART_FUSED + WEFT_SOURCE_FORMATS,
+    CHART_HARDWARE,
     CHART_CPU, // by sums: fused and separable on the CPU engine
     CHART_PASSES = CHART_CPU + WEFT_SUMS_DOUBLE + 1, // by technique
     CHART_PEER = CHART_PASSES + WEFT_TECHNIQUE_LOG + 1,

@@ -164,7 +164,7 @@ static enum weft_result measure_method(struct bench *b, struct chart_point *poin
 {
     const struct weft_log log = {.write = keep_reason, .priv = b};
     const struct weft_progress progress = {.report = go_on, .priv = b};
-    const struct weft_method_params params = {
+    struct weft_method_params params = {
         .method = point->method,
         .slice = slice_params(b, point->kernel, &progress, &log),
         .statistics = *b->statistics,
@@ -173,7 +173,11 @@ static enum weft_result measure_method(struct bench *b, struct chart_point *poin
     b->reason[0] = 0;
     b->reason_is_error = false;
     b->deadline = report_now_seconds() + PLAN_SECONDS;
-    enum weft_result res = weft_method_plan_create(b->scene->volume, &params, &plan);
+    enum weft_result res = WEFT_OK;
+    if (point->method.algorithm == WEFT_ALGORITHM_HARDWARE)
+        res = weft_sampler_measure(b->job->context, point->method.source, &params.sampler);
+    if (res == WEFT_OK)
+        res = weft_method_plan_create(b->scene->volume, &params, &plan);
     b->deadline = INFINITY;
     if (res == WEFT_ERR_CANCELLED)
         snprintf(b->reason, sizeof b->reason, "planning takes over %g s", PLAN_SECONDS);
@@ -203,6 +207,8 @@ static enum chart_family family_of(const struct weft_method *method)
         return CHART_FUSED + method->source;
     case WEFT_ALGORITHM_SEPARABLE:
         return CHART_SEPARABLE;
+    case WEFT_ALGORITHM_HARDWARE:
+        return CHART_HARDWARE;
     case WEFT_ALGORITHM_MULTIPASS:
         break;
     }
@@ -216,7 +222,8 @@ static void name_technique(const struct weft_method *method, char out[CHART_TEXT
         return;
     }
     const char *detail =
-        method->algorithm == WEFT_ALGORITHM_FUSED       ? weft_source_format_name(method->source)
+        method->algorithm == WEFT_ALGORITHM_FUSED || method->algorithm == WEFT_ALGORITHM_HARDWARE
+            ? weft_source_format_name(method->source)
         : method->algorithm == WEFT_ALGORITHM_MULTIPASS ? weft_technique_names[method->technique]
                                                         : "";
     snprintf(out, CHART_TEXT, "%s%s%s", weft_algorithm_names[method->algorithm], *detail ? " " : "",
@@ -328,6 +335,8 @@ static int rank(const struct weft_method *method)
 {
     if (method->algorithm == WEFT_ALGORITHM_SEPARABLE || method->engine == WEFT_ENGINE_CPU)
         return 0;
+    if (method->algorithm == WEFT_ALGORITHM_HARDWARE)
+        return 1;
     if (method->algorithm == WEFT_ALGORITHM_FUSED)
         return method->lookup == WEFT_LOOKUP_POLYNOMIAL ? 1 : method->samples % 64 == 0 ? 3 : 4;
     if (method->samples > 32)
@@ -339,6 +348,8 @@ static bool is_quick(const struct weft_method *method)
 {
     if (method->engine == WEFT_ENGINE_CPU)
         return true;
+    if (method->algorithm == WEFT_ALGORITHM_HARDWARE)
+        return method->source == WEFT_SOURCE_FLOAT || method->source == WEFT_SOURCE_UNORM8;
     if (method->algorithm == WEFT_ALGORITHM_MULTIPASS)
         return method->samples == 16 && method->technique <= WEFT_TECHNIQUE_DOT4;
     return method->lookup == WEFT_LOOKUP_POLYNOMIAL

@@ -23,6 +23,7 @@ static const struct {
     [CHART_FUSED + WEFT_SOURCE_UNORM16] = {"fused, unorm16 source", "#62b5f0", 7},
     [CHART_FUSED + WEFT_SOURCE_UNORM8] = {"fused, unorm8 source", "#00a8a0", 7},
     [CHART_SEPARABLE] = {"separable", "#2e8b22", 13},
+    [CHART_HARDWARE] = {"hardware filtering", "#8a9a00", 11},
     [CHART_CPU + WEFT_SUMS_FLOAT] = {"CPU engine, float sums", "#c2185b", 15},
     [CHART_CPU + WEFT_SUMS_DOUBLE] = {"CPU engine, double sums", "#6a0f3d", 15},
     [CHART_PASSES + WEFT_TECHNIQUE_PLAIN] = {"passes, plain", "#e8a000", 5},
@@ -294,7 +295,8 @@ static void shorten(const struct chart_point *p, const struct chart *chart, char
     if (is_other_kernel(p))
         snprintf(out, CHART_TEXT, "%s %s", chart->kernel[p->kernel].text,
                  cpu ? "cpu" : weft_source_format_name(w->source));
-    else if (p->family == CHART_PEER || p->family == CHART_SEPARABLE || cpu)
+    else if (p->family == CHART_PEER || p->family == CHART_SEPARABLE ||
+             p->family == CHART_HARDWARE || cpu)
         snprintf(out, CHART_TEXT, "%s", p->label);
     else if (p->family < CHART_SEPARABLE && w->lookup == WEFT_LOOKUP_POLYNOMIAL)
         snprintf(out, CHART_TEXT, "%s %s", weft_layout_name(w->layout),

@@ -18,6 +18,9 @@ static struct weft_method random_method(struct random *r)
 {
     if (below(r, 6) == 0)
         return (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE};
+    if (below(r, 25) == 0)
+        return (struct weft_method){.algorithm = WEFT_ALGORITHM_HARDWARE,
+                                    .source = (enum weft_source_format)below(r, 4)};
     return (struct weft_method){.layout = (enum weft_layout)(1 + below(r, 3)),
                                 .source = (enum weft_source_format)below(r, 4),
                                 .lookup = (enum weft_lookup)below(r, 3),
@@ -26,12 +29,14 @@ static struct weft_method random_method(struct random *r)
 
 // ---- tests --------------------------------------------------------------------------------------
 
-// What may be unsupported: separable methods, of slices that are not along the axes, and
-// logarithms, of voxels below 0.
+// What may be unsupported: separable methods, of slices that are not along the axes; hardware, of
+// one tap, or clamped; and logarithms, of voxels below 0.
 static bool may_be_refused(const struct job *job)
 {
     const struct weft_method *method = &job->params.method;
     return method->algorithm == WEFT_ALGORITHM_SEPARABLE ||
+           (method->algorithm == WEFT_ALGORITHM_HARDWARE &&
+            (job->params.slice.kernel.width == 1 || job->params.slice.clamp_to_samples)) ||
            (method->algorithm == WEFT_ALGORITHM_MULTIPASS &&
             method->technique == WEFT_TECHNIQUE_LOG && job->params.statistics.low < 0.0);
 }
