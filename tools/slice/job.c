@@ -3,6 +3,12 @@
 
 #include <stdlib.h>
 
+uint64_t slice_memory(const struct slice_setup *setup)
+{
+    const struct option_value *memory = &setup->option[SLICE_MEMORY];
+    return memory->given ? (uint64_t)memory->integer[0] : UINT64_C(1) << 30;
+}
+
 void slice_release(struct slice_job *job)
 {
     weft_choice_clear(&job->choice);

@@ -125,6 +125,9 @@ struct slice_job {
     char problem[1024];           // the error line of a frame that is skipped
 };
 
+// What --memory says, or its default.
+uint64_t slice_memory(const struct slice_setup *setup);
+
 // Gives up the plans, which hold voxels and must be gone before their volume is: once the job has
 // told what it is (report.h), saving needs none.
 void slice_release(struct slice_job *job);

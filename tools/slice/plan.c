@@ -29,6 +29,12 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     return res;
 }
 
+// What is resident leaves a quarter.
+static uint64_t plan_memory(const struct slice_setup *setup)
+{
+    return setup->resident ? slice_memory(setup) / 4 : slice_memory(setup);
+}
+
 enum weft_result slice_plan_anew(struct slice_job *job)
 {
     struct weft_slice_params *params = &job->slice_params;
@@ -38,7 +44,7 @@ enum weft_result slice_plan_anew(struct slice_job *job)
     const double start = report_now_seconds();
     params->engine = job->setup->engine.engine;
     params->resident = job->setup->resident;
-    params->memory_bytes = slice_plan_memory(job->setup);
+    params->memory_bytes = plan_memory(job->setup);
     params->footprint = weft_slice_plan_get_footprint(job->own_plan);
     const enum weft_result res = weft_slice_plan_create(job->volume, params, &plan);
     params->footprint = NULL;
@@ -66,7 +72,7 @@ static enum weft_result make_plan(struct slice_job *job)
         .clamp_to_samples = o[SLICE_CLAMP].given,
         .without = job->setup->without,
         .resident = job->setup->resident,
-        .memory_bytes = slice_plan_memory(job->setup),
+        .memory_bytes = plan_memory(job->setup),
         .progress = report_progress("planning"),
         .log = report_log(),
     };

@@ -8,13 +8,6 @@
 #include "tools/common/report.h"
 
 #define LEAST_MEMORY (UINT64_C(64) << 20)
-#define DEFAULT_MEMORY (UINT64_C(1) << 30) // as in struct weft_slice_params
-
-static uint64_t memory_bytes(const struct slice_setup *setup)
-{
-    const struct option_value *memory = &setup->option[SLICE_MEMORY];
-    return memory->given ? (uint64_t)memory->integer[0] : DEFAULT_MEMORY;
-}
 
 static void cross(const double a[3], const double b[3], double out[3])
 {
@@ -68,14 +61,7 @@ static bool stays(const struct slice_job *job)
            !o[SLICE_MAX_ERROR].given && !o[SLICE_PASSES + PASS_PROFILE].given &&
            (o[SLICE_SOURCE].integer[0] == WEFT_SOURCE_FLOAT ||
             o[SLICE_PASSES + PASS_SOURCE_RANGE].given) &&
-           memory_bytes(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE;
-}
-
-// Of the rest blocks have a part, which for a while is there twice when it grows, and bricks
-// another.
-uint64_t slice_plan_memory(const struct slice_setup *setup)
-{
-    return setup->resident ? memory_bytes(setup) / 4 : memory_bytes(setup);
+           slice_memory(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE;
 }
 
 // Frames across an axis read bricks alone: where all are, blocks need not be held.
@@ -92,7 +78,8 @@ enum weft_result slice_keep_volume(struct slice_job *job)
     if (setup->resident || !stays(job))
         return WEFT_OK;
     const double start = report_now_seconds();
-    const uint64_t quarter = memory_bytes(setup) / 4;
+    // A quarter is the plan's, another what blocks take for a while when they grow.
+    const uint64_t quarter = slice_memory(setup) / 4;
     const struct weft_resident_params params = {
         .volume = setup->volume,
         .context = slice->engine == WEFT_ENGINE_GL ? setup->context : NULL,

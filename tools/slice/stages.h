@@ -22,10 +22,9 @@ enum weft_result slice_plan(struct slice_job *job);
 // the plan's any more.
 enum weft_result slice_plan_anew(struct slice_job *job);
 
-// resident.c: what stays of the volume from frame to frame, made for the first one. Of --memory,
-// plans have what it leaves.
+// resident.c: what stays of the volume from frame to frame, made for the first one in three
+// quarters of --memory; plans have the rest.
 enum weft_result slice_keep_volume(struct slice_job *job);
-uint64_t slice_plan_memory(const struct slice_setup *setup);
 json_t *slice_resident_json(const struct slice_setup *setup); // null where nothing stays
 
 // engine.c: the options of what filters, and the context where OpenGL does, once for a command.
