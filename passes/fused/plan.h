@@ -110,9 +110,9 @@ struct weft_fused_cpu_work weft_slice_fused_cpu_work(const struct weft_slice_pla
 // The work of a separable request: of the whole slice, however it is cut.
 struct weft_separable_work weft_slice_separable_work(const struct weft_slice_plan *request);
 
-// The voxels of all boxes that weft_slice_multipass_run lays out, by the rule that it cuts by; less
-// memory may cut them into more.
-double weft_slice_multipass_samples(const weft_footprint *footprint);
+// The voxels that weft_slice_multipass_run lays out, those of the cells that it reaches; of large
+// slices an estimate, by blocks spread over them. INFINITY where memory is not enough to find out.
+double weft_slice_multipass_samples(weft_footprint *footprint);
 
 // Fills text and info.text. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,

@@ -2,6 +2,8 @@
 #include <limits.h>
 #include <stdlib.h>
 
+#include "filter/threads.h"
+#include "passes/cpu/cpu.h"
 #include "passes/multipass/gl.h"
 
 static int sum_limit(const struct weft_multipass *m)
@@ -35,6 +37,8 @@ enum weft_result weft_multipass_compile_work(weft_context *context,
     m->log = log;
     m->work = *work;
     m->passes = work->passes;
+    m->threads = work->threads > 0 ? work->threads : weft_threads_available();
+    m->threads = m->threads < WEFT_CPU_MAX_THREADS ? m->threads : WEFT_CPU_MAX_THREADS;
     m->limits = limits_of(context);
     m->one = weft_target_one(m->passes->target);
     m->floats = m->one == 0;
@@ -62,6 +66,7 @@ enum weft_result weft_multipass_compile(weft_context *context,
     struct weft_multipass_work work;
     *out = NULL;
     const enum weft_result res = weft_multipass_plan_work(params->log, params->plan, &work);
+    work.threads = params->threads;
     return res == WEFT_OK ? weft_multipass_compile_work(context, &work, params->log, out) : res;
 }
 
@@ -81,14 +86,15 @@ const struct weft_multipass_info *weft_multipass_get_info(const weft_multipass *
     return &compiled->info;
 }
 
-enum weft_result weft_multipass_run(weft_multipass *compiled,
-                                    const struct weft_multipass_run_params *params,
-                                    struct weft_multipass_report *report)
+enum weft_result weft_multipass_run_boxes(weft_multipass *compiled,
+                                          const struct weft_multipass_run_params *params,
+                                          const struct weft_sample_boxes *boxes,
+                                          struct weft_multipass_report *report)
 {
     struct weft_multipass_report figures = {0};
     struct weft_multipass_job job;
     const double start = weft_now_seconds();
-    enum weft_result res = weft_multipass_job_create(compiled, params, &job);
+    enum weft_result res = weft_multipass_job_create(compiled, params, boxes, &job);
     if (res != WEFT_OK)
         return res;
     figures.prepare_seconds = weft_now_seconds() - start;
@@ -104,4 +110,11 @@ enum weft_result weft_multipass_run(weft_multipass *compiled,
     }
     weft_multipass_job_destroy(&job);
     return res;
+}
+
+enum weft_result weft_multipass_run(weft_multipass *compiled,
+                                    const struct weft_multipass_run_params *params,
+                                    struct weft_multipass_report *report)
+{
+    return weft_multipass_run_boxes(compiled, params, NULL, report);
 }

@@ -66,6 +66,7 @@ struct weft_multipass {
     const struct weft_log *log; // of compiling
     struct weft_multipass_work work;
     const struct weft_pass_list *passes; // the work's
+    int threads;
     struct weft_axis_kernels axes;
     struct weft_job_limits limits;
     bool floats;          // half and float targets

@@ -24,6 +24,7 @@ WEFT_BEGIN_DECLS
 // What is compiled.
 struct weft_multipass_params {
     const weft_pass_plan *plan; // required; borrowed while the compiled plan lives
+    int threads; // that lay samples out and form results (default 0: one a processor)
     const struct weft_log *log; // may be NULL
 };
 #define WEFT_MULTIPASS_DEFAULTS

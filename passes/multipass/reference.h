@@ -12,6 +12,7 @@ struct weft_multipass_work {
     struct weft_kernel kernel;
     int derivative; // as in struct weft_pass_plan_info
     int channels;   // 1 or 4
+    int threads;    // 0: one a processor
     bool portable;  // GL: no extensions (tests)
 };
 
@@ -42,9 +43,13 @@ static inline void weft_multipass_position(const struct weft_pixel_grid *grid, i
         out[0] = grid->columns[x];
     if (grid->rows)
         out[1] = grid->rows[y];
-    const double units = grid->fraction_bits ? ldexp(1.0, grid->fraction_bits) : 0.0;
-    for (int a = 0; units > 0.0 && a < 3; a++)
-        out[a] = floor(out[a] * units + 0.5) / units;
+    const int bits = grid->fraction_bits;
+    if (!bits)
+        return;
+    const double units = bits > 0 && bits < 63 ? (double)(UINT64_C(1) << bits) : ldexp(1.0, bits);
+    const double unit = 1.0 / units;
+    for (int a = 0; a < 3; a++)
+        out[a] = floor(out[a] * units + 0.5) * unit;
 }
 
 // The kernel of each axis: the derivative's along one, where the plan says so.

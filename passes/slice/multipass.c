@@ -3,27 +3,32 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "passes/multipass/multipass.h"
+#include "filter/threads.h"
+#include "passes/multipass/boxes.h"
 #include "passes/slice/multipass.h"
 #include "passes/slice/slice_impl.h"
 
 static const uint64_t DEFAULT_MEMORY = UINT64_C(1) << 30;
 enum {
     MIN_SIDE = 4, // a rectangle is cut no smaller
-    // Along a side of a box. Positions of up to 13 whole and 40 fraction bits are exact in double.
+    // Along a side of what it reaches. Positions of up to 13 whole and 40 fraction bits are exact
+    // in double.
     MAX_BOX_SIDE = 2048,
-    // The box of an oblique rectangle grows with the cube of its side, and most of it is out of
-    // reach: larger ones cost more than setting up the passes once more (measured, 2^17 to 2^23).
-    COMFORTABLE_VOXELS = 1 << 21,
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
+    PART_CELLS = 64,     // that a thread fills at once
+    PART_ROWS = 16,      // of pixels whose cells it finds
+    SAMPLED_BLOCKS = 16, // by which the samples of a large slice are estimated
 };
 
-// What a rectangle's pixels reach: cells, the box of all their taps, and the bricks that hold them.
+// What a rectangle's pixels reach: cells, each with the box of its taps, and the bricks that hold
+// these.
 struct reach {
     const struct weft_slice_cells *cells; // the footprint's; NULL: not found
     struct weft_cell_map bricks;
-    int32_t min[3];
+    int32_t min[3]; // of the box of all
     int size[3];
+    size_t samples; // of the cells' boxes
+    size_t texels;  // of the source, about: boxes lie in rows and slices of the largest one's
 };
 
 // What a slice is cut into: run at once, with the box of what it reaches.
@@ -40,8 +45,13 @@ struct weft_slice_multipass {
     uint64_t memory_bytes;
     struct piece *pieces;
     size_t piece_count, piece_capacity;
-    float *box; // grows to the largest piece's
-    size_t box_voxels;
+    int threads;
+    uint64_t max_texels; // of a source
+    // Of the piece that runs; they grow to the largest piece's.
+    float *samples;
+    struct weft_sample_box *boxes;
+    uint32_t *of_pixel;
+    size_t sample_capacity, box_capacity, pixel_capacity;
     // Of a run.
     const struct weft_slice_run_params *run;
     uint64_t pixels_done;
@@ -95,8 +105,40 @@ static void set_box(const weft_footprint *footprint, const struct weft_rectangle
         reach->size[a] = max[a] - reach->min[a] + 1;
 }
 
-static enum weft_result find_bricks(const struct weft_slice_multipass *r,
-                                    const struct weft_rectangle *at, struct reach *reach)
+static void cell_box(const weft_footprint *f, const struct weft_slice_cells *cells, size_t i,
+                     int32_t min[3], int size[3])
+{
+    int32_t max[3];
+    weft_footprint_cell_box(f, cells, i, min, max);
+    for (int a = 0; a < 3; a++)
+        size[a] = max[a] - min[a] + 1;
+}
+
+static size_t count_voxels(const int size[3])
+{
+    return (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
+}
+
+static void count_samples(const weft_footprint *f, struct reach *reach)
+{
+    const size_t count = reach->cells->map.count;
+    size_t pitch[2] = {0};
+    int32_t min[3];
+    int size[3];
+    for (size_t i = 0; i < count; i++) {
+        cell_box(f, reach->cells, i, min, size);
+        reach->samples += count_voxels(size);
+        for (int a = 0; a < 2; a++)
+            pitch[a] = (size_t)size[a] > pitch[a] ? (size_t)size[a] : pitch[a];
+    }
+    for (size_t i = 0; i < count; i++) {
+        cell_box(f, reach->cells, i, min, size);
+        reach->texels += ((size_t)(size[2] - 1) * pitch[1] + (size_t)size[1]) * pitch[0];
+    }
+}
+
+static enum weft_result find_cells(const struct weft_slice_multipass *r,
+                                   const struct weft_rectangle *at, struct reach *reach)
 {
     enum weft_result res = weft_footprint_cells(r->footprint, at, NULL, 0.0, &reach->cells);
     for (size_t i = 0; res == WEFT_OK && i < reach->cells->map.count; i++) {
@@ -106,12 +148,9 @@ static enum weft_result find_bricks(const struct weft_slice_multipass *r,
             res = out_of_memory(r, (reach->bricks.count + 1) * sizeof *reach->bricks.keys,
                                 "a list of bricks");
     }
+    if (res == WEFT_OK)
+        count_samples(r->footprint, reach);
     return res;
-}
-
-static size_t count_voxels(const struct reach *reach)
-{
-    return (size_t)reach->size[0] * (size_t)reach->size[1] * (size_t)reach->size[2];
 }
 
 // ---- how rectangles are cut ---------------------------------------------------------------------
@@ -146,37 +185,36 @@ static void cut_in_half(const struct weft_rectangle *whole, struct weft_rectangl
     }
 }
 
-// Whether a rectangle's box is one to lay out, whatever its bytes.
-static bool is_fit(const struct weft_rectangle *at, const struct reach *reach)
+static bool is_fit(const struct reach *reach)
 {
     for (int a = 0; a < 3; a++)
         if (reach->size[a] > MAX_BOX_SIDE)
             return false;
-    return !can_be_cut(at) || count_voxels(reach) <= COMFORTABLE_VOXELS;
+    return true;
 }
 
-static double count_samples(const weft_footprint *footprint, const struct weft_rectangle *whole)
-{
-    struct reach reach = {.cells = NULL};
-    struct weft_rectangle half[2];
-    set_box(footprint, whole, &reach);
-    if (is_fit(whole, &reach) || !can_be_cut(whole))
-        return (double)count_voxels(&reach);
-    cut_in_half(whole, half);
-    return count_samples(footprint, &half[0]) + count_samples(footprint, &half[1]);
-}
-
-double weft_slice_multipass_samples(const weft_footprint *footprint)
+// Of large slices some blocks, evenly spread, stand for all.
+double weft_slice_multipass_samples(weft_footprint *footprint)
 {
     const struct weft_slice_geometry *g = &footprint->grid.index;
-    double samples = 0.0;
-    for (int y = 0; y < g->height; y += WEFT_GRID_BLOCK) {
-        for (int x = 0; x < g->width; x += WEFT_GRID_BLOCK) {
-            const struct weft_rectangle block = block_at(g, x, y);
-            samples += count_samples(footprint, &block);
-        }
+    const int columns = (g->width + WEFT_GRID_BLOCK - 1) / WEFT_GRID_BLOCK;
+    const int rows = (g->height + WEFT_GRID_BLOCK - 1) / WEFT_GRID_BLOCK;
+    const int64_t blocks = (int64_t)columns * rows;
+    const int64_t count = blocks < SAMPLED_BLOCKS ? blocks : SAMPLED_BLOCKS;
+    double samples = 0.0, pixels = 0.0;
+    for (int64_t i = 0; i < count; i++) {
+        const int64_t block = i * blocks / count;
+        const struct weft_rectangle at = block_at(g, (int)(block % columns) * WEFT_GRID_BLOCK,
+                                                  (int)(block / columns) * WEFT_GRID_BLOCK);
+        struct reach reach = {.cells = NULL};
+        if (weft_footprint_cells(footprint, &at, NULL, 0.0, &reach.cells) != WEFT_OK)
+            return INFINITY;
+        count_samples(footprint, &reach);
+        weft_footprint_release(footprint, &reach.cells);
+        samples += (double)reach.samples;
+        pixels += (double)at.width * at.height;
     }
-    return samples;
+    return samples / pixels * ((double)g->width * g->height);
 }
 
 // ---- rectangles ---------------------------------------------------------------------------------
@@ -186,8 +224,10 @@ static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
                                 const struct weft_rectangle *at, const struct reach *reach)
 {
     const uint64_t sample = r->plan->passes->dot4 ? 16 : 4;
-    const uint64_t pixel = 2 * sizeof(float) + 3 * sizeof(uint32_t); // value and position
-    return reach->bricks.count * BRICK_BYTES + count_voxels(reach) * (sizeof(float) + 2 * sample) +
+    // Value, position, and which box.
+    const uint64_t pixel = 2 * sizeof(float) + 3 * sizeof(uint32_t);
+    return reach->bricks.count * BRICK_BYTES + reach->samples * sizeof(float) +
+           2 * reach->texels * sample +
            (uint64_t)at->width * (uint64_t)at->height *
                (2 * pixel + r->plan->target_bytes_per_pixel) +
            2 * r->plan->tile_bytes;
@@ -233,18 +273,18 @@ static enum weft_result cut_halves(struct weft_slice_multipass *r,
     return res == WEFT_OK ? cut_rectangle(r, &half[1]) : res;
 }
 
-// Cuts a rectangle into as many pieces as the size of its box asks for.
+// Cuts a rectangle into as many pieces as the size of what it reaches asks for.
 static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
                                       const struct weft_rectangle *whole)
 {
     struct reach reach = {.cells = NULL};
     enum weft_result res = WEFT_OK;
     set_box(r->footprint, whole, &reach);
-    const bool fits = is_fit(whole, &reach);
+    const bool fits = is_fit(&reach);
     if (fits)
-        res = find_bricks(r, whole, &reach);
+        res = find_cells(r, whole, &reach);
     const uint64_t bytes = rectangle_bytes(r, whole, &reach);
-    const bool whole_runs = fits && bytes <= r->memory_bytes;
+    const bool whole_runs = fits && bytes <= r->memory_bytes && reach.texels <= r->max_texels;
     if (res == WEFT_OK && whole_runs)
         res = append_piece(r, whole, &reach);
     else if (res == WEFT_OK && !can_be_cut(whole))
@@ -278,38 +318,113 @@ static bool range_holds(const struct weft_slice_multipass *r)
            r->report.high >= f->statistics.high;
 }
 
-// The voxels in reach, in a box; what is not in reach there is some value in range.
-static enum weft_result fill_box(struct weft_slice_multipass *r, const weft_brick_store *store,
-                                 const struct reach *reach)
+// Makes sure of an array's size; what was in it is gone then.
+static bool grow(void **array, size_t *capacity, size_t count, size_t bytes)
 {
-    const size_t count = count_voxels(reach);
-    if (count > r->box_voxels) {
-        free(r->box);
-        r->box_voxels = count;
-        r->box = malloc(count * sizeof *r->box);
-        if (!r->box)
-            return out_of_memory(r, count * sizeof *r->box, "the voxels of a rectangle");
-    }
-    const float unused = (float)(0.5 * r->report.low + 0.5 * r->report.high);
+    if (count <= *capacity)
+        return true;
+    free(*array);
+    *array = malloc(count * bytes);
+    *capacity = *array ? count : 0;
+    return *array != NULL;
+}
+
+static enum weft_result make_room(struct weft_slice_multipass *r, const struct piece *piece)
+{
+    const size_t pixels = (size_t)piece->at.width * (size_t)piece->at.height;
+    const size_t cells = piece->reach.cells->map.count;
+    if (grow((void **)&r->samples, &r->sample_capacity, piece->reach.samples, sizeof *r->samples) &&
+        grow((void **)&r->boxes, &r->box_capacity, cells, sizeof *r->boxes) &&
+        grow((void **)&r->of_pixel, &r->pixel_capacity, pixels, sizeof *r->of_pixel))
+        return WEFT_OK;
+    return out_of_memory(r, piece->reach.samples * sizeof *r->samples, "the voxels of a rectangle");
+}
+
+// A piece that is filled, by threads.
+struct filler {
+    struct weft_slice_multipass *r;
+    const struct piece *piece;
+    const weft_brick_store *store;
+    bool holds;
+};
+
+// The voxels of a cell's taps. Those that are not in reach may be out of range where none in reach
+// is: they become some value in range.
+static void fill_cell(const struct filler *f, size_t number)
+{
+    const struct reach *reach = &f->piece->reach;
+    const struct weft_sample_box *box = &f->r->boxes[number];
+    const double low = f->r->report.low, high = f->r->report.high;
+    const float unused = (float)(0.5 * low + 0.5 * high);
+    float *out = (float *)(uintptr_t)box->plane[0];
+    int32_t min[3];
+    for (int a = 0; a < 3; a++)
+        min[a] = box->min[a] + reach->min[a];
+    weft_brick_store_copy_box(f->store, min, box->size, box->size, out);
+    const size_t count = f->holds ? count_voxels(box->size) : 0;
     for (size_t i = 0; i < count; i++)
-        r->box[i] = unused;
+        out[i] = (double)out[i] >= low && (double)out[i] <= high ? out[i] : unused;
+}
+
+static bool fill_cells(void *priv, int thread, size_t part)
+{
+    const struct filler *f = priv;
+    const size_t end = (part + 1) * PART_CELLS, count = f->piece->reach.cells->map.count;
+    (void)thread;
+    for (size_t i = part * PART_CELLS; i < end && i < count; i++)
+        fill_cell(f, i);
+    return true;
+}
+
+// Which cell the pixels of a span read.
+static bool note_span(void *priv, const struct weft_span *span)
+{
+    const struct filler *f = priv;
+    const struct weft_rectangle *at = &f->piece->at;
+    const int64_t number = weft_cell_map_find(&f->piece->reach.cells->map, span->cell);
+    uint32_t *out =
+        f->r->of_pixel + (size_t)(span->y - at->y) * (size_t)at->width + (size_t)(span->x - at->x);
+    for (int i = 0; i < span->count; i++)
+        out[i] = (uint32_t)number;
+    return true;
+}
+
+static bool note_rows(void *priv, int thread, size_t part)
+{
+    const struct filler *f = priv;
+    const struct weft_rectangle *at = &f->piece->at;
+    const int first = (int)part * PART_ROWS, left = at->height - first;
+    (void)thread;
+    return weft_slice_grid_walk(&f->r->footprint->grid, at->x, at->y + first, at->width,
+                                left < PART_ROWS ? left : PART_ROWS, note_span, priv);
+}
+
+// Where each cell's samples lie.
+static void place_boxes(struct weft_slice_multipass *r, const struct reach *reach)
+{
+    float *next = r->samples;
     for (size_t i = 0; i < reach->cells->map.count; i++) {
-        int32_t min[3], max[3];
-        int size[3];
-        size_t at[3];
-        weft_footprint_cell_box(r->footprint, reach->cells, i, min, max);
-        for (int a = 0; a < 3; a++) {
-            size[a] = max[a] - min[a] + 1;
-            at[a] = (size_t)(min[a] - reach->min[a]);
-        }
-        weft_brick_store_copy_box(
-            store, min, size, reach->size,
-            r->box + (at[2] * (size_t)reach->size[1] + at[1]) * (size_t)reach->size[0] + at[0]);
+        struct weft_sample_box *box = &r->boxes[i];
+        *box = (struct weft_sample_box){.plane = {next}};
+        cell_box(r->footprint, reach->cells, i, box->min, box->size);
+        for (int a = 0; a < 3; a++)
+            box->min[a] -= reach->min[a];
+        next += count_voxels(box->size);
     }
-    const bool holds = range_holds(r);
-    for (size_t i = 0; holds && i < count; i++)
-        if (!(r->box[i] >= r->report.low && r->box[i] <= r->report.high))
-            r->box[i] = unused;
+}
+
+static enum weft_result fill_boxes(struct weft_slice_multipass *r, const weft_brick_store *store,
+                                   const struct piece *piece)
+{
+    struct filler f = {.r = r, .piece = piece, .store = store, .holds = range_holds(r)};
+    const size_t cells = piece->reach.cells->map.count;
+    const enum weft_result res = make_room(r, piece);
+    if (res != WEFT_OK)
+        return res;
+    place_boxes(r, &piece->reach);
+    weft_threads_run(r->threads, (cells + PART_CELLS - 1) / PART_CELLS, fill_cells, &f);
+    weft_threads_run(r->threads, (size_t)((piece->at.height + PART_ROWS - 1) / PART_ROWS),
+                     note_rows, &f);
     return WEFT_OK;
 }
 
@@ -344,7 +459,6 @@ static void add_report(struct weft_slice_multipass *r, const struct weft_multipa
     struct weft_slice_report *sum = &r->report;
     const uint64_t bytes =
         other_bytes + one->source_bytes + one->tile_bytes + one->target_bytes + one->position_bytes;
-    sum->clamped += one->clamped;
     sum->rectangles++;
     sum->passes += r->plan->passes->pass_count;
     sum->uploaded_bytes += one->uploaded_bytes;
@@ -357,13 +471,60 @@ static void add_report(struct weft_slice_multipass *r, const struct weft_multipa
     sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
 }
 
-static enum weft_result convolve(struct weft_slice_multipass *r, const struct weft_rectangle *at,
-                                 const struct reach *reach)
+static int compare_places(const void *a, const void *b)
 {
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+// Where voxels are out of range, or not finite: as numbers in the box of all, which has up to 2^33
+// of them. Returns how many there are.
+static size_t find_clamped(const struct weft_slice_multipass *r, const struct reach *reach,
+                           uint64_t *places)
+{
+    size_t count = 0;
+    for (size_t b = 0; b < reach->cells->map.count; b++) {
+        const struct weft_sample_box *box = &r->boxes[b];
+        for (size_t i = 0; i < count_voxels(box->size); i++) {
+            const double v = (double)box->plane[0][i];
+            if (v >= r->report.low && v <= r->report.high)
+                continue;
+            const size_t x = i % (size_t)box->size[0], rows = i / (size_t)box->size[0];
+            const size_t y = rows % (size_t)box->size[1], z = rows / (size_t)box->size[1];
+            places[count++] = (((size_t)box->min[2] + z) * MAX_BOX_SIDE + (size_t)box->min[1] + y) *
+                                  MAX_BOX_SIDE +
+                              (size_t)box->min[0] + x;
+        }
+    }
+    return count;
+}
+
+// Voxels of several boxes count once.
+static enum weft_result count_clamped(struct weft_slice_multipass *r, const struct reach *reach,
+                                      uint64_t clamped)
+{
+    if (!clamped)
+        return WEFT_OK;
+    uint64_t *places = malloc(clamped * sizeof *places);
+    if (!places)
+        return out_of_memory(r, clamped * sizeof *places, "places of voxels out of range");
+    const size_t count = find_clamped(r, reach, places);
+    qsort(places, count, sizeof *places, compare_places);
+    for (size_t i = 0; i < count; i++)
+        r->report.clamped += i == 0 || places[i] != places[i - 1];
+    free(places);
+    return WEFT_OK;
+}
+
+static enum weft_result convolve(struct weft_slice_multipass *r, const struct piece *piece)
+{
+    const struct weft_rectangle *at = &piece->at;
+    const struct reach *reach = &piece->reach;
     const int64_t stride = r->run->stride;
-    const struct weft_samples samples = {
-        .size = {reach->size[0], reach->size[1], reach->size[2]},
-        .plane = {r->box},
+    const struct weft_sample_boxes boxes = {
+        .count = reach->cells->map.count,
+        .box = r->boxes,
+        .of_pixel = r->of_pixel,
         .low = r->report.low,
         .high = r->report.high,
     };
@@ -371,7 +532,6 @@ static enum weft_result convolve(struct weft_slice_multipass *r, const struct we
     struct weft_pixel_grid grid;
     set_grid(r, at, reach, &grid);
     const struct weft_multipass_run_params params = {
-        .samples = &samples,
         .grid = &grid,
         .pixels = {r->run->pixels + at->y * stride + at->x},
         .stride = stride,
@@ -380,10 +540,11 @@ static enum weft_result convolve(struct weft_slice_multipass *r, const struct we
     };
     struct weft_multipass_report report = {0};
     r->current_pixels = at->width * at->height;
-    const enum weft_result res = weft_multipass_run(r->compiled, &params, &report);
+    enum weft_result res = weft_multipass_run_boxes(r->compiled, &params, &boxes, &report);
     if (res == WEFT_OK)
-        add_report(r, &report,
-                   r->footprint->info.kept_bytes + count_voxels(reach) * sizeof *r->box);
+        res = count_clamped(r, reach, report.clamped);
+    if (res == WEFT_OK)
+        add_report(r, &report, r->footprint->info.kept_bytes + reach->samples * sizeof *r->samples);
     return res;
 }
 
@@ -397,11 +558,11 @@ static enum weft_result run_piece(struct weft_slice_multipass *r, const struct p
     enum weft_result res = weft_footprint_load(r->footprint, &reach->bricks, other_bytes, &store);
     const double read = weft_now_seconds();
     if (res == WEFT_OK)
-        res = fill_box(r, store, reach);
+        res = fill_boxes(r, store, piece);
     r->report.read_seconds += read - start;
     r->report.layout_seconds += weft_now_seconds() - read;
     if (res == WEFT_OK)
-        res = convolve(r, at, reach);
+        res = convolve(r, piece);
     if (res == WEFT_OK)
         r->pixels_done += (uint64_t)at->width * (uint64_t)at->height;
     return res;
@@ -445,7 +606,7 @@ fail:
     return res;
 }
 
-enum weft_result weft_slice_multipass_compile(weft_context *context,
+enum weft_result weft_slice_multipass_compile(weft_context *context, const struct weft_cpu *cpu,
                                               const struct weft_slice_plan *plan,
                                               const struct weft_slice_passes *passes,
                                               weft_slice_multipass **out)
@@ -462,11 +623,16 @@ enum weft_result weft_slice_multipass_compile(weft_context *context,
     r->p = *passes;
     r->plan = weft_pass_plan_get_info(passes->plan);
     r->footprint = plan->footprint;
+    r->threads = cpu->threads;
+    r->max_texels =
+        context ? (uint64_t)weft_context_get_info(context)->max_buffer_texels : INT32_MAX;
     r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
     res = cut_slice(r);
     if (res == WEFT_OK)
         res = weft_multipass_compile(
-            context, weft_multipass_params(.plan = passes->plan, .log = passes->log), &r->compiled);
+            context,
+            weft_multipass_params(.plan = passes->plan, .threads = r->threads, .log = passes->log),
+            &r->compiled);
     if (res == WEFT_OK)
         *out = r;
     else
@@ -482,7 +648,9 @@ void weft_slice_multipass_destroy(weft_slice_multipass **multipass)
     for (size_t i = 0; i < (*multipass)->piece_count; i++)
         reach_destroy(*multipass, &(*multipass)->pieces[i].reach);
     free((*multipass)->pieces);
-    free((*multipass)->box);
+    free((*multipass)->samples);
+    free((*multipass)->boxes);
+    free((*multipass)->of_pixel);
     free(*multipass);
     *multipass = NULL;
 }

@@ -23,7 +23,7 @@ struct weft_slice {
 static enum weft_result compile_engine(weft_slice *slice, const struct weft_slice_compile_params *p)
 {
     if (p->passes)
-        return weft_slice_multipass_compile(slice->context, slice->plan, p->passes,
+        return weft_slice_multipass_compile(slice->context, &slice->cpu, slice->plan, p->passes,
                                             &slice->multipass);
     if (p->hardware)
         return weft_hardware_compile(slice->context, p->hardware, &slice->hardware);

@@ -18,9 +18,9 @@ enum weft_result weft_slice_separable_run(weft_slice_separable *separable,
                                           const struct weft_slice_run_params *params,
                                           struct weft_slice_report *report);
 
-// A slice by a plan of passes.
+// A slice by a plan of passes, whose voxels the threads of `cpu` lay out.
 typedef struct weft_slice_multipass weft_slice_multipass;
-enum weft_result weft_slice_multipass_compile(weft_context *context,
+enum weft_result weft_slice_multipass_compile(weft_context *context, const struct weft_cpu *cpu,
                                               const struct weft_slice_plan *plan,
                                               const struct weft_slice_passes *passes,
                                               weft_slice_multipass **out);
