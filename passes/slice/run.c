@@ -12,7 +12,7 @@ struct weft_slice {
     const struct weft_slice_plan *plan;
     const struct weft_log *log;
     weft_context *context;
-    struct weft_cpu cpu; // of plans for the CPU engine
+    struct weft_cpu cpu; // of plans for the CPU engine, and of what lays voxels out
     weft_fused *fused;
     weft_fused_cpu *fused_cpu;
     weft_hardware *hardware;
