@@ -171,6 +171,53 @@ static void overflows_of_halves_are_told(void **state)
                                         "float", NULL});
 }
 
+// Each compression and type holds what the plain file does, halves rounded.
+static void slices_have_types(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct weft_image plain, image;
+    int files = 0;
+    command_succeeds("make", "marschner-lobb", "--size", "20", "-o", "ml20.vdb");
+    command_succeeds("slice", "ml20.vdb", "--size", "61x45", "-o", "plain.exr");
+    load("plain.exr", 0, &plain);
+    assert_int_equal(plain.compression, WEFT_IMAGE_ZIP);
+    assert_int_equal(plain.channels[0].type, WEFT_PIXEL_FLOAT);
+    for (int c = 0; weft_image_is_writable((enum weft_image_compression)c); c++) {
+        for (int t = WEFT_PIXEL_FLOAT; t <= WEFT_PIXEL_HALF; t++, files++) {
+            command_succeeds("slice", "ml20.vdb", "--size", "61x45", "-o", "typed.exr",
+                             "--compression", weft_image_compression_names[c], "--type",
+                             weft_pixel_type_names[t], "--verify");
+            load("typed.exr", 0, &image);
+            assert_int_equal(image.compression, c);
+            assert_int_equal(image.channels[0].type, t);
+            for (int i = 0; i < 61 * 45; i++) {
+                const float value = plain.channels[0].plane[i];
+                const float half = weft_half_to_float(weft_half_from_float(value));
+                assert_true(image.channels[0].plane[i] == (t == WEFT_PIXEL_HALF ? half : value));
+            }
+            weft_image_clear(&image);
+        }
+    }
+    assert_int_equal(files, 10);
+    weft_image_clear(&plain);
+    // A level set of three voxels, which are wide.
+    command_succeeds("make", "sphere", "--size", "20", "--voxel", "1e5", "-o", "wide.vdb");
+    assert_warns("values are beyond 65504",
+                 (const char *[]){"weft", "slice", "wide.vdb", "--size", "40x40", "-o", "h.exr",
+                                  "--type", "half", NULL});
+    assert_warns(NULL, (const char *[]){"weft", "slice", "wide.vdb", "--size", "40x40", "-o",
+                                        "h.exr", NULL});
+    command_fails(2, "'uint' is not one of: float, half", "slice", "ml20.vdb", "-o", "no.exr",
+                  "--type", "uint");
+    command_fails(2, "--compression: 'dwaa' is not one of", "slice", "ml20.vdb", "-o", "no.exr",
+                  "--compression", "dwaa");
+    command_fails(2, "--type and --compression need -o OUT.exr", "slice", "ml20.vdb", "--verify",
+                  "--type", "half");
+    command_fails(2, "--compression needs -o OUT.exr", "resample", "plain.exr", "--verify",
+                  "--compression", "none");
+}
+
 static uint32_t integers[PIXELS];
 
 static void save_integers(const char *path)
@@ -368,6 +415,7 @@ int main(void)
         cmocka_unit_test(attributes_are_kept_or_corrected),
         cmocka_unit_test(halves_stay_halves),
         cmocka_unit_test(overflows_of_halves_are_told),
+        cmocka_unit_test(slices_have_types),
         cmocka_unit_test(integers_are_exact_with_nearest),
         cmocka_unit_test(filtered_integers_are_warned_of),
         cmocka_unit_test(compression_is_kept),

@@ -23,3 +23,11 @@ void saved_print(const char *path, const struct weft_image_save_report *s)
     report_line("%s: read back, all %llu values are those computed%s", path,
                 (unsigned long long)s->verified, rounding);
 }
+
+void saved_warn(const char *path, const struct weft_image_save_report *s)
+{
+    if (s->overflows)
+        report_warning("%s: %llu values are beyond %g, the largest half, and become infinity; "
+                       "--type float keeps them",
+                       path, (unsigned long long)s->overflows, 65504.0);
+}

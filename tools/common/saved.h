@@ -1,12 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/saved.h - what became of the values that a verb wrote as EXR.
+// tools/common/saved.h - how verbs write EXR files, and what became of the values.
 #ifndef WEFT_TOOLS_COMMON_SAVED_H
 #define WEFT_TOOLS_COMMON_SAVED_H
 
 #include "tools/common/json.h"
+#include "tools/common/options.h"
+#include "weft.h"
+
+// --type, of the first `count` of weft_pixel_type_names, and --compression.
+#define SAVED_TYPE_OPTION(help, count)                                                             \
+    {                                                                                              \
+        .name = "type", 0, OPTION_CHOICE, NULL, help, weft_pixel_type_names, count                 \
+    }
+#define SAVED_COMPRESSION_OPTION(help)                                                             \
+    {                                                                                              \
+        .name = "compression", 0, OPTION_CHOICE, NULL, help, weft_image_compression_names,         \
+        WEFT_IMAGE_PIZ + 1                                                                         \
+    }
 
 json_t *saved_json(const struct weft_image_save_report *saved);
 // With --verify: a line on stdout of what was read back; otherwise nothing.
 void saved_print(const char *path, const struct weft_image_save_report *saved);
+// A warning where values are beyond what halves hold.
+void saved_warn(const char *path, const struct weft_image_save_report *saved);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
+#include "tools/common/saved.h"
 #include "tools/resample/job.h"
 
 // The input's attributes, corrected, then our own.
@@ -68,15 +69,6 @@ static void warn_of_losses(const struct resample_job *jobs, size_t count)
         report_warning("%s: not kept: %s", jobs->input, text);
 }
 
-static void warn_of_overflows(const struct resample_job *job)
-{
-    if (job->saved.overflows)
-        report_warning("%s: %llu values are beyond %g, the largest half, and become infinity; "
-                       "--type float keeps them",
-                       job->option[RESAMPLE_OUTPUT].text, (unsigned long long)job->saved.overflows,
-                       65504.0);
-}
-
 enum weft_result resample_save(struct resample_job *jobs, size_t count)
 {
     const struct weft_image_save_params params = {
@@ -99,7 +91,7 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         res = weft_image_save_parts(parts, count, &params, &jobs->saved);
     }
     if (res == WEFT_OK)
-        warn_of_overflows(jobs);
+        saved_warn(params.path, &jobs->saved);
     free(parts);
     return res;
 }

@@ -13,6 +13,8 @@
 
 enum slice_option {
     SLICE_OUTPUT,
+    SLICE_TYPE,
+    SLICE_COMPRESSION,
     SLICE_PREVIEW,
     SLICE_GRID,
     SLICE_KERNEL,

@@ -4,6 +4,7 @@
 
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
+#include "tools/common/saved.h"
 #include "tools/slice/save.h"
 
 struct preview_options slice_preview_options(const struct slice_job *job)
@@ -20,13 +21,16 @@ struct preview_options slice_preview_options(const struct slice_job *job)
 static enum weft_result write_exr(struct slice_job *job)
 {
     const struct weft_slice_geometry *g = &job->geometry;
+    const struct option_value *o = job->setup->option;
     struct weft_image_attribute attributes[SLICE_ATTRIBUTES];
-    struct weft_image_channel channel = {.name = "Y", .plane = job->pixels};
+    struct weft_image_channel channel = {
+        .name = "Y", .type = (enum weft_pixel_type)o[SLICE_TYPE].integer[0], .plane = job->pixels};
     attributes_of_texts(job->attributes, job->attribute_count, attributes);
     const struct weft_image image = {
         .width = g->width,
         .height = g->height,
         .display_max = {g->width - 1, g->height - 1},
+        .compression = (enum weft_image_compression)o[SLICE_COMPRESSION].integer[0],
         .channel_count = 1,
         .channels = &channel,
         .attribute_count = job->attribute_count,
@@ -34,12 +38,16 @@ static enum weft_result write_exr(struct slice_job *job)
     };
     const struct weft_image_save_params params = {
         .path = job->output,
-        .no_clobber = job->setup->option[SLICE_NO_CLOBBER].given,
-        .verify = job->setup->option[SLICE_VERIFY].given,
+        .no_clobber = o[SLICE_NO_CLOBBER].given,
+        .verify = o[SLICE_VERIFY].given,
+        .threads = job->setup->engine.cpu.threads,
         .progress = report_writing(job->output),
         .log = report_log(),
     };
-    return weft_image_save_parts(&image, 1, &params, &job->saved);
+    const enum weft_result res = weft_image_save_parts(&image, 1, &params, &job->saved);
+    if (res == WEFT_OK)
+        saved_warn(job->output, &job->saved);
+    return res;
 }
 
 static enum weft_result write_preview(struct slice_job *job)

@@ -55,21 +55,12 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                        OPTION_TEXT,
                        "NAME|INDEX",
                        "which part of a file of several, from 0 (default: all that are not deep)"},
-    [RESAMPLE_TYPE] = {.name = "type",
-                       0,
-                       OPTION_CHOICE,
-                       NULL,
-                       "of the channels written (default: as they are; uint stays so with kernel "
-                       "nearest, and becomes float where it is filtered)",
-                       weft_pixel_type_names},
-    [RESAMPLE_COMPRESSION] = {.name = "compression",
-                              0,
-                              OPTION_CHOICE,
-                              NULL,
-                              "of the file (default: the input's, or zip where weft does not write "
-                              "it)",
-                              weft_image_compression_names,
-                              WEFT_IMAGE_PIZ + 1},
+    [RESAMPLE_TYPE] =
+        SAVED_TYPE_OPTION("of the channels written (default: as they are; uint stays so with "
+                          "kernel nearest, and becomes float where it is filtered)",
+                          WEFT_PIXEL_TYPE_COUNT),
+    [RESAMPLE_COMPRESSION] = SAVED_COMPRESSION_OPTION(
+        "of the file (default: the input's, or zip where weft does not write it)"),
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,
@@ -135,6 +126,8 @@ static const char *option_conflict(const struct option_value *o)
         return "-q and -v exclude each other";
     if (!o[RESAMPLE_PREVIEW].given && (o[RESAMPLE_RANGE].given || o[RESAMPLE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
+    if (!o[RESAMPLE_OUTPUT].given && o[RESAMPLE_COMPRESSION].given)
+        return "--compression needs -o OUT.exr";
     if (!o[RESAMPLE_OUTPUT].given && !o[RESAMPLE_PREVIEW].given && !o[RESAMPLE_EXPLAIN].given &&
         !o[RESAMPLE_VERIFY].given && !o[RESAMPLE_JSON].given)
         return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";

@@ -6,6 +6,7 @@
 #include "tools/methods/plan_options.h"
 #include "tools/draw/preview.h"
 #include "tools/common/report.h"
+#include "tools/common/saved.h"
 #include "tools/slice/save.h"
 #include "tools/slice/stages.h"
 #include "tools/slice/sweep.h"
@@ -20,8 +21,13 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       'o',
                       OPTION_OUTPUT,
                       "OUT.exr",
-                      "the slice: one float channel, Y, with attributes that tell how it was made",
+                      "the slice: one channel, Y, with attributes that tell how it was made",
                       exr_ending},
+    [SLICE_TYPE] = SAVED_TYPE_OPTION(
+        "of that channel (default float); half is rounded to nearest even, and a warning tells "
+        "what it does not hold",
+        WEFT_PIXEL_HALF + 1),
+    [SLICE_COMPRESSION] = SAVED_COMPRESSION_OPTION("of that file (default zip)"),
     [SLICE_PREVIEW] =
         {.name = "preview", 0, OPTION_OUTPUT, "OUT.png", "the slice as 8-bit PNG", png_ending},
     [SLICE_GRID] = {.name = "grid",
@@ -213,6 +219,8 @@ static const char *option_conflict(const struct slice_setup *setup)
         return "--origin, --u and --v must be given together";
     if (o[SLICE_QUIET].given && o[SLICE_VERBOSE].given)
         return "-q and -v exclude each other";
+    if (!o[SLICE_OUTPUT].given && (o[SLICE_TYPE].given || o[SLICE_COMPRESSION].given))
+        return "--type and --compression need -o OUT.exr";
     if (!o[SLICE_PREVIEW].given && (o[SLICE_RANGE].given || o[SLICE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
     if (o[SLICE_PASSES + PASS_PROFILE].given && o[SLICE_LAYOUT].given)
