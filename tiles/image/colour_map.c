@@ -8,7 +8,7 @@
 
 static void interpolate(const uint8_t (*point)[3], int count, double t, uint8_t rgb[3])
 {
-    double position = fmin(fmax(t, 0.0), 1.0) * (count - 1);
+    double position = (t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t) * (count - 1);
     int i = (int)position;
     if (i > count - 2)
         i = count - 2;

@@ -172,7 +172,7 @@ WEFT_API enum weft_result weft_image_save_parts(const struct weft_image *parts, 
 struct weft_colour_map {
     const char *name;
     const char *citation;
-    // sRGB in [0, 255] at t in [0, 1].
+    // sRGB in [0, 255] at t in [0, 1]. Called from several threads at once.
     void (*colour)(double t, uint8_t rgb[3]);
 };
 WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
@@ -188,7 +188,8 @@ struct weft_preview_params {
     // Values shown as first and last colour. NAN, or both 0: the finite minimum, maximum.
     float low, high;
     const struct weft_colour_map *colour_map; // default (NULL): grey
-    const struct weft_log *log;               // may be NULL
+    int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
+    const struct weft_log *log; // may be NULL
 };
 #define WEFT_PREVIEW_DEFAULTS
 #define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})

@@ -82,6 +82,91 @@ static void test_values(void **state)
     }
 }
 
+// By the definition of PNG, annex D.
+static uint32_t checksum(const unsigned char *data, size_t size)
+{
+    uint32_t sum = UINT32_MAX;
+    for (size_t i = 0; i < size; i++) {
+        sum ^= data[i];
+        for (int k = 0; k < 8; k++)
+            sum = sum & 1 ? sum >> 1 ^ 0xedb88320 : sum >> 1;
+    }
+    return ~sum;
+}
+
+static uint32_t number_at(const unsigned char *at)
+{
+    return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
+}
+
+// Which libpng forgives in part.
+static void assert_chunks(const char *path)
+{
+    size_t size;
+    unsigned char *file = (unsigned char *)test_read_file(path, &size);
+    char names[64] = "";
+    size_t at = 8;
+    while (at + 12 <= size) {
+        const size_t length = number_at(file + at);
+        assert_true(length <= size - at - 12);
+        assert_int_equal(number_at(file + at + 8 + length), checksum(file + at + 4, length + 4));
+        assert_true(strlen(names) + 6 < sizeof names);
+        strncat(names, (const char *)file + at + 4, 4);
+        strcat(names, " ");
+        at += 12 + length;
+    }
+    assert_int_equal(at, size);
+    assert_string_equal(names, "IHDR IDAT IEND ");
+    free(file);
+}
+
+// Larger than a thread's band of rows: every pixel is what its value says, and the file is the same
+// bytes whatever the number of threads.
+static void test_many_rows(void **state)
+{
+    (void)state;
+    enum { WIDTH = 97, HEIGHT = 210 };
+    static const int threads[] = {1, 2, 5};
+    static float plane[WIDTH * HEIGHT];
+    uint32_t seed = 7;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        seed = seed * 1664525u + 1013904223u;
+        plane[i] = seed >> 24 ? sinf(0.01f * (float)i) + 0x1p-33f * (float)seed : NAN;
+    }
+    for (size_t m = 0; weft_colour_map_list[m]; m++) {
+        char *files[3];
+        size_t sizes[3];
+        for (int k = 0; k < 3; k++) {
+            const char *path = test_path("rows.png");
+            const struct weft_preview_params params = {.path = path,
+                                                       .width = WIDTH,
+                                                       .height = HEIGHT,
+                                                       .plane = plane,
+                                                       .low = -1.0f,
+                                                       .high = 1.25f,
+                                                       .colour_map = weft_colour_map_list[m],
+                                                       .threads = threads[k]};
+            bool grey;
+            assert_int_equal(weft_preview_save(&params, NULL), WEFT_OK);
+            assert_chunks(path);
+            uint8_t *pixels = decode(path, WIDTH, HEIGHT, &grey);
+            for (int i = 0; i < WIDTH * HEIGHT; i++) {
+                uint8_t rgb[3] = {grey ? 0 : 255, 0, grey ? 0 : 255};
+                const double t = ((double)plane[i] + 1.0) / 2.25;
+                if (!isnan(plane[i]))
+                    weft_colour_map_list[m]->colour(fmin(fmax(t, 0.0), 1.0), rgb);
+                assert_memory_equal(pixels + 3 * i, rgb, 3);
+            }
+            free(pixels);
+            files[k] = test_read_file(path, &sizes[k]);
+            assert_int_equal(sizes[k], sizes[0]);
+            assert_memory_equal(files[k], files[0], sizes[0]);
+        }
+        for (int k = 0; k < 3; k++)
+            free(files[k]);
+    }
+}
+
 static void test_ranges(void **state)
 {
     (void)state;
@@ -146,9 +231,8 @@ static void test_errors_are_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_colour_maps),
-        IN_FOLDER(test_values),
-        IN_FOLDER(test_ranges),
+        cmocka_unit_test(test_colour_maps), IN_FOLDER(test_values),
+        IN_FOLDER(test_many_rows),          IN_FOLDER(test_ranges),
         IN_FOLDER(test_errors_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
