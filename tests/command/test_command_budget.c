@@ -209,6 +209,36 @@ static void clamped_slices_do_not_ring(void **state)
     json_decref(clamped);
 }
 
+// The sampler's own bound is what --verify and --json tell; what cannot be filtered so is refused.
+static void hardware_stays_within_its_bound(void **state)
+{
+    static const struct {
+        const char *kernel, *source;
+        int fetches;
+    } cases[] = {{"catmull-rom", "32f", 27}, {"bspline3", "unorm8", 8}, {"bspline3i", "16f", 8}};
+    (void)state;
+    skip_without_gl();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        json_t *root = parse(command_succeeds("slice", "ml.vdb", OBLIQUE, "--hardware", "--kernel",
+                                              cases[i].kernel, "--source", cases[i].source,
+                                              "--verify", "--json"));
+        const json_t *hardware = json_object_get(root, "hardware");
+        const json_t *verify = json_object_get(root, "verify");
+        assert_int_equal(number(hardware, "fetches_per_pixel"), cases[i].fetches);
+        assert_true(number(verify, "maximum") > 0.0);
+        assert_true(number(verify, "maximum") <= number(verify, "bound"));
+        json_decref(root);
+    }
+    const char *explained = command_succeeds("slice", "ml.vdb", OBLIQUE, "--hardware", "--explain");
+    assert_non_null(strstr(explained, "hardware filtering: taps 0 1+2 3 along each axis"));
+    command_fails(3, "no two neighbouring taps", "slice", "ml.vdb", "--hardware", "--kernel",
+                  "nearest", "--json");
+    command_fails(2, "--hardware excludes", "slice", "ml.vdb", "--hardware", "--max-error", "8bit",
+                  "--json");
+    command_fails(2, "--hardware is of OpenGL", "slice", "ml.vdb", "--hardware", "--engine", "cpu",
+                  "--json");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -218,6 +248,7 @@ int main(void)
         cmocka_unit_test(what_was_considered_is_explained),
         cmocka_unit_test(what_cannot_be_met_is_refused),
         cmocka_unit_test(formats_and_lookups_stay_within_their_bounds),
+        cmocka_unit_test(hardware_stays_within_its_bound),
         cmocka_unit_test(savings_are_told_and_can_be_left_out),
         cmocka_unit_test(clamped_slices_do_not_ring),
     };

@@ -52,6 +52,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
         return report_none(job);
     job->plan = weft_method_plan_get_slice(job->choice.plan);
     job->passes = weft_method_plan_get_passes(job->choice.plan);
+    job->hardware = weft_method_plan_get_info(job->choice.plan)->hardware;
     return WEFT_OK;
 }
 

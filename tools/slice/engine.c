@@ -11,6 +11,7 @@ static const char *find_gl_option(const struct option_value *o)
            : o[SLICE_LAYOUT].given              ? "--layout"
            : o[SLICE_SOURCE].given              ? "--source"
            : o[SLICE_LOOKUP].given              ? "--lookup"
+           : o[SLICE_HARDWARE].given            ? "--hardware"
                                                 : NULL;
 }
 

@@ -50,12 +50,17 @@ static enum weft_result make_slice(struct slice_job *job)
     static const stage planning[] = {
         slice_open,   slice_place, slice_allocate, slice_plan, create_context_for_choice,
         slice_choose, NULL};
-    static const stage computing[] = {
-        slice_create_context, slice_keep_volume, slice_find_range, slice_run, slice_verify, NULL};
+    static const stage computing[] = {slice_create_context,
+                                      slice_keep_volume,
+                                      slice_plan_hardware,
+                                      slice_find_range,
+                                      slice_run,
+                                      slice_verify,
+                                      NULL};
     const bool explain = job->setup->option[SLICE_EXPLAIN].given;
     enum weft_result res = run_stages(job, planning);
-    if (res == WEFT_OK && !explain)
-        res = run_stages(job, computing);
+    if (res == WEFT_OK)
+        res = explain ? slice_plan_hardware(job) : run_stages(job, computing);
     if (res == WEFT_OK)
         slice_tell(job);
     if (res == WEFT_OK && explain)

@@ -12,9 +12,11 @@ uint64_t slice_memory(const struct slice_setup *setup)
 void slice_release(struct slice_job *job)
 {
     weft_choice_clear(&job->choice);
+    weft_hardware_plan_destroy(&job->own_hardware);
     weft_slice_plan_destroy(&job->own_plan);
     job->plan = NULL;
     job->passes = NULL;
+    job->hardware = NULL;
 }
 
 void slice_clear(struct slice_job *job)

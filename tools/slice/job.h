@@ -34,6 +34,7 @@ enum slice_option {
     SLICE_LAYOUT = SLICE_ENGINE + ENGINE_OPTION_COUNT,
     SLICE_SOURCE,
     SLICE_LOOKUP,
+    SLICE_HARDWARE,
     SLICE_WITHOUT,
     SLICE_CLAMP,
     SLICE_MAX_ERROR,
@@ -100,8 +101,10 @@ struct slice_job {
     weft_volume *volume;                   // the setup's
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
-    const weft_slice_plan *plan;  // the job's own, or the chosen method's
-    const weft_pass_plan *passes; // the setup's, or the chosen method's; NULL: none
+    const weft_slice_plan *plan;      // the job's own, or the chosen method's
+    const weft_pass_plan *passes;     // the setup's, or the chosen method's; NULL: none
+    weft_hardware_plan *own_hardware; // with --hardware
+    const struct weft_hardware_plan_info *hardware; // its, or the chosen method's; NULL: none
     // With --max-error.
     double max_error; // in the volume's values
     struct weft_choice choice;

@@ -76,9 +76,11 @@ static enum weft_result make_plan(struct slice_job *job)
         .progress = report_progress("planning"),
         .log = report_log(),
     };
-    // Passes take every tap's voxels, whatever its weight.
-    if (o[SLICE_PASSES + PASS_PROFILE].given)
+    // Passes, and textures, take every tap's voxels, whatever its weight.
+    if (o[SLICE_PASSES + PASS_PROFILE].given || o[SLICE_HARDWARE].given)
         params->without |= WEFT_SAVING_AXIS;
+    if (o[SLICE_HARDWARE].given)
+        params->layout = WEFT_LAYOUT_PLAIN; // of voxels one by one
     enum weft_result res = find_range(job, params);
     if (res == WEFT_OK)
         res = weft_slice_plan_create(job->volume, params, &job->own_plan);

@@ -11,6 +11,7 @@
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
 #include "tools/slice/budget.h"
+#include "tools/slice/stages.h"
 
 static uint64_t sum_cells(const struct weft_slice_plan_info *plan, bool laid_out)
 {
@@ -64,6 +65,10 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
     add_point(out, &count, "index_v", index->v);
     if (job->passes)
         count += passes_attributes(job, out + count);
+    else if (job->hardware)
+        run_report_add(out, &count, "plan",
+                       "hardware filtering, %d fetches per pixel, error bound %.3g of the range",
+                       job->hardware->fetches_per_pixel, job->hardware->bound.e3);
     else
         run_report_add(out, &count, "plan", "%s layout, %d fetches per pixel, error bound %.3g",
                        weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->error_bound);
@@ -146,6 +151,8 @@ static void set_plan(json_t *root, const struct slice_job *job)
         json_object_set_new(root, "pass_plan", pass_plan_json(job->passes));
         return;
     }
+    if (job->hardware)
+        json_object_set_new(root, "hardware", slice_hardware_json(job->hardware));
     json_object_set_new(root, "source", json_text(weft_source_format_name(plan->source)));
     json_object_set_new(root, "lookup", json_text(weft_lookup_names[plan->lookup]));
     json_object_set_new(root, "savings", savings_json(job));
@@ -342,6 +349,8 @@ void slice_print_explained(const struct slice_job *job)
     printf("%s%s", text, size && text[size - 1] == '\n' ? "" : "\n");
     if (job->passes)
         pass_plan_print(job->passes);
+    if (job->hardware)
+        printf("%s", job->hardware->text);
 }
 
 // All frames' previews have one range, which is told before the first.

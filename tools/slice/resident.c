@@ -51,14 +51,15 @@ static double distance_of_next(const struct slice_job *job)
 }
 
 // One volume that frames read in one layout and format, side by side: planes that are farther apart
-// than a block share none. Passes run on none that stays, and a budget chooses formats itself; a
-// range that is not given is each frame's own.
+// than a block share none. Passes, and textures, take none that stays, and a budget chooses formats
+// itself; a range that is not given is each frame's own.
 static bool stays(const struct slice_job *job)
 {
     const struct slice_setup *setup = job->setup;
     const struct option_value *o = setup->option;
     return job->index + 1 < setup->sweep.count && !numbered_is(setup->input) &&
            !o[SLICE_MAX_ERROR].given && !o[SLICE_PASSES + PASS_PROFILE].given &&
+           !o[SLICE_HARDWARE].given &&
            (o[SLICE_SOURCE].integer[0] == WEFT_SOURCE_FLOAT ||
             o[SLICE_PASSES + PASS_SOURCE_RANGE].given) &&
            slice_memory(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE;

@@ -70,7 +70,8 @@ static enum weft_result run_planned(struct slice_job *job)
     return weft_slice_run_once(
         job->plan,
         weft_slice_compile_params(.context = job->setup->context, .cpu = job->setup->engine.cpu,
-                                  .passes = job->passes ? &passes : NULL),
+                                  .passes = job->passes ? &passes : NULL,
+                                  .hardware = job->own_hardware),
         weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
         &job->report);
 }
@@ -127,6 +128,8 @@ enum weft_result slice_verify(struct slice_job *job)
                                 weft_slice_verify_params(.rest = job->setup->rest,
                                                          .progress = report_progress("verifying")),
                                 &job->error);
+    if (res == WEFT_OK)
+        res = slice_bound_hardware(job);
     job->error_bound = error_bound(job);
     job->verify_seconds = report_now_seconds() - start;
     return res;

@@ -27,6 +27,13 @@ enum weft_result slice_plan_anew(struct slice_job *job);
 enum weft_result slice_keep_volume(struct slice_job *job);
 json_t *slice_resident_json(const struct slice_setup *setup); // null where nothing stays
 
+// hardware.c: with --hardware its plan, for the context's sampler or, where there is no context,
+// for one as most are.
+enum weft_result slice_plan_hardware(struct slice_job *job);
+// What is promised of a slice that was filtered so, for its verification; else nothing is done.
+enum weft_result slice_bound_hardware(struct slice_job *job);
+json_t *slice_hardware_json(const struct weft_hardware_plan_info *info);
+
 // engine.c: the options of what filters, and the context where OpenGL does, once for a command.
 // Where none can be had, the slice is planned for the CPU engine if that was left open.
 enum weft_result slice_read_engine(struct slice_setup *setup);

@@ -120,6 +120,12 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "how the kernel's weights are had: exactly (default), or from tiles of "
                       "--resolution M samples an axis",
                       weft_lookup_names},
+    [SLICE_HARDWARE] = {.name = "hardware",
+                        0,
+                        OPTION_FLAG,
+                        NULL,
+                        "let the texture sampler filter, neighbouring taps at once: fast on GPUs, "
+                        "and as inexact as their samplers (about 8 bits)"},
     [SLICE_WITHOUT] = {.name = "without",
                        0,
                        OPTION_TEXT,
@@ -192,6 +198,9 @@ static const char *passes_conflict(const struct option_value *o)
         return "--source, --lookup and --clamp are of slices without --profile";
     if (chosen && fused)
         return "--max-error chooses what --source and --lookup say";
+    if (o[SLICE_HARDWARE].given &&
+        (profile || chosen || o[SLICE_LAYOUT].given || o[SLICE_CLAMP].given))
+        return "--hardware excludes --profile, --max-error, --layout and --clamp";
     for (int i = PASS_PROFILE + 1; i < PASS_OPTION_COUNT; i++) {
         if (!o[SLICE_PASSES + i].given)
             continue;
