@@ -58,21 +58,49 @@ struct weft_sample_box weft_sample_box_of(const float *at, const int size[3], co
         at, {size[0], size[1], size[2]}, {1, span[0], span[0] * span[1]}};
 }
 
-struct weft_sample_range weft_sample_box_range(const struct weft_sample_box *s)
+// What a compiler makes vectors of: as many at a time, of rows that are longer.
+enum { LANES = 16 };
+
+static void widen(struct weft_sample_range *b, float low, float high, float zero)
 {
-    struct weft_sample_range b = {s->at[0], s->at[0], true};
-    float sum = 0.0f; // finite numbers times zero are zero; anything else is NaN
-    for (int z = 0; z < s->size[2]; z++) {
-        for (int y = 0; y < s->size[1]; y++) {
-            const float *row = s->at + z * s->pitch[2] + y * s->pitch[1];
-            for (int x = 0; x < s->size[0]; x++) {
-                b.low = row[x] < b.low ? row[x] : b.low;
-                b.high = row[x] > b.high ? row[x] : b.high;
-                sum += row[x] * 0.0f;
+    b->low = low < b->low ? low : b->low;
+    b->high = high > b->high ? high : b->high;
+    b->finite &= zero == 0.0f; // finite numbers times zero are zero; anything else is NaN
+}
+
+static void widen_by_row(struct weft_sample_range *b, const float *row, size_t count)
+{
+    float low[LANES], high[LANES], zero[LANES] = {0};
+    size_t i = 0;
+    if (count >= LANES) {
+        for (int l = 0; l < LANES; l++)
+            low[l] = high[l] = row[l];
+        for (; i + LANES <= count; i += LANES) {
+            for (int l = 0; l < LANES; l++) {
+                const float x = row[i + (size_t)l];
+                low[l] = x < low[l] ? x : low[l];
+                high[l] = x > high[l] ? x : high[l];
+                zero[l] += x * 0.0f;
             }
         }
+        for (int l = 0; l < LANES; l++)
+            widen(b, low[l], high[l], zero[l]);
     }
-    b.finite = sum == 0.0f;
+    for (; i < count; i++)
+        widen(b, row[i], row[i], row[i] * 0.0f);
+}
+
+struct weft_sample_range weft_sample_box_range(const struct weft_sample_box *s)
+{
+    const bool packed = s->pitch[1] == s->size[0] && s->pitch[2] == s->size[0] * s->size[1];
+    struct weft_sample_range b = {s->at[0], s->at[0], true};
+    const int rows = packed ? 1 : s->size[1], slices = packed ? 1 : s->size[2];
+    const size_t row = (size_t)s->size[0] * (packed ? (size_t)s->size[1] * (size_t)s->size[2] : 1);
+    for (int z = 0; z < slices; z++)
+        for (int y = 0; y < rows; y++)
+            widen_by_row(&b, s->at + z * s->pitch[2] + y * s->pitch[1], row);
+    if (b.low == b.high) // of zeros of either sign the first
+        b.low = b.high = s->at[0];
     return b;
 }
 

@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include "filter/threads.h"
 #include "passes/fused/lines/lines.h"
@@ -171,6 +172,16 @@ static enum weft_result set_capacity(weft_resident *r, uint64_t memory_bytes)
     return WEFT_ERR_LIMIT;
 }
 
+// Blocks are written into memory for the first time, page by page: large pages are several times as
+// fast. Where there are none, nothing changes.
+static void advise_pages(char *memory, size_t bytes)
+{
+    const uintptr_t page = UINT64_C(1) << 21, start = ((uintptr_t)memory + page - 1) / page * page;
+    const uintptr_t end = ((uintptr_t)memory + bytes) / page * page;
+    if (end > start)
+        madvise((void *)start, end - start, MADV_HUGEPAGE);
+}
+
 // The places. Of memory that is not written nothing is taken; a buffer grows as places are taken.
 static enum weft_result create_places(weft_resident *r)
 {
@@ -184,6 +195,8 @@ static enum weft_result create_places(weft_resident *r)
         const size_t bytes = capacity * (size_t)r->info.block_bytes;
         // Vectors read past rows: what they find must be finite.
         r->texels = calloc(bytes + WEFT_LINE_SAMPLES * sizeof(float), 1);
+        if (r->texels)
+            advise_pages(r->texels, bytes);
     }
     if (!r->blocks || !r->boxes || (!r->context && !r->texels)) {
         weft_error(r->log, "not enough memory for %zu blocks of %" PRIu64 " bytes", capacity,

@@ -13,7 +13,7 @@
 
 enum {
     LOT = 2048,                // blocks that are laid out between two looks at progress
-    PART = 32,                 // and by a thread at a time
+    PART = 256,                // and by a thread at a time
     READ_ALL_BRICKS = 1 << 17, // of a volume, that are looked up once and for all
     FIRST_PLACES = 1024,       // in a buffer
     KEPT_VOXELS = 32 << 20,    // bytes of bricks, from one lot to the next
@@ -286,9 +286,13 @@ static void lay_out(const struct run *run, size_t i, float *box)
     const struct weft_block_layout *layout = &r->layout;
     const int *span = layout->span;
     struct weft_resident_block *block = &r->blocks[run->jobs[i].place];
-    int32_t min[3], max[3];
+    int32_t min[3], max[3], origin[3];
+    const int32_t *key = run->map->keys[run->jobs[i].cell].at;
     block_box(r, &run->map->keys[run->jobs[i].cell], min, max);
-    weft_brick_store_copy_box(run->store, min, span, span, box);
+    for (int a = 0; a < 3; a++)
+        origin[a] = key[a] * WEFT_BRICK_SIZE;
+    weft_brick_store_copy_block(run->store, origin, origin[0] - min[0],
+                                max[0] - origin[0] - WEFT_BRICK_SIZE + 1, box);
     const struct weft_sample_box samples = weft_sample_box_of(box, span, span);
     block->range = weft_sample_box_range(&samples);
     block->curved = run->curved;

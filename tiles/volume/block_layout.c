@@ -90,13 +90,11 @@ double weft_source_format_error(enum weft_source_format format)
     return (size_t)format < WEFT_COUNT(formats) ? formats[format].error : (double)NAN;
 }
 
-bool weft_source_format_holds(enum weft_source_format format,
-                              const struct weft_source_range *range)
+bool weft_source_format_holds(enum weft_source_format format, const struct weft_source_range *range)
 {
     const double most = 1e37; // so that widths and sums of a range are single precision too
-    return format == WEFT_SOURCE_FLOAT ||
-           (range->high - range->low >= FLT_MIN && fabs(range->low) <= most &&
-            fabs(range->high) <= most);
+    return format == WEFT_SOURCE_FLOAT || (range->high - range->low >= FLT_MIN &&
+                                           fabs(range->low) <= most && fabs(range->high) <= most);
 }
 
 void weft_source_range_mapping(enum weft_source_format format,
@@ -171,6 +169,20 @@ static void encode(const struct weft_block_layout *layout, const struct weft_sou
         encode_unorm8(values, count, reciprocal, from, out);
 }
 
+// Texel i is samples i to i + 3. Moves of a size that is known are one instruction each.
+static void interleave(const char *code, size_t sample, size_t count, char *out)
+{
+    if (sample == 4)
+        for (size_t i = 0; i < count; i++)
+            memcpy(out + 16 * i, code + 4 * i, 16);
+    else if (sample == 2)
+        for (size_t i = 0; i < count; i++)
+            memcpy(out + 8 * i, code + 2 * i, 8);
+    else
+        for (size_t i = 0; i < count; i++)
+            memcpy(out + 4 * i, code + i, 4);
+}
+
 void weft_block_layout_write(const struct weft_block_layout *layout,
                              const struct weft_source_range *range, const float *voxels,
                              void *texels)
@@ -184,8 +196,8 @@ void weft_block_layout_write(const struct weft_block_layout *layout,
     for (size_t r = 0; r < rows; r++, voxels += span) {
         encode(layout, range, voxels, layout->span[0], row);
         if (layout->kind == WEFT_LAYOUT_INTERLEAVED) {
-            for (size_t i = 0; i < row_texels; i++, out += 4 * sample)
-                memcpy(out, code + i * sample, 4 * sample);
+            interleave(code, sample, row_texels, out);
+            out += row_texels * 4 * sample;
         } else {
             memcpy(out, row, row_texels * layout->texel_bytes);
             out += row_texels * layout->texel_bytes;
@@ -247,6 +259,70 @@ void weft_brick_store_copy_box(const weft_brick_store *store, const int32_t min[
         for (at[1] = brick_start(min[1]); at[1] < min[1] + size[1]; at[1] += WEFT_BRICK_SIZE)
             for (at[0] = brick_start(min[0]); at[0] < min[0] + size[0]; at[0] += WEFT_BRICK_SIZE)
                 copy_brick(store, at, min, size, pitch, out);
+}
+
+// Where the rows of a brick's voxels are; a constant one has one row.
+struct rows {
+    const float *at;
+    int pitch[2]; // floats from row to row, and from slice to slice
+};
+
+enum { NEIGHBOURS = 3 };
+
+// The 27 bricks around an origin. false: one is partly outside a clamp box.
+static bool find_rows(const weft_brick_store *store, const int32_t origin[3],
+                      float constants[NEIGHBOURS * NEIGHBOURS * NEIGHBOURS][WEFT_BRICK_SIZE],
+                      struct rows rows[NEIGHBOURS * NEIGHBOURS * NEIGHBOURS])
+{
+    for (int n = 0; n < NEIGHBOURS * NEIGHBOURS * NEIGHBOURS; n++) {
+        const int32_t at[3] = {origin[0] + (n % 3 - 1) * WEFT_BRICK_SIZE,
+                               origin[1] + (n / 3 % 3 - 1) * WEFT_BRICK_SIZE,
+                               origin[2] + (n / 9 - 1) * WEFT_BRICK_SIZE};
+        const float *values;
+        float constant;
+        const enum weft_brick_kind kind = weft_brick_store_find(store, at, &values, &constant);
+        if (kind == WEFT_BRICK_EDGE)
+            return false;
+        if (kind == WEFT_BRICK_VALUES) {
+            rows[n] = (struct rows){values, {WEFT_BRICK_SIZE, WEFT_BRICK_SIZE * WEFT_BRICK_SIZE}};
+            continue;
+        }
+        for (int i = 0; i < WEFT_BRICK_SIZE; i++)
+            constants[n][i] = constant;
+        rows[n] = (struct rows){constants[n], {0, 0}};
+    }
+    return true;
+}
+
+// Row (y, z) of a brick, which voxel i of the block's axis is in: counted from brick 0's first.
+static const float *row_of(const struct rows *rows, int y, int z)
+{
+    return rows->at + (y & 7) * rows->pitch[0] + (z & 7) * rows->pitch[1];
+}
+
+void weft_brick_store_copy_block(const weft_brick_store *store, const int32_t origin[3], int before,
+                                 int after, float *out)
+{
+    float constants[NEIGHBOURS * NEIGHBOURS * NEIGHBOURS][WEFT_BRICK_SIZE];
+    struct rows rows[NEIGHBOURS * NEIGHBOURS * NEIGHBOURS];
+    const int size = before + WEFT_BRICK_SIZE + after, first = WEFT_BRICK_SIZE - before;
+    if (!find_rows(store, origin, constants, rows)) {
+        const int32_t min[3] = {origin[0] - before, origin[1] - before, origin[2] - before};
+        const int sizes[3] = {size, size, size};
+        weft_brick_store_copy_box(store, min, sizes, sizes, out);
+        return;
+    }
+    for (int z = first; z < first + size; z++) {
+        for (int y = first; y < first + size; y++, out += size) {
+            const struct rows *line = &rows[z / 8 * 9 + y / 8 * 3];
+            const float *left = row_of(&line[0], y, z) + first, *right = row_of(&line[2], y, z);
+            for (int x = 0; x < before; x++)
+                out[x] = left[x];
+            memcpy(out + before, row_of(&line[1], y, z), WEFT_BRICK_SIZE * sizeof *out);
+            for (int x = 0; x < after; x++)
+                out[before + WEFT_BRICK_SIZE + x] = right[x];
+        }
+    }
 }
 
 bool weft_brick_store_box_constant(const weft_brick_store *store, const int32_t min[3],
