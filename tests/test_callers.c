@@ -616,6 +616,15 @@ static void volume_files(void)
     const struct weft_volume_open_params missing = {.path = "/nonexistent", .log = &logger};
     const struct weft_volume_save_params nowhere = {.path = "/nonexistent/x.vdb", .log = &logger};
     REFUSED(weft_volume_open(&missing, &out));
+    weft_volume_opening *opening = NULL;
+    const struct weft_volume_open_params nameless = {.log = &logger};
+    REFUSED(weft_volume_begin(&nameless, &opening));
+    assert_int_equal(weft_volume_begin(&missing, &opening), WEFT_OK);
+    REFUSED(weft_volume_await(&opening, &out));
+    assert_int_equal(weft_volume_begin(&missing, &opening), WEFT_OK);
+    weft_volume_abandon(&opening);
+    weft_volume_abandon(&opening);
+    weft_volume_abandon(NULL);
     REFUSED(weft_volume_list_load(&missing, &list));
     REFUSED(weft_volume_save(v, &nowhere));
     weft_volume_list_clear(&list);
@@ -1923,8 +1932,9 @@ static const struct {
     {layouts, {F(context_kind_parse), F(profile_parse), F(cost_parse)}},
     {volumes, {F(volume_create), F(volume_create_bricks), F(volume_destroy)}},
     {volume_files,
-     {F(volume_open), F(file_save), F(unfinished_discard), F(volume_list_load),
-      F(volume_list_clear), F(volume_save), F(volume_get_info)}},
+     {F(volume_open), F(volume_begin), F(volume_await), F(volume_abandon), F(file_save),
+      F(unfinished_discard), F(volume_list_load), F(volume_list_clear), F(volume_save),
+      F(volume_get_info)}},
     {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),

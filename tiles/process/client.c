@@ -35,6 +35,8 @@ struct weft_reader {
     pid_t pid;              // 0: reaped
     int pidfd;              // -1 where the kernel has none
     int socket;             // -1: closed
+    int answer_fd;          // of the question that has no answer yet; -1: there is none
+    uint32_t op;            // of that question
     enum weft_result ended; // why no further call is possible; WEFT_OK while it lives
 };
 
@@ -209,7 +211,7 @@ enum weft_result weft_reader_start(const struct weft_log *log, const char *progr
     reader = calloc(1, sizeof *reader);
     if (!reader)
         goto fail;
-    reader->pidfd = reader->socket = -1;
+    reader->pidfd = reader->socket = reader->answer_fd = -1;
     reader->log = log;
     reader->limits = with_defaults(limits);
     reader->program = strdup(program);
@@ -286,6 +288,7 @@ void weft_reader_stop(weft_reader **reader)
     reap(*reader, &status);
     close_fd(&(*reader)->socket);
     close_fd(&(*reader)->pidfd);
+    close_fd(&(*reader)->answer_fd);
     free((*reader)->program);
     free((*reader)->path);
     free(*reader);
@@ -527,17 +530,17 @@ static enum weft_result map_payload(weft_reader *reader, uint32_t op, int fd, ui
     return WEFT_OK;
 }
 
-enum weft_result weft_reader_call_parts(weft_reader *reader,
-                                        const struct weft_wire_request *request,
-                                        const struct iovec *parts, int part_count,
-                                        struct weft_wire_answer *answer,
-                                        struct weft_payload *payload)
+void weft_reader_set_log(weft_reader *reader, const struct weft_log *log)
+{
+    reader->log = log;
+}
+
+enum weft_result weft_reader_ask(weft_reader *reader, const struct weft_wire_request *request,
+                                 const struct iovec *parts, int part_count)
 {
     enum weft_result res = WEFT_ERR_MEMORY;
     struct weft_wire_request sent = *request;
     int fds[2] = {-1, -1};
-    *payload = (struct weft_payload){0};
-    memset(answer, 0, sizeof *answer);
     if (reader->ended) {
         weft_error(reader->log, "%s: %s has ended before", reader->path, reader->program);
         return reader->ended;
@@ -558,16 +561,10 @@ enum weft_result weft_reader_call_parts(weft_reader *reader,
         res = report_death(reader, sent.op);
         goto done;
     }
-    close_fd(&fds[1]);
-    res = receive_answer(reader, sent.op, answer);
-    if (res)
-        goto done;
-    res = (enum weft_result)answer->result;
-    if (res)
-        weft_error(reader->log, "%s: %s", reader->path,
-                   *answer->message ? answer->message : weft_result_text(res));
-    else
-        res = map_payload(reader, sent.op, fds[0], answer->payload_bytes, payload);
+    reader->answer_fd = fds[0];
+    reader->op = sent.op;
+    fds[0] = -1;
+    res = WEFT_OK;
     goto done;
 fail:
     weft_error(reader->log, "%s: no shared memory for %s: %s", reader->path, reader->program,
@@ -576,6 +573,37 @@ done:
     close_fd(&fds[0]);
     close_fd(&fds[1]);
     return res;
+}
+
+enum weft_result weft_reader_answer(weft_reader *reader, struct weft_wire_answer *answer,
+                                    struct weft_payload *payload)
+{
+    *payload = (struct weft_payload){0};
+    memset(answer, 0, sizeof *answer);
+    enum weft_result res = receive_answer(reader, reader->op, answer);
+    if (res)
+        goto done;
+    res = (enum weft_result)answer->result;
+    if (res)
+        weft_error(reader->log, "%s: %s", reader->path,
+                   *answer->message ? answer->message : weft_result_text(res));
+    else
+        res = map_payload(reader, reader->op, reader->answer_fd, answer->payload_bytes, payload);
+done:
+    close_fd(&reader->answer_fd);
+    return res;
+}
+
+enum weft_result weft_reader_call_parts(weft_reader *reader,
+                                        const struct weft_wire_request *request,
+                                        const struct iovec *parts, int part_count,
+                                        struct weft_wire_answer *answer,
+                                        struct weft_payload *payload)
+{
+    *payload = (struct weft_payload){0};
+    memset(answer, 0, sizeof *answer);
+    const enum weft_result res = weft_reader_ask(reader, request, parts, part_count);
+    return res == WEFT_OK ? weft_reader_answer(reader, answer, payload) : res;
 }
 
 enum weft_result weft_reader_call(weft_reader *reader, const struct weft_wire_request *request,

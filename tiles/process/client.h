@@ -45,6 +45,17 @@ enum weft_result weft_reader_call_parts(weft_reader *reader,
                                         struct weft_wire_answer *answer,
                                         struct weft_payload *payload);
 
+// The two halves of a call: what is done between them is done while the reader starts and works. A
+// question is answered before the next one is asked. Errors as of the call: of asking only that the
+// reader is gone, or that there is no shared memory.
+enum weft_result weft_reader_ask(weft_reader *reader, const struct weft_wire_request *request,
+                                 const struct iovec *parts, int part_count);
+enum weft_result weft_reader_answer(weft_reader *reader, struct weft_wire_answer *answer,
+                                    struct weft_payload *payload);
+
+// Who hears of failures from now on; may be NULL, and is borrowed for the reader's life.
+void weft_reader_set_log(weft_reader *reader, const struct weft_log *log);
+
 // Kills the process, with whatever it started in its process group, and reaps it. Accepts &NULL,
 // leaves NULL behind.
 void weft_reader_stop(weft_reader **reader);

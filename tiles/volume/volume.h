@@ -135,6 +135,20 @@ struct weft_volume_open_params {
 WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
                                            weft_volume **out);
 
+// A volume that is being opened. Starting a reader takes tens of milliseconds of another processor.
+// Thread-safety: one thread at a time.
+typedef struct weft_volume_opening weft_volume_opening;
+
+// Starts the reader and asks it to open the grid, without waiting. What goes wrong with the file is
+// told when it is awaited, and params->log is called there only, but for WEFT_ERR_MEMORY and
+// WEFT_ERR_ARGUMENT (no path), which are returned at once with *out NULL. Path and grid are copied.
+WEFT_API enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
+                                            weft_volume_opening **out);
+// Waits for the volume, and leaves NULL behind. Messages and results are those of weft_volume_open.
+WEFT_API enum weft_result weft_volume_await(weft_volume_opening **opening, weft_volume **out);
+// Ends the reader without waiting for its answer. Accepts &NULL, leaves NULL behind.
+WEFT_API void weft_volume_abandon(weft_volume_opening **opening);
+
 // The grids of a file, in its order. Owned by whoever loaded it.
 struct weft_volume_list {
     size_t count;

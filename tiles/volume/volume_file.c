@@ -303,44 +303,131 @@ static void warn_of_values(const struct weft_volume_open_params *params,
                   path, name, (unsigned long long)info->values_tiny);
 }
 
+// A volume that is being opened: asked, and not answered yet. What could not even be asked is
+// opened when it is awaited, so that it fails there.
+struct weft_volume_opening {
+    struct weft_volume_open_params params; // with texts of its own
+    weft_volume *volume;                   // NULL: not asked
+};
+
+// Starts the reader, and asks it.
+static enum weft_result ask(const struct weft_volume_open_params *params, weft_volume **out)
+{
+    const struct iovec name = {(void *)(uintptr_t)params->grid,
+                               params->grid ? strlen(params->grid) + 1 : 0};
+    const struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
+    weft_volume *volume = NULL;
+    struct file *file;
+    enum weft_result res = weft_volume_make(params->log, &backend, &volume);
+    if (res != WEFT_OK)
+        return res;
+    file = volume->data;
+    file->output_bytes = params->limits.output_bytes;
+    res = start(params, &file->reader);
+    if (res == WEFT_OK)
+        res = weft_reader_ask(file->reader, &request, &name, params->grid ? 1 : 0);
+    if (res == WEFT_OK)
+        *out = volume;
+    else
+        weft_volume_destroy(&volume);
+    return res;
+}
+
+// Takes the answer.
+static enum weft_result finish(const struct weft_volume_open_params *params, weft_volume *volume)
+{
+    const struct file *file = volume->data;
+    struct weft_wire_answer answer;
+    struct weft_payload payload;
+    size_t at = 0;
+    enum weft_result res = weft_reader_answer(file->reader, &answer, &payload);
+    if (res == WEFT_OK)
+        res = take_grid(params->log, &payload, &at, &volume->info);
+    if (res == WEFT_OK &&
+        (at != payload.size || !volume->info.supported || !box_valid(&volume->info)))
+        res = contradiction(params->log, "the opened grid");
+    if (res == WEFT_OK && !params->rest)
+        warn_of_values(params, &volume->info);
+    weft_payload_release(&payload);
+    return res;
+}
+
 enum weft_result weft_volume_open(const struct weft_volume_open_params *params, weft_volume **out)
 {
     *out = NULL;
     weft_volume *volume = NULL;
-    struct file *file;
-    const struct weft_log *log = params->log;
-    struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
-    struct weft_wire_answer answer;
-    struct weft_payload payload = {0};
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    size_t at = 0;
-    weft_require(log, params->path != NULL);
-    if (params->grid)
-        request.payload_bytes = strlen(params->grid) + 1;
-    res = weft_volume_make(log, &backend, &volume);
-    if (res)
-        goto fail;
-    file = volume->data;
-    file->output_bytes = params->limits.output_bytes;
-    res = start(params, &file->reader);
-    if (!res)
-        res = weft_reader_call(file->reader, &request, params->grid, &answer, &payload);
-    if (!res)
-        res = take_grid(log, &payload, &at, &volume->info);
-    if (res)
-        goto fail;
-    if (at != payload.size || !volume->info.supported || !box_valid(&volume->info)) {
-        res = contradiction(log, "the opened grid");
-        goto fail;
-    }
-    if (!params->rest)
-        warn_of_values(params, &volume->info);
-    *out = volume;
-    volume = NULL;
+    weft_require(params->log, params->path != NULL);
+    res = ask(params, &volume);
+    if (res == WEFT_OK)
+        res = finish(params, volume);
+    if (res == WEFT_OK)
+        *out = volume;
+    else
+        weft_volume_destroy(&volume);
 fail:
-    weft_payload_release(&payload);
-    weft_volume_destroy(&volume);
     return res;
+}
+
+enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
+                                   weft_volume_opening **out)
+{
+    *out = NULL;
+    weft_volume_opening *opening = NULL;
+    struct weft_volume_open_params quiet = *params;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(params->log, params->path != NULL);
+    res = WEFT_ERR_MEMORY;
+    opening = calloc(1, sizeof *opening);
+    if (!opening)
+        goto fail;
+    opening->params = *params;
+    opening->params.path = strdup(params->path);
+    opening->params.grid = params->grid ? strdup(params->grid) : NULL;
+    if (!opening->params.path || (params->grid && !opening->params.grid))
+        goto fail;
+    quiet.log = NULL;
+    ask(&quiet, &opening->volume);
+    *out = opening;
+    return WEFT_OK;
+fail:
+    if (res == WEFT_ERR_MEMORY)
+        weft_error(params->log, "not enough memory to open %s", params->path);
+    weft_volume_abandon(&opening);
+    return res;
+}
+
+enum weft_result weft_volume_await(weft_volume_opening **opening, weft_volume **out)
+{
+    const struct weft_volume_open_params *params = &(*opening)->params;
+    weft_volume *volume = (*opening)->volume;
+    enum weft_result res;
+    *out = NULL;
+    if (volume) {
+        const struct file *file = volume->data;
+        volume->log = params->log;
+        weft_reader_set_log(file->reader, params->log);
+        res = finish(params, volume);
+        if (res == WEFT_OK) {
+            *out = volume;
+            (*opening)->volume = NULL;
+        }
+    } else {
+        res = weft_volume_open(params, out);
+    }
+    weft_volume_abandon(opening);
+    return res;
+}
+
+void weft_volume_abandon(weft_volume_opening **opening)
+{
+    if (!opening || !*opening)
+        return;
+    weft_volume_destroy(&(*opening)->volume);
+    free((void *)(uintptr_t)(*opening)->params.path);
+    free((void *)(uintptr_t)(*opening)->params.grid);
+    free(*opening);
+    *opening = NULL;
 }
 
 // Claims of the file's writer, nobody's fault if they make no sense.

@@ -77,7 +77,8 @@ struct slice_setup {
     struct engine engine;
     const struct weft_colour_map *colour_map; // NULL: none is named
     // Of the first slice that comes so far, kept for all.
-    char *volume_path; // which is open
+    weft_volume_opening *opening; // of the input, begun before all else; NULL: taken, or not begun
+    char *volume_path;            // which is open
     weft_volume *volume;
     weft_resident *resident;          // what stays of it (resident.c); NULL: nothing, or not yet
     weft_volume *rest;                // what floats lack of it; NULL: not asked for yet

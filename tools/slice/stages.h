@@ -6,7 +6,9 @@
 
 #include "tools/slice/job.h"
 
-// plane.c: the volume, unless it is open, and the plane with its size.
+// plane.c: the volume, unless it is open, and the plane with its size. The volume's reader is begun
+// before all else, and what goes wrong with it is told when the volume is needed.
+enum weft_result slice_begin(struct slice_setup *setup);
 enum weft_result slice_open(struct slice_job *job);
 enum weft_result slice_place(struct slice_job *job);
 void slice_close(struct slice_setup *setup);

@@ -331,6 +331,7 @@ static enum weft_result check_setup(struct slice_setup *setup)
 
 static void clear_setup(struct slice_setup *setup)
 {
+    weft_volume_abandon(&setup->opening);
     slice_close(setup);
     sweep_clear(&setup->sweep);
     weft_pass_plan_destroy(&setup->passes);
@@ -353,7 +354,9 @@ static int run(const char *operand, const struct option_value *values)
                                 .option = values,
                                 .start = report_now_seconds(),
                                 .range = values[SLICE_RANGE]};
-    const enum weft_result res = check_setup(&setup);
+    enum weft_result res = slice_begin(&setup);
+    if (res == WEFT_OK)
+        res = check_setup(&setup);
     const int code = res == WEFT_OK ? sweep_run(&setup) : report_finish(res);
     clear_setup(&setup);
     return code;

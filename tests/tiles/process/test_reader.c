@@ -350,6 +350,53 @@ static void test_no_orphan(void **state)
     close(ends[1]);
 }
 
+// Begins to open a file; the texts are gone afterwards.
+static weft_volume_opening *begin(const char *path)
+{
+    char copy[512];
+    weft_volume_opening *opening = NULL;
+    const struct weft_volume_open_params params = {.path = copy, .log = &test_log};
+    snprintf(copy, sizeof copy, "%s", path);
+    *last_error.message = 0;
+    assert_int_equal(weft_volume_begin(&params, &opening), WEFT_OK);
+    memset(copy, 'x', sizeof copy);
+    assert_string_equal(last_error.message, "");
+    return opening;
+}
+
+static void test_begun(void **state)
+{
+    (void)state;
+    const int fds = count_fds();
+    weft_volume *volume = NULL;
+    weft_volume_opening *opening = begin(sphere_path());
+    assert_true(find_child() != 0);
+    assert_int_equal(weft_volume_await(&opening, &volume), WEFT_OK);
+    assert_null(opening);
+    assert_int_equal(find_all(volume), WEFT_OK);
+    weft_volume_destroy(&volume);
+
+    // What fails is told when it is awaited, in the words of weft_volume_open.
+    opening = begin("/nonexistent.vdb");
+    assert_int_equal(weft_volume_await(&opening, &volume), WEFT_ERR_OPEN);
+    assert_message("cannot open /nonexistent.vdb");
+    assert_null(volume);
+    opening = begin(sphere_path());
+    kill(find_child(), SIGKILL);
+    assert_int_equal(weft_volume_await(&opening, &volume), WEFT_ERR_READER);
+    assert_message("killed by signal 9");
+    assert_null(volume);
+
+    // What nobody waits for leaves nothing behind.
+    opening = begin(sphere_path());
+    weft_volume_abandon(&opening);
+    assert_null(opening);
+    opening = begin("/nonexistent.vdb");
+    weft_volume_abandon(&opening);
+    assert_int_equal(count_fds(), fds);
+    assert_int_equal(find_child(), 0);
+}
+
 static void test_nothing_left_open(void **state)
 {
     (void)state;
@@ -367,12 +414,12 @@ static void test_nothing_left_open(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_signals),           cmocka_unit_test(test_killed_during_call),
-        cmocka_unit_test(test_wall_limit),        cmocka_unit_test(test_limit_in_force),
-        cmocka_unit_test(test_output_limit),      cmocka_unit_test(test_memory_limit),
-        cmocka_unit_test(test_missing_program),   cmocka_unit_test(test_impostors),
-        cmocka_unit_test(test_damaged_files),     cmocka_unit_test(test_no_orphan),
-        cmocka_unit_test(test_nothing_left_open),
+        cmocka_unit_test(test_signals),         cmocka_unit_test(test_killed_during_call),
+        cmocka_unit_test(test_wall_limit),      cmocka_unit_test(test_limit_in_force),
+        cmocka_unit_test(test_output_limit),    cmocka_unit_test(test_memory_limit),
+        cmocka_unit_test(test_missing_program), cmocka_unit_test(test_impostors),
+        cmocka_unit_test(test_damaged_files),   cmocka_unit_test(test_no_orphan),
+        cmocka_unit_test(test_begun),           cmocka_unit_test(test_nothing_left_open),
     };
     return cmocka_run_group_tests(tests, make_files, remove_folder);
 }
