@@ -101,13 +101,13 @@ bool child_start(struct child *child, char *const argv[], const struct cut *cut,
     return ready;
 }
 
-bool child_run(struct child *child, double *seconds, double *part)
+bool child_run(struct child *child, double *seconds, double *again)
 {
     char answer[128];
     if (!ask(child, "run\n", answer, sizeof answer))
         return gone(child);
-    *part = NAN;
-    return sscanf(answer, "%lf %lf", seconds, part) >= 1 || gone(child);
+    *again = NAN;
+    return sscanf(answer, "%lf %lf", seconds, again) >= 1 || gone(child);
 }
 
 bool child_pixels(struct child *child, float *pixels, size_t count)

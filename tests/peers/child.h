@@ -20,8 +20,8 @@ struct child {
 // not there counts as not built. argv[0] is its path.
 bool child_start(struct child *child, char *const argv[], const struct cut *cut, int threads);
 
-// One run; *part is NAN where the program tells none. false: it is gone, child->text says so.
-bool child_run(struct child *child, double *seconds, double *part);
+// One run; *again is NAN where the program tells none. false: it is gone, child->text says so.
+bool child_run(struct child *child, double *seconds, double *again);
 
 // The pixels of the last run.
 bool child_pixels(struct child *child, float *pixels, size_t count);

@@ -3,7 +3,7 @@
 // Python). bench_peers starts each and talks to it in lines:
 //   in  "job FD sx sy sz width height threads  ox oy oz  ux uy uz  vx vy vz"
 //   out "ready VERSION", or "skip REASON" and the end
-//   in  "run"     out "SECONDS", or "SECONDS PART", of which PART went into the filtering itself
+//   in  "run"     out "SECONDS", or "SECONDS AGAIN", AGAIN with all ready that a first run makes
 //   in  "pixels"  out width * height floats, raw
 // and closes its end when done. FD is an open file of sx * sy * sz floats, x fastest; pixel (x, y)
 // lies at o + x u + y v in index space. Everything before "ready" is set-up and not timed.
@@ -73,21 +73,26 @@ static inline double peer_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-// Answers until the other end closes. `run` fills job->pixels; its answer is the PART, negative
-// where there is none.
-static inline int peer_serve(struct peer_job *job, const char *version, double (*run)(void *priv),
-                             void *priv)
+static inline double peer_time(void (*run)(void *priv), void *priv)
+{
+    const double start = peer_seconds();
+    run(priv);
+    return peer_seconds() - start;
+}
+
+// Answers until the other end closes. Both fill job->pixels; `again` is NULL where there is none.
+static inline int peer_serve(struct peer_job *job, const char *version, void (*run)(void *priv),
+                             void (*again)(void *priv), void *priv)
 {
     char line[64];
     printf("ready %s\n", version);
     fflush(stdout);
     while (fgets(line, sizeof line, stdin)) {
         if (strcmp(line, "run\n") == 0) {
-            double start = peer_seconds(), part = run(priv), seconds = peer_seconds() - start;
-            if (part >= 0.0)
-                printf("%.9f %.9f\n", seconds, part);
-            else
-                printf("%.9f\n", seconds);
+            printf("%.9f", peer_time(run, priv));
+            if (again)
+                printf(" %.9f", peer_time(again, priv));
+            printf("\n");
         } else if (strcmp(line, "pixels\n") == 0) {
             fwrite(job->pixels, sizeof(float), (size_t)job->width * (size_t)job->height, stdout);
         }

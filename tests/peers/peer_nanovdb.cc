@@ -27,10 +27,9 @@ void row(void *priv, int, int y)
                                         job.origin[2] + x * job.du[2] + y * job.dv[2]));
 }
 
-double run(void *priv)
+void run(void *priv)
 {
     peer_rows(&static_cast<State *>(priv)->job, row, priv);
-    return -1.0;
 }
 
 nanovdb::GridHandle<> build(const peer_job &job)
@@ -63,5 +62,5 @@ int main()
     char version[64];
     snprintf(version, sizeof version, "NanoVDB %d.%d.%d", NANOVDB_MAJOR_VERSION_NUMBER,
              NANOVDB_MINOR_VERSION_NUMBER, NANOVDB_PATCH_VERSION_NUMBER);
-    return peer_serve(&s.job, version, run, &s);
+    return peer_serve(&s.job, version, run, nullptr, &s);
 }

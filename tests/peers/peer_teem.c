@@ -25,11 +25,10 @@ static void row(void *priv, int thread, int y)
     }
 }
 
-static double run(void *priv)
+static void run(void *priv)
 {
     struct state *s = priv;
     peer_rows(&s->job, row, s);
-    return -1.0;
 }
 
 static bool prepare(struct state *s, Nrrd *nrrd)
@@ -63,7 +62,7 @@ int main(void)
     Nrrd *nrrd = nrrdNew();
     if (!nrrd || !prepare(&s, nrrd))
         peer_skip("gage refused the volume");
-    int code = peer_serve(&s.job, "Teem " TEEM_VERSION_STRING, run, &s);
+    int code = peer_serve(&s.job, "Teem " TEEM_VERSION_STRING, run, NULL, &s);
     for (int i = s.job.threads - 1; i >= 0; i--)
         gageContextNix(s.context[i]);
     nrrdNix(nrrd);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft itself, run as the peers are: peer_weft KERNEL CONTEXT. The volume is in memory and the plan
-// made before; a run is weft_slice_run, from voxels to pixels, and its PART the rendering passes.
+// weft itself, run as the peers are: peer_weft KERNEL gl|float|double CONTEXT: by OpenGL, or the
+// CPU engine with these sums. The volume is resident; a run plans a plane, compiles the plan and
+// runs it, and its PART is running one that was compiled before.
 #include "weft.h"
 
 #include "tests/peers/peer.h"
@@ -9,7 +10,11 @@ struct state {
     struct peer_job job;
     weft_context *context;
     weft_volume *volume;
+    weft_resident *resident;
+    struct weft_slice_params params;
+    struct weft_cpu cpu;
     weft_slice_plan *plan;
+    weft_slice *slice;
 };
 
 static void to_stderr(void *priv, enum weft_log_level level, const char *message)
@@ -21,14 +26,23 @@ static void to_stderr(void *priv, enum weft_log_level level, const char *message
 
 static const struct weft_log console = {to_stderr, NULL};
 
-static double run(void *priv)
+static void run_new(void *priv)
 {
     struct state *s = priv;
-    struct weft_slice_report report;
-    if (weft_slice_run_once(s->plan, weft_slice_compile_params(.context = s->context),
-                            weft_slice_run_params(.pixels = s->job.pixels), &report) != WEFT_OK)
+    weft_slice_destroy(&s->slice);
+    weft_slice_plan_destroy(&s->plan);
+    if (weft_slice_plan_create(s->volume, &s->params, &s->plan) != WEFT_OK ||
+        weft_slice_compile(s->plan, weft_slice_compile_params(.context = s->context, .cpu = s->cpu),
+                           &s->slice) != WEFT_OK ||
+        weft_slice_run(s->slice, weft_slice_run_params(.pixels = s->job.pixels), NULL) != WEFT_OK)
         exit(1);
-    return report.pass_seconds;
+}
+
+static void run_compiled(void *priv)
+{
+    struct state *s = priv;
+    if (weft_slice_run(s->slice, weft_slice_run_params(.pixels = s->job.pixels), NULL) != WEFT_OK)
+        exit(1);
 }
 
 static struct weft_slice_geometry geometry(const struct peer_job *job)
@@ -42,51 +56,81 @@ static struct weft_slice_geometry geometry(const struct peer_job *job)
     return g;
 }
 
-static enum weft_result prepare(struct state *s, const char *kernel, const char *kind)
+static enum weft_result create_context(struct state *s, const char *kind)
 {
-    struct weft_context_params context = {.log = &console};
-    struct weft_slice_params slice = {
-        .space = WEFT_SPACE_INDEX, .geometry = geometry(&s->job), .log = &console};
-    enum weft_result res = weft_context_kind_parse(&console, kind, &context.kind);
+    struct weft_context_params params = {.log = &console};
+    enum weft_result res = weft_context_kind_parse(&console, kind, &params.kind);
     if (res == WEFT_OK)
-        res = weft_kernel_parse(&console, kernel, &slice.kernel);
+        res = weft_context_create(&params, &s->context);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_context_info *info = weft_context_get_info(s->context);
+    s->params.max_target_size = info->max_target_size;
+    s->params.max_buffer_texels = info->max_buffer_texels;
+    return res;
+}
+
+static enum weft_result prepare(struct state *s, const char *kernel, const char *how,
+                                const char *kind)
+{
+    const bool gl = strcmp(how, "gl") == 0;
+    s->params = (struct weft_slice_params){
+        .space = WEFT_SPACE_INDEX,
+        .geometry = geometry(&s->job),
+        .engine = gl ? WEFT_ENGINE_GL : WEFT_ENGINE_CPU,
+        .sums = strcmp(how, "double") == 0 ? WEFT_SUMS_DOUBLE : WEFT_SUMS_FLOAT,
+        .log = &console,
+    };
+    s->cpu.threads = s->job.threads;
+    enum weft_result res = gl ? create_context(s, kind) : WEFT_OK;
     if (res == WEFT_OK)
-        res = weft_context_create(&context, &s->context);
+        res = weft_kernel_parse(&console, kernel, &s->params.kernel);
     if (res == WEFT_OK)
         res = weft_volume_create(
             weft_volume_params(.size = {s->job.size[0], s->job.size[1], s->job.size[2]},
                                .data = s->job.box, .log = &console),
             &s->volume);
-    if (res == WEFT_OK) {
-        const struct weft_context_info *info = weft_context_get_info(s->context);
-        slice.max_target_size = info->max_target_size;
-        slice.max_buffer_texels = info->max_buffer_texels;
-        res = weft_slice_plan_create(s->volume, &slice, &s->plan);
-    }
+    if (res == WEFT_OK)
+        res =
+            weft_resident_create(weft_resident_params(.volume = s->volume, .context = s->context,
+                                                      .kernel = s->params.kernel, .log = &console),
+                                 &s->resident);
+    s->params.resident = s->resident;
     return res;
+}
+
+static void print_version(const struct state *s, char *out, size_t size)
+{
+    if (!s->context) {
+        snprintf(out, size, "weft %s on the CPU, %s", weft_version(),
+                 weft_instruction_set_names[weft_instruction_set_best()]);
+        return;
+    }
+    const struct weft_context_info *info = weft_context_get_info(s->context);
+    snprintf(out, size, "weft %s on %s, %s, %s layout", weft_version(), info->platform,
+             info->renderer, weft_layout_name(weft_resident_get_info(s->resident)->layout));
 }
 
 int main(int argc, char **argv)
 {
     static struct state s;
     char threads[16], version[512];
-    if (argc != 3)
+    if (argc != 4)
         return 2;
     peer_load(&s.job);
     // llvmpipe's threads; a hardware context takes no notice.
     snprintf(threads, sizeof threads, "%d", s.job.threads);
     setenv("LP_NUM_THREADS", threads, 1);
-    enum weft_result res = prepare(&s, argv[1], argv[2]);
+    enum weft_result res = prepare(&s, argv[1], argv[2], argv[3]);
     if (res != WEFT_OK)
         peer_skip(weft_result_text(res));
     free(s.job.box);
     s.job.box = NULL;
-    const struct weft_context_info *info = weft_context_get_info(s.context);
-    snprintf(version, sizeof version, "weft %s on %s, %s, %s layout", weft_version(),
-             info->platform, info->renderer,
-             weft_layout_name(weft_slice_plan_get_info(s.plan)->layout));
-    int code = peer_serve(&s.job, version, run, &s);
+    print_version(&s, version, sizeof version);
+    int code = peer_serve(&s.job, version, run_new, run_compiled, &s);
+    weft_slice_destroy(&s.slice);
     weft_slice_plan_destroy(&s.plan);
+    weft_resident_destroy(&s.resident);
     weft_volume_destroy(&s.volume);
     weft_context_destroy(&s.context);
     return code;
