@@ -82,7 +82,7 @@ static enum weft_result create_source(struct weft_fused_cpu *r)
     for (int i = 0; i < r->plan->info.tile_count; i++)
         if (r->plan->tile_plans[i].source_texels > r->source_samples)
             r->source_samples = r->plan->tile_plans[i].source_texels;
-    // Vectors read past rows: what they find must be finite.
+    // Vectors read past the last row; what they find there does not count.
     r->source = calloc(r->source_samples + WEFT_LINE_SAMPLES, sizeof *r->source);
     if (r->source)
         return weft_slice_layout_create(r->plan, &r->layout);
@@ -265,8 +265,9 @@ static void make_row(struct part *p, const struct weft_slice_block *block, int y
         if (!p->count)
             p->first = p->at.x + x;
         p->class = cell->class;
+        const float **start = p->start + p->count, *own = cell->start;
         for (int i = 0; i < count; i++)
-            p->start[p->count + i] = cell->start;
+            start[i] = own;
         p->count += count;
     }
     end_line(p, block, y);

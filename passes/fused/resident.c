@@ -193,7 +193,7 @@ static enum weft_result create_places(weft_resident *r)
                       (size_t)r->layout.span[2] * sizeof *r->boxes);
     if (!r->context) {
         const size_t bytes = capacity * (size_t)r->info.block_bytes;
-        // Vectors read past rows: what they find must be finite.
+        // Vectors read past the last row; what they find there does not count.
         r->texels = calloc(bytes + WEFT_LINE_SAMPLES * sizeof(float), 1);
         if (r->texels)
             advise_pages(r->texels, bytes);

@@ -3,25 +3,17 @@
 
 #include <stdlib.h>
 
-// Rows are read in vectors of up to 16 lanes.
-static int stride_of(int width)
+// Coefficient number `from` of the tiles to `copies` of number `to` on of the kernel.
+static void copy(const struct weft_polynomial_tiles *tiles, size_t from, int copies, size_t to,
+                 const struct weft_line_kernel *out)
 {
-    return width <= 4 ? 4 : width <= 8 ? 8 : 16;
-}
-
-static void copy(const struct weft_polynomial_tiles *tiles, struct weft_line_kernel *out)
-{
-    const size_t powers = (size_t)tiles->segments * (size_t)(tiles->degree + 1);
-    const size_t from = 4 * (size_t)tiles->groups, to = (size_t)out->stride;
     float *single = out->coefficients;
     double *precise = out->coefficients;
-    for (size_t p = 0; p < powers; p++) {
-        for (size_t i = 0; i < (size_t)tiles->width; i++) {
-            if (out->sums == WEFT_SUMS_DOUBLE)
-                precise[p * to + i] = tiles->precise[p * from + i];
-            else
-                single[p * to + i] = tiles->coefficients[p * from + i];
-        }
+    for (int i = 0; i < copies; i++) {
+        if (out->sums == WEFT_SUMS_DOUBLE)
+            precise[to + (size_t)i] = tiles->precise[from];
+        else
+            single[to + (size_t)i] = tiles->coefficients[from];
     }
 }
 
@@ -29,20 +21,26 @@ enum weft_result weft_line_kernel_create(const struct weft_log *log, enum weft_s
                                          const struct weft_polynomial_tiles *tiles,
                                          struct weft_line_kernel *out)
 {
+    const bool whole = tiles->segments == 1;
+    const size_t row = 4 * (size_t)tiles->groups, width = (size_t)tiles->width;
     const size_t powers = (size_t)tiles->segments * (size_t)(tiles->degree + 1);
+    const size_t count = powers * (whole ? width * WEFT_LINE_COPIES : row);
     const size_t size = sums == WEFT_SUMS_DOUBLE ? sizeof(double) : sizeof(float);
     out->sums = sums;
     out->width = tiles->width;
     out->degree = tiles->degree;
     out->segments = tiles->segments;
-    out->stride = stride_of(tiles->width);
-    out->coefficients = calloc(powers * (size_t)out->stride, size);
+    out->stride = (int)row;
+    out->coefficients = aligned_alloc(64, (count * size + 63) / 64 * 64);
     if (!out->coefficients) {
-        weft_error(log, "not enough memory for %zu coefficients of kernel tiles",
-                   powers * (size_t)out->stride);
+        weft_error(log, "not enough memory for %zu coefficients of kernel tiles", count);
         return WEFT_ERR_MEMORY;
     }
-    copy(tiles, out);
+    for (size_t p = 0; p < powers; p++) {
+        for (size_t i = 0; i < (whole ? width : row); i++)
+            copy(tiles, p * row + i, whole ? WEFT_LINE_COPIES : 1,
+                 whole ? (p * width + i) * WEFT_LINE_COPIES : p * row + i, out);
+    }
     return WEFT_OK;
 }
 

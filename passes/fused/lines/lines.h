@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/fused/lines/lines.h - sums over all taps for pixels of a row, on the CPU (not installed).
 // One body of C, lines_body.h and lines_rows.h, is compiled once for each set of instructions. It
-// makes the weights of many pixels at once, in vectors across pixels, and then each pixel's sum in
-// vectors along the rows of its block: products with the weights along the third axis are added up
-// first, then those along the second, and those along a row at last, where the lanes of four pixels
-// are added up together. Lanes past the last tap have weights of 0, and samples there are finite.
+// makes the weights of many pixels at once, in vectors across pixels. Each pixel's samples are then
+// weighed in vectors along the rows of its block, where neighbours are one load: products with the
+// weights along the third axis are added up first, then those along the second. What the lanes hold
+// is turned into vectors across four pixels, one for each tap along a row, and added up by the
+// weights along it. Lanes past the last tap are not used, whatever is there.
 // A pixel's operations are the same and in the same order wherever it lies in a row: a product and
 // the addition after it are rounded once where the set has such an instruction and it is written
 // down, else twice; the compiler has no say in it (-ffp-contract=off).
 //
-// Roundings: of n taps along each axis at most n on each level. Along the third and second axis
-// that is a product and n - 1 additions to it. Along a row of c vectors of l lanes there are a
-// product, c - 1 additions of vectors and log2(l) of lanes, of which those to zeros are exact:
-// n where n <= 2, and for other n, by the vectors that there are, at most n: 3 for n = 3 and 4,
-// 4 for 5 to 8, 6 for 9 to 16.
+// Roundings: of n taps along an axis there are a product and n - 1 products that are added to it,
+// at most n roundings of each term on each of the levels.
 #ifndef WEFT_PASSES_FUSED_LINES_LINES_H
 #define WEFT_PASSES_FUSED_LINES_LINES_H
 
@@ -23,7 +21,8 @@
 enum {
     WEFT_LINE_PIXELS = 256,  // of a line, at most
     WEFT_LINE_PAD = 16,      // entries past the last pixel's in `start`, copies of that
-    WEFT_LINE_SAMPLES = 16,  // samples past a block's end that are read, finite, and do not count
+    WEFT_LINE_SAMPLES = 16,  // samples past a block's end that are read and do not count
+    WEFT_LINE_COPIES = 16,   // of a coefficient: a vector of them is one load
     WEFT_LINE_FRACTION = 29, // fraction bits of a position; three whole ones before them
 };
 
@@ -37,8 +36,9 @@ struct weft_line_kernel {
     // Filled in by weft_line_kernel_create.
     enum weft_sums sums;
     int degree, segments;
-    int stride;         // coefficients of one power: taps, then zeros
-    void *coefficients; // [segment][power][stride], floats or doubles
+    int stride;         // coefficients of one power of a segment: taps, then zeros
+    void *coefficients; // floats or doubles, [segment][power][stride], or, of a single segment,
+                        // [power][tap][WEFT_LINE_COPIES], all of these the same
 };
 
 // Copies the polynomials. The fields before that are the caller's to set. Returns WEFT_ERR_MEMORY.

@@ -54,8 +54,15 @@ typedef REAL NAME(wide) __attribute__((vector_size(WIDE * sizeof(REAL))));
 typedef uint32_t NAME(words) __attribute__((vector_size(WIDE * sizeof(uint32_t))));
 typedef int32_t NAME(integers) __attribute__((vector_size(WIDE * sizeof(int32_t))));
 
-// Of CHUNK pixels. Weights along rows are [pixel][stride], those along the other axes
-// [group of WIDE pixels][tap][pixel].
+// Pixels that are added up together.
+#if WIDE < 4
+#define GROUP 2
+#else
+#define GROUP 4
+#endif
+typedef REAL NAME(group) __attribute__((vector_size(GROUP * sizeof(REAL))));
+
+// Of CHUNK pixels: weights along each axis, [vector of WIDE pixels][tap][pixel].
 struct NAME(weights) {
     _Alignas(64) REAL x[CHUNK * MOST];
     REAL y[CHUNK * MOST], z[CHUNK * MOST];
@@ -81,18 +88,59 @@ INLINE NAME(wide) NAME(fraction)(NAME(words) position)
 }
 
 // Weights of WIDE pixels along an axis, by Horner's rule: out[tap * WIDE].
-INLINE void NAME(across)(const struct weft_line_kernel *kernel, int width, int degree, NAME(wide) t,
-                         REAL *out)
+INLINE void NAME(across)(const REAL *coefficients, int width, int degree, NAME(wide) t, REAL *out)
 {
-    const REAL *c = kernel->coefficients;
-    const int stride = kernel->stride;
+    const int power = width * WEFT_LINE_COPIES;
     for (int i = 0; i < width; i++) {
-        NAME(wide) sum = NAME(splat)(c[degree * stride + i]);
-        for (int p = degree - 1; p >= 0; p--)
-            sum = FMA(WIDE, sum, t, NAME(splat)(c[p * stride + i]));
+        const REAL *c = coefficients + i * WEFT_LINE_COPIES;
+        NAME(wide) sum, next;
+        memcpy(&sum, c + degree * power, sizeof sum);
+        for (int p = degree - 1; p >= 0; p--) {
+            memcpy(&next, c + p * power, sizeof next);
+            sum = FMA(WIDE, sum, t, next);
+        }
         memcpy(out + i * WIDE, &sum, sizeof sum);
     }
 }
+
+// Rows become columns.
+INLINE void NAME(turn)(NAME(group) v[GROUP])
+{
+#define PICK __builtin_shufflevector
+#if WIDE == 2
+    const NAME(group) a = PICK(v[0], v[1], 0, 2), b = PICK(v[0], v[1], 1, 3);
+    v[0] = a;
+    v[1] = b;
+#elif REAL_IS_FLOAT
+    const NAME(group) a = PICK(v[0], v[1], 0, 4, 1, 5), b = PICK(v[0], v[1], 2, 6, 3, 7);
+    const NAME(group) c = PICK(v[2], v[3], 0, 4, 1, 5), d = PICK(v[2], v[3], 2, 6, 3, 7);
+    v[0] = PICK(a, c, 0, 1, 4, 5);
+    v[1] = PICK(a, c, 2, 3, 6, 7);
+    v[2] = PICK(b, d, 0, 1, 4, 5);
+    v[3] = PICK(b, d, 2, 3, 6, 7);
+#else // within the halves of a vector of doubles first
+    const NAME(group) a = PICK(v[0], v[1], 0, 4, 2, 6), b = PICK(v[0], v[1], 1, 5, 3, 7);
+    const NAME(group) c = PICK(v[2], v[3], 0, 4, 2, 6), d = PICK(v[2], v[3], 1, 5, 3, 7);
+    v[0] = PICK(a, c, 0, 1, 4, 5);
+    v[1] = PICK(b, d, 0, 1, 4, 5);
+    v[2] = PICK(a, c, 2, 3, 6, 7);
+    v[3] = PICK(b, d, 2, 3, 6, 7);
+#endif
+#undef PICK
+}
+
+INLINE void NAME(put)(NAME(group) sums, float *out)
+{
+#if REAL_IS_FLOAT
+    memcpy(out, &sums, sizeof sums);
+#else
+    for (int i = 0; i < GROUP; i++)
+        out[i] = (float)sums[i];
+#endif
+}
+
+static void NAME(weigh_any)(const struct weft_line *line, int from, int count,
+                            struct NAME(weights) * out);
 
 #define LANES NARROW
 #include "passes/fused/lines/lines_rows.h"
@@ -108,14 +156,14 @@ INLINE void NAME(across)(const struct weft_line_kernel *kernel, int width, int d
 #undef LANES
 #endif
 
-// Weights of one pixel along an axis, in vectors along the taps: out[stride].
-INLINE void NAME(along)(const struct weft_line_kernel *kernel, int stride, int degree, int segment,
-                        REAL t, REAL *out)
+// Weights of one pixel along an axis, in vectors along the taps: out[kernel->stride].
+INLINE void NAME(along)(const struct weft_line_kernel *kernel, int segment, REAL t, REAL *out)
 {
     typedef JOIN(NAME(row), NARROW) row;
+    const int stride = kernel->stride, degree = kernel->degree;
     const REAL *c = (const REAL *)kernel->coefficients +
                     (size_t)segment * (size_t)(degree + 1) * (size_t)stride;
-    for (int i = 0; i < stride; i += NARROW) {
+    for (int i = 0; i < kernel->width; i += NARROW) {
         row sum, power;
         memcpy(&sum, c + degree * stride + i, sizeof sum);
         for (int p = degree - 1; p >= 0; p--) {
@@ -126,58 +174,54 @@ INLINE void NAME(along)(const struct weft_line_kernel *kernel, int stride, int d
     }
 }
 
-// The same of WIDE pixels along all axes where segments differ from pixel to pixel.
-static void NAME(by_segment)(const struct weft_line_kernel *kernel, const NAME(wide) t[3], REAL *x,
-                             REAL *y, REAL *z)
+// The same of WIDE pixels where segments differ from pixel to pixel: out[tap * WIDE].
+static void NAME(by_segment)(const struct weft_line_kernel *kernel, NAME(wide) t, REAL *out)
 {
-    for (int a = 0; a < 3; a++) {
-        const NAME(wide) scaled = t[a] * NAME(splat)((REAL)kernel->segments);
-        for (int i = 0; i < WIDE; i++) {
-            REAL own[MOST] = {0}, *out = a ? own : x + i * kernel->stride;
-            int segment = (int)scaled[i];
-            if (segment > kernel->segments - 1)
-                segment = kernel->segments - 1;
-            NAME(along)
-            (kernel, kernel->stride, kernel->degree, segment, scaled[i] - (REAL)segment, out);
-            for (int k = 0; a && k < kernel->width; k++)
-                (a == 1 ? y : z)[k * WIDE + i] = own[k];
-        }
+    const NAME(wide) scaled = t * NAME(splat)((REAL)kernel->segments);
+    for (int i = 0; i < WIDE; i++) {
+        REAL own[MOST] = {0};
+        int segment = (int)scaled[i];
+        if (segment > kernel->segments - 1)
+            segment = kernel->segments - 1;
+        NAME(along)(kernel, segment, scaled[i] - (REAL)segment, own);
+        for (int k = 0; k < kernel->width; k++)
+            out[k * WIDE + i] = own[k];
     }
 }
 
 // Places and weights of `count` pixels of a line, and of those past it that fill a vector.
 INLINE void NAME(weigh)(const struct weft_line *line, int from, int count, int width, int degree,
-                        int stride, bool whole, struct NAME(weights) * out)
+                        bool whole, struct NAME(weights) * out)
 {
     const struct weft_line_kernel *kernel = line->kernel;
     NAME(words) number, position[3], low[3];
+    NAME(words) step[3], low_step[3];
+    REAL *const weights[3] = {out->x, out->y, out->z};
+    const REAL *const coefficients = kernel->coefficients;
+    const uint32_t pitch[3] = {1, kernel->pitch_y, kernel->summed ? 0 : kernel->pitch_z};
+    const uint32_t low_bits = (uint32_t)line->low_bits;
     for (int i = 0; i < WIDE; i++)
         number[i] = (uint32_t)(from + i);
     for (int a = 0; a < 3; a++) {
         position[a] = number * line->step[a] + line->position[a];
         low[a] = number * line->low_step[a] + line->low[a];
+        step[a] = (NAME(words)){0} + WIDE * line->step[a];
+        low_step[a] = (NAME(words)){0} + WIDE * line->low_step[a];
     }
     for (int i = 0; i < count; i += WIDE) {
-        NAME(wide) t[3];
         NAME(words) at = {0};
-        REAL *x = out->x + i * stride, *y = out->y + i * width, *z = out->z + i * width;
-        const uint32_t pitch[3] = {1, kernel->pitch_y, kernel->summed ? 0 : kernel->pitch_z};
         for (int a = 0; a < 3; a++) {
-            const NAME(words) word = position[a] + (low[a] >> (uint32_t)line->low_bits);
-            position[a] += (uint32_t)WIDE * line->step[a];
-            low[a] += (uint32_t)WIDE * line->low_step[a];
+            const NAME(words) word = position[a] + (low[a] >> low_bits);
+            position[a] += step[a];
+            low[a] += low_step[a];
             at += (word >> WEFT_LINE_FRACTION) * pitch[a];
-            t[a] = NAME(fraction)(word);
+            if (whole)
+                NAME(across)
+                (coefficients, width, degree, NAME(fraction)(word), weights[a] + i * width);
+            else
+                NAME(by_segment)(kernel, NAME(fraction)(word), weights[a] + i * width);
         }
         memcpy(out->at + i, &at, sizeof at);
-        if (!whole) {
-            NAME(by_segment)(kernel, t, x, y, z);
-            continue;
-        }
-        NAME(across)(kernel, width, degree, t[1], y);
-        NAME(across)(kernel, width, degree, t[2], z);
-        for (int p = 0; p < WIDE; p++)
-            NAME(along)(kernel, stride, degree, 0, t[0][p], x + p * stride);
     }
 }
 
@@ -187,37 +231,36 @@ static void NAME(weigh_any)(const struct weft_line *line, int from, int count,
 {
     const struct weft_line_kernel *kernel = line->kernel;
     if (kernel->segments > 1)
-        NAME(weigh)(line, from, count, kernel->width, kernel->degree, kernel->stride, false, out);
+        NAME(weigh)(line, from, count, kernel->width, kernel->degree, false, out);
     else if (kernel->width == 4 && kernel->degree == 3)
-        NAME(weigh)(line, from, count, 4, 3, 4, true, out);
+        NAME(weigh)(line, from, count, 4, 3, true, out);
     else
-        NAME(weigh)(line, from, count, kernel->width, kernel->degree, kernel->stride, true, out);
+        NAME(weigh)(line, from, count, kernel->width, kernel->degree, true, out);
 }
 
 // ---- lines --------------------------------------------------------------------------------------
 
-#define LINE(name, width, lanes, stride, summed, pitch_y, pitch_z)                                 \
+#define LINE(name, width, lanes, summed, pitch_y, pitch_z)                                         \
     static void NAME(name)(const struct weft_line *line)                                           \
     {                                                                                              \
-        JOIN(NAME(line), lanes)(line, width, stride, summed, pitch_y, pitch_z);                    \
+        JOIN(NAME(line), lanes)(line, width, summed, pitch_y, pitch_z);                            \
     }
 // Blocks of a kernel's own: 8 cells and the taps past the last one.
-#define FIXED(name, width, lanes, stride)                                                          \
-    LINE(name##_flat, width, lanes, stride, true, width + 7, 0)                                    \
-    LINE(name, width, lanes, stride, false, width + 7, (width + 7) * (width + 7))
+#define FIXED(name, width, lanes)                                                                  \
+    LINE(name##_flat, width, lanes, true, width + 7, 0)                                            \
+    LINE(name, width, lanes, false, width + 7, (width + 7) * (width + 7))
 // Of any width and pitch.
-#define ANY(name, lanes, stride)                                                                   \
-    LINE(name##_flat, line->kernel->width, lanes, stride, true, line->kernel->pitch_y, 0)          \
-    LINE(name, line->kernel->width, lanes, stride, false, line->kernel->pitch_y,                   \
-         line->kernel->pitch_z)
+#define ANY(name, lanes)                                                                           \
+    LINE(name##_flat, line->kernel->width, lanes, true, line->kernel->pitch_y, 0)                  \
+    LINE(name, line->kernel->width, lanes, false, line->kernel->pitch_y, line->kernel->pitch_z)
 
-FIXED(two, 2, NARROW, 4)
-FIXED(four, 4, NARROW, 4)
-FIXED(six, 6, MIDDLE, 8)
-FIXED(eight, 8, MIDDLE, 8)
-ANY(up_to_four, NARROW, 4)
-ANY(up_to_eight, MIDDLE, 8)
-ANY(up_to_sixteen, BROAD, 16)
+FIXED(two, 2, NARROW)
+FIXED(four, 4, NARROW)
+FIXED(six, 6, MIDDLE)
+FIXED(eight, 8, MIDDLE)
+ANY(up_to_four, NARROW)
+ANY(up_to_eight, MIDDLE)
+ANY(up_to_sixteen, BROAD)
 
 static weft_line_fn NAME(find)(const struct weft_line_kernel *k)
 {
@@ -244,6 +287,7 @@ static weft_line_fn NAME(find)(const struct weft_line_kernel *k)
 #undef LINE
 #undef FIXED
 #undef ANY
+#undef GROUP
 #undef JOIN_
 #undef JOIN
 #undef NAME
