@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Vectors of 8 floats or 4 doubles, AVX2 and FMA.
 #ifdef __x86_64__
-#include <immintrin.h>
-
 #include "passes/fused/lines/lines.h"
 
 // A product and a sum, rounded once, by lanes.

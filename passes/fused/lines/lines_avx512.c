@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Vectors of 16 floats or 8 doubles, AVX-512.
 #ifdef __x86_64__
-#include <immintrin.h>
-
 #include "passes/fused/lines/lines.h"
 
 // A product and a sum, rounded once, by lanes.

@@ -17,7 +17,9 @@
 
 #include <math.h>
 #include <string.h>
-#if defined(__SSE2__)
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
@@ -217,9 +219,8 @@ INLINE void NAME(weigh)(const struct weft_line *line, int from, int count, int w
             at += (word >> WEFT_LINE_FRACTION) * pitch[a];
             if (whole)
                 NAME(across)
-                (coefficients, width, degree, NAME(fraction)(word), weights[a] + i * width);
-            else
-                NAME(by_segment)(kernel, NAME(fraction)(word), weights[a] + i * width);
+            (coefficients, width, degree, NAME(fraction)(word), weights[a] + i * width);
+            else NAME(by_segment)(kernel, NAME(fraction)(word), weights[a] + i * width);
         }
         memcpy(out->at + i, &at, sizeof at);
     }
