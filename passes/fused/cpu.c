@@ -36,7 +36,8 @@ struct weft_fused_cpu {
     struct weft_fused_report report;
     int tile;
     size_t parts;
-    atomic_uint_fast64_t taps; // that were read
+    atomic_uint_fast64_t taps;          // that were read
+    struct weft_statistics *statistics; // of pixels, by thread
 };
 
 static bool go_on(const struct weft_fused_cpu *r, double fraction)
@@ -90,6 +91,15 @@ static enum weft_result create_source(struct weft_fused_cpu *r)
     return WEFT_ERR_MEMORY;
 }
 
+static enum weft_result create_statistics(struct weft_fused_cpu *r)
+{
+    r->statistics = malloc((size_t)r->cpu.threads * sizeof *r->statistics);
+    if (r->statistics)
+        return WEFT_OK;
+    weft_error(r->log, "not enough memory for %d threads of a slice", r->cpu.threads);
+    return WEFT_ERR_MEMORY;
+}
+
 enum weft_result weft_fused_cpu_compile(const struct weft_cpu *cpu, const weft_slice_plan *plan,
                                         weft_fused_cpu **out)
 {
@@ -110,6 +120,8 @@ enum weft_result weft_fused_cpu_compile(const struct weft_cpu *cpu, const weft_s
     if (res == WEFT_OK)
         res = create_source(r);
     if (res == WEFT_OK)
+        res = create_statistics(r);
+    if (res == WEFT_OK)
         *out = r;
     else
         weft_fused_cpu_destroy(&r);
@@ -126,6 +138,7 @@ void weft_fused_cpu_destroy(weft_fused_cpu **fused)
     weft_slice_layout_destroy(&r->layout);
     weft_slice_blocks_destroy(&r->cells);
     free(r->source);
+    free(r->statistics);
     free(r);
     *fused = NULL;
 }
@@ -320,6 +333,8 @@ static bool make_part(void *priv, int thread, size_t i)
                              (p.at.y - by * WEFT_GRID_BLOCK) * grid->dv[a];
     for (int y = p.at.y; y < p.at.y + p.at.height; y++) {
         make_row(&p, &block, y);
+        weft_statistics_add(&r->statistics[thread], r->pixels + y * r->stride + p.at.x,
+                            (size_t)p.at.width);
         for (int a = 0; a < 3; a++)
             block.position[a] += grid->dv[a];
     }
@@ -406,6 +421,8 @@ enum weft_result weft_fused_cpu_run(weft_fused_cpu *r, float *pixels, int64_t st
     r->report = (struct weft_fused_report){0};
     r->cells.cells_constant = r->cells.cells_smooth = 0;
     atomic_store(&r->taps, 0);
+    for (int i = 0; i < r->cpu.threads; i++)
+        r->statistics[i] = (struct weft_statistics)WEFT_STATISTICS_NONE;
     for (r->tile = 0; res == WEFT_OK && r->tile < count; r->tile++) {
         if (go_on(r, (double)r->tile / count))
             res = run_tile(r);
@@ -417,6 +434,10 @@ enum weft_result weft_fused_cpu_run(weft_fused_cpu *r, float *pixels, int64_t st
     r->report.cells_constant = r->cells.cells_constant;
     r->report.cells_smooth = r->cells.cells_smooth;
     r->report.fetches = atomic_load(&r->taps);
+    r->report.pixels = (struct weft_statistics)WEFT_STATISTICS_NONE;
+    // Pixels that were repainted were not measured.
+    for (int i = 0; i < r->cpu.threads && !r->report.exact_pixels; i++)
+        weft_statistics_join(&r->report.pixels, &r->statistics[i]);
     *report = r->report;
     return res;
 }

@@ -3,6 +3,7 @@
 #ifndef WEFT_PASSES_FUSED_RUN_H
 #define WEFT_PASSES_FUSED_RUN_H
 
+#include "filter/statistics.h"
 #include "passes/fused/plan.h"
 #include "passes/gl/context.h"
 
@@ -20,6 +21,7 @@ struct weft_fused_report {
     double read_seconds, layout_seconds, upload_seconds, pass_seconds, readback_seconds;
     uint64_t uploaded_bytes, peak_bytes, cells_constant, cells_smooth, fetches, exact_pixels;
     int passes;
+    struct weft_statistics pixels; // range and counts; count 0: they were not measured
 };
 
 // pixels[y * stride + x]. Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED, WEFT_ERR_GL,

@@ -96,7 +96,7 @@ void weft_slice_destroy(weft_slice **slice)
 
 // Of the fused pass, or of hardware filtering.
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
-                                  struct weft_slice_report *out)
+                                  struct weft_slice_report *out, struct weft_statistics *pixels)
 {
     struct weft_fused_report r;
     const enum weft_result res =
@@ -118,28 +118,31 @@ static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run
         .fetches = r.fetches,
         .exact_pixels = r.exact_pixels,
     };
+    *pixels = r.pixels;
     return res;
 }
 
+// `pixels` stays empty where the engine has not measured them.
 static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_run_params *p,
-                                   struct weft_slice_report *out)
+                                   struct weft_slice_report *out, struct weft_statistics *pixels)
 {
     if (slice->multipass)
         return weft_slice_multipass_run(slice->multipass, p, out);
     if (slice->fused || slice->fused_cpu || slice->hardware)
-        return run_fused(slice, p, out);
+        return run_fused(slice, p, out, pixels);
     return weft_slice_separable_run(slice->separable, p, out);
 }
 
 static void measure_pixels(const struct weft_slice_geometry *g,
-                           const struct weft_slice_run_params *p, struct weft_slice_report *out)
+                           const struct weft_slice_run_params *p, struct weft_statistics *pixels,
+                           struct weft_slice_report *out)
 {
-    struct weft_statistics s = WEFT_STATISTICS_NONE;
-    for (int y = 0; y < g->height; y++)
-        weft_statistics_add(&s, p->pixels + y * p->stride, (size_t)g->width);
-    out->minimum = (float)s.minimum;
-    out->maximum = (float)s.maximum;
-    out->not_finite = s.not_finite;
+    const bool measured = pixels->count > 0;
+    for (int y = 0; !measured && y < g->height; y++)
+        weft_statistics_add(pixels, p->pixels + y * p->stride, (size_t)g->width);
+    out->minimum = (float)pixels->minimum;
+    out->maximum = (float)pixels->maximum;
+    out->not_finite = pixels->not_finite;
 }
 
 enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_params *params,
@@ -148,13 +151,14 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
     const struct weft_slice_geometry *g = &slice->plan->footprint->grid.index;
     struct weft_slice_run_params p = *params;
     struct weft_slice_report own = {0};
+    struct weft_statistics pixels = WEFT_STATISTICS_NONE;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(slice->log, p.pixels != NULL);
     weft_require(slice->log, p.stride == 0 || (p.stride >= g->width && p.stride <= INT32_MAX));
     if (p.stride == 0)
         p.stride = g->width;
     const uint64_t read = weft_slice_bricks_read(slice->plan);
-    res = run_engine(slice, &p, &own);
+    res = run_engine(slice, &p, &own, &pixels);
     if (res != WEFT_OK)
         return res;
     own.bricks_read = weft_slice_bricks_read(slice->plan) - read;
@@ -162,7 +166,7 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
         own.cpu = slice->cpu;
     if (p.progress && p.progress->report)
         p.progress->report(p.progress->priv, 1.0);
-    measure_pixels(g, &p, &own);
+    measure_pixels(g, &p, &pixels, &own);
     if (report)
         *report = own;
 fail:
