@@ -98,7 +98,7 @@ void weft_slice_destroy(weft_slice **slice)
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
                                   struct weft_slice_report *out, struct weft_statistics *pixels)
 {
-    struct weft_fused_report r;
+    struct weft_fused_report r = {0};
     const enum weft_result res =
         slice->fused ? weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r)
         : slice->hardware
@@ -118,7 +118,8 @@ static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run
         .fetches = r.fetches,
         .exact_pixels = r.exact_pixels,
     };
-    *pixels = r.pixels;
+    if (r.pixels.count)
+        *pixels = r.pixels;
     return res;
 }
 
