@@ -37,9 +37,11 @@
 enum {
     MAX_RUNS = 99,
     WEFT_CATMULL_ROM_GL = 0,
+    WEFT_CATMULL_ROM_HARDWARE,
     WEFT_CATMULL_ROM,
     WEFT_CATMULL_ROM_DOUBLE,
     WEFT_BSPLINE_GL,
+    WEFT_BSPLINE_HARDWARE,
     WEFT_BSPLINE,
     WEFT_BSPLINE_DOUBLE,
     FIRST_PEER
@@ -51,7 +53,7 @@ struct peer {
     int weft;            // the row that has the same taps
     const char *program; // in the build folder, or in the source folder if it ends in .py
     const char *argument;
-    const char *how; // of weft: gl, or the CPU engine's sums
+    const char *how; // of weft: gl, hardware, or the CPU engine's sums
     bool runs;
     struct child child;
     int count; // of seconds, and of those with all ready
@@ -69,9 +71,11 @@ struct peer {
 
 static struct peer peers[] = {
     WEFT("weft catmull-rom gl", "catmull-rom", "gl", CUT_CATMULL_ROM),
+    WEFT("weft catmull-rom hardware", "catmull-rom", "hardware", CUT_CATMULL_ROM),
     WEFT("weft catmull-rom cpu", "catmull-rom", "float", CUT_CATMULL_ROM),
     WEFT("weft catmull-rom cpu double", "catmull-rom", "double", CUT_CATMULL_ROM),
     WEFT("weft bspline gl", "bspline", "gl", CUT_BSPLINE),
+    WEFT("weft bspline hardware", "bspline", "hardware", CUT_BSPLINE),
     WEFT("weft bspline cpu", "bspline", "float", CUT_BSPLINE),
     WEFT("weft bspline cpu double", "bspline", "double", CUT_BSPLINE),
     {.label = "VTK vtkImageReslice cubic", .program = "peer_vtk.py", .weft = WEFT_CATMULL_ROM},
@@ -173,7 +177,8 @@ static void take_turn(int turn)
 // Without OpenGL there are only the rows of the CPU engine.
 static bool must_run(int i)
 {
-    return i < FIRST_PEER && strcmp(peers[i].how, "gl") != 0;
+    return i < FIRST_PEER && strcmp(peers[i].how, "gl") != 0 &&
+           strcmp(peers[i].how, "hardware") != 0;
 }
 
 // Starts all, runs each once and measures its error. false: weft itself failed.

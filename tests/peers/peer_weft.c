@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft itself, run as the peers are: peer_weft KERNEL gl|float|double CONTEXT: by OpenGL, or the
-// CPU engine with these sums. The volume is resident; a run plans a plane, compiles the plan and
+// weft itself, run as the peers are: peer_weft KERNEL gl|hardware|float|double CONTEXT: by OpenGL,
+// by its texture sampler, or the CPU engine with these sums. The volume is resident, but for the
+// sampler, whose texture stays with a compiled plan; a run plans a plane, compiles the plan and
 // runs it, and its PART is running one that was compiled before.
 #include "weft.h"
 
@@ -14,6 +15,8 @@ struct state {
     struct weft_slice_params params;
     struct weft_cpu cpu;
     weft_slice_plan *plan;
+    bool by_sampler;
+    weft_hardware_plan *hardware; // NULL but by the sampler
     weft_slice *slice;
 };
 
@@ -26,13 +29,32 @@ static void to_stderr(void *priv, enum weft_log_level level, const char *message
 
 static const struct weft_log console = {to_stderr, NULL};
 
+static void destroy_plans(struct state *s)
+{
+    weft_slice_destroy(&s->slice);
+    weft_hardware_plan_destroy(&s->hardware);
+    weft_slice_plan_destroy(&s->plan);
+}
+
+static enum weft_result plan_hardware(struct state *s)
+{
+    struct weft_hardware_params params = {.slice = s->plan, .log = &console};
+    if (!s->by_sampler)
+        return WEFT_OK;
+    const enum weft_result res =
+        weft_sampler_measure(s->context, WEFT_SOURCE_FLOAT, &params.sampler);
+    return res == WEFT_OK ? weft_hardware_plan_create(&params, &s->hardware) : res;
+}
+
 static void run_new(void *priv)
 {
     struct state *s = priv;
-    weft_slice_destroy(&s->slice);
-    weft_slice_plan_destroy(&s->plan);
+    destroy_plans(s);
     if (weft_slice_plan_create(s->volume, &s->params, &s->plan) != WEFT_OK ||
-        weft_slice_compile(s->plan, weft_slice_compile_params(.context = s->context, .cpu = s->cpu),
+        plan_hardware(s) != WEFT_OK ||
+        weft_slice_compile(s->plan,
+                           weft_slice_compile_params(.context = s->context, .cpu = s->cpu,
+                                                     .hardware = s->hardware),
                            &s->slice) != WEFT_OK ||
         weft_slice_run(s->slice, weft_slice_run_params(.pixels = s->job.pixels), NULL) != WEFT_OK)
         exit(1);
@@ -73,7 +95,8 @@ static enum weft_result create_context(struct state *s, const char *kind)
 static enum weft_result prepare(struct state *s, const char *kernel, const char *how,
                                 const char *kind)
 {
-    const bool gl = strcmp(how, "gl") == 0;
+    s->by_sampler = strcmp(how, "hardware") == 0;
+    const bool gl = strcmp(how, "gl") == 0 || s->by_sampler;
     s->params = (struct weft_slice_params){
         .space = WEFT_SPACE_INDEX,
         .geometry = geometry(&s->job),
@@ -81,6 +104,8 @@ static enum weft_result prepare(struct state *s, const char *kernel, const char 
         .sums = strcmp(how, "double") == 0 ? WEFT_SUMS_DOUBLE : WEFT_SUMS_FLOAT,
         .log = &console,
     };
+    if (s->by_sampler)
+        s->params.without = WEFT_SAVING_AXIS | WEFT_SAVING_SEPARABLE;
     s->cpu.threads = s->job.threads;
     enum weft_result res = gl ? create_context(s, kind) : WEFT_OK;
     if (res == WEFT_OK)
@@ -90,7 +115,7 @@ static enum weft_result prepare(struct state *s, const char *kernel, const char 
             weft_volume_params(.size = {s->job.size[0], s->job.size[1], s->job.size[2]},
                                .data = s->job.box, .log = &console),
             &s->volume);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && !s->by_sampler)
         res =
             weft_resident_create(weft_resident_params(.volume = s->volume, .context = s->context,
                                                       .kernel = s->params.kernel, .log = &console),
@@ -107,8 +132,7 @@ static void print_version(const struct state *s, char *out, size_t size)
         return;
     }
     const struct weft_context_info *info = weft_context_get_info(s->context);
-    snprintf(out, size, "weft %s on %s, %s, %s layout", weft_version(), info->platform,
-             info->renderer, weft_layout_name(weft_resident_get_info(s->resident)->layout));
+    snprintf(out, size, "weft %s on %s, %s", weft_version(), info->platform, info->renderer);
 }
 
 int main(int argc, char **argv)
@@ -128,8 +152,7 @@ int main(int argc, char **argv)
     s.job.box = NULL;
     print_version(&s, version, sizeof version);
     int code = peer_serve(&s.job, version, run_new, run_compiled, &s);
-    weft_slice_destroy(&s.slice);
-    weft_slice_plan_destroy(&s.plan);
+    destroy_plans(&s);
     weft_resident_destroy(&s.resident);
     weft_volume_destroy(&s.volume);
     weft_context_destroy(&s.context);
