@@ -230,6 +230,7 @@ static void frames_are_as_slices_alone(void **state)
         {"--size", "32x32", "--kernel", "bspline3i", "--verify"},
         {"--size", "32x32", "--profile", "unorm8", "--kernel", "linear"},
         {"--size", "32x32", "--max-error", "12bit"},
+        {"--size", "32x32", "--engine", "cpu", "--kernel", "bspline"},
         {"--size", "32x32", "--source", "unorm8", "--memory", "300K"},
     };
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
