@@ -5,7 +5,7 @@
 
 #include "tools/common/options.h"
 
-enum { VERB_MAX_OPTIONS = 48 };
+enum { VERB_MAX_OPTIONS = 64 };
 
 struct verb {
     const char *name;
