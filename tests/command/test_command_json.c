@@ -73,6 +73,7 @@ static void without_gl(void **state)
         {"weft", "plan", "--kernel", "linear", "--json"},
         {"weft", "table", "--dims", "1", "--resolutions", "4", "-f", "json"},
         {"weft", "slice", "ml.vdb", "--explain", "--json"},
+        {"weft", "slice", "ml.vdb", "--explain", "--json", "--at", "1..2", "--frames", "0-1"},
         {"weft", "stability", "--list", "--json"},
     };
     for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++)
@@ -86,11 +87,14 @@ static void with_gl(void **state)
         skip();
     static const char *const slice[] = {"weft",  "slice",    "ml.vdb", "--size",
                                         "16x16", "--verify", "--json", NULL};
+    static const char *const frames[] = {"weft", "slice",    "ml.vdb", "--size", "16x16", "--at",
+                                         "1..2", "--frames", "0-1",    "--json", NULL};
     static const char *const resample[] = {"weft",  "resample", "s.exr",  "--size",
                                            "16x16", "--verify", "--json", NULL};
     static const char *const info[] = {"weft", "info", "s.exr", "--json", NULL};
     command_succeeds("slice", "ml.vdb", "--size", "8x8", "-o", "s.exr");
     every_failure_is_told(slice);
+    every_failure_is_told(frames);
     every_failure_is_told(resample);
     every_failure_is_told(info);
     unlink("s.exr");

@@ -18,9 +18,10 @@ struct frames {
     struct slice_job *saving; // in the thread; NULL: none
     pthread_t thread;
     int complete, skipped;
-    int64_t last;  // that is complete
-    bool failed;   // no method within the budget, or beyond the bound
-    json_t *array; // with --json and --frames
+    int64_t last; // that is complete
+    bool failed;  // no method within the budget, or beyond the bound
+    bool json;
+    json_t *array; // of frames, with --json and --frames
     double seconds[SLICE_STAGES];
 };
 
@@ -65,7 +66,7 @@ static enum weft_result make_slice(struct slice_job *job)
         slice_tell(job);
     if (res == WEFT_OK && explain)
         report_erase_progress();
-    if (res == WEFT_OK && explain && !job->json)
+    if (res == WEFT_OK && explain && !job->setup->option[SLICE_JSON].given)
         slice_print_explained(job);
     return res;
 }
@@ -141,12 +142,12 @@ static enum weft_result finish(struct frames *f, struct slice_job *job)
     f->last = job->frame;
     set_last_words(f);
     report_erase_progress();
-    if (f->array) {
-        json_array_append_new(f->array, job->json);
-        job->json = NULL;
-    } else if (job->json) {
-        res = json_print(job->json);
-        job->json = NULL;
+    json_t *json = job->json;
+    job->json = NULL;
+    if (f->json && f->setup->sweep.given) {
+        json_array_append_new(f->array, json);
+    } else if (f->json) {
+        res = json_print(json);
     } else if (job->pixels) {
         slice_print_made(job);
     }
@@ -229,7 +230,7 @@ static bool can_skip(struct slice_job *job, enum weft_result res)
 // Takes the job.
 static enum weft_result skip(struct frames *f, struct slice_job *job)
 {
-    if (f->array)
+    if (f->json)
         json_array_append_new(f->array,
                               json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)job->frame, "volume",
                                         json_text(job->input), "error", json_text(job->problem)));
@@ -277,14 +278,14 @@ static int exit_code(const struct frames *f, enum weft_result res)
 int sweep_run(struct slice_setup *setup)
 {
     const struct slice_sweep *sweep = &setup->sweep;
-    struct frames f = {.setup = setup};
-    if (sweep->given && setup->option[SLICE_JSON].given)
+    struct frames f = {.setup = setup, .json = setup->option[SLICE_JSON].given};
+    if (sweep->given && f.json)
         f.array = json_array();
     set_last_words(&f);
     enum weft_result res = make_frames(&f);
     report_erase_progress();
     report_set_part(NULL, NULL);
-    if (res == WEFT_OK && f.array)
+    if (res == WEFT_OK && f.json && sweep->given)
         res = print_json(&f);
     if (sweep->given && f.complete && (res != WEFT_OK || f.failed))
         report_warning("%d of %d frames are complete, the last is %lld", f.complete, sweep->count,
