@@ -495,7 +495,7 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
         if (weft_slice_reads_blocks(plan) && !tile->background)
             return false;
         if (plan->axes.separable &&
-            (tile->bricks.count || plan->footprint->bricks.topology.tile_count))
+            (tile->bricks.count || plan->footprint->bricks.has_tiles))
             return false;
         for (size_t c = 0; tile->content && c < tile->cells->map.count; c++)
             if (!tile->content[c].constant ||

@@ -40,8 +40,7 @@ struct weft_resident {
     float *values;                      // of those, by place
     char *texels;                       // in memory, or
     struct weft_gl_buffer buffer;       // in GL
-    // Where bricks are near the slice that was looked at last, or everywhere; not of voxels in
-    // memory.
+    // Where bricks are near the slice that was looked at last, or everywhere.
     struct weft_brick_reader reader;
     struct weft_slice_grid reader_grid;
     // Of one call.

@@ -9,7 +9,6 @@
 #include "passes/fused/resident_impl.h"
 #include "passes/gl/context_backend.h"
 #include "tiles/volume/region.h"
-#include "tiles/volume/volume_impl.h"
 
 enum {
     LOT = 2048,                // blocks that are laid out between two looks at progress
@@ -27,19 +26,6 @@ struct weft_resident_job {
 
 // ---- bricks -------------------------------------------------------------------------------------
 
-// Where bricks are, and their voxels, of a volume in memory; NULL: they are read.
-static const weft_brick_store *memory_store(const weft_resident *r)
-{
-    const struct weft_volume_memory *memory = weft_volume_in_memory(r->voxels);
-    return memory ? memory->store : NULL;
-}
-
-static const weft_brick_store *places_of(const weft_resident *r)
-{
-    const weft_brick_store *store = memory_store(r);
-    return store ? store : r->reader.places;
-}
-
 // All that blocks of a slice's cells may hold. Blocks reach beyond what their pixels do, by the
 // size of a cell and of the apron at most.
 static enum weft_result open_reader(weft_resident *r, const struct weft_slice_grid *grid)
@@ -49,10 +35,12 @@ static enum weft_result open_reader(weft_resident *r, const struct weft_slice_gr
     struct weft_region region = {
         .min = {-WEFT_INDEX_LIMIT, -WEFT_INDEX_LIMIT, -WEFT_INDEX_LIMIT},
         .max = {WEFT_INDEX_LIMIT - 1, WEFT_INDEX_LIMIT - 1, WEFT_INDEX_LIMIT - 1}};
-    if (memory_store(r) ||
-        (r->reader.volume && (all || memcmp(grid, &r->reader_grid, sizeof *grid) == 0)))
+    if (r->reader.volume &&
+        (r->reader.borrowed || all || memcmp(grid, &r->reader_grid, sizeof *grid) == 0))
         return WEFT_OK;
     weft_brick_reader_close(&r->reader);
+    if (weft_brick_reader_borrow(r->log, r->voxels, &r->reader))
+        return WEFT_OK;
     if (!all) {
         struct weft_region taps_region;
         weft_slice_grid_region(grid, taps, &taps_region);
@@ -192,7 +180,7 @@ static bool sort_known(weft_resident *r, struct sorting *s)
 // Of the cells that nothing is known of, those on one tile, or the background, are found.
 static void sort_unknown(weft_resident *r, struct sorting *s)
 {
-    const weft_brick_store *places = places_of(r);
+    const weft_brick_store *places = r->reader.places;
     size_t left = 0;
     for (size_t i = 0; i < s->jobs; i++) {
         const struct weft_resident_job job = r->jobs[i];
@@ -249,7 +237,7 @@ enum weft_result weft_resident_survey(weft_resident *r, const struct weft_reside
     struct sorting s = {.request = request};
     struct weft_cell_map bricks = {0};
     enum weft_result res = sort_cells(r, &s);
-    if (res == WEFT_OK && !memory_store(r))
+    if (res == WEFT_OK && s.jobs && !r->reader.borrowed)
         res = note_bricks(r, request->cells, r->jobs, s.jobs, &bricks);
     *out = (struct weft_resident_survey){.blocks = s.present + s.jobs,
                                          .missing = s.jobs,
@@ -402,7 +390,7 @@ static enum weft_result load_lot(weft_resident *r, struct sorting *s,
     struct weft_cell_map bricks = {0};
     enum weft_result res = WEFT_OK;
     const double start = weft_now_seconds();
-    if (!memory_store(r)) {
+    if (!r->reader.borrowed) {
         if (r->reader.kept_bytes > KEPT_VOXELS)
             weft_brick_reader_drop(&r->reader);
         res = note_bricks(r, cells, jobs, count, &bricks);
@@ -414,7 +402,7 @@ static enum weft_result load_lot(weft_resident *r, struct sorting *s,
     if (res != WEFT_OK)
         return res;
     struct run lot = {.resident = r,
-                      .store = memory_store(r) ? memory_store(r) : r->reader.store,
+                      .store = r->reader.store,
                       .map = &cells->map,
                       .jobs = jobs,
                       .count = count,

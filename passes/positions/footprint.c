@@ -47,6 +47,9 @@ enum weft_result weft_footprint_open(weft_footprint *f)
     struct weft_region region;
     if (f->bricks.volume)
         return WEFT_OK;
+    // What stays resident does not need voxels twice.
+    if (f->shared && weft_brick_reader_borrow(f->log, weft_footprint_voxels(f), &f->bricks))
+        return WEFT_OK;
     weft_slice_grid_region(&f->grid, f->info.kernel.width, &region);
     return weft_brick_reader_open(f->log, weft_footprint_voxels(f), &region, &f->bricks);
 }

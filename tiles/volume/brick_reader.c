@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include "tiles/volume/volume_impl.h"
+
 enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
 
 // ---- what lies where ----------------------------------------------------------------------------
@@ -57,16 +59,33 @@ enum weft_result weft_brick_reader_open(const struct weft_log *log, weft_volume 
     enum weft_result res = weft_volume_find(volume, &reached, &out->topology);
     if (res == WEFT_OK)
         res = weft_brick_places_create(log, info, &out->topology, &out->places);
+    out->has_tiles = out->topology.tile_count > 0;
     if (res != WEFT_OK)
         weft_brick_reader_close(out);
     return res;
+}
+
+bool weft_brick_reader_borrow(const struct weft_log *log, weft_volume *volume,
+                              struct weft_brick_reader *out)
+{
+    const struct weft_volume_memory *memory = weft_volume_in_memory(volume);
+    if (!memory)
+        return false;
+    *out = (struct weft_brick_reader){.volume = volume,
+                                      .log = log,
+                                      .borrowed = true,
+                                      .has_tiles = memory->tile_count > 0,
+                                      .places = memory->store,
+                                      .store = memory->store};
+    return true;
 }
 
 void weft_brick_reader_close(struct weft_brick_reader *r)
 {
     weft_brick_reader_drop(r);
     free(r->lots);
-    weft_brick_store_destroy(&r->places);
+    if (!r->borrowed)
+        weft_brick_store_destroy(&r->places);
     weft_brick_list_clear(&r->topology);
     *r = (struct weft_brick_reader){.volume = NULL};
 }
@@ -139,6 +158,8 @@ size_t weft_brick_reader_missing(const struct weft_brick_reader *r,
 
 void weft_brick_reader_drop(struct weft_brick_reader *r)
 {
+    if (r->borrowed)
+        return;
     weft_brick_store_destroy(&r->store);
     for (size_t i = 0; i < r->lot_count; i++)
         free(r->lots[i]);

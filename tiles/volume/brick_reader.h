@@ -11,6 +11,8 @@
 struct weft_brick_reader {
     weft_volume *volume; // borrowed; NULL: closed
     const struct weft_log *log;
+    bool borrowed;  // places and store are those of a volume in memory
+    bool has_tiles; // near the region, or anywhere where they are borrowed
     struct weft_brick_list topology;
     weft_brick_store *places; // of the topology, without voxels
     weft_brick_store *store;  // of what was read; NULL: nothing
@@ -35,6 +37,10 @@ enum weft_result weft_brick_places_create(const struct weft_log *log,
 enum weft_result weft_brick_reader_open(const struct weft_log *log, weft_volume *volume,
                                         const struct weft_region *region,
                                         struct weft_brick_reader *out);
+// Opens a volume that is in memory: nothing is looked for, and voxels are those in memory, all of
+// which are kept and none read. Returns false, and does nothing, where it is not.
+bool weft_brick_reader_borrow(const struct weft_log *log, weft_volume *volume,
+                              struct weft_brick_reader *out);
 void weft_brick_reader_close(struct weft_brick_reader *reader);
 
 // Notes the bricks that hold a box of voxels, inclusive, which is clamped where the volume is, and
