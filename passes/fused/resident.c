@@ -252,11 +252,28 @@ static void destroy_objects(weft_resident *r)
     weft_context_leave(r->context);
 }
 
+void weft_resident_keep(weft_resident *r, void *kept, void (*release)(void *kept))
+{
+    if (r->kept_by_slice)
+        r->free_kept(r->kept_by_slice);
+    r->kept_by_slice = kept;
+    r->free_kept = release;
+}
+
+void *weft_resident_take(weft_resident *r, void (*release)(void *kept))
+{
+    void *kept = r->free_kept == release ? r->kept_by_slice : NULL;
+    if (kept)
+        r->kept_by_slice = NULL;
+    return kept;
+}
+
 void weft_resident_destroy(weft_resident **resident)
 {
     weft_resident *r = resident ? *resident : NULL;
     if (!r)
         return;
+    weft_resident_keep(r, NULL, NULL);
     if (r->context)
         destroy_objects(r);
     weft_brick_reader_close(&r->reader);

@@ -48,6 +48,9 @@ struct weft_resident {
     size_t job_capacity;
     float *boxes; // voxels of a block, for each thread
     int threads;
+    // What a later room keeps from one slice to the next, and what frees it; or NULL.
+    void *kept_by_slice;
+    void (*free_kept)(void *kept);
     // For its slices.
     struct weft_fused_objects objects; // of the context
     struct weft_kernel_facts *kernels;
@@ -65,6 +68,12 @@ int weft_resident_lead(const weft_resident *resident, int width);
 // What footprints of its slices share, and the volume with which they are made.
 struct weft_footprint_shared weft_resident_shared(weft_resident *resident);
 weft_volume *weft_resident_volume(const weft_resident *resident);
+
+// Keeps something from one slice to the next, in the place of what was kept before; `release` frees
+// it in the end.
+void weft_resident_keep(weft_resident *resident, void *kept, void (*release)(void *kept));
+// Gives what was kept with this `release` back to the caller; NULL: nothing is.
+void *weft_resident_take(weft_resident *resident, void (*release)(void *kept));
 
 // Counts of bricks, brought up to date.
 void weft_resident_count(weft_resident *resident);

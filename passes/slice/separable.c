@@ -2,9 +2,11 @@
 // Slices whose rows and columns run along the volume's axes: the voxels in reach become a plane,
 // summed along the third axis, which passes/separable/separable.h magnifies.
 #include <stdlib.h>
+#include <string.h>
 
 #include "passes/separable/separable.h"
 #include "passes/fused/exact.h"
+#include "passes/fused/resident_impl.h"
 #include "passes/slice/plane.h"
 #include "passes/slice/slice_impl.h"
 
@@ -56,7 +58,8 @@ static enum weft_result filter_create(const struct weft_separable_compile_params
         weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
                               .width = tile->width, .height = tile->height, .x = plane->x,
                               .y = plane->y, .engine = plan->info.engine, .sums = plan->info.sums,
-                              .memory_bytes = plan->separable_bytes, .log = plan->log),
+                              .memory_bytes = plan->separable_bytes,
+                              .log = plan->resident ? plan->resident->log : plan->log),
         &out->plan);
     if (res == WEFT_OK)
         res = weft_separable_compile(out->plan, where, &out->compiled);
@@ -87,13 +90,86 @@ static void stage_destroy(struct stage *stage)
     weft_slice_plane_destroy(&stage->plane);
 }
 
+// A stage that a resident volume keeps from one slice to the next: planes that lie behind each
+// other are filtered alike.
+struct kept_stage {
+    struct stage stage;
+    struct weft_kernel kernel;
+    struct weft_separable_compile_params where;
+    enum weft_sums sums;
+    uint64_t memory_bytes;
+    int width, height;
+};
+
+static void free_kept_stage(void *priv)
+{
+    struct kept_stage *kept = priv;
+    stage_destroy(&kept->stage);
+    free(kept);
+}
+
+static bool filters_alike(const struct kept_stage *kept,
+                          const struct weft_separable_compile_params *where,
+                          const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+                          const struct weft_slice_plane *plane)
+{
+    const struct weft_slice_plane *old = &kept->stage.plane;
+    return weft_kernel_same(&kept->kernel, &plan->info.kernel) &&
+           kept->where.context == where->context && kept->sums == plan->info.sums &&
+           memcmp(&kept->where.cpu, &where->cpu, sizeof where->cpu) == 0 &&
+           kept->memory_bytes == plan->separable_bytes && kept->width == tile->width &&
+           kept->height == tile->height &&
+           memcmp(old->size, plane->size, sizeof plane->size) == 0 &&
+           memcmp(old->x, plane->x, (size_t)tile->width * sizeof *plane->x) == 0 &&
+           memcmp(old->y, plane->y, (size_t)tile->height * sizeof *plane->y) == 0;
+}
+
+// The filter that the slice before left, if it is the one wanted.
+static bool take_filter(const struct weft_separable_compile_params *where,
+                        const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+                        struct stage *stage)
+{
+    struct kept_stage *kept =
+        plan->resident ? weft_resident_take(plan->resident, free_kept_stage) : NULL;
+    const bool found = kept && filters_alike(kept, where, plan, tile, &stage->plane);
+    if (found) {
+        stage->filter = kept->stage.filter;
+        kept->stage.filter = (struct filter){.plan = NULL};
+    }
+    if (kept)
+        free_kept_stage(kept);
+    return found;
+}
+
+// Leaves a slice's only stage to the next one. Without memory it is destroyed.
+static void leave_stage(const weft_slice_separable *s)
+{
+    const struct weft_slice_plan *plan = s->plan;
+    const bool wanted =
+        plan->resident && plan->info.tile_count == 1 && s->stages[0].filter.compiled;
+    struct kept_stage *kept = wanted ? malloc(sizeof *kept) : NULL;
+    if (!kept)
+        return;
+    *kept = (struct kept_stage){.stage = s->stages[0],
+                                .kernel = plan->info.kernel,
+                                .where = s->where,
+                                .sums = plan->info.sums,
+                                .memory_bytes = plan->separable_bytes,
+                                .width = plan->tiles[0].width,
+                                .height = plan->tiles[0].height};
+    s->stages[0] = (struct stage){.filter = {.plan = NULL}};
+    weft_resident_keep(plan->resident, kept, free_kept_stage);
+}
+
 static enum weft_result stage_create(const struct weft_separable_compile_params *where,
                                      const struct weft_slice_plan *plan,
                                      const struct weft_slice_tile *tile, struct stage *stage)
 {
     *stage = (struct stage){.filter = {.plan = NULL}};
     const enum weft_result res = weft_slice_plane_create(plan, tile, &stage->plane);
-    return res == WEFT_OK ? filter_create(where, plan, tile, &stage->plane, &stage->filter) : res;
+    if (res != WEFT_OK || take_filter(where, plan, tile, stage))
+        return res;
+    return filter_create(where, plan, tile, &stage->plane, &stage->filter);
 }
 
 static uint64_t brick_bytes(const struct weft_slice_plan *plan, int tile)
@@ -155,6 +231,8 @@ void weft_slice_separable_destroy(weft_slice_separable **separable)
 {
     if (!separable || !*separable)
         return;
+    if ((*separable)->stages)
+        leave_stage(*separable);
     for (int i = 0; (*separable)->stages && i < (*separable)->plan->info.tile_count; i++)
         stage_destroy(&(*separable)->stages[i]);
     free((*separable)->stages);

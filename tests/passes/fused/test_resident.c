@@ -714,6 +714,30 @@ static void a_sweep_makes_nothing_anew(void **state)
     for (int i = 0; i < 5; i++)
         run_slice(volume, &params, pixels, NULL);
     assert_int_equal(made, second);
+    // Planes across an axis, filtered one axis after the other, which all are alike.
+    static float alone[PIXELS];
+    params =
+        params_of(&(struct weft_slice_geometry){{2, 7, 8}, {30, 0, 0}, {0, 30, 0}, WIDTH, HEIGHT},
+                  "catmull-rom");
+    params.resident = resident;
+    run_slice(volume, &params, pixels, NULL);
+    const int third = made;
+    assert_true(third > second);
+    for (int i = 0; i < 10; i++) {
+        params.geometry.origin[2] = 8.0 + 1.7 * i;
+        run_slice(volume, &params, pixels, NULL);
+    }
+    assert_int_equal(made, third);
+    params.resident = NULL;
+    run_slice(volume, &params, alone, NULL);
+    assert_int_equal(count_different(alone, pixels), 0);
+    // Another size is another filter, and so is what comes after it.
+    params.resident = resident;
+    params.geometry.height = HEIGHT / 2;
+    run_slice(volume, &params, pixels, NULL);
+    params.geometry.height = HEIGHT;
+    run_slice(volume, &params, pixels, NULL);
+    assert_int_equal(count_different(alone, pixels), 0);
     stop_counting(&contexts[0]->gl);
     assert_true(first > 5);
     weft_resident_destroy(&resident);
