@@ -11,6 +11,10 @@
 // Fewer voxels than this are summed sooner than a thread starts.
 enum { SIDE = WEFT_BRICK_SIZE, PART_VOXELS = 1 << 16 };
 
+enum { PAIR = 2, QUAD = 4 };
+typedef double doubles __attribute__((vector_size(PAIR * sizeof(double))));
+typedef int32_t bits __attribute__((vector_size(QUAD * sizeof(int32_t))));
+
 // ---- planes -------------------------------------------------------------------------------------
 
 void weft_slice_plane_destroy(struct weft_slice_plane *p)
@@ -101,31 +105,54 @@ static void find_layers(const struct filling *f, int32_t origin[3], struct squar
     s->step[1] = step[axes->order[1]];
 }
 
-// A row of up to eight samples; false: a voxel was unfit, and counts as 0. Sums are of the kept
-// layers in order.
-static bool sum_row(const struct filling *f, const struct square *s, int y, double sum[SIDE])
+// Up to eight samples side by side, of which some voxels may be unfit: those count as 0, and the
+// result is false.
+static bool sum_some(const struct filling *f, const struct square *s, int first, double sum[SIDE])
 {
     const struct weft_slice_axes *axes = &f->plan->axes;
-    const int count = s->size[0], step = s->step[0];
-    const int first = (s->from[1] + y) * s->step[1] + s->from[0] * step;
-    int unfit = 0;
+    bool fit = true;
     memset(sum, 0, SIDE * sizeof *sum);
     for (int k = 0; k < axes->kept; k++) {
-        const float *voxel = s->layer[k] + first;
-        float row[SIDE] = {0};
-        if (step == 1 && count == SIDE)
-            memcpy(row, voxel, sizeof row);
-        else
-            for (int x = 0; x < count; x++)
-                row[x] = voxel[x * step];
-        for (int x = 0; x < SIDE; x++)
-            unfit |= weft_slice_unfit(f->plan, row[x]);
-        if (unfit)
-            weft_slice_replace_unfit(f->plan, row, SIDE);
-        for (int x = 0; x < SIDE; x++)
-            sum[x] += axes->weight[k] * (double)row[x];
+        for (int x = 0; x < s->size[0]; x++) {
+            const float voxel = s->layer[k][first + x * s->step[0]];
+            const bool unfit = weft_slice_unfit(f->plan, voxel);
+            sum[x] += unfit ? 0.0 : axes->weight[k] * (double)voxel;
+            fit &= !unfit;
+        }
     }
-    return !unfit;
+    return fit;
+}
+
+// The same sums of eight voxels that lie side by side in their bricks, where all are fit; false:
+// one is not.
+static bool sum_eight(const struct filling *f, const struct square *s, int first, double sum[SIDE])
+{
+    const struct weft_slice_axes *axes = &f->plan->axes;
+    int32_t limit;
+    memcpy(&limit, &f->plan->largest_fit, sizeof limit);
+    doubles part[SIDE / PAIR] = {{0}};
+    bits unfit = {0};
+    for (int k = 0; k < axes->kept; k++) {
+        const float *voxel = s->layer[k] + first;
+        bits magnitude[SIDE / QUAD];
+        memcpy(magnitude, voxel, sizeof magnitude);
+        for (int i = 0; i < SIDE / QUAD; i++)
+            unfit |= (magnitude[i] & INT32_MAX) > limit;
+        for (int i = 0; i < SIDE / PAIR; i++)
+            part[i] +=
+                axes->weight[k] * (doubles){(double)voxel[PAIR * i], (double)voxel[PAIR * i + 1]};
+    }
+    memcpy(sum, part, sizeof part);
+    return !(unfit[0] | unfit[1] | unfit[2] | unfit[3]);
+}
+
+// A row of up to eight samples, of the summed layers in order; false: a voxel was unfit.
+static bool sum_row(const struct filling *f, const struct square *s, int y, double sum[SIDE])
+{
+    const int first = (s->from[1] + y) * s->step[1] + s->from[0] * s->step[0];
+    if (s->step[0] == 1 && s->size[0] == SIDE && sum_eight(f, s, first, sum))
+        return true;
+    return sum_some(f, s, first, sum);
 }
 
 static bool sum_square(const struct filling *f, const struct square *s)
@@ -134,14 +161,14 @@ static bool sum_square(const struct filling *f, const struct square *s)
     bool fit = true;
     for (int y = 0; y < s->size[1]; y++) {
         const size_t at = (size_t)(s->at[1] + y) * (size_t)p->size[0] + (size_t)s->at[0];
+        const size_t count = (size_t)s->size[0];
         double sum[SIDE];
         fit &= sum_row(f, s, y, sum);
-        for (int x = 0; x < s->size[0]; x++) {
-            if (p->wide)
-                p->wide[at + (size_t)x] = sum[x];
-            else
-                p->samples[at + (size_t)x] = (float)sum[x];
-        }
+        if (p->wide)
+            memcpy(p->wide + at, sum, count * sizeof *sum);
+        else
+            for (size_t x = 0; x < count; x++)
+                p->samples[at + x] = (float)sum[x];
     }
     return fit;
 }
@@ -166,19 +193,39 @@ static int brick_count(const struct filling *f, int axis)
     return (f->plane->max[a] >> 3) - (f->plane->min[a] >> 3) + 1;
 }
 
-// A row of bricks.
-static bool fill_part(void *priv, int thread, size_t i)
+// Where voxels do not lie side by side layers do.
+static void prefetch(const struct filling *f, const struct square *s)
+{
+    const int layers = s->step[0] == 1 ? f->plan->axes.kept : 1;
+    for (int k = 0; k < layers; k++)
+        for (int y = 0; y < SIDE; y++)
+            for (int x = 0; x < SIDE; x += s->step[0] == 1 ? SIDE : 2)
+                __builtin_prefetch(s->layer[k] + y * s->step[1] + x * s->step[0]);
+}
+
+// Square number b of a row of bricks.
+static void set_square(const struct filling *f, size_t row, int b, struct square *s)
+{
+    const int *order = f->plan->axes.order;
+    int32_t origin[3];
+    origin[order[1]] = set_span(f, 1, (int)row, s);
+    origin[order[0]] = set_span(f, 0, b, s);
+    find_layers(f, origin, s);
+    prefetch(f, s);
+}
+
+// A row of bricks: while one is summed the next comes from memory.
+static bool fill_part(void *priv, int thread, size_t row)
 {
     struct filling *f = priv;
-    const int *order = f->plan->axes.order;
-    struct square s;
-    int32_t origin[3];
+    const int count = brick_count(f, 0);
+    struct square s[2];
     (void)thread;
-    origin[order[1]] = set_span(f, 1, (int)i, &s);
-    for (int b = 0; b < brick_count(f, 0); b++) {
-        origin[order[0]] = set_span(f, 0, b, &s);
-        find_layers(f, origin, &s);
-        if (!sum_square(f, &s))
+    set_square(f, row, 0, &s[0]);
+    for (int b = 0; b < count; b++) {
+        if (b + 1 < count)
+            set_square(f, row, b + 1, &s[(b + 1) % 2]);
+        if (!sum_square(f, &s[b % 2]))
             atomic_store(&f->unfit, true);
     }
     return true;

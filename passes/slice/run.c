@@ -131,7 +131,7 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
         return weft_slice_multipass_run(slice->multipass, p, out);
     if (slice->fused || slice->fused_cpu || slice->hardware)
         return run_fused(slice, p, out, pixels);
-    return weft_slice_separable_run(slice->separable, p, out);
+    return weft_slice_separable_run(slice->separable, p, out, pixels);
 }
 
 static void measure_pixels(const struct weft_slice_geometry *g,

@@ -245,7 +245,8 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
                                     const struct weft_slice_tile *tile,
                                     const weft_brick_store *store, struct stage *stage,
                                     uint64_t beside, const struct weft_slice_run_params *params,
-                                    struct weft_slice_report *report)
+                                    struct weft_slice_report *report,
+                                    struct weft_statistics *pixels)
 {
     const struct weft_slice_plan *plan = s->plan;
     struct weft_slice_plane *plane = &stage->plane;
@@ -267,6 +268,7 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
     if (res != WEFT_OK)
         return res;
     add_report(&own, report);
+    weft_statistics_join(pixels, &own.pixels);
     report->fetches += (uint64_t)(weft_separable_plan_get_info(filter->plan)->fetches_per_pixel *
                                   tile->width * tile->height);
     const uint64_t bytes = plan->footprint->info.kept_bytes + beside +
@@ -277,7 +279,7 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
 
 static enum weft_result run_tile(weft_slice_separable *s, int index,
                                  const struct weft_slice_run_params *params,
-                                 struct weft_slice_report *report)
+                                 struct weft_slice_report *report, struct weft_statistics *pixels)
 {
     const struct weft_slice_plan *plan = s->plan;
     const struct weft_slice_tile *tile = &plan->tiles[index];
@@ -295,7 +297,7 @@ static enum weft_result run_tile(weft_slice_separable *s, int index,
         res = stage_create(&s->where, plan, tile, &own);
     report->layout_seconds += weft_now_seconds() - read;
     if (res == WEFT_OK)
-        res = filter_tile(s, tile, store, stage, beside, params, report);
+        res = filter_tile(s, tile, store, stage, beside, params, report, pixels);
     stage_destroy(&own);
     return res;
 }
@@ -317,18 +319,22 @@ static bool report_part(void *priv, double fraction)
 
 enum weft_result weft_slice_separable_run(weft_slice_separable *s,
                                           const struct weft_slice_run_params *params,
-                                          struct weft_slice_report *report)
+                                          struct weft_slice_report *report,
+                                          struct weft_statistics *pixels)
 {
     struct part part = {params->progress, 0, s->plan->info.tile_count};
     const struct weft_progress progress = {report_part, &part};
     const struct weft_slice_run_params own = {
         .pixels = params->pixels, .stride = params->stride, .progress = &progress};
+    struct weft_statistics all = WEFT_STATISTICS_NONE;
     enum weft_result res = WEFT_OK;
     for (; res == WEFT_OK && part.done < part.count; part.done++) {
         res = report_part(&part, 0.0) ? WEFT_OK : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)
-            res = run_tile(s, part.done, &own, report);
+            res = run_tile(s, part.done, &own, report, &all);
     }
+    if (report->exact_pixels == 0)
+        weft_statistics_join(pixels, &all);
     if (res == WEFT_ERR_CANCELLED)
         weft_note(s->plan->log, "the slice was cancelled at tile %d of %d", part.done, part.count);
     return res;

@@ -90,7 +90,7 @@ struct weft_slice_report {
     float minimum, maximum; // of the finite pixels; NAN if there are none
     uint64_t not_finite;    // pixels that are NaN or infinite
     uint64_t exact_pixels;  // computed in double on the CPU: near values that floats do not stand
-    struct weft_cpu cpu;    // of the CPU engine: the threads and instructions that made them; else 0
+    struct weft_cpu cpu; // of the CPU engine: the threads and instructions that made them; else 0
     // Of plans of passes only: the range that was mapped, in units of whose width bounds are;
     // voxels outside it or not finite, counted in every rectangle that has them; the rectangles;
     // and on the CPU stores that clamped over all passes, by how many codes at most.

@@ -4,6 +4,7 @@
 #ifndef WEFT_PASSES_SLICE_SLICE_IMPL_H
 #define WEFT_PASSES_SLICE_SLICE_IMPL_H
 
+#include "filter/statistics.h"
 #include "passes/fused/plan.h"
 #include "passes/slice/slice.h"
 
@@ -14,9 +15,11 @@ enum weft_result weft_slice_separable_compile(weft_context *context, const struc
                                               const struct weft_slice_plan *plan,
                                               weft_slice_separable **out);
 void weft_slice_separable_destroy(weft_slice_separable **separable); // accepts &NULL
+// Adds all pixels to the statistics, or none where some were painted over.
 enum weft_result weft_slice_separable_run(weft_slice_separable *separable,
                                           const struct weft_slice_run_params *params,
-                                          struct weft_slice_report *report);
+                                          struct weft_slice_report *report,
+                                          struct weft_statistics *pixels);
 
 // A slice by a plan of passes, whose voxels the threads of `cpu` lay out.
 typedef struct weft_slice_multipass weft_slice_multipass;
