@@ -5,6 +5,7 @@
 #ifndef WEFT_TESTS_PASSES_SEPARABLE_WHERES_H
 #define WEFT_TESTS_PASSES_SEPARABLE_WHERES_H
 
+#include "tests/support/common.h"
 #include "weft.h"
 
 struct where {
@@ -21,7 +22,8 @@ static int where_count, first_cpu;
 static inline void add_context(enum weft_context_kind kind, const char *name)
 {
     weft_context *context = NULL;
-    weft_context_create(&(struct weft_context_params){.kind = kind}, &context);
+    if (!WITHOUT_GL)
+        weft_context_create(&(struct weft_context_params){.kind = kind}, &context);
     if (!context) {
         print_message("[  SKIPPED ] what %s would do: it is not to be had\n", name);
         return;
