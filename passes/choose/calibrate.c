@@ -16,8 +16,8 @@ enum {
     PIXELS = 256,
     TINY = 8,
     FEW_RUNS = 4,
-    RUNS = 16,
-    STEPS = 80
+    RUNS = 40,
+    STEPS = 102
 };
 // Of a job's runs: two are then enough, or four.
 static const double LONG_SECONDS = 0.2, SHORT_SECONDS = 0.06;
@@ -30,6 +30,7 @@ struct timed {
     double voxels, samples;
     struct weft_fused_work fused;
     struct weft_hardware_work hardware;
+    struct weft_fused_cpu_work fused_cpu;
     struct weft_separable_work separable;
     struct weft_pass_work plan;
 };
@@ -105,7 +106,10 @@ static void set_work(const struct weft_work *work, struct timed *out)
     out->voxels = work->voxels;
     switch (work->algorithm) {
     case WEFT_ALGORITHM_FUSED:
-        out->fused = work->of.fused;
+        if (work->engine == WEFT_ENGINE_CPU)
+            out->fused_cpu = work->of.fused_cpu;
+        else
+            out->fused = work->of.fused;
         break;
     case WEFT_ALGORITHM_SEPARABLE:
         out->separable = work->of.separable;
@@ -180,13 +184,13 @@ static struct timed timed(struct calibration *c, struct job job)
 }
 
 // Next to no pixels: what is left is what a run takes whatever it does.
-static void find_start(struct calibration *c, struct job job)
+static double find_start(struct calibration *c, struct job job)
 {
     c->fixed = (struct timed){0};
     job.pixels = TINY;
     job.kernel = "linear";
     c->fixed = timed(c, job);
-    c->model.start[job.method.algorithm] = fmax(c->fixed.whole - c->fixed.read, 1e3);
+    return fmax(c->fixed.whole - c->fixed.read, 1e3);
 }
 
 static double positive(double x)
@@ -235,7 +239,7 @@ static void calibrate_fused(struct calibration *c)
     struct weft_cost_model *m = &c->model;
     const double pixels = 4.0 * PIXELS * PIXELS;
     struct job job = {.method.layout = WEFT_LAYOUT_INTERLEAVED, .oblique = true};
-    find_start(c, job);
+    m->start[WEFT_ALGORITHM_FUSED] = find_start(c, job);
     job.kernel = "bspline5";
     job.pixels = PIXELS;
     const struct timed smaller = timed(c, job);
@@ -267,7 +271,7 @@ static void calibrate_hardware(struct calibration *c)
     for (int source = 0; source < WEFT_SOURCE_FORMATS; source++)
         if (weft_sampler_measure(c->context, (enum weft_source_format)source, &sampler) != WEFT_OK)
             return;
-    find_start(c, job);
+    m->start[WEFT_ALGORITHM_HARDWARE] = find_start(c, job);
     job.pixels = PIXELS;
     for (int source = 0; source < WEFT_SOURCE_FORMATS; source++) {
         job.method.source = (enum weft_source_format)source;
@@ -288,7 +292,7 @@ static void calibrate_separable(struct calibration *c)
     struct weft_cost_model *m = &c->model;
     const double pixels = 4.0 * PIXELS * PIXELS;
     struct job job = {.method.algorithm = WEFT_ALGORITHM_SEPARABLE, .slab = true};
-    find_start(c, job);
+    m->start[WEFT_ALGORITHM_SEPARABLE] = find_start(c, job);
     job.pixels = 2 * PIXELS;
     job.kernel = "catmull-rom";
     const struct timed cubic = timed(c, job);
@@ -379,7 +383,7 @@ static void calibrate_passes(struct calibration *c)
                                  .samples = 16,
                                  .profile = *weft_profile_find("fp32")},
                       .kernel = "linear"};
-    find_start(c, job);
+    c->model.start[WEFT_ALGORITHM_MULTIPASS] = find_start(c, job);
     job.pixels = PIXELS;
     for (size_t p = 0; p < WEFT_COUNT(profiles); p++) {
         job.kernel = "catmull-rom";
@@ -407,6 +411,77 @@ static void calibrate_gl(struct calibration *c)
              weft_context_get_info(c->context)->renderer);
 }
 
+// ---- the CPU engine -----------------------------------------------------------------------------
+
+// By taps, as weft_cost_model.cpu_row.
+static const char *const width_kernels[WEFT_COST_WIDTHS] = {"linear", "catmull-rom", "bspline5",
+                                                            "bspline7"};
+
+// What pixels take without reading and layout, each.
+static double pixel_ns(const struct timed *t, const struct job *job)
+{
+    return (t->whole - t->read - t->layout) / ((double)job->pixels * job->pixels);
+}
+
+// Where the plane is turned about an axis, voxels are summed along it before, and pixels have the
+// width's root of rows: what is left is what a pixel takes anyhow.
+static void calibrate_cpu_fused(struct calibration *c, enum weft_sums sums)
+{
+    struct weft_cost_model *m = &c->model;
+    struct job job = {.method = {.engine = WEFT_ENGINE_CPU, .sums = sums}, .oblique = true};
+    struct timed t[WEFT_COST_WIDTHS];
+    double layout = 0.0, samples = 0.0;
+    m->cpu_fused_start[sums] = find_start(c, job);
+    job.pixels = 2 * PIXELS;
+    for (int w = 0; w < WEFT_COST_WIDTHS; w++) {
+        job.kernel = width_kernels[w];
+        t[w] = timed(c, job);
+        layout += t[w].layout;
+        samples += t[w].fused_cpu.samples;
+    }
+    job.oblique = false;
+    const struct timed flat = timed(c, job), *deep = &t[WEFT_COST_WIDTHS - 1];
+    const double row = positive((pixel_ns(deep, &job) - pixel_ns(&flat, &job)) /
+                                (deep->fused_cpu.rows - flat.fused_cpu.rows));
+    const double pixel = pixel_ns(&flat, &job) - flat.fused_cpu.rows * row;
+    m->cpu_pixel[sums] = positive(fmin(pixel, pixel_ns(&t[0], &job)));
+    for (int w = 0; w < WEFT_COST_WIDTHS; w++)
+        m->cpu_row[sums][w] =
+            positive((pixel_ns(&t[w], &job) - m->cpu_pixel[sums]) / t[w].fused_cpu.rows);
+    m->cpu_sample[sums] = positive(layout / samples);
+    if (!c->context)
+        m->voxel = positive(t[0].read / t[0].voxels);
+}
+
+static void calibrate_cpu_separable(struct calibration *c, enum weft_sums sums)
+{
+    struct weft_cost_model *m = &c->model;
+    struct job job = {
+        .method = {.algorithm = WEFT_ALGORITHM_SEPARABLE, .engine = WEFT_ENGINE_CPU, .sums = sums},
+        .slab = true};
+    double layout = 0.0, summed = 0.0;
+    m->cpu_separable_start[sums] = find_start(c, job);
+    job.pixels = 2 * PIXELS;
+    for (int w = 0; w < WEFT_COST_WIDTHS; w++) {
+        job.kernel = width_kernels[w];
+        const struct timed t = timed(c, job);
+        m->cpu_separable_tap[sums][w] = positive((t.whole - t.read - t.layout) / t.separable.taps);
+        layout += t.layout;
+        summed += t.separable.summed;
+    }
+    m->cpu_summed[sums] = positive(layout / summed);
+}
+
+static void calibrate_cpu(struct calibration *c)
+{
+    c->model.instructions = weft_instruction_set_best();
+    c->model.threads = weft_cpu_threads();
+    for (int sums = 0; sums < WEFT_COST_SUMS; sums++) {
+        calibrate_cpu_fused(c, (enum weft_sums)sums);
+        calibrate_cpu_separable(c, (enum weft_sums)sums);
+    }
+}
+
 enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *context,
                                      const struct weft_progress *progress,
                                      struct weft_cost_model *out)
@@ -417,6 +492,8 @@ enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *c
     c.result = create_volumes(&c);
     if (c.result == WEFT_OK && context)
         calibrate_gl(&c);
+    if (c.result == WEFT_OK)
+        calibrate_cpu(&c);
     if (c.result == WEFT_OK) {
         *out = c.model;
         if (progress && progress->report)

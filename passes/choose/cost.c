@@ -76,21 +76,36 @@ static double gl_ns(const struct weft_cost_model *m, const struct weft_work *w)
     return m->start[w->algorithm] + algorithm;
 }
 
-static double cpu_ns(const struct weft_cost_model *m, const struct weft_work *work)
+// Between the widths that were measured; narrower and wider ones are as the nearest.
+static double by_width(const double values[WEFT_COST_WIDTHS], int width)
 {
-    const double slower = work->threads && m->threads ? (double)m->threads / work->threads : 1.0;
-    const enum weft_sums sums = work->sums;
-    if (work->algorithm == WEFT_ALGORITHM_FUSED) {
-        const struct weft_fused_cpu_work *w = &work->of.fused_cpu;
-        const double pixel =
-            m->cpu_pixel[sums] + w->rows * m->cpu_row[sums] + w->taps * m->cpu_tap[sums];
-        return m->cpu_fused_start[sums] +
-               slower * (w->samples * m->cpu_sample[sums] + work->pixels * pixel);
-    }
+    const double at = fmin(fmax(0.5 * width - 1.0, 0.0), WEFT_COST_WIDTHS - 1.0);
+    const int below = at < WEFT_COST_WIDTHS - 2.0 ? (int)at : WEFT_COST_WIDTHS - 2;
+    return values[below] + (at - below) * (values[below + 1] - values[below]);
+}
+
+static double cpu_fused_ns(const struct weft_cost_model *m, const struct weft_work *work)
+{
+    const struct weft_fused_cpu_work *w = &work->of.fused_cpu;
+    const double longer = fmax(1.0, w->width / (2.0 * WEFT_COST_WIDTHS));
+    const double row = longer * by_width(m->cpu_row[work->sums], w->width);
+    return w->samples * m->cpu_sample[work->sums] +
+           work->pixels * (m->cpu_pixel[work->sums] + w->rows * row);
+}
+
+static double cpu_separable_ns(const struct weft_cost_model *m, const struct weft_work *work)
+{
     const struct weft_separable_work *w = &work->of.separable;
-    return m->cpu_separable_start[sums] +
-           slower * (w->summed * m->cpu_summed[sums] + w->taps * m->cpu_separable_tap[sums] +
-                     work->pixels * m->cpu_separable_pixel[sums]);
+    return w->summed * m->cpu_summed[work->sums] +
+           w->taps * by_width(m->cpu_separable_tap[work->sums], w->width);
+}
+
+static double cpu_ns(const struct weft_cost_model *m, const struct weft_work *w)
+{
+    const double slower = w->threads && m->threads ? (double)m->threads / w->threads : 1.0;
+    return w->algorithm == WEFT_ALGORITHM_FUSED
+               ? m->cpu_fused_start[w->sums] + slower * cpu_fused_ns(m, w)
+               : m->cpu_separable_start[w->sums] + slower * cpu_separable_ns(m, w);
 }
 
 double weft_cost_of(const struct weft_cost_model *m, const struct weft_work *w)
@@ -140,11 +155,9 @@ static const struct field fields[] = {
     FIELD(cpu_separable_start, WEFT_COST_SUMS),
     FIELD(cpu_sample, WEFT_COST_SUMS),
     FIELD(cpu_pixel, WEFT_COST_SUMS),
-    FIELD(cpu_row, WEFT_COST_SUMS),
-    FIELD(cpu_tap, WEFT_COST_SUMS),
+    FIELD(cpu_row, WEFT_COST_SUMS *WEFT_COST_WIDTHS),
     FIELD(cpu_summed, WEFT_COST_SUMS),
-    FIELD(cpu_separable_tap, WEFT_COST_SUMS),
-    FIELD(cpu_separable_pixel, WEFT_COST_SUMS),
+    FIELD(cpu_separable_tap, WEFT_COST_SUMS *WEFT_COST_WIDTHS),
 };
 
 static double *values_of(struct weft_cost_model *model, const struct field *field)
@@ -304,12 +317,10 @@ const struct weft_cost_model weft_cost_default = {
     .pass_sample = {{8.7, 18.3}, {8.8, 18.5}, {23.4, 35.3}, {8.4, 26.0}},
     .tile_byte = {{2.2, 2.1}, {1.05, 3.4}, {0.8, 1.6}, {0.6, 1.6}},
     .cpu_fused_start = {4e4, 4e4},
-    .cpu_separable_start = {4e4, 4e4},
-    .cpu_sample = {0.5, 0.5},
-    .cpu_pixel = {2.0, 3.0},
-    .cpu_row = {0.05, 0.1},
-    .cpu_tap = {0.06, 0.12},
-    .cpu_summed = {0.5, 0.5},
-    .cpu_separable_tap = {0.06, 0.12},
-    .cpu_separable_pixel = {1.0, 1.0},
+    .cpu_separable_start = {7e3, 7e3},
+    .cpu_sample = {2.4, 2.5},
+    .cpu_pixel = {3.2, 5.8},
+    .cpu_row = {{0.05, 0.1, 0.28, 0.3}, {0.1, 0.3, 1.05, 1.1}},
+    .cpu_summed = {1.0, 1.1},
+    .cpu_separable_tap = {{0.6, 0.34, 0.42, 0.5}, {0.8, 0.45, 0.55, 0.65}},
 };

@@ -9,7 +9,13 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_COST_ALGORITHMS = 4, WEFT_COST_LAYOUTS = 3, WEFT_COST_TARGETS = 4, WEFT_COST_SUMS = 2 };
+enum {
+    WEFT_COST_ALGORITHMS = 4,
+    WEFT_COST_LAYOUTS = 3,
+    WEFT_COST_TARGETS = 4,
+    WEFT_COST_SUMS = 2,
+    WEFT_COST_WIDTHS = 4
+};
 
 // A machine's times, each in nanoseconds for one of what it names. A plain value that owns nothing.
 struct weft_cost_model {
@@ -43,14 +49,16 @@ struct weft_cost_model {
     double pass_pixel, pass_weight, pass_far;
     double pass[WEFT_COST_TARGETS], pass_fetch[WEFT_COST_TARGETS][2];
     double pass_sample[WEFT_COST_TARGETS][2], tile_byte[WEFT_COST_TARGETS][2];
-    // The CPU engine, all by enum weft_sums. A run of any size, fused and separable; of the fused
-    // algorithm a sample that is laid out, and for each pixel `cpu_pixel`, and `cpu_row` for each
-    // row of `cpu_tap` taps; of the separable one as on OpenGL.
+    // The CPU engine, all by enum weft_sums. A run of any size, fused and separable. The fused
+    // algorithm: a sample that is laid out, `cpu_pixel` for each pixel, and `cpu_row` for each row
+    // of its taps, by [0] 2, [1] 4, [2] 6 and [3] 8 taps of the row. The separable one: a voxel
+    // that is summed along an axis before, and a tap along either axis, by the kernel's taps
+    // likewise.
     double cpu_fused_start[WEFT_COST_SUMS], cpu_separable_start[WEFT_COST_SUMS];
-    double cpu_sample[WEFT_COST_SUMS], cpu_pixel[WEFT_COST_SUMS], cpu_row[WEFT_COST_SUMS];
-    double cpu_tap[WEFT_COST_SUMS];
-    double cpu_summed[WEFT_COST_SUMS], cpu_separable_tap[WEFT_COST_SUMS];
-    double cpu_separable_pixel[WEFT_COST_SUMS];
+    double cpu_sample[WEFT_COST_SUMS], cpu_pixel[WEFT_COST_SUMS];
+    double cpu_row[WEFT_COST_SUMS][WEFT_COST_WIDTHS];
+    double cpu_summed[WEFT_COST_SUMS];
+    double cpu_separable_tap[WEFT_COST_SUMS][WEFT_COST_WIDTHS];
 };
 enum { WEFT_COST_NEAR_BYTES = 1 << 20 };
 

@@ -70,6 +70,15 @@ static void add(struct list *list, struct weft_method method)
     list->methods[list->count++] = method;
 }
 
+static void add_cpu(struct list *list)
+{
+    for (int algorithm = WEFT_ALGORITHM_FUSED; algorithm <= WEFT_ALGORITHM_SEPARABLE; algorithm++)
+        for (int sums = WEFT_SUMS_FLOAT; sums <= WEFT_SUMS_DOUBLE; sums++)
+            add(list, (struct weft_method){.algorithm = (enum weft_algorithm)algorithm,
+                                           .engine = WEFT_ENGINE_CPU,
+                                           .sums = (enum weft_sums)sums});
+}
+
 static void add_fused(struct list *list)
 {
     for (int layout = WEFT_LAYOUT_INTERLEAVED; layout <= WEFT_LAYOUT_PLAIN; layout++)
@@ -129,6 +138,7 @@ enum weft_result weft_method_list(const struct weft_log *log, struct weft_method
     add_hardware(&list);
     add(&list, (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE});
     add_passes(&list);
+    add_cpu(&list);
     if (list.failed) {
         weft_error(log, "not enough memory for a list of %zu methods", list.count);
         free(list.methods);

@@ -58,9 +58,9 @@ WEFT_API int weft_method_format(const struct weft_method *method, char *text, si
 // format with polynomial tiles, and in the fastest layout those with sampled tiles of M = 16 to 512
 // by either look-up; hardware filtering of every format; separable; passes on fp32, fp16, unorm16
 // and unorm8, plain and dot4 with M = 16 to 64 (a 3D tile of M = 512 has 2^27 weights), the other
-// techniques of unorm targets with M = 32. Whether a request can be run by them is for
-// weft_method_plan_create to say. The caller frees *out, which is NULL on failure. Returns
-// WEFT_ERR_MEMORY.
+// techniques of unorm targets with M = 32; on the CPU engine fused and separable ones in both sums.
+// Whether a request can be run by them is for weft_method_plan_create to say. The caller frees
+// *out, which is NULL on failure. Returns WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_method_list(const struct weft_log *log, struct weft_method **out,
                                            size_t *count);
 

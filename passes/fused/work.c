@@ -22,11 +22,10 @@ struct weft_fused_cpu_work weft_slice_fused_cpu_work(const struct weft_slice_pla
                                                      const struct weft_slice_plan *placed)
 {
     const int width = request->info.kernel.width;
-    const double rows = (double)request->axes.taps[2] * width;
     return (struct weft_fused_cpu_work){
         .samples = count_texels(placed, WEFT_LAYOUT_PLAIN, WEFT_SOURCE_FLOAT),
-        .rows = rows,
-        .taps = rows * width,
+        .rows = (double)request->axes.taps[2] * width,
+        .width = width,
     };
 }
 

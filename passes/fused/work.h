@@ -22,7 +22,7 @@ struct weft_fused_work {
 struct weft_fused_cpu_work {
     double samples; // that are laid out
     double rows;    // of taps side by side along x, per pixel
-    double taps;    // of all rows, per pixel
+    int width;      // taps of a row
 };
 
 WEFT_END_DECLS

@@ -8,6 +8,7 @@ struct weft_separable_work weft_separable_work_of(int width, double sample_colum
 {
     const double between = fmin(columns * sample_rows, sample_columns * rows);
     return (struct weft_separable_work){
+        .width = width,
         .summed = sample_columns * sample_rows,
         .taps = width * (columns * rows + between),
     };

@@ -10,6 +10,7 @@ WEFT_BEGIN_DECLS
 
 // The work of one run.
 struct weft_separable_work {
+    int width;     // taps of the kernel
     double summed; // samples that are prepared: of slices, voxels summed along the third axis
     double taps;   // that both passes add up, over all pixels
 };

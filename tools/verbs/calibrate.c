@@ -90,19 +90,25 @@ static bool print_general(const struct weft_cost_model *m)
 static bool print_cpu(const struct weft_cost_model *m)
 {
     static const char *const heading[] = {"CPU engine, ns", "float sums", "double sums"};
+    const double(*row)[WEFT_COST_WIDTHS] = m->cpu_row,
+          (*tap)[WEFT_COST_WIDTHS] = m->cpu_separable_tap;
     const struct {
         const char *what;
-        const double *value;
+        double value[WEFT_COST_SUMS];
     } rows[] = {
-        {"fused: any run", m->cpu_fused_start},
-        {"fused: a pixel", m->cpu_pixel},
-        {"fused: a row of taps", m->cpu_row},
-        {"fused: a tap", m->cpu_tap},
-        {"fused: a sample laid out", m->cpu_sample},
-        {"separable: any run", m->cpu_separable_start},
-        {"separable: a pixel", m->cpu_separable_pixel},
-        {"separable: a tap", m->cpu_separable_tap},
-        {"separable: a voxel summed", m->cpu_summed},
+        {"fused: any run", {m->cpu_fused_start[0], m->cpu_fused_start[1]}},
+        {"fused: a pixel", {m->cpu_pixel[0], m->cpu_pixel[1]}},
+        {"fused: a row of 2 taps", {row[0][0], row[1][0]}},
+        {"fused: a row of 4 taps", {row[0][1], row[1][1]}},
+        {"fused: a row of 6 taps", {row[0][2], row[1][2]}},
+        {"fused: a row of 8 taps", {row[0][3], row[1][3]}},
+        {"fused: a sample laid out", {m->cpu_sample[0], m->cpu_sample[1]}},
+        {"separable: any run", {m->cpu_separable_start[0], m->cpu_separable_start[1]}},
+        {"separable: a tap of 2", {tap[0][0], tap[1][0]}},
+        {"separable: a tap of 4", {tap[0][1], tap[1][1]}},
+        {"separable: a tap of 6", {tap[0][2], tap[1][2]}},
+        {"separable: a tap of 8", {tap[0][3], tap[1][3]}},
+        {"separable: a voxel summed", {m->cpu_summed[0], m->cpu_summed[1]}},
     };
     struct cells cells;
     bool done = cells_create(&cells, (int)(sizeof rows / sizeof *rows) + 1, 3);

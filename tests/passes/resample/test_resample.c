@@ -852,7 +852,8 @@ static void chosen_engines_meet_the_budget(void **state)
     const double largest = fmax(-s->sample_low, s->sample_high);
     double budget;
     for (int sums = 0; sums < WEFT_COST_SUMS; sums++)
-        slow_cpu.cpu_separable_pixel[sums] = 1e4;
+        for (int w = 0; w < WEFT_COST_WIDTHS; w++)
+            slow_cpu.cpu_separable_tap[sums][w] = 1e4;
     struct weft_resample_engine_params params = {
         .plan = *weft_resample_params(.kernel = kernel, .size = {60, 40}, .width = 300,
                                       .height = 200, .log = &log_to_stderr),
