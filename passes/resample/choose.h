@@ -70,7 +70,9 @@ struct weft_resample_choice {
 // (sources, errors), WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED; *out then holds nothing.
 WEFT_API enum weft_result weft_resample_choose(const struct weft_resample_choose_params *params,
                                                struct weft_resample_choice *out);
-// Likewise without passes. Returns moreover what weft_resample_plan_create does.
+// Chooses likewise without passes: plans each engine in each sums, and takes the one of which the
+// least time is predicted of those that are within. Without budgets, which none is beyond, that is
+// the faster engine. Returns moreover what weft_resample_plan_create does.
 WEFT_API enum weft_result
 weft_resample_choose_engine(const struct weft_resample_engine_params *params,
                             struct weft_resample_choice *out);

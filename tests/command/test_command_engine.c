@@ -53,6 +53,52 @@ static void contradictions_are_refused(void **state)
     }
 }
 
+// ---- slices -------------------------------------------------------------------------------------
+
+// Across an axis, and along none.
+static const char *const planes[][6] = {
+    {"--axis", "y", "--at", "7.1", NULL},
+    {"--origin=0,0,1", "--u=14,1,2", "--v=1,13,-.5", "--kernel=mitchell", NULL}};
+
+static void slices_run_on_the_cpu(void **state)
+{
+    (void)state;
+    static const char *const sums[] = {"float", "double"};
+    for (size_t p = 0; p < sizeof planes / sizeof *planes; p++) {
+        const char *const *plane = planes[p];
+        double error[2];
+        for (size_t i = 0; i < 2; i++) {
+            json_t *root = parse(command_succeeds(
+                "slice", "ml.vdb", "--size", "90x80", plane[0], plane[1], plane[2], plane[3],
+                "--engine", "cpu", "--sums", sums[i], "--threads", "2", "--verify", "--json"));
+            assert_string_equal(text(root, "engine"), "cpu");
+            assert_string_equal(text(root, "sums"), sums[i]);
+            assert_int_equal((int)number(root, "threads"), 2);
+            assert_null(json_object_get(root, "context"));
+            error[i] = number(json_object_get(root, "verify"), "maximum");
+            json_decref(root);
+        }
+        assert_true(error[1] < 0.5 * error[0]);
+    }
+    const char *out = command_succeeds("slice", "ml.vdb", "--engine", "cpu", "--explain");
+    assert_non_null(strstr(out, "CPU engine, "));
+    assert_non_null(strstr(out, " float sums"));
+    command_succeeds("slice", "ml.vdb", "--sums", "double", "-o", "cpu.exr");
+    assert_non_null(strstr(command_succeeds("info", "cpu.exr"), "weft.sums = double"));
+    remove("cpu.exr");
+}
+
+static void small_budgets_of_slices_take_double_sums(void **state)
+{
+    (void)state;
+    json_t *root = parse(command_succeeds("slice", "ml.vdb", "--size", "50x50", "--max-error",
+                                          "2e-7", "--verify", "--json"));
+    assert_string_equal(text(root, "engine"), "cpu");
+    assert_string_equal(text(root, "sums"), "double");
+    assert_string_equal(text(json_object_get(root, "budget"), "method"), "separable cpu double");
+    json_decref(root);
+}
+
 // ---- resampling ---------------------------------------------------------------------------------
 
 // Noise from 0 to 1.
@@ -145,7 +191,8 @@ static void without_opengl_the_cpu_goes_on(void **state)
     static const char *const quiet[] = {"weft", RESAMPLE, "-q", "-o", "out.exr", NULL};
     static const char *const budget[] = {"weft", RESAMPLE, "--json",  "--max-error",
                                          "8bit", "-o",     "out.exr", NULL};
-    static const char *const *const runs[] = {resample, quiet, budget};
+    static const char *const slice[] = {"weft", SLICE, "-o", "out.exr", NULL};
+    static const char *const *const runs[] = {resample, quiet, budget, slice};
     struct command_result r;
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         command_environment(NO_GL);
@@ -170,6 +217,8 @@ static void without_opengl_the_cpu_goes_on(void **state)
         command_environment(NO_GL);
         command_fails(5, "no usable GL context", RESAMPLE, "--json", needs_it[i][0],
                       needs_it[i][1]);
+        command_environment(NO_GL);
+        command_fails(5, "no usable GL context", SLICE, needs_it[i][0], needs_it[i][1]);
     }
 }
 
@@ -182,6 +231,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(contradictions_are_refused),
+        cmocka_unit_test(slices_run_on_the_cpu),
+        cmocka_unit_test(small_budgets_of_slices_take_double_sums),
         cmocka_unit_test(resampling_runs_on_the_cpu),
         cmocka_unit_test(passes_are_not_for_the_cpu_engine),
         cmocka_unit_test(small_budgets_take_double_sums),

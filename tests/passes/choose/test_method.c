@@ -17,7 +17,10 @@ enum { JOBS = 150 };
 static struct weft_method random_method(struct random *r)
 {
     if (below(r, 6) == 0)
-        return (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE};
+        return (struct weft_method){.algorithm = WEFT_ALGORITHM_SEPARABLE,
+                                    .engine = (enum weft_engine)below(r, 2)};
+    if (below(r, 4) == 0)
+        return (struct weft_method){.engine = WEFT_ENGINE_CPU, .sums = (enum weft_sums)below(r, 2)};
     if (below(r, 25) == 0)
         return (struct weft_method){.algorithm = WEFT_ALGORITHM_HARDWARE,
                                     .source = (enum weft_source_format)below(r, 4)};
