@@ -50,9 +50,10 @@ static double distance_of_next(const struct slice_job *job)
     return fabs(dot(way, normal)) * voxels_in_unit(job) / sqrt(dot(index_normal, index_normal));
 }
 
-// One volume that frames read in one layout and format, side by side: planes that are farther apart
-// than a block share none. Passes, and textures, take none that stays, and a budget chooses formats
-// itself; a range that is not given is each frame's own.
+// One volume that frames read in one layout and format, so near to each other that they share half
+// of their blocks: planes that are farther apart than a block share none. Passes, and textures,
+// take none that stays, and a budget chooses formats itself; a range that is not given is each
+// frame's own.
 static bool stays(const struct slice_job *job)
 {
     const struct slice_setup *setup = job->setup;
@@ -62,7 +63,7 @@ static bool stays(const struct slice_job *job)
            !o[SLICE_HARDWARE].given &&
            (o[SLICE_SOURCE].integer[0] == WEFT_SOURCE_FLOAT ||
             o[SLICE_PASSES + PASS_SOURCE_RANGE].given) &&
-           slice_memory(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE;
+           slice_memory(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE / 2;
 }
 
 // Frames across an axis read bricks alone: where all are, blocks need not be held.
