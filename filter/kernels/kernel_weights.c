@@ -4,12 +4,13 @@
 
 #include "filter/kernels/kernel_records.h"
 
-// Splits x into an integer and the distance past it in [0, 1): x - floor(x) rounds to 1 where x is
-// a tiny negative number.
+// Splits x, within 2^62 of 0, into an integer and the distance past it in [0, 1): x - floor(x)
+// rounds to 1 where x is a tiny negative number, and is to be no -0. Faster than floor.
 static double split(double x, double *fraction)
 {
-    const double base = floor(x);
-    *fraction = x - base;
+    const double toward_zero = (double)(int64_t)x;
+    const double base = toward_zero > x ? toward_zero - 1.0 : toward_zero;
+    *fraction = x - base + 0.0;
     if (*fraction < 1.0)
         return base;
     *fraction = 0.0;
@@ -23,7 +24,8 @@ int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x, double
         *fraction = NAN;
         return 0;
     }
-    double base = split(isnan(x) ? 0.0 : fmax(-limit, fmin(limit, x)), fraction);
+    const double within = x > limit ? limit : x < -limit ? -limit : x == x ? x : 0.0;
+    double base = split(within, fraction);
     if (kernel->width % 2 == 0)
         return (int64_t)base - kernel->width / 2 + 1;
     // Not floor(x + 1/2): that sum rounds the double below 1/2 up to 1.
@@ -31,7 +33,8 @@ int64_t weft_kernel_first_tap(const struct weft_kernel *kernel, double x, double
         base += 1.0;
         *fraction -= 0.5;
     } else {
-        *fraction = fmin(*fraction + 0.5, below_one);
+        const double later = *fraction + 0.5;
+        *fraction = later < below_one ? later : below_one;
     }
     return (int64_t)base - (kernel->width - 1) / 2;
 }

@@ -33,6 +33,15 @@ static inline int64_t weft_multipass_stride(const struct weft_multipass_request 
     return request->stride ? request->stride : request->grid->width;
 }
 
+// floor, without a call where that can be.
+static inline double weft_floor(double x)
+{
+    if (!(fabs(x) < 0x1p62))
+        return floor(x);
+    const double toward_zero = (double)(int64_t)x;
+    return toward_zero > x ? toward_zero - 1.0 : toward_zero;
+}
+
 // The position of a pixel; what weft_pixel_grid says, in double.
 static inline void weft_multipass_position(const struct weft_pixel_grid *grid, int x, int y,
                                            double out[3])
@@ -49,7 +58,7 @@ static inline void weft_multipass_position(const struct weft_pixel_grid *grid, i
     const double units = bits > 0 && bits < 63 ? (double)(UINT64_C(1) << bits) : ldexp(1.0, bits);
     const double unit = 1.0 / units;
     for (int a = 0; a < 3; a++)
-        out[a] = floor(out[a] * units + 0.5) * unit;
+        out[a] = weft_floor(out[a] * units + 0.5) * unit;
 }
 
 // The kernel of each axis: the derivative's along one, where the plan says so.
