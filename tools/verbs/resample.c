@@ -196,6 +196,14 @@ static bool needs_samples(const struct resample_job *job)
     return !job->option[RESAMPLE_EXPLAIN].given || job->option[RESAMPLE_MAX_ERROR].given;
 }
 
+// While the image is read, where it is clear that OpenGL will be needed.
+static enum weft_result begin_context(struct resample_job *job)
+{
+    const bool none =
+        job->context || job->option[RESAMPLE_EXPLAIN].given || job->option[RESAMPLE_EMULATE].given;
+    return none ? WEFT_OK : engine_begin_context(&job->engine);
+}
+
 static enum weft_result load_image(struct resample_job *job)
 {
     double start = report_now_seconds();
@@ -283,6 +291,7 @@ static enum weft_result run_stages(struct resample_job *job)
 {
     typedef enum weft_result (*stage)(struct resample_job * job);
     static const stage planning[] = {check_options,
+                                     begin_context,
                                      load_image,
                                      resample_choose_size,
                                      resample_set_windows,
@@ -305,6 +314,7 @@ static enum weft_result run_stages(struct resample_job *job)
 
 static void destroy(struct resample_job *job)
 {
+    engine_abandon_context(&job->engine);
     for (int i = 0; i < 2; i++) {
         weft_resample_compiled_destroy(&job->compiled[i]);
         weft_resample_plan_destroy(&job->plan[i]);
