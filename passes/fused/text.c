@@ -80,6 +80,8 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
             "%.2g\n",
             weft_layout_name(plan->info.layout), plan->weights->tiles.degree,
             plan->weights->tiles.segments, plan->info.error_bound, plan->info.error_absolute);
+    if (plan->info.engine == WEFT_ENGINE_CPU)
+        fprintf(out, "engine cpu, sums %s\n", weft_sums_names[plan->info.sums]);
     print_savings(out, plan->info.savings);
     if (plan->footprint->coefficients)
         fprintf(out,

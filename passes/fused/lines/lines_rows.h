@@ -48,49 +48,6 @@ INLINE ROW(row) ROW(pixel)(const float *first, const REAL *y, const REAL *z, int
     return sum;
 }
 
-// Of two neighbours whose taps are the same samples each is loaded once, to both halves of a
-// vector: slices that are magnified have mostly such. The operations are those of one pixel.
-#if LANES == 4 && REAL_IS_FLOAT && defined(__AVX2__)
-typedef float NAME(both) __attribute__((vector_size(32)));
-
-INLINE NAME(both) NAME(twice)(const float *from)
-{
-    return _mm256_broadcast_ps((const __m128 *)from);
-}
-
-// The weights of both pixels, each in four lanes.
-INLINE NAME(both) NAME(halves)(const float weights[2])
-{
-    double two;
-    memcpy(&two, weights, sizeof two);
-    return _mm256_permutevar_ps(_mm256_castpd_ps(_mm256_set1_pd(two)),
-                                _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1));
-}
-
-INLINE void NAME(at_once)(const float *first, const REAL *y, const REAL *z, int width, bool summed,
-                          size_t pitch_y, size_t pitch_z, ROW(row) rows[2])
-{
-    NAME(both) sum = {0};
-    __asm__("" : "+r"(first));
-    for (int j = 0; j < width; j++) {
-        const float *at = first + (size_t)j * pitch_y;
-        NAME(both) row = NAME(twice)(at);
-        if (!summed) {
-            row *= NAME(halves)(z);
-            for (int k = 1; k < width; k++)
-                row =
-                    FMA(8, NAME(twice)(at + (size_t)k * pitch_z), NAME(halves)(z + k * WIDE), row);
-        }
-        if (j)
-            sum = FMA(8, row, NAME(halves)(y + j * WIDE), sum);
-        else
-            sum = row * NAME(halves)(y);
-    }
-    rows[0] = __builtin_shufflevector(sum, sum, 0, 1, 2, 3);
-    rows[1] = __builtin_shufflevector(sum, sum, 4, 5, 6, 7);
-}
-#endif
-
 // Lanes 4 q to 4 q + 3, or both.
 INLINE NAME(group) ROW(part)(ROW(row) row, int q)
 {
@@ -136,21 +93,6 @@ INLINE NAME(group)
     return sum;
 }
 
-INLINE void ROW(pair)(const float *const *start, const uint32_t *at, int c, const REAL *y,
-                      const REAL *z, int width, bool summed, size_t pitch_y, size_t pitch_z,
-                      ROW(row) rows[2])
-{
-    const float *first = start[0] + at[0] + c, *second = start[1] + at[1] + c;
-#if LANES == 4 && REAL_IS_FLOAT && defined(__AVX2__)
-    if (first == second) {
-        NAME(at_once)(first, y, z, width, summed, pitch_y, pitch_z, rows);
-        return;
-    }
-#endif
-    rows[0] = ROW(pixel)(first, y, z, width, summed, pitch_y, pitch_z);
-    rows[1] = ROW(pixel)(second, y + 1, z + 1, width, summed, pitch_y, pitch_z);
-}
-
 INLINE void ROW(line)(const struct weft_line *line, int width, bool summed, size_t pitch_y,
                       size_t pitch_z)
 {
@@ -164,10 +106,10 @@ INLINE void ROW(line)(const struct weft_line *line, int width, bool summed, size
             NAME(group) sum = {0};
             for (int c = 0; c < width; c += LANES) {
                 ROW(row) rows[GROUP];
-                for (int p = 0; p < GROUP; p += 2)
-                    ROW(pair)
-                (line->start + from + i + p, w.at + i + p, c, w.y + group + p, w.z + group + p,
-                 width, summed, pitch_y, pitch_z, rows + p);
+                for (int p = 0; p < GROUP; p++)
+                    rows[p] =
+                        ROW(pixel)(line->start[from + i + p] + w.at[i + p] + c, w.y + group + p,
+                                   w.z + group + p, width, summed, pitch_y, pitch_z);
                 sum = ROW(add_up)(rows, w.x + group + c * WIDE,
                                   width - c < LANES ? width - c : LANES, c == 0, sum);
             }
