@@ -95,6 +95,43 @@ static void costs_are_kept(void **state)
     assert_int_equal(rmdir("cache"), 0);
 }
 
+// Without OpenGL the CPU engine alone is measured, and auto then asks for nothing else.
+static void the_cpu_is_measured_alone(void **state)
+{
+    (void)state;
+    char here[4000], variable[4100];
+    struct command_result r;
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(variable, sizeof variable, "XDG_CACHE_HOME=%s/cache", here);
+    setenv("XDG_CACHE_HOME", variable + strlen("XDG_CACHE_HOME="), 1);
+    command_environment("GALLIUM_DRIVER=nonsense");
+    command_run(&r, "weft", "calibrate", "--json");
+    assert_int_equal(r.code, 0);
+    assert_non_null(strstr(r.err, "going on with the CPU engine"));
+    json_error_t error;
+    json_t *root = json_loads(r.out, 0, &error);
+    assert_non_null(root);
+    assert_true(json_is_null(json_object_get(root, "renderer")));
+    command_succeeds("make", "sphere", "-o", "s.vdb", "--size", "24");
+    json_t *slice =
+        json_loads(command_succeeds("slice", "s.vdb", "--json", "--size", "64x64"), 0, &error);
+    assert_string_equal(json_string_value(json_object_get(slice, "engine")), "cpu");
+    // What an older weft kept is refused, and said to be measured anew.
+    command_write_file(json_string_value(json_object_get(root, "file")), "weft-cost 1\n", 12);
+    command_run(&r, "weft", "slice", "s.vdb", "--explain", "--size", "64x64");
+    assert_int_equal(r.code, 0);
+    assert_non_null(strstr(r.err, "another version of weft"));
+    assert_non_null(strstr(r.err, "weft calibrate makes it anew"));
+    assert_ptr_equal(strstr(r.out, "OpenGL\n"), r.out);
+    unlink(json_string_value(json_object_get(root, "file")));
+    unlink("s.vdb");
+    rmdir("cache/weft");
+    assert_int_equal(rmdir("cache"), 0);
+    unsetenv("XDG_CACHE_HOME");
+    json_decref(slice);
+    json_decref(root);
+}
+
 static void an_interrupt_leaves_nothing(void **state)
 {
     (void)state;
@@ -114,6 +151,7 @@ int main(void)
         cmocka_unit_test(wrong_requests_are_refused),
         cmocka_unit_test(what_cannot_be_written_is_told_at_once),
         cmocka_unit_test(costs_are_kept),
+        cmocka_unit_test(the_cpu_is_measured_alone),
         cmocka_unit_test(an_interrupt_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
