@@ -435,7 +435,10 @@ static void test_memory_limits(void **state)
         refused += results[0] != WEFT_OK;
     }
     print_message("%d limits suffice, %d do not\n", loaded, refused);
-    assert_true(loaded > 1 && refused > 1);
+    assert_true(loaded > 1);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // which have no such limits
+    assert_true(refused > 1);
+#endif
 }
 
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
