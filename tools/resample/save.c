@@ -75,6 +75,7 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         .path = jobs->option[RESAMPLE_OUTPUT].text,
         .no_clobber = jobs->option[RESAMPLE_NO_CLOBBER].given,
         .verify = jobs->option[RESAMPLE_VERIFY].given,
+        .threads = jobs->engine.cpu.threads,
         .progress = report_writing(jobs->option[RESAMPLE_OUTPUT].text),
         .log = report_log(),
     };

@@ -211,6 +211,7 @@ static enum weft_result load_image(struct resample_job *job)
         .path = job->input,
         .part = job->part,
         .info_only = !needs_samples(job),
+        .threads = job->engine.cpu.threads,
         .log = report_log(),
     };
     report_stage("reading", job->input);
