@@ -132,7 +132,8 @@ enum weft_result chart_plane_check(const struct option_value *plane);
 enum weft_result chart_measure_methods(struct chart_job *job);
 enum weft_result chart_measure_truth(struct chart_job *job);
 
-// Sets `front` of all points by seconds and error: the largest where `by_max`, else the RMS. Points
+// Sets `front` of all points by seconds and error: the largest where `by_max`, else the RMS, where
+// less than a thousandth makes no difference. Points
 // of kernels but the first are left out where `first_only`.
 void chart_find_front(struct chart *chart, bool by_max, bool first_only);
 

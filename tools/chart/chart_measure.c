@@ -525,10 +525,14 @@ enum weft_result chart_measure_truth(struct chart_job *job)
 
 // ---- the front ----------------------------------------------------------------------------------
 
+// Errors that differ by less than a thousandth are the same: other pixels were looked at, files
+// have six digits, and all that is rounded to a float once is off by half a unit somewhere.
+static const double SAME_ERROR = 1.001;
+
 static bool beats(const struct chart_point *a, const struct chart_point *b, bool by_max)
 {
     const double x = by_max ? a->max_error : a->rms_error, y = by_max ? b->max_error : b->rms_error;
-    return a->seconds <= b->seconds && x <= y && (a->seconds < b->seconds || x < y);
+    return a->seconds <= b->seconds && x <= SAME_ERROR * y && (a->seconds < b->seconds || x < y);
 }
 
 void chart_find_front(struct chart *chart, bool by_max, bool first_only)

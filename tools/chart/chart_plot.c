@@ -171,7 +171,7 @@ static void set_frame(const struct methods_plot *plot)
     put_caption(
         s, plot->job, WIDTH, HEIGHT,
         "Hollow: kernel weights from sampled tiles. Lines upward: to the bound that the plan "
-        "promised. Step line: nothing measured is both faster and more accurate.");
+        "promised. Step line: nothing measured is faster and as accurate, within a thousandth.");
 }
 
 static bool is_other_kernel(const struct chart_point *p)
