@@ -318,6 +318,7 @@ static bool make_part(void *priv, int thread, size_t i)
     struct part p;
     p.r = r;
     p.at = part_at(&r->plan->tiles[r->tile], i);
+    p.class = WEFT_CELL_FULL;
     p.count = 0;
     p.taps = 0;
     for (int k = 0; k < KNOWN; k++)
