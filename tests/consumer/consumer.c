@@ -33,7 +33,7 @@ static void plan_passes(void)
     weft_pass_plan_destroy(&plan);
 }
 
-// PNG by libdeflate, EXR by OpenEXRCore as well.
+// PNG by libpng, EXR by OpenEXRCore.
 static void write_images(void)
 {
     float plane[2] = {0.0f, 1.0f};

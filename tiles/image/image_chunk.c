@@ -53,12 +53,13 @@ enum weft_result weft_chunk_packer_create(enum weft_image_compression compressio
     p->compression = compression;
     p->line_bytes = line_bytes;
     bool whole = true;
-    if (compression != WEFT_IMAGE_NONE)
-        whole = (p->unpacked = malloc(capacity)) != NULL;
-    if (compression == WEFT_IMAGE_PIZ)
-        whole = whole && weft_piz_create(shape, &p->piz) == WEFT_OK;
-    else if (compression != WEFT_IMAGE_NONE)
-        whole = whole && (p->split = malloc(capacity)) != NULL;
+    if (compression == WEFT_IMAGE_PIZ) {
+        whole = weft_piz_create(shape, &p->piz) == WEFT_OK;
+    } else if (compression != WEFT_IMAGE_NONE) {
+        p->split = malloc(capacity);
+        p->unpacked = malloc(capacity);
+        whole = p->split && p->unpacked;
+    }
     if (compression == WEFT_IMAGE_ZIP || compression == WEFT_IMAGE_ZIPS) {
         p->compressor = libdeflate_alloc_compressor(LEVEL);
         p->decompressor = libdeflate_alloc_decompressor();
@@ -140,34 +141,37 @@ static bool unpack_runs(const unsigned char *packed, size_t size, unsigned char 
 
 // ---- all ----------------------------------------------------------------------------------------
 
-// Returns the bytes in room; 0 where they do not fit there.
-static size_t shorten(weft_chunk_packer *p, const void *raw, int lines, unsigned char *room)
+// `size` is set to the bytes in room; 0 where they do not fit there.
+static enum weft_result shorten(weft_chunk_packer *p, const void *raw, int lines,
+                                unsigned char *room, size_t *size)
 {
-    const size_t size = p->line_bytes * (size_t)lines;
+    const size_t whole = p->line_bytes * (size_t)lines;
     if (p->compression == WEFT_IMAGE_PIZ)
-        return weft_piz_pack(p->piz, raw, lines, room);
-    split(raw, size, p->split);
-    if (p->compression == WEFT_IMAGE_RLE)
-        return pack_runs(p->split, size, room);
-    return libdeflate_zlib_compress(p->compressor, p->split, size, room, size + WEFT_CHUNK_SLACK);
+        return weft_piz_pack(p->piz, raw, lines, room, size);
+    split(raw, whole, p->split);
+    *size = p->compression == WEFT_IMAGE_RLE
+                ? pack_runs(p->split, whole, room)
+                : libdeflate_zlib_compress(p->compressor, p->split, whole, room,
+                                           whole + WEFT_CHUNK_SLACK);
+    return WEFT_OK;
 }
 
 // Split bytes are those of the same lines where they begin alike and all differences are the same:
 // what is unpacked is compared with what was split, which was made of the lines in one step.
-static bool unpacks(weft_chunk_packer *p, const unsigned char *packed, size_t packed_size,
-                    const void *raw, int lines)
+static enum weft_result check(weft_chunk_packer *p, const unsigned char *packed, size_t packed_size,
+                              const void *raw, int lines)
 {
     const size_t size = p->line_bytes * (size_t)lines;
     size_t got = 0;
     if (p->compression == WEFT_IMAGE_PIZ)
-        return weft_piz_unpack(p->piz, packed, packed_size, lines, p->unpacked) &&
-               !memcmp(p->unpacked, raw, size);
-    if (p->compression == WEFT_IMAGE_RLE)
-        return unpack_runs(packed, packed_size, p->unpacked, size) &&
-               !memcmp(p->unpacked, p->split, size);
-    return libdeflate_zlib_decompress(p->decompressor, packed, packed_size, p->unpacked, size,
-                                      &got) == LIBDEFLATE_SUCCESS &&
-           got == size && !memcmp(p->unpacked, p->split, size);
+        return weft_piz_check(p->piz, packed, packed_size, raw, lines);
+    const bool unpacks =
+        p->compression == WEFT_IMAGE_RLE
+            ? unpack_runs(packed, packed_size, p->unpacked, size)
+            : libdeflate_zlib_decompress(p->decompressor, packed, packed_size, p->unpacked, size,
+                                         &got) == LIBDEFLATE_SUCCESS &&
+                  got == size;
+    return unpacks && !memcmp(p->unpacked, p->split, size) ? WEFT_OK : WEFT_ERR_WRITE;
 }
 
 enum weft_result weft_chunk_pack(weft_chunk_packer *p, const void *raw, int lines,
@@ -177,11 +181,12 @@ enum weft_result weft_chunk_pack(weft_chunk_packer *p, const void *raw, int line
     *out = (struct weft_chunk){.data = raw, .size = size};
     if (p->compression == WEFT_IMAGE_NONE)
         return WEFT_OK;
-    out->shortest = shorten(p, raw, lines, room);
-    if (!out->shortest || out->shortest >= size)
-        return WEFT_OK;
-    if (!unpacks(p, room, out->shortest, raw, lines))
-        return WEFT_ERR_WRITE;
+    enum weft_result res = shorten(p, raw, lines, room, &out->shortest);
+    if (res != WEFT_OK || !out->shortest || out->shortest >= size)
+        return res;
+    res = check(p, room, out->shortest, raw, lines);
+    if (res != WEFT_OK)
+        return res;
     out->data = room;
     out->size = out->shortest;
     out->packed = true;

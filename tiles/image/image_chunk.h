@@ -12,8 +12,8 @@ WEFT_BEGIN_DECLS
 
 typedef struct weft_chunk_packer weft_chunk_packer; // Thread-safety: one thread at a time.
 
-// For blocks of a shape, which is borrowed as long as it lives, and any compression that weft
-// writes. Returns WEFT_ERR_MEMORY, without a log line.
+// For blocks of a shape and any compression that weft writes. Returns WEFT_ERR_MEMORY, without a
+// log line.
 enum weft_result weft_chunk_packer_create(enum weft_image_compression compression,
                                           const struct weft_chunk_shape *shape,
                                           weft_chunk_packer **out);
@@ -27,8 +27,8 @@ struct weft_chunk {
 };
 
 // Packs `lines` lines into `room`, of their bytes and WEFT_CHUNK_SLACK more, unpacks them again and
-// compares. Returns WEFT_ERR_WRITE where they differ.
-enum { WEFT_CHUNK_SLACK = WEFT_PIZ_SLACK };
+// compares. Returns WEFT_ERR_WRITE where they differ, or WEFT_ERR_MEMORY, without a log line.
+enum { WEFT_CHUNK_SLACK = 64 }; // libdeflate gives up some bytes before the end of its room
 enum weft_result weft_chunk_pack(weft_chunk_packer *packer, const void *raw, int lines,
                                  unsigned char *room, struct weft_chunk *out);
 

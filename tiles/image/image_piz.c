@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// OpenEXRCore packs within a file that is written, and unpacks within one that is read. Here they
+// are a header in memory, of one block: pipelines are handed its lines, and hand over bytes.
 #include "tiles/image/image_piz.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "tiles/image/image_huffman.h"
-#include "tiles/image/image_wavelet.h"
-
-enum {
-    WORDS = 65536,
-    BITMAP = WORDS / 8,
-    SMALL = 1 << 14, // words below leave room for differences
-};
+#include <openexr.h>
 
 struct weft_piz {
-    const struct weft_chunk_shape *shape;
-    weft_huffman *huffman;
-    uint16_t *words; // of the channels one after the other, each as an image
-    unsigned char bitmap[BITMAP];
-    unsigned char occurs[WORDS];
-    uint16_t number[WORDS]; // of each word, or the word of each number
+    size_t line_bytes;
+    exr_context_t writer, reader;
+    unsigned char *header; // as writer made it and reader took it
+    size_t header_size;
+    exr_chunk_info_t block; // of all lines
+    exr_encode_pipeline_t encode;
+    exr_decode_pipeline_t decode;
+    const void *given; // what a pipeline is to work on
+    size_t given_size;
 };
 
 size_t weft_chunk_line_bytes(const struct weft_chunk_shape *shape)
@@ -30,182 +29,197 @@ size_t weft_chunk_line_bytes(const struct weft_chunk_shape *shape)
     return 2 * words * shape->width;
 }
 
+static enum weft_result result_of(exr_result_t code)
+{
+    return code == EXR_ERR_SUCCESS         ? WEFT_OK
+           : code == EXR_ERR_OUT_OF_MEMORY ? WEFT_ERR_MEMORY
+                                           : WEFT_ERR_WRITE;
+}
+
+// ---- a header in memory -------------------------------------------------------------------------
+
+static void ignore_message(exr_const_context_t exr, exr_result_t code, const char *message)
+{
+    (void)exr;
+    (void)code;
+    (void)message;
+}
+
+static int64_t put_header(exr_const_context_t exr, void *priv, const void *data, uint64_t size,
+                          uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    struct weft_piz *piz = priv;
+    const size_t end = (size_t)(offset + size);
+    unsigned char *larger = end > piz->header_size ? realloc(piz->header, end) : piz->header;
+    if (!larger) {
+        error(exr, EXR_ERR_OUT_OF_MEMORY, "out of memory");
+        return -1;
+    }
+    piz->header = larger;
+    piz->header_size = end > piz->header_size ? end : piz->header_size;
+    memcpy(piz->header + offset, data, size);
+    return (int64_t)size;
+}
+
+static int64_t get_header(exr_const_context_t exr, void *priv, void *data, uint64_t size,
+                          uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    const struct weft_piz *piz = priv;
+    const size_t left = offset < piz->header_size ? piz->header_size - (size_t)offset : 0;
+    const size_t got = size < left ? (size_t)size : left;
+    (void)exr;
+    (void)error;
+    if (got)
+        memcpy(data, piz->header + offset, got);
+    return (int64_t)got;
+}
+
+static exr_result_t write_header(struct weft_piz *piz, const struct weft_chunk_shape *shape)
+{
+    int part;
+    exr_context_t exr = piz->writer;
+    exr_result_t rv = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
+    if (!rv)
+        rv = exr_initialize_required_attr_simple(exr, part, (int32_t)shape->width, shape->lines,
+                                                 EXR_COMPRESSION_PIZ);
+    for (size_t c = 0; !rv && c < shape->channel_count; c++) {
+        char name[24]; // the format has channels by name
+        snprintf(name, sizeof name, "%05zu", c);
+        rv = exr_add_channel(exr, part, name,
+                             shape->words[c] == 1 ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+                             EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+    }
+    return rv ? rv : exr_write_header(exr);
+}
+
+static exr_result_t open_both(struct weft_piz *piz, const struct weft_chunk_shape *shape)
+{
+    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    init.error_handler_fn = ignore_message;
+    init.alloc_fn = malloc;
+    init.free_fn = free;
+    init.user_data = piz;
+    init.write_fn = put_header;
+    init.read_fn = get_header;
+    exr_result_t rv = exr_start_write(&piz->writer, "piz", EXR_WRITE_FILE_DIRECTLY, &init);
+    if (!rv)
+        rv = write_header(piz, shape);
+    return rv ? rv : exr_start_read(&piz->reader, "piz", &init);
+}
+
+// ---- pipelines ----------------------------------------------------------------------------------
+
+static exr_result_t take_lines(exr_encode_pipeline_t *encode)
+{
+    const struct weft_piz *piz = encode->encoding_user_data;
+    memcpy(encode->packed_buffer, piz->given, piz->given_size);
+    encode->packed_bytes = piz->given_size;
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t take_packed(exr_decode_pipeline_t *decode)
+{
+    const struct weft_piz *piz = decode->decoding_user_data;
+    decode->packed_buffer = (void *)piz->given; // borrowed: its packed_alloc_size is 0
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t start_pipelines(struct weft_piz *piz)
+{
+    exr_result_t rv = exr_write_scanline_chunk_info(piz->writer, 0, 0, &piz->block);
+    if (!rv)
+        rv = exr_encoding_initialize(piz->writer, 0, &piz->block, &piz->encode);
+    if (!rv)
+        rv = exr_encoding_choose_default_routines(piz->writer, 0, &piz->encode);
+    piz->encode.encoding_user_data = piz;
+    piz->encode.convert_and_pack_fn = take_lines;
+    piz->encode.yield_until_ready_fn = NULL;
+    piz->encode.write_fn = NULL;
+    if (!rv)
+        rv = exr_decoding_initialize(piz->reader, 0, &piz->block, &piz->decode);
+    if (!rv)
+        rv = exr_decoding_choose_default_routines(piz->reader, 0, &piz->decode);
+    piz->decode.decoding_user_data = piz;
+    piz->decode.read_fn = take_packed;
+    piz->decode.unpack_and_convert_fn = NULL;
+    return rv;
+}
+
+// Of the block's first lines.
+static exr_chunk_info_t info_of(const struct weft_piz *piz, int lines, size_t packed)
+{
+    exr_chunk_info_t info = piz->block;
+    info.height = lines;
+    info.packed_size = packed;
+    info.unpacked_size = piz->line_bytes * (size_t)lines;
+    return info;
+}
+
+// ---- all ----------------------------------------------------------------------------------------
+
 void weft_piz_destroy(weft_piz **piz)
 {
-    if (!*piz)
+    weft_piz *p = *piz;
+    if (!p)
         return;
-    weft_huffman_destroy(&(*piz)->huffman);
-    free((*piz)->words);
-    free(*piz);
+    if (p->encode.context)
+        exr_encoding_destroy(p->writer, &p->encode);
+    if (p->decode.context)
+        exr_decoding_destroy(p->reader, &p->decode);
+    if (p->reader)
+        exr_finish(&p->reader);
+    if (p->writer)
+        exr_finish(&p->writer);
+    free(p->header);
+    free(p);
     *piz = NULL;
 }
 
 enum weft_result weft_piz_create(const struct weft_chunk_shape *shape, weft_piz **out)
 {
-    weft_piz *piz = *out = calloc(1, sizeof *piz);
-    if (!piz)
+    weft_piz *p = *out = calloc(1, sizeof *p);
+    if (!p)
         return WEFT_ERR_MEMORY;
-    piz->shape = shape;
-    piz->huffman = weft_huffman_create();
-    piz->words = malloc(weft_chunk_line_bytes(shape) * (size_t)shape->lines);
-    if (!piz->huffman || !piz->words)
+    p->line_bytes = weft_chunk_line_bytes(shape);
+    exr_result_t rv = open_both(p, shape);
+    if (!rv)
+        rv = start_pipelines(p);
+    if (rv)
         weft_piz_destroy(out);
-    return *out ? WEFT_OK : WEFT_ERR_MEMORY;
+    return result_of(rv);
 }
 
-// ---- words and their numbers --------------------------------------------------------------------
-
-// Lines to channels, or back: copies between the two orders.
-static void copy_lines(const weft_piz *piz, unsigned char *raw, int lines, bool back)
+enum weft_result weft_piz_pack(weft_piz *p, const void *raw, int lines, void *out, size_t *size)
 {
-    unsigned char *words = (unsigned char *)piz->words;
-    for (size_t c = 0; c < piz->shape->channel_count; c++) {
-        const size_t bytes = 2 * piz->shape->width * piz->shape->words[c];
-        const size_t line_bytes = weft_chunk_line_bytes(piz->shape);
-        for (int y = 0; y < lines; y++, words += bytes) {
-            unsigned char *line = raw + (size_t)y * line_bytes;
-            memcpy(back ? line : words, back ? words : line, bytes);
-        }
-        raw += bytes;
+    const exr_chunk_info_t info = info_of(p, lines, 0);
+    exr_result_t rv = exr_encoding_update(p->writer, 0, &info, &p->encode);
+    for (int c = 0; !rv && c < p->encode.channel_count; c++) {
+        exr_coding_channel_info_t *channel = &p->encode.channels[c];
+        channel->encode_from_ptr = raw; // take_lines knows where they are
+        channel->user_bytes_per_element = channel->bytes_per_element;
+        channel->user_data_type = channel->data_type;
     }
+    p->given = raw;
+    p->given_size = p->line_bytes * (size_t)lines;
+    if (!rv)
+        rv = exr_encoding_run(p->writer, 0, &p->encode);
+    *size = rv ? 0 : p->encode.compressed_bytes;
+    if (!rv && *size < p->given_size)
+        memcpy(out, p->encode.compressed_buffer, *size);
+    return result_of(rv);
 }
 
-#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-static void swap_words(uint16_t *words, size_t count)
+enum weft_result weft_piz_check(weft_piz *p, const void *packed, size_t size, const void *raw,
+                                int lines)
 {
-    for (size_t i = 0; i < count; i++)
-        words[i] = (uint16_t)(words[i] << 8 | words[i] >> 8);
-}
-#else
-static void swap_words(uint16_t *words, size_t count)
-{
-    (void)words;
-    (void)count;
-}
-#endif
-
-// Which words occur, as bits; 0 always does and has none.
-static void find_words(weft_piz *piz, size_t count)
-{
-    memset(piz->occurs, 0, sizeof piz->occurs);
-    for (size_t i = 0; i < count; i++)
-        piz->occurs[piz->words[i]] = 1;
-    piz->occurs[0] = 0;
-    for (size_t b = 0; b < BITMAP; b++) {
-        piz->bitmap[b] = 0;
-        for (int k = 0; k < 8; k++)
-            piz->bitmap[b] |= (unsigned char)(piz->occurs[8 * b + (size_t)k] << k);
-    }
-}
-
-// Numbers the words that occur; returns the largest number.
-static size_t number_words(weft_piz *piz, bool back)
-{
-    size_t next = 0;
-    for (size_t w = 0; w < WORDS; w++) {
-        if (w > 0 && !(piz->bitmap[w / 8] >> w % 8 & 1))
-            continue;
-        piz->number[back ? next : w] = (uint16_t)(back ? w : next);
-        next++;
-    }
-    return next - 1;
-}
-
-static void replace_words(weft_piz *piz, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        piz->words[i] = piz->number[piz->words[i]];
-}
-
-static void walk_channels(const weft_piz *piz, int lines, bool small,
-                          void (*walk)(const struct weft_word_image *image))
-{
-    struct weft_word_image image = {
-        .words = piz->words, .width = piz->shape->width, .height = (size_t)lines, .small = small};
-    for (size_t c = 0; c < piz->shape->channel_count; c++) {
-        image.size = piz->shape->words[c];
-        walk(&image);
-        image.words += image.width * image.height * (size_t)image.size;
-    }
-}
-
-// ---- blocks -------------------------------------------------------------------------------------
-
-static void store(unsigned char *out, size_t value, int bytes)
-{
-    for (int i = 0; i < bytes; i++)
-        out[i] = (unsigned char)(value >> 8 * i);
-}
-
-// From the first byte that is not 0 to the last one, and which these are. Returns its end.
-static unsigned char *store_bitmap(const weft_piz *piz, unsigned char *out)
-{
-    size_t first = 0, last = BITMAP;
-    while (first < BITMAP - 1 && !piz->bitmap[first])
-        first++;
-    while (last > 0 && !piz->bitmap[last - 1])
-        last--;
-    store(out, first, 2);
-    store(out + 2, last ? last - 1 : 0, 2);
-    const size_t bytes = last > first ? last - first : 0;
-    memcpy(out + 4, piz->bitmap + first, bytes);
-    return out + 4 + bytes;
-}
-
-size_t weft_piz_pack(weft_piz *piz, const void *raw, int lines, unsigned char *out)
-{
-    const size_t bytes = weft_chunk_line_bytes(piz->shape) * (size_t)lines, count = bytes / 2;
-    copy_lines(piz, (unsigned char *)(uintptr_t)raw, lines, false);
-    swap_words(piz->words, count);
-    find_words(piz, count);
-    const size_t largest = number_words(piz, false);
-    replace_words(piz, count);
-    walk_channels(piz, lines, largest < SMALL, weft_wavelet_split);
-    unsigned char *at = store_bitmap(piz, out);
-    const size_t used = (size_t)(at + 4 - out);
-    const size_t packed =
-        weft_huffman_pack(piz->huffman, piz->words, count, at + 4, bytes + WEFT_PIZ_SLACK - used);
-    store(at, packed, 4);
-    return packed && used + packed < bytes ? used + packed : 0;
-}
-
-static size_t load(const unsigned char *at, int bytes)
-{
-    size_t value = 0;
-    for (int i = 0; i < bytes; i++)
-        value |= (size_t)at[i] << 8 * i;
-    return value;
-}
-
-// Returns the bytes taken, 0 where they are no bitmap.
-static size_t load_bitmap(weft_piz *piz, const unsigned char *packed, size_t size)
-{
-    if (size < 4)
-        return 0;
-    const size_t first = load(packed, 2), last = load(packed + 2, 2);
-    const size_t bytes = last >= first ? last - first + 1 : 0;
-    if (last >= BITMAP || bytes > size - 4)
-        return 0;
-    memset(piz->bitmap, 0, sizeof piz->bitmap);
-    memcpy(piz->bitmap + (bytes ? first : 0), packed + 4, bytes);
-    return 4 + bytes;
-}
-
-bool weft_piz_unpack(weft_piz *piz, const unsigned char *packed, size_t size, int lines, void *raw)
-{
-    const size_t count = weft_chunk_line_bytes(piz->shape) * (size_t)lines / 2;
-    const size_t used = load_bitmap(piz, packed, size);
-    if (!used || size - used < 4)
-        return false;
-    const size_t coded = load(packed + used, 4);
-    if (coded > size - used - 4 ||
-        !weft_huffman_unpack(piz->huffman, packed + used + 4, coded, piz->words, count))
-        return false;
-    memset(piz->number, 0, sizeof piz->number);
-    const size_t largest = number_words(piz, true);
-    walk_channels(piz, lines, largest < SMALL, weft_wavelet_join);
-    replace_words(piz, count);
-    swap_words(piz->words, count);
-    copy_lines(piz, raw, lines, true);
-    return true;
+    const exr_chunk_info_t info = info_of(p, lines, size);
+    exr_result_t rv = exr_decoding_update(p->reader, 0, &info, &p->decode);
+    p->given = packed;
+    p->given_size = size;
+    if (!rv)
+        rv = exr_decoding_run(p->reader, 0, &p->decode);
+    p->decode.packed_buffer = NULL;
+    if (!rv && memcmp(p->decode.unpacked_buffer, raw, p->line_bytes * (size_t)lines) != 0)
+        return WEFT_ERR_WRITE;
+    return result_of(rv);
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OpenEXRCore writes the file. Its own packing of chunks is not used: 3.1 stores one whose packed
-// form is as long as the raw lines packed, which every reader takes for raw, and is several times
-// slower. Several threads pack, and each chunk that is ready is written once those before it are.
+// OpenEXRCore writes the file, and packs PIZ. Its own writing of chunks is not used: 3.1 stores one
+// whose packed form is as long as the raw lines packed, and every reader takes it for raw; and its
+// ZIP is several times slower than libdeflate's. Several threads pack, and each chunk that is ready
+// is written once those before it are.
 #include "tiles/image/image_write.h"
 
 #include <errno.h>
@@ -161,10 +162,11 @@ static bool make_chunk(void *priv, int thread, size_t i, size_t s)
     const int lines = lines_of(part, i);
     weft_lines_gather(part->sorted, part->shape.channel_count, part->shape.width,
                       i * (size_t)part->shape.lines, (size_t)lines, slot->raw, &lane->losses);
-    if (weft_chunk_pack(lane->packer, slot->raw, lines, slot->packed, &slot->chunk) == WEFT_OK)
-        return true;
-    atomic_store(&flow->different, i + 1);
-    return false;
+    const enum weft_result res =
+        weft_chunk_pack(lane->packer, slot->raw, lines, slot->packed, &slot->chunk);
+    if (res == WEFT_ERR_WRITE)
+        atomic_store(&flow->different, i + 1);
+    return res == WEFT_OK;
 }
 
 static bool take_chunk(void *priv, size_t i, size_t s)
@@ -249,8 +251,8 @@ static int choose_threads(const struct writer *w, const struct part *part)
     size_t threads = (size_t)w->threads;
     threads = threads < part->chunk_count ? threads : part->chunk_count;
     threads = threads < 1 + bytes / WORTH_A_THREAD ? threads : 1 + bytes / WORTH_A_THREAD;
-    // Raw, split or as words, packed and unpacked: of each thread and of each slot two.
-    threads = threads < 1 + WINDOW / chunk / 6 ? threads : 1 + WINDOW / chunk / 6;
+    // A thread holds two slots of two, and up to about six that PIZ is packed and unpacked with.
+    threads = threads < 1 + WINDOW / chunk / 10 ? threads : 1 + WINDOW / chunk / 10;
     return (int)threads;
 }
 

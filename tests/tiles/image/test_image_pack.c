@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What packs EXR files: the Huffman code and the wavelet of PIZ by themselves, lines of every type,
-// and files that are the same bytes whatever the number of threads. Files themselves are read by
-// OpenEXR in test_image_save.
+// What packs EXR files: lines of every type, and files that are the same bytes whatever the number
+// of threads. Files themselves are read by OpenEXR in test_image_save.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,8 +16,6 @@
 #include "tests/support/files.h"
 #include "filter/check.h"
 #include "tiles/image/image_chunk.h"
-#include "tiles/image/image_huffman.h"
-#include "tiles/image/image_wavelet.h"
 
 static uint32_t random_state;
 
@@ -26,158 +23,6 @@ static uint32_t next_random(void)
 {
     random_state = random_state * 1664525u + 1013904223u;
     return random_state >> 8 ^ random_state << 11;
-}
-
-static int between(int low, int high)
-{
-    return low + (int)(next_random() % (uint32_t)(high - low + 1));
-}
-
-// ---- the Huffman code ---------------------------------------------------------------------------
-
-enum { MOST_WORDS = 200000, ROOM = 3 * MOST_WORDS + 80000 };
-
-// Few words and many, long runs, all words alike, and counts that grow like Fibonacci's numbers,
-// which make codes long.
-static size_t make_words(int kind, uint16_t *words)
-{
-    const size_t count = (size_t)between(1, between(1, kind == 4 ? MOST_WORDS : 5000));
-    const uint32_t mask = (1u << between(0, 16)) - 1;
-    size_t filled = 0, run = 1, before = 1;
-    for (size_t i = 0; i < count; i++)
-        words[i] = (uint16_t)(kind == 0 ? next_random() & mask : 0xfffe + (next_random() & mask));
-    for (size_t i = 1; i < count && kind == 1; i++)
-        words[i] = next_random() % 300 ? words[i - 1] : words[i];
-    for (size_t i = 0; i < count && kind == 2; i++)
-        words[i] = words[0];
-    for (uint16_t symbol = 0; kind == 4 && filled < count; symbol++) {
-        for (size_t i = 0; i < run && filled < count; i++)
-            words[filled++] = symbol;
-        run += before;
-        before = run - before;
-    }
-    for (size_t i = count; kind == 4 && i-- > 1;) { // no runs
-        const size_t other = next_random() % (i + 1);
-        const uint16_t word = words[i];
-        words[i] = words[other];
-        words[other] = word;
-    }
-    return count;
-}
-
-static void test_huffman(void **state)
-{
-    (void)state;
-    static uint16_t words[MOST_WORDS], back[MOST_WORDS];
-    static unsigned char packed[ROOM];
-    weft_huffman *h = weft_huffman_create();
-    assert_non_null(h);
-    size_t whole = 0, all = 0;
-    for (int i = 0; i < 400; i++) {
-        random_state = (uint32_t)i;
-        const size_t count = make_words(i % 5, words);
-        const size_t size = weft_huffman_pack(h, words, count, packed, sizeof packed);
-        assert_true(size > 0);
-        memset(back, 0xa5, sizeof back);
-        assert_true(weft_huffman_unpack(h, packed, size, back, count));
-        assert_memory_equal(back, words, count * sizeof *words);
-        assert_int_equal(back[count < MOST_WORDS ? count : 0],
-                         count < MOST_WORDS ? 0xa5a5 : words[0]);
-        // Neither more nor fewer words, nor fewer bytes.
-        assert_false(count > 1 && weft_huffman_unpack(h, packed, size, back, count - 1));
-        assert_false(count < MOST_WORDS && weft_huffman_unpack(h, packed, size, back, count + 1));
-        assert_false(weft_huffman_unpack(h, packed, size - 1, back, count));
-        // What does not fit is not written past its end.
-        const size_t room = next_random() % size;
-        packed[room] = 0x5a;
-        assert_int_equal(weft_huffman_pack(h, words, count, packed, room), 0);
-        assert_int_equal(packed[room], 0x5a);
-        whole += size;
-        all += 2 * count;
-    }
-    print_message("%zu bytes of words in %zu\n", all, whole);
-    weft_huffman_destroy(&h);
-    assert_null(h);
-}
-
-// Sanitizers watch: whatever the bytes, words are decoded or refused within bounds.
-static void test_damaged_huffman(void **state)
-{
-    (void)state;
-    static uint16_t words[5000], back[5000];
-    static unsigned char packed[40000];
-    weft_huffman *h = weft_huffman_create();
-    assert_non_null(h);
-    int refused = 0, taken = 0;
-    for (int i = 0; i < 4000; i++) {
-        random_state = (uint32_t)i;
-        const size_t count = make_words(i % 4, words);
-        size_t size = weft_huffman_pack(h, words, count, packed, sizeof packed);
-        assert_true(size > 0);
-        for (int k = between(1, 4); k > 0; k--)
-            packed[next_random() % (k % 2       ? size
-                                    : 40 < size ? 40
-                                                : size)] ^=
-                (unsigned char)(1 + next_random() % 255);
-        unsigned char *exact = malloc(size); // so that a byte too far is noticed
-        assert_non_null(exact);
-        size -= next_random() % 4 ? 0 : next_random() % size;
-        memcpy(exact, packed, size);
-        if (weft_huffman_unpack(h, exact, size, back, count))
-            taken++;
-        else
-            refused++;
-        free(exact);
-    }
-    print_message("%d refused, %d taken\n", refused, taken);
-    assert_true(refused > 1000 && taken > 10);
-    weft_huffman_destroy(&h);
-}
-
-// ---- the wavelet --------------------------------------------------------------------------------
-
-// One step by hand, by the format's definition: means and differences of 1 2 / 5 9.
-static void test_wavelet_by_hand(void **state)
-{
-    (void)state;
-    uint16_t words[4] = {1, 2, 5, 9};
-    const struct weft_word_image image = {words, 2, 2, 1, true};
-    weft_wavelet_split(&image);
-    assert_int_equal(words[0], (1 + 7) >> 1);                      // of the means 1 and 7
-    assert_int_equal((int16_t)words[2], 1 - 7);                    // their difference
-    assert_int_equal((int16_t)words[1], ((1 - 2) + (5 - 9)) >> 1); // of the differences -1 and -4
-    assert_int_equal((int16_t)words[3], (1 - 2) - (5 - 9));
-    weft_wavelet_join(&image);
-    assert_int_equal(words[0] | words[1] << 4 | words[2] << 8 | words[3] << 12, 0x9521);
-    // Modulo 2^16: the mean and difference of 3 and 4 from the middle.
-    uint16_t two[4] = {3, 4, 3, 4};
-    const struct weft_word_image any = {two, 2, 2, 1, false};
-    weft_wavelet_split(&any);
-    assert_int_equal(two[1], (((0x8003 - 4) ^ 0x8000) + (0x8003 - 4)) >> 1);
-    weft_wavelet_join(&any);
-    assert_true(two[0] == 3 && two[1] == 4 && two[2] == 3 && two[3] == 4);
-}
-
-static void test_wavelet_returns(void **state)
-{
-    (void)state;
-    enum { SIDE = 70 };
-    static uint16_t words[2 * SIDE * SIDE], back[2 * SIDE * SIDE];
-    int changed = 0;
-    for (int i = 0; i < 2000; i++) {
-        random_state = (uint32_t)i;
-        const struct weft_word_image image = {back, (size_t)between(1, SIDE),
-                                              (size_t)between(1, SIDE), 1 + i % 2, i % 4 < 2};
-        const size_t count = image.width * image.height * (size_t)image.size;
-        for (size_t k = 0; k < count; k++)
-            words[k] = (uint16_t)(next_random() & (image.small ? 0x3fff : 0xffff));
-        memcpy(back, words, sizeof back);
-        weft_wavelet_split(&image);
-        changed += memcmp(back, words, count * sizeof *words) != 0;
-        weft_wavelet_join(&image);
-        assert_memory_equal(back, words, count * sizeof *words);
-    }
-    assert_true(changed > 1800);
 }
 
 // ---- files --------------------------------------------------------------------------------------
@@ -447,16 +292,8 @@ int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_huffman),
-        cmocka_unit_test(test_damaged_huffman),
-        cmocka_unit_test(test_wavelet_by_hand),
-        cmocka_unit_test(test_wavelet_returns),
-        IN_FOLDER(test_threads),
-        IN_FOLDER(test_bad_threads),
-        IN_FOLDER(test_cancelled),
-        IN_FOLDER(test_full),
-        IN_FOLDER(test_damage),
-        IN_FOLDER(test_memory_limits),
+        IN_FOLDER(test_threads), IN_FOLDER(test_bad_threads), IN_FOLDER(test_cancelled),
+        IN_FOLDER(test_full),    IN_FOLDER(test_damage),      IN_FOLDER(test_memory_limits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
