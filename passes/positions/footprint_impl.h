@@ -61,7 +61,8 @@ struct weft_footprint {
     size_t cells_count, cells_capacity;
     struct weft_kernel_facts *facts, *own_facts; // of the kernel, so far; own: NULL where shared
     // Computed so far.
-    bool measured;
+    bool ranged;   // statistics' low, high, voxels and not_finite are known
+    bool measured; // all of them are
     struct weft_statistics voxels;
     struct weft_slice_statistics statistics;
     struct weft_slice_shells shells; // whose sum statistics.beyond is
@@ -126,5 +127,10 @@ enum weft_result weft_footprint_read_samples(weft_footprint *footprint, size_t c
 // The statistics with their shells.
 enum weft_result weft_footprint_measure(weft_footprint *footprint,
                                         const struct weft_progress *progress);
+// What the voxels in reach are by themselves, statistics.low, high, voxels and not_finite, alone:
+// no voxel around them is read. By `threads` threads, up to WEFT_CPU_MAX_THREADS; progress is asked
+// from the caller's.
+enum weft_result weft_footprint_measure_range(weft_footprint *footprint, int threads,
+                                              const struct weft_progress *progress);
 
 #endif

@@ -5,11 +5,18 @@
 #include <string.h>
 
 #include "filter/kernels/prefilter.h"
+#include "filter/threads.h"
+#include "passes/cpu/cpu.h"
 #include "passes/positions/footprint_impl.h"
 #include "tiles/volume/region.h"
 
 // Of a cell's reach along an axis; with 7 bits more for the first brick they fit in 64.
-enum { MAX_SIDE = WEFT_BRICK_SIZE + WEFT_KERNEL_MAX_WIDTH - 1 };
+enum {
+    MAX_SIDE = WEFT_BRICK_SIZE + WEFT_KERNEL_MAX_WIDTH - 1,
+    MAX_BRICKS = (MAX_SIDE + 2 * (WEFT_BRICK_SIZE - 1)) / WEFT_BRICK_SIZE,
+    PART_ROWS = 16, // of pixels that a thread marks at once
+    PART_CELLS = 64,
+};
 
 static bool go_on(const struct weft_progress *progress, double fraction)
 {
@@ -23,10 +30,27 @@ struct mask {
     uint8_t row[WEFT_BRICK_SIZE * WEFT_BRICK_SIZE];
 };
 
-// Those of a brick that are marked.
+static size_t count_marked(const struct mask *mask)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < sizeof mask->row; i += sizeof(uint64_t)) {
+        uint64_t bits;
+        memcpy(&bits, mask->row + i, sizeof bits);
+        count += (size_t)__builtin_popcountll(bits);
+    }
+    return count;
+}
+
+// Those of a brick that are marked; what changes no range as a whole is not looked at closer.
 static void measure_voxels(const float *values, const struct mask *mask,
                            struct weft_statistics *out)
 {
+    struct weft_statistics whole = WEFT_STATISTICS_NONE;
+    weft_statistics_add(&whole, values, WEFT_BRICK_VOXELS);
+    if (!whole.not_finite && whole.minimum >= out->minimum && whole.maximum <= out->maximum) {
+        out->count += count_marked(mask);
+        return;
+    }
     float marked[WEFT_BRICK_VOXELS];
     size_t count = 0;
     for (int i = 0; i < WEFT_BRICK_VOXELS; i++) {
@@ -70,24 +94,44 @@ static void reached_destroy(struct reached *r)
     *r = (struct reached){.masks = NULL};
 }
 
-// A brick's mask, empty where it is new; NULL: out of memory.
-static struct mask *find_mask(struct reached *r, struct weft_cell_key key)
+// A brick's number, whose mask is empty where it is new; WEFT_CELL_NONE: out of memory.
+static int64_t find_number(struct reached *r, struct weft_cell_key key)
 {
     const size_t known = r->bricks.count;
     const int64_t number = weft_cell_map_add(&r->bricks, key);
     if (number == WEFT_CELL_NONE)
-        return NULL;
+        return WEFT_CELL_NONE;
     if ((size_t)number >= r->capacity) {
         const size_t capacity = r->capacity ? 2 * r->capacity : 256;
         void *masks = realloc(r->masks, capacity * sizeof *r->masks);
         if (!masks)
-            return NULL;
+            return WEFT_CELL_NONE;
         r->masks = masks;
         r->capacity = capacity;
     }
     if ((size_t)number == known)
         r->masks[number] = (struct mask){.row = {0}};
-    return &r->masks[number];
+    return number;
+}
+
+// The mask itself, until the next one is looked for.
+static struct mask *find_mask(struct reached *r, struct weft_cell_key key)
+{
+    const int64_t number = find_number(r, key);
+    return number == WEFT_CELL_NONE ? NULL : &r->masks[number];
+}
+
+// Adds what another one has marked.
+static bool reached_join(struct reached *r, const struct reached *other)
+{
+    for (size_t i = 0; i < other->bricks.count; i++) {
+        struct mask *mask = find_mask(r, other->bricks.keys[i]);
+        if (!mask)
+            return false;
+        for (size_t row = 0; row < sizeof mask->row; row++)
+            mask->row[row] |= other->masks[i].row[row];
+    }
+    return true;
 }
 
 // What a cell's pixels reach: rows of bits along x, from where the first tap of a pixel at the
@@ -117,24 +161,44 @@ static void spread(const struct mask *positions, int width, struct rows *out)
                 out->bits[z + tap][y] |= flat[z][y];
 }
 
-// Rows that need no clamping: a byte for each brick along x.
+// The bricks that a cell's rows lie in, by number; WEFT_CELL_NONE: not looked for yet.
+struct near_bricks {
+    int32_t at[3]; // of the first one
+    int64_t number[MAX_BRICKS][MAX_BRICKS][MAX_BRICKS];
+};
+
+// A row that needs no clamping: a byte for each brick along x.
+static bool mark_row(uint64_t bits, int32_t y, int32_t z, struct near_bricks *near,
+                     struct reached *reached)
+{
+    const int row = (z & 7) * WEFT_BRICK_SIZE + (y & 7);
+    struct weft_cell_key key = {{near->at[0], y >> 3, z >> 3}};
+    int64_t *number = near->number[key.at[2] - near->at[2]][key.at[1] - near->at[1]];
+    for (; bits; bits >>= 8, key.at[0]++, number++) {
+        if (!(bits & 0xff))
+            continue;
+        if (*number == WEFT_CELL_NONE)
+            *number = find_number(reached, key);
+        if (*number == WEFT_CELL_NONE)
+            return false;
+        reached->masks[*number].row[row] |= (uint8_t)bits;
+    }
+    return true;
+}
+
 static bool mark_rows(const struct rows *rows, struct reached *reached)
 {
     const int shift = rows->origin[0] & (WEFT_BRICK_SIZE - 1);
-    for (int z = 0; z < rows->side; z++) {
-        for (int y = 0; y < rows->side; y++) {
-            const int32_t at_y = rows->origin[1] + y, at_z = rows->origin[2] + z;
-            const int row = (at_z & 7) * WEFT_BRICK_SIZE + (at_y & 7);
-            struct weft_cell_key key = {{rows->origin[0] >> 3, at_y >> 3, at_z >> 3}};
-            for (uint64_t bits = rows->bits[z][y] << shift; bits; bits >>= 8, key.at[0]++) {
-                struct mask *mask = bits & 0xff ? find_mask(reached, key) : NULL;
-                if (mask)
-                    mask->row[row] |= (uint8_t)bits;
-                else if (bits & 0xff)
-                    return false;
-            }
-        }
-    }
+    struct near_bricks near;
+    for (int a = 0; a < 3; a++)
+        near.at[a] = rows->origin[a] >> 3;
+    for (int i = 0; i < MAX_BRICKS * MAX_BRICKS * MAX_BRICKS; i++)
+        (&near.number[0][0][0])[i] = WEFT_CELL_NONE;
+    for (int z = 0; z < rows->side; z++)
+        for (int y = 0; y < rows->side; y++)
+            if (rows->bits[z][y] && !mark_row(rows->bits[z][y] << shift, rows->origin[1] + y,
+                                              rows->origin[2] + z, &near, reached))
+                return false;
     return true;
 }
 
@@ -182,13 +246,20 @@ static bool mark_cell(const weft_footprint *f, struct weft_cell_key key,
 
 // ---- positions in cells -------------------------------------------------------------------------
 
+// What one thread has found.
 struct marker {
+    struct reached cells; // of which the bits are floor(position + tap_shift)
+    struct reached voxels;
+    struct weft_slice_block block;
+    int block_x, block_y;
+    const struct marking *marking;
+};
+
+struct marking {
     const weft_footprint *footprint;
     const struct weft_progress *progress;
-    struct reached cells; // of which the bits are floor(position + tap_shift)
-    struct weft_slice_block block;
-    int block_x, block_y, row;
-    bool cancelled;
+    struct marker *marker; // of each thread
+    bool cancelled;        // told to the caller's thread
 };
 
 // Pixels of a row within their cell: what weft_slice_grid_pixel has as whole numbers, of which a
@@ -212,13 +283,9 @@ static void mark_positions(const struct weft_slice_grid *grid, const struct weft
 static bool mark_span(void *priv, const struct weft_span *span)
 {
     struct marker *m = priv;
-    const struct weft_slice_grid *grid = &m->footprint->grid;
+    const struct weft_slice_grid *grid = &m->marking->footprint->grid;
     const int bx = span->x / WEFT_GRID_BLOCK, by = span->y / WEFT_GRID_BLOCK;
-    if (span->y != m->row) {
-        m->row = span->y;
-        m->cancelled = !go_on(m->progress, 0.0);
-    }
-    struct mask *mask = m->cancelled ? NULL : find_mask(&m->cells, span->cell);
+    struct mask *mask = find_mask(&m->cells, span->cell);
     if (!mask)
         return false;
     if (bx != m->block_x || by != m->block_y)
@@ -231,15 +298,68 @@ static bool mark_span(void *priv, const struct weft_span *span)
     return true;
 }
 
-static enum weft_result find_reached(const weft_footprint *f, const struct weft_progress *progress,
-                                     struct reached *out)
+static bool mark_pixels(void *priv, int thread, size_t part)
 {
-    struct marker m = {.footprint = f, .progress = progress, .block_x = -1, .row = -1};
-    bool done = weft_slice_grid_walk(&f->grid, 0, 0, f->grid.index.width, f->grid.index.height,
-                                     mark_span, &m);
-    for (size_t i = 0; done && i < m.cells.bricks.count; i++)
-        done = mark_cell(f, m.cells.bricks.keys[i], &m.cells.masks[i], out);
-    reached_destroy(&m.cells);
+    struct marking *m = priv;
+    const struct weft_slice_geometry *g = &m->footprint->grid.index;
+    const int end = ((int)part + 1) * PART_ROWS;
+    for (int y = (int)part * PART_ROWS; y < end && y < g->height; y++) {
+        if (thread == 0 && !go_on(m->progress, 0.0)) {
+            m->cancelled = true;
+            return false;
+        }
+        if (!weft_slice_grid_walk(&m->footprint->grid, 0, y, g->width, 1, mark_span,
+                                  &m->marker[thread]))
+            return false;
+    }
+    return true;
+}
+
+// The first thread's cells are those of all by now.
+static bool mark_cells(void *priv, int thread, size_t part)
+{
+    struct marking *m = priv;
+    const struct reached *cells = &m->marker[0].cells;
+    const size_t end = (part + 1) * PART_CELLS;
+    for (size_t i = part * PART_CELLS; i < end && i < cells->bricks.count; i++)
+        if (!mark_cell(m->footprint, cells->bricks.keys[i], &cells->masks[i],
+                       &m->marker[thread].voxels))
+            return false;
+    return true;
+}
+
+static bool mark_all(struct marking *m, int threads)
+{
+    struct marker *first = &m->marker[0];
+    const size_t rows = (size_t)m->footprint->grid.index.height;
+    bool done = weft_threads_run(threads, (rows + PART_ROWS - 1) / PART_ROWS, mark_pixels, m);
+    for (int t = 1; done && t < threads; t++)
+        done = reached_join(&first->cells, &m->marker[t].cells);
+    const size_t cells = first->cells.bricks.count;
+    done = done && weft_threads_run(threads, (cells + PART_CELLS - 1) / PART_CELLS, mark_cells, m);
+    for (int t = 1; done && t < threads; t++)
+        done = reached_join(&first->voxels, &m->marker[t].voxels);
+    return done;
+}
+
+static enum weft_result find_reached(const weft_footprint *f, int threads,
+                                     const struct weft_progress *progress, struct reached *out)
+{
+    struct marking m = {
+        .footprint = f, .progress = progress, .marker = calloc((size_t)threads, sizeof *m.marker)};
+    for (int t = 0; m.marker && t < threads; t++) {
+        m.marker[t].block_x = -1;
+        m.marker[t].marking = &m;
+    }
+    const bool done = m.marker && mark_all(&m, threads);
+    if (m.marker)
+        *out = m.marker[0].voxels;
+    for (int t = 0; m.marker && t < threads; t++) {
+        reached_destroy(&m.marker[t].cells);
+        if (t > 0)
+            reached_destroy(&m.marker[t].voxels);
+    }
+    free(m.marker);
     if (done)
         return WEFT_OK;
     if (m.cancelled)
@@ -249,6 +369,12 @@ static enum weft_result find_reached(const weft_footprint *f, const struct weft_
 }
 
 // ---- their voxels -------------------------------------------------------------------------------
+
+struct measure_how {
+    bool differences; // as well as the range
+    int threads;
+    const struct weft_progress *progress;
+};
 
 // Bricks from number `from` on that have voxels, `count` of them at most; returns where to go on.
 // What has none is measured at once.
@@ -269,41 +395,69 @@ static size_t next_bricks(weft_footprint *f, const struct reached *reached, size
     return from;
 }
 
-static enum weft_result measure_bricks(weft_footprint *f, const struct reached *reached,
-                                       const struct weft_cell_map *bricks)
-{
+// Bricks that were read, which threads measure.
+struct measuring {
+    const struct reached *reached;
+    const struct weft_cell_map *bricks;
     const weft_brick_store *store;
-    const enum weft_result res = weft_footprint_load(f, bricks, 0, &store);
-    for (size_t i = 0; res == WEFT_OK && i < bricks->count; i++) {
-        const struct weft_cell_key *key = &bricks->keys[i];
+    bool differences;
+    struct weft_statistics *voxels; // of each thread
+};
+
+static bool measure_part(void *priv, int thread, size_t part)
+{
+    const struct measuring *m = priv;
+    const size_t end = (part + 1) * PART_CELLS;
+    for (size_t i = part * PART_CELLS; i < end && i < m->bricks->count; i++) {
+        const struct weft_cell_key *key = &m->bricks->keys[i];
         const int32_t origin[3] = {key->at[0] * 8, key->at[1] * 8, key->at[2] * 8};
         const float *values;
         float constant;
-        weft_brick_store_find(store, origin, &values, &constant);
-        measure_voxels(values, &reached->masks[weft_cell_map_find(&reached->bricks, *key)],
-                       &f->voxels);
-        if (!f->coefficients)
-            measure_differences(values, &f->voxels);
+        weft_brick_store_find(m->store, origin, &values, &constant);
+        measure_voxels(values, &m->reached->masks[weft_cell_map_find(&m->reached->bricks, *key)],
+                       &m->voxels[thread]);
+        if (m->differences)
+            measure_differences(values, &m->voxels[thread]);
     }
-    return res;
+    return true;
+}
+
+static enum weft_result measure_bricks(weft_footprint *f, const struct measure_how *how,
+                                       const struct reached *reached,
+                                       const struct weft_cell_map *bricks)
+{
+    struct weft_statistics voxels[WEFT_CPU_MAX_THREADS];
+    struct measuring m = {.reached = reached,
+                          .bricks = bricks,
+                          .differences = how->differences && !f->coefficients,
+                          .voxels = voxels};
+    const enum weft_result res = weft_footprint_load(f, bricks, 0, &m.store);
+    if (res != WEFT_OK)
+        return res;
+    for (int t = 0; t < how->threads; t++)
+        voxels[t] = (struct weft_statistics)WEFT_STATISTICS_NONE;
+    weft_threads_run(how->threads, (bricks->count + PART_CELLS - 1) / PART_CELLS, measure_part, &m);
+    for (int t = 0; t < how->threads; t++)
+        weft_statistics_join(&f->voxels, &voxels[t]);
+    return WEFT_OK;
 }
 
 // Reads the bricks in reach in lots.
-static enum weft_result measure_reached(weft_footprint *f, const struct weft_progress *progress)
+static enum weft_result measure_reached(weft_footprint *f, const struct measure_how *how)
 {
     enum { LOT = 1 << 14 };
     struct reached reached = {.masks = NULL};
-    enum weft_result res = find_reached(f, progress, &reached);
+    enum weft_result res = find_reached(f, how->threads, how->progress, &reached);
     for (size_t at = 0; res == WEFT_OK && at < reached.bricks.count;) {
         struct weft_cell_map lot = {0};
         const size_t next = next_bricks(f, &reached, at, LOT, &lot);
-        if (!go_on(progress, (double)at / (double)reached.bricks.count)) {
+        if (!go_on(how->progress, (double)at / (double)reached.bricks.count)) {
             res = WEFT_ERR_CANCELLED;
         } else if (next < reached.bricks.count && lot.count < LOT) {
             weft_error(f->log, "not enough memory to measure %zu bricks", reached.bricks.count);
             res = WEFT_ERR_MEMORY;
         } else {
-            res = measure_bricks(f, &reached, &lot);
+            res = measure_bricks(f, how, &reached, &lot);
         }
         at = next;
         weft_cell_map_destroy(&lot);
@@ -537,36 +691,66 @@ static void set_range(double minimum, double maximum, double *low, double *high)
     *high = minimum <= maximum ? maximum : 0.0;
 }
 
-static void set_statistics(weft_footprint *f)
+static void set_range_of_voxels(weft_footprint *f)
 {
     struct weft_slice_statistics *out = &f->statistics;
     const struct weft_statistics *voxels = &f->voxels;
     set_range(voxels->minimum, voxels->maximum, &out->low, &out->high);
     out->voxels = voxels->count;
     out->not_finite = voxels->not_finite;
-    memcpy(out->difference, voxels->difference, sizeof out->difference);
+}
+
+static void set_statistics(weft_footprint *f)
+{
+    struct weft_slice_statistics *out = &f->statistics;
+    set_range_of_voxels(f);
+    memcpy(out->difference, f->voxels.difference, sizeof out->difference);
     if (f->coefficients)
         set_range(out->voxel_low, out->voxel_high, &out->voxel_low, &out->voxel_high);
     else
         set_range(out->low, out->high, &out->voxel_low, &out->voxel_high);
 }
 
+static void clear_statistics(weft_footprint *f)
+{
+    f->voxels = (struct weft_statistics)WEFT_STATISTICS_NONE;
+    f->statistics = (struct weft_slice_statistics){.voxel_low = INFINITY, .voxel_high = -INFINITY};
+}
+
 enum weft_result weft_footprint_measure(weft_footprint *f, const struct weft_progress *progress)
 {
     if (f->measured)
         return WEFT_OK;
-    f->voxels = (struct weft_statistics)WEFT_STATISTICS_NONE;
-    f->statistics = (struct weft_slice_statistics){.voxel_low = INFINITY, .voxel_high = -INFINITY};
+    const struct measure_how how = {.differences = true, .threads = 1, .progress = progress};
+    f->ranged = false;
+    clear_statistics(f);
     set_shells(&f->info.kernel, &f->shells);
     enum weft_result res = weft_footprint_open(f);
     if (res == WEFT_OK && f->coefficients)
         res = measure_around(f, progress);
     if (res == WEFT_OK)
-        res = measure_reached(f, progress);
+        res = measure_reached(f, &how);
     if (res != WEFT_OK)
         return res;
     set_statistics(f);
-    f->measured = true;
+    f->ranged = f->measured = true;
+    return WEFT_OK;
+}
+
+enum weft_result weft_footprint_measure_range(weft_footprint *f, int threads,
+                                              const struct weft_progress *progress)
+{
+    if (f->ranged)
+        return WEFT_OK;
+    const struct measure_how how = {.threads = threads, .progress = progress};
+    clear_statistics(f);
+    enum weft_result res = weft_footprint_open(f);
+    if (res == WEFT_OK)
+        res = measure_reached(f, &how);
+    if (res != WEFT_OK)
+        return res;
+    set_range_of_voxels(f);
+    f->ranged = true;
     return WEFT_OK;
 }
 

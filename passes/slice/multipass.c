@@ -314,7 +314,7 @@ static enum weft_result cut_slice(struct weft_slice_multipass *r)
 static bool range_holds(const struct weft_slice_multipass *r)
 {
     const weft_footprint *f = r->footprint;
-    return f->measured && f->statistics.not_finite == 0 && r->report.low <= f->statistics.low &&
+    return f->ranged && f->statistics.not_finite == 0 && r->report.low <= f->statistics.low &&
            r->report.high >= f->statistics.high;
 }
 
@@ -573,16 +573,16 @@ static enum weft_result run_piece(struct weft_slice_multipass *r, const struct p
 // The voxels' own range is what the footprint knows, or finds now.
 static enum weft_result find_range(struct weft_slice_multipass *r)
 {
-    struct weft_slice_statistics statistics;
+    const struct weft_slice_statistics *statistics = &r->footprint->statistics;
     r->report.low = r->p.low;
     r->report.high = r->p.high;
     if (!weft_range_is_open(r->p.low, r->p.low, r->p.high))
         return WEFT_OK;
     const struct weft_progress begun = {report_begun, r};
     const double start = weft_now_seconds();
-    const enum weft_result res = weft_footprint_statistics(r->footprint, &begun, &statistics);
-    r->report.low = statistics.low;
-    r->report.high = statistics.high;
+    const enum weft_result res = weft_footprint_measure_range(r->footprint, r->threads, &begun);
+    r->report.low = statistics->low;
+    r->report.high = statistics->high;
     r->report.read_seconds = weft_now_seconds() - start;
     return res;
 }
