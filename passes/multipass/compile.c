@@ -76,6 +76,7 @@ void weft_multipass_destroy(weft_multipass **compiled)
         return;
     weft_multipass_gl_destroy(*compiled);
     free((*compiled)->tiles.data);
+    free((*compiled)->source.data);
     free((*compiled)->groups);
     free(*compiled);
     *compiled = NULL;

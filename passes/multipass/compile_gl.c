@@ -170,6 +170,7 @@ static enum weft_result load_tiles(weft_context *context, struct weft_multipass 
                                   &m->gl->log_table);
     free(m->tiles.data);
     m->tiles.data = NULL;
+    m->tiles.room = 0;
     return res;
 }
 

@@ -18,6 +18,7 @@ struct weft_job_values {
     size_t texels;  // at least 1
     size_t bytes;
     void *data;
+    size_t room; // bytes of data
 };
 
 static inline size_t weft_value_bytes(enum weft_value_type type)
@@ -81,6 +82,7 @@ struct weft_multipass {
     bool signed_tiles;             // floats with dot4: tiles have their groups' signs
     struct weft_job_group *groups; // of the list's
     struct weft_multipass_gl *gl;  // NULL: on the CPU
+    struct weft_job_values source; // of the last run, whose memory is there for the next one
     struct weft_multipass_info info;
 };
 
@@ -104,9 +106,10 @@ enum weft_result weft_multipass_compile_work(weft_context *context,
                                              const struct weft_multipass_work *work,
                                              const struct weft_log *log, weft_multipass **out);
 
-// Zeros of values->type, components and texels. Returns WEFT_ERR_MEMORY, naming `what`.
-enum weft_result weft_job_values_create(const struct weft_log *log, const char *what,
-                                        struct weft_job_values *values);
+// Makes sure of memory for values->type, components and texels: the one that is there where it is
+// enough, else zeros. Returns WEFT_ERR_MEMORY, naming `what`; there is none then.
+enum weft_result weft_job_values_fit(const struct weft_log *log, const char *what,
+                                     struct weft_job_values *values);
 // Returns WEFT_ERR_LIMIT, with `what` and both numbers in the log.
 enum weft_result weft_job_check_texels(const struct weft_log *log, const char *what, double texels,
                                        int64_t limit);

@@ -124,7 +124,6 @@ static enum weft_result size_source(struct weft_multipass_job *job)
     // Also keeps offsets within 32 bits.
     const enum weft_result res =
         weft_job_check_texels(job->log, "source", texels, limit < INT32_MAX ? limit : INT32_MAX);
-    job->source.texels = job->base[count];
     return res;
 }
 
@@ -174,10 +173,9 @@ static void count_outsiders(const float *in, size_t count, double low, double hi
                             struct outsiders *sum)
 {
     uint32_t clamped = 0, not_finite = 0;
-    for (size_t i = 0; i < count; i++) {
-        const double v = (double)in[i];
-        clamped += !((v >= low) & (v <= high));
-    }
+    const struct weft_float_range range = weft_float_range(low, high);
+    for (size_t i = 0; i < count; i++)
+        clamped += !((in[i] >= range.least) & (in[i] <= range.most));
     for (size_t i = 0; clamped && i < count; i++)
         not_finite += !isfinite(in[i]);
     sum->clamped += clamped;
@@ -347,16 +345,18 @@ static enum weft_result lay_out_boxes(struct weft_multipass_job *job)
     return WEFT_ERR_MEMORY;
 }
 
-static enum weft_result create_source(struct weft_multipass_job *job)
+static enum weft_result create_source(struct weft_multipass *m, struct weft_multipass_job *job)
 {
     enum weft_result res = size_source(job);
     if (res != WEFT_OK)
         return res;
-    job->source.type = job->compiled->floats        ? WEFT_VALUE_FLOAT
-                       : job->compiled->one <= 0xff ? WEFT_VALUE_UINT8
-                                                    : WEFT_VALUE_UINT16;
-    job->source.components = job->compiled->passes->dot4 ? 4 : job->compiled->work.channels;
-    res = weft_job_values_create(job->log, "source", &job->source);
+    m->source.type = m->floats        ? WEFT_VALUE_FLOAT
+                     : m->one <= 0xff ? WEFT_VALUE_UINT8
+                                      : WEFT_VALUE_UINT16;
+    m->source.components = m->passes->dot4 ? 4 : m->work.channels;
+    m->source.texels = job->base[job->boxes.count];
+    res = weft_job_values_fit(job->log, "source", &m->source);
+    job->source = m->source;
     return res == WEFT_OK ? lay_out_boxes(job) : res;
 }
 
@@ -400,8 +400,25 @@ static bool make_rows(void *priv, int thread, size_t part)
     (void)thread;
     for (int y = (int)part * PART_ROWS; y < end; y++)
         for (int x = 0; x < g->width; x++)
-            make_entry(job, x, y, &job->entries[(size_t)y * (size_t)g->width + (size_t)x]);
+            make_entry(job, x, y, &job->own_entries[(size_t)y * (size_t)g->width + (size_t)x]);
     return true;
+}
+
+static enum weft_result make_entries(struct weft_multipass_job *job)
+{
+    struct weft_box_entries *kept = job->boxes.kept;
+    const size_t parts = (size_t)((job->grid->height + PART_ROWS - 1) / PART_ROWS);
+    job->entries = job->own_entries = malloc(job->pixels * sizeof *job->own_entries);
+    if (!job->entries) {
+        weft_error(job->log, "convolution: not enough memory for %zu pixels", job->pixels);
+        return WEFT_ERR_MEMORY;
+    }
+    weft_threads_run(job->compiled->threads, parts, make_rows, job);
+    if (kept) {
+        kept->entry = job->own_entries;
+        job->own_entries = NULL;
+    }
+    return WEFT_OK;
 }
 
 static enum weft_result create_entries(struct weft_multipass_job *job)
@@ -418,14 +435,17 @@ static enum weft_result create_entries(struct weft_multipass_job *job)
     if (res != WEFT_OK)
         return res;
     job->pixels = (size_t)g->width * (size_t)g->height;
-    job->entries = malloc(job->pixels * sizeof *job->entries);
-    if (!job->entries) {
-        weft_error(job->log, "convolution: not enough memory for %zu pixels", job->pixels);
-        return WEFT_ERR_MEMORY;
+    if (job->boxes.kept && job->boxes.kept->entry) {
+        job->entries = job->boxes.kept->entry;
+        return WEFT_OK;
     }
-    weft_threads_run(job->compiled->threads, (size_t)((g->height + PART_ROWS - 1) / PART_ROWS),
-                     make_rows, job);
-    return WEFT_OK;
+    return make_entries(job);
+}
+
+void weft_box_entries_destroy(struct weft_box_entries *entries)
+{
+    free(entries->entry);
+    *entries = (struct weft_box_entries){.entry = NULL};
 }
 
 // ---- creation -----------------------------------------------------------------------------------
@@ -456,7 +476,7 @@ static void take_samples(struct weft_multipass_job *job)
         (struct weft_sample_boxes){.count = 1, .box = &job->whole, .low = s->low, .high = s->high};
 }
 
-enum weft_result weft_multipass_job_create(const struct weft_multipass *compiled,
+enum weft_result weft_multipass_job_create(struct weft_multipass *compiled,
                                            const struct weft_multipass_run_params *params,
                                            const struct weft_sample_boxes *boxes,
                                            struct weft_multipass_job *job)
@@ -484,7 +504,7 @@ enum weft_result weft_multipass_job_create(const struct weft_multipass *compiled
     if (res == WEFT_OK)
         res = set_range(job);
     if (res == WEFT_OK)
-        res = create_source(job);
+        res = create_source(compiled, job);
     if (res == WEFT_OK)
         res = find_offsets(job);
     if (res == WEFT_OK)
@@ -497,8 +517,7 @@ enum weft_result weft_multipass_job_create(const struct weft_multipass *compiled
 void weft_multipass_job_destroy(struct weft_multipass_job *job)
 {
     free(job->base);
-    free(job->source.data);
     free(job->source_offset);
-    free(job->entries);
+    free(job->own_entries);
     *job = (struct weft_multipass_job){0};
 }

@@ -25,17 +25,20 @@ struct weft_multipass_job {
     uint64_t not_finite; // samples of those
     // The source: each box's texels from its base on, in rows and slices of the largest one's size.
     size_t *base;
-    size_t pitch[2];               // texels from row to row, and rows from slice to slice
-    struct weft_job_values source; // dot4: component c of texel i is the sample at i + pattern[c]
-    int32_t *source_offset;        // of the list's groups: texels from the entry's
+    size_t pitch[2]; // texels from row to row, and rows from slice to slice
+    // The compiled plan's memory; dot4: component c of texel i is the sample at i + pattern[c].
+    // Between boxes' rows there is whatever codes were before.
+    struct weft_job_values source;
+    int32_t *source_offset; // of the list's groups: texels from the entry's
     size_t pixels;
-    struct weft_job_entry *entries;
+    const struct weft_job_entry *entries; // the boxes' kept ones, or own_entries
+    struct weft_job_entry *own_entries;
 };
 
 // Checks everything, so that running can trust the job. `params` must outlive it, and so must
 // `boxes`, NULL for the params' samples; out stays where it is. On failure there is nothing to
 // destroy. Errors as of weft_multipass_run.
-enum weft_result weft_multipass_job_create(const struct weft_multipass *compiled,
+enum weft_result weft_multipass_job_create(struct weft_multipass *compiled,
                                            const struct weft_multipass_run_params *params,
                                            const struct weft_sample_boxes *boxes,
                                            struct weft_multipass_job *out);

@@ -16,12 +16,16 @@ enum weft_result weft_job_check_texels(const struct weft_log *log, const char *w
     return WEFT_ERR_LIMIT;
 }
 
-enum weft_result weft_job_values_create(const struct weft_log *log, const char *what,
-                                        struct weft_job_values *values)
+enum weft_result weft_job_values_fit(const struct weft_log *log, const char *what,
+                                     struct weft_job_values *values)
 {
     const size_t texel = (size_t)values->components * weft_value_bytes(values->type);
-    if (weft_size_mul(values->texels, texel, &values->bytes))
-        values->data = calloc(1, values->bytes);
+    const bool fits = weft_size_mul(values->texels, texel, &values->bytes);
+    if (!fits || values->bytes > values->room) {
+        free(values->data);
+        values->data = fits ? calloc(1, values->bytes) : NULL;
+        values->room = values->data ? values->bytes : 0;
+    }
     if (values->data)
         return WEFT_OK;
     weft_error(log, "convolution: not enough memory for %zu texels of the %s", values->texels,
@@ -196,7 +200,7 @@ enum weft_result weft_multipass_create_tiles(struct weft_multipass *m)
     m->tiles.components = l->dot4 ? 4 : 1;
     m->tiles.texels = (blocks ? blocks : 1) * info->tile_values;
     m->positions = choose_positions(m);
-    res = weft_job_values_create(m->log, "tiles", &m->tiles);
+    res = weft_job_values_fit(m->log, "tiles", &m->tiles);
     if (res == WEFT_OK)
         set_groups(m, block);
 fail:

@@ -15,9 +15,10 @@ enum {
     // in double.
     MAX_BOX_SIDE = 2048,
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
-    PART_CELLS = 64,     // that a thread fills at once
-    PART_ROWS = 16,      // of pixels whose cells it finds
-    SAMPLED_BLOCKS = 16, // by which the samples of a large slice are estimated
+    PART_CELLS = 64,       // that a thread fills at once
+    PART_ROWS = 16,        // of pixels whose cells it finds
+    SAMPLED_BLOCKS = 16,   // by which the samples of a large slice are estimated
+    KEPT_PIXELS = 1 << 22, // of slices up to which what is found of pixels is kept
 };
 
 // What a rectangle's pixels reach: cells, each with the box of its taps, and the bricks that hold
@@ -35,6 +36,9 @@ struct reach {
 struct piece {
     struct weft_rectangle at;
     struct reach reach;
+    // Kept between runs: which cell each pixel reads, and where its first tap is; NULL before.
+    uint32_t *of_pixel;
+    struct weft_box_entries entries;
 };
 
 struct weft_slice_multipass {
@@ -45,6 +49,7 @@ struct weft_slice_multipass {
     uint64_t memory_bytes;
     struct piece *pieces;
     size_t piece_count, piece_capacity;
+    bool keeps_pixels; // what pieces keep of them
     int threads;
     uint64_t max_texels; // of a source
     // Of the piece that runs; they grow to the largest piece's.
@@ -257,7 +262,7 @@ static enum weft_result append_piece(struct weft_slice_multipass *r,
         r->pieces = pieces;
         r->piece_capacity = capacity;
     }
-    r->pieces[r->piece_count++] = (struct piece){*at, *reach};
+    r->pieces[r->piece_count++] = (struct piece){.at = *at, .reach = *reach};
     return WEFT_OK;
 }
 
@@ -335,7 +340,8 @@ static enum weft_result make_room(struct weft_slice_multipass *r, const struct p
     const size_t cells = piece->reach.cells->map.count;
     if (grow((void **)&r->samples, &r->sample_capacity, piece->reach.samples, sizeof *r->samples) &&
         grow((void **)&r->boxes, &r->box_capacity, cells, sizeof *r->boxes) &&
-        grow((void **)&r->of_pixel, &r->pixel_capacity, pixels, sizeof *r->of_pixel))
+        (r->keeps_pixels ||
+         grow((void **)&r->of_pixel, &r->pixel_capacity, pixels, sizeof *r->of_pixel)))
         return WEFT_OK;
     return out_of_memory(r, piece->reach.samples * sizeof *r->samples, "the voxels of a rectangle");
 }
@@ -345,6 +351,7 @@ struct filler {
     struct weft_slice_multipass *r;
     const struct piece *piece;
     const weft_brick_store *store;
+    uint32_t *of_pixel;
     bool holds;
 };
 
@@ -361,9 +368,10 @@ static void fill_cell(const struct filler *f, size_t number)
     for (int a = 0; a < 3; a++)
         min[a] = box->min[a] + reach->min[a];
     weft_brick_store_copy_box(f->store, min, box->size, box->size, out);
+    const struct weft_float_range range = weft_float_range(low, high);
     const size_t count = f->holds ? count_voxels(box->size) : 0;
     for (size_t i = 0; i < count; i++)
-        out[i] = (double)out[i] >= low && (double)out[i] <= high ? out[i] : unused;
+        out[i] = (out[i] >= range.least) & (out[i] <= range.most) ? out[i] : unused;
 }
 
 static bool fill_cells(void *priv, int thread, size_t part)
@@ -383,7 +391,7 @@ static bool note_span(void *priv, const struct weft_span *span)
     const struct weft_rectangle *at = &f->piece->at;
     const int64_t number = weft_cell_map_find(&f->piece->reach.cells->map, span->cell);
     uint32_t *out =
-        f->r->of_pixel + (size_t)(span->y - at->y) * (size_t)at->width + (size_t)(span->x - at->x);
+        f->of_pixel + (size_t)(span->y - at->y) * (size_t)at->width + (size_t)(span->x - at->x);
     for (int i = 0; i < span->count; i++)
         out[i] = (uint32_t)number;
     return true;
@@ -413,8 +421,25 @@ static void place_boxes(struct weft_slice_multipass *r, const struct reach *reac
     }
 }
 
+// Finds which cell each pixel reads, or takes it where it is kept.
+static enum weft_result note_pixels(struct weft_slice_multipass *r, struct piece *piece)
+{
+    const size_t pixels = (size_t)piece->at.width * (size_t)piece->at.height;
+    const size_t parts = (size_t)((piece->at.height + PART_ROWS - 1) / PART_ROWS);
+    if (piece->of_pixel)
+        return WEFT_OK;
+    if (r->keeps_pixels)
+        piece->of_pixel = malloc(pixels * sizeof *piece->of_pixel);
+    struct filler f = {
+        .r = r, .piece = piece, .of_pixel = r->keeps_pixels ? piece->of_pixel : r->of_pixel};
+    if (!f.of_pixel)
+        return out_of_memory(r, pixels * sizeof *piece->of_pixel, "which cells pixels read");
+    weft_threads_run(r->threads, parts, note_rows, &f);
+    return WEFT_OK;
+}
+
 static enum weft_result fill_boxes(struct weft_slice_multipass *r, const weft_brick_store *store,
-                                   const struct piece *piece)
+                                   struct piece *piece)
 {
     struct filler f = {.r = r, .piece = piece, .store = store, .holds = range_holds(r)};
     const size_t cells = piece->reach.cells->map.count;
@@ -423,9 +448,7 @@ static enum weft_result fill_boxes(struct weft_slice_multipass *r, const weft_br
         return res;
     place_boxes(r, &piece->reach);
     weft_threads_run(r->threads, (cells + PART_CELLS - 1) / PART_CELLS, fill_cells, &f);
-    weft_threads_run(r->threads, (size_t)((piece->at.height + PART_ROWS - 1) / PART_ROWS),
-                     note_rows, &f);
-    return WEFT_OK;
+    return note_pixels(r, piece);
 }
 
 // The block's fixed-point positions in the box's coordinates, before they are rounded: in double
@@ -516,7 +539,7 @@ static enum weft_result count_clamped(struct weft_slice_multipass *r, const stru
     return WEFT_OK;
 }
 
-static enum weft_result convolve(struct weft_slice_multipass *r, const struct piece *piece)
+static enum weft_result convolve(struct weft_slice_multipass *r, struct piece *piece)
 {
     const struct weft_rectangle *at = &piece->at;
     const struct reach *reach = &piece->reach;
@@ -524,7 +547,8 @@ static enum weft_result convolve(struct weft_slice_multipass *r, const struct pi
     const struct weft_sample_boxes boxes = {
         .count = reach->cells->map.count,
         .box = r->boxes,
-        .of_pixel = r->of_pixel,
+        .of_pixel = r->keeps_pixels ? piece->of_pixel : r->of_pixel,
+        .kept = r->keeps_pixels ? &piece->entries : NULL,
         .low = r->report.low,
         .high = r->report.high,
     };
@@ -548,7 +572,7 @@ static enum weft_result convolve(struct weft_slice_multipass *r, const struct pi
     return res;
 }
 
-static enum weft_result run_piece(struct weft_slice_multipass *r, const struct piece *piece)
+static enum weft_result run_piece(struct weft_slice_multipass *r, struct piece *piece)
 {
     const struct weft_rectangle *at = &piece->at;
     const struct reach *reach = &piece->reach;
@@ -627,6 +651,8 @@ enum weft_result weft_slice_multipass_compile(weft_context *context, const struc
     r->max_texels =
         context ? (uint64_t)weft_context_get_info(context)->max_buffer_texels : INT32_MAX;
     r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
+    const struct weft_slice_geometry *g = &r->footprint->grid.index;
+    r->keeps_pixels = (int64_t)g->width * g->height <= KEPT_PIXELS;
     res = cut_slice(r);
     if (res == WEFT_OK)
         res = weft_multipass_compile(
@@ -645,8 +671,12 @@ void weft_slice_multipass_destroy(weft_slice_multipass **multipass)
     if (!multipass || !*multipass)
         return;
     weft_multipass_destroy(&(*multipass)->compiled);
-    for (size_t i = 0; i < (*multipass)->piece_count; i++)
-        reach_destroy(*multipass, &(*multipass)->pieces[i].reach);
+    for (size_t i = 0; i < (*multipass)->piece_count; i++) {
+        struct piece *piece = &(*multipass)->pieces[i];
+        reach_destroy(*multipass, &piece->reach);
+        free(piece->of_pixel);
+        weft_box_entries_destroy(&piece->entries);
+    }
     free((*multipass)->pieces);
     free((*multipass)->samples);
     free((*multipass)->boxes);
