@@ -72,7 +72,7 @@ static void load_box(struct painter *p, int64_t number)
                                  p->plan->footprint->grid.tap_offset;
         p->size[a] = summed ? axes->kept : WEFT_BRICK_SIZE + p->plan->info.kernel.width - 1;
     }
-    weft_brick_store_copy_box(p->store, p->min, p->size, p->size, p->box);
+    weft_brick_store_copy_box(p->store, p->min, p->size, p->size, NULL, p->box);
     p->boxed = number;
 }
 

@@ -99,7 +99,7 @@ static enum weft_cell_class make_block(const struct weft_slice_layout *l,
     float *block = l->block + lead, *box = axes->summed ? l->box : block;
     if (product(block_size) < product(block_span))
         memset(l->block, 0, sizeof *l->block * product(block_span));
-    weft_brick_store_copy_box(store, min, size, span, box);
+    weft_brick_store_copy_box(store, min, size, span, NULL, box);
 
     const struct weft_sample_box samples = weft_sample_box_of(box, size, span);
     const struct weft_sample_range range = weft_sample_box_range(&samples);

@@ -79,7 +79,7 @@ static bool load_box(struct weft_hardware_blocks *b, const struct weft_hardware_
     const size_t row = (size_t)span;
     memset(b->box, 0, row * row * row * sizeof *b->box);
     float *first = b->box + (at[2] * row + at[1]) * row + at[0];
-    weft_brick_store_copy_box(store, min, size, pitch, first);
+    weft_brick_store_copy_box(store, min, size, pitch, NULL, first);
     for (int z = 0; z < size[2]; z++)
         for (int y = 0; y < size[1]; y++)
             b->any_unfit |= weft_slice_replace_unfit(

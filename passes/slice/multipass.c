@@ -15,7 +15,7 @@ enum {
     // in double.
     MAX_BOX_SIDE = 2048,
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
-    PART_CELLS = 64,       // that a thread fills at once
+    PART_CELLS = 256,      // that a thread fills at once
     PART_ROWS = 16,        // of pixels whose cells it finds
     SAMPLED_BLOCKS = 16,   // by which the samples of a large slice are estimated
     KEPT_PIXELS = 1 << 22, // of slices up to which what is found of pixels is kept
@@ -357,7 +357,7 @@ struct filler {
 
 // The voxels of a cell's taps. Those that are not in reach may be out of range where none in reach
 // is: they become some value in range.
-static void fill_cell(const struct filler *f, size_t number)
+static void fill_cell(const struct filler *f, struct weft_brick_memo *memo, size_t number)
 {
     const struct reach *reach = &f->piece->reach;
     const struct weft_sample_box *box = &f->r->boxes[number];
@@ -367,7 +367,7 @@ static void fill_cell(const struct filler *f, size_t number)
     int32_t min[3];
     for (int a = 0; a < 3; a++)
         min[a] = box->min[a] + reach->min[a];
-    weft_brick_store_copy_box(f->store, min, box->size, box->size, out);
+    weft_brick_store_copy_box(f->store, min, box->size, box->size, memo, out);
     const struct weft_float_range range = weft_float_range(low, high);
     const size_t count = f->holds ? count_voxels(box->size) : 0;
     for (size_t i = 0; i < count; i++)
@@ -378,9 +378,10 @@ static bool fill_cells(void *priv, int thread, size_t part)
 {
     const struct filler *f = priv;
     const size_t end = (part + 1) * PART_CELLS, count = f->piece->reach.cells->map.count;
+    struct weft_brick_memo memo = {0};
     (void)thread;
     for (size_t i = part * PART_CELLS; i < end && i < count; i++)
-        fill_cell(f, i);
+        fill_cell(f, &memo, i);
     return true;
 }
 

@@ -222,43 +222,78 @@ static void clip_to_brick(const int32_t min[3], const int size[3], const int32_t
     }
 }
 
-static void copy_brick(const weft_brick_store *store, const int32_t origin[3], const int32_t min[3],
-                       const int size[3], const int pitch[3], float *out)
+// By what is remembered, if anything may be.
+static struct weft_found_brick find_brick(const weft_brick_store *store, const int32_t origin[3],
+                                          struct weft_brick_memo *memo)
+{
+    const uint32_t x = (uint32_t)(origin[0] >> 3), y = (uint32_t)(origin[1] >> 3),
+                   z = (uint32_t)(origin[2] >> 3);
+    const uint32_t place = (x + 9 * y + 83 * z) % WEFT_BRICK_MEMO;
+    struct weft_found_brick found, *known = memo ? &memo->brick[place] : NULL;
+    if (known && known->valid && memcmp(known->origin, origin, sizeof known->origin) == 0)
+        return *known;
+    found.valid = true;
+    memcpy(found.origin, origin, sizeof found.origin);
+    found.kind = weft_brick_store_find(store, origin, &found.values, &found.constant);
+    if (known)
+        *known = found;
+    return found;
+}
+
+// A few floats: of what sizes there are the compiler makes a move or two of each.
+static inline void copy_few(float *out, const float *in, int count)
+{
+    switch (count) {
+#define FEW(n)                                                                                     \
+    case n:                                                                                        \
+        memcpy(out, in, n * sizeof *out);                                                          \
+        return;
+        FEW(1)
+        FEW(2) FEW(3) FEW(4) FEW(5) FEW(6) FEW(7) FEW(8)
+#undef FEW
+            default : return;
+    }
+}
+
+static void copy_brick(const weft_brick_store *store, const struct weft_found_brick *brick,
+                       const int32_t min[3], const int size[3], const int pitch[3], float *out)
 {
     float scratch[WEFT_BRICK_VOXELS];
-    const float *values;
-    float constant;
+    const int32_t *origin = brick->origin;
+    const float *values = brick->values;
     int from[3], to[3];
     clip_to_brick(min, size, origin, from, to);
-    enum weft_brick_kind kind = weft_brick_store_find(store, origin, &values, &constant);
-    if (kind == WEFT_BRICK_EDGE) {
+    if (brick->kind == WEFT_BRICK_EDGE) {
         weft_brick_store_copy(store, origin, scratch);
         values = scratch;
     }
     for (int z = from[2]; z < to[2]; z++) {
         for (int y = from[1]; y < to[1]; y++) {
             float *row = out + (z * pitch[1] + y) * pitch[0];
-            if (kind == WEFT_BRICK_CONSTANT) {
+            if (brick->kind == WEFT_BRICK_CONSTANT) {
                 for (int x = from[0]; x < to[0]; x++)
-                    row[x] = constant;
+                    row[x] = brick->constant;
                 continue;
             }
             int32_t line = ((min[2] + z - origin[2]) * WEFT_BRICK_SIZE + min[1] + y - origin[1]) *
                                WEFT_BRICK_SIZE +
                            min[0] + from[0] - origin[0];
-            memcpy(row + from[0], values + line, (size_t)(to[0] - from[0]) * sizeof *row);
+            copy_few(row + from[0], values + line, to[0] - from[0]);
         }
     }
 }
 
 void weft_brick_store_copy_box(const weft_brick_store *store, const int32_t min[3],
-                               const int size[3], const int pitch[3], float *out)
+                               const int size[3], const int pitch[3], struct weft_brick_memo *memo,
+                               float *out)
 {
     int32_t at[3];
     for (at[2] = brick_start(min[2]); at[2] < min[2] + size[2]; at[2] += WEFT_BRICK_SIZE)
         for (at[1] = brick_start(min[1]); at[1] < min[1] + size[1]; at[1] += WEFT_BRICK_SIZE)
-            for (at[0] = brick_start(min[0]); at[0] < min[0] + size[0]; at[0] += WEFT_BRICK_SIZE)
-                copy_brick(store, at, min, size, pitch, out);
+            for (at[0] = brick_start(min[0]); at[0] < min[0] + size[0]; at[0] += WEFT_BRICK_SIZE) {
+                const struct weft_found_brick brick = find_brick(store, at, memo);
+                copy_brick(store, &brick, min, size, pitch, out);
+            }
 }
 
 // Where the rows of a brick's voxels are; a constant one has one row.
@@ -309,7 +344,7 @@ void weft_brick_store_copy_block(const weft_brick_store *store, const int32_t or
     if (!find_rows(store, origin, constants, rows)) {
         const int32_t min[3] = {origin[0] - before, origin[1] - before, origin[2] - before};
         const int sizes[3] = {size, size, size};
-        weft_brick_store_copy_box(store, min, sizes, sizes, out);
+        weft_brick_store_copy_box(store, min, sizes, sizes, NULL, out);
         return;
     }
     for (int z = first; z < first + size; z++) {

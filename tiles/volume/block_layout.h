@@ -56,7 +56,8 @@ void weft_source_range_mapping(enum weft_source_format format,
 // Copies the box of voxels at `min` of `size` (each at most `pitch`) to out[z][y][x], whose rows
 // and slices are pitch[0] and pitch[0] * pitch[1] apart.
 void weft_brick_store_copy_box(const weft_brick_store *store, const int32_t min[3],
-                               const int size[3], const int pitch[3], float *out);
+                               const int size[3], const int pitch[3], struct weft_brick_memo *memo,
+                               float *out);
 
 // The same of the brick at `origin` with `before` voxels before it and `after` behind it along each
 // axis, 8 at most, tightly packed; faster.

@@ -63,5 +63,19 @@ struct weft_brick_cursor {
 };
 float weft_brick_cursor_voxel(struct weft_brick_cursor *cursor, int32_t i, int32_t j, int32_t k);
 
+// Remembers bricks that were found, for many boxes close together. One per thread, for as long as
+// nothing is added to the store; starts as {0}.
+enum { WEFT_BRICK_MEMO = 256 };
+struct weft_found_brick {
+    bool valid;
+    int32_t origin[3];
+    enum weft_brick_kind kind;
+    const float *values;
+    float constant;
+};
+struct weft_brick_memo {
+    struct weft_found_brick brick[WEFT_BRICK_MEMO]; // by their coordinates
+};
+
 WEFT_END_DECLS
 #endif

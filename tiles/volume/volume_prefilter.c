@@ -298,7 +298,7 @@ static enum weft_result load_voxels(weft_volume *volume, struct box *box)
         goto fail;
     if (info->clamp_to_edge)
         weft_brick_store_clamp(store, info->active_min, info->active_max);
-    weft_brick_store_copy_box(store, box->min, box->size, box->size, box->voxels);
+    weft_brick_store_copy_box(store, box->min, box->size, box->size, NULL, box->voxels);
 fail:
     weft_brick_store_destroy(&store);
     weft_brick_list_clear(&list);
