@@ -15,10 +15,10 @@ enum {
     // in double.
     MAX_BOX_SIDE = 2048,
     BRICK_BYTES = WEFT_BRICK_VOXELS * 4,
-    PART_CELLS = 256,      // that a thread fills at once
-    PART_ROWS = 16,        // of pixels whose cells it finds
-    SAMPLED_BLOCKS = 16,   // by which the samples of a large slice are estimated
-    KEPT_PIXELS = 1 << 22, // of slices up to which what is found of pixels is kept
+    PART_CELLS = 256,    // that a thread fills at once
+    PART_ROWS = 16,      // of pixels whose cells it finds
+    SAMPLED_BLOCKS = 16, // by which the samples of a large slice are estimated
+    KEPT_PART = 16,      // of the memory, which what is kept of pixels may take
 };
 
 // What a rectangle's pixels reach: cells, each with the box of its taps, and the bricks that hold
@@ -224,6 +224,12 @@ double weft_slice_multipass_samples(weft_footprint *footprint)
 
 // ---- rectangles ---------------------------------------------------------------------------------
 
+// Of all pixels: which cell each reads, and where its first tap is.
+static uint64_t kept_bytes(const struct weft_slice_geometry *g)
+{
+    return (uint64_t)g->width * (uint64_t)g->height * 3 * sizeof(uint32_t);
+}
+
 // What is held while a rectangle runs, staging copies included.
 static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
                                 const struct weft_rectangle *at, const struct reach *reach)
@@ -231,7 +237,8 @@ static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
     const uint64_t sample = r->plan->passes->dot4 ? 16 : 4;
     // Value, position, and which box.
     const uint64_t pixel = 2 * sizeof(float) + 3 * sizeof(uint32_t);
-    return reach->bricks.count * BRICK_BYTES + reach->samples * sizeof(float) +
+    return (r->keeps_pixels ? kept_bytes(&r->footprint->grid.index) : 0) +
+           reach->bricks.count * BRICK_BYTES + reach->samples * sizeof(float) +
            2 * reach->texels * sample +
            (uint64_t)at->width * (uint64_t)at->height *
                (2 * pixel + r->plan->target_bytes_per_pixel) +
@@ -569,7 +576,9 @@ static enum weft_result convolve(struct weft_slice_multipass *r, struct piece *p
     if (res == WEFT_OK)
         res = count_clamped(r, reach, report.clamped);
     if (res == WEFT_OK)
-        add_report(r, &report, r->footprint->info.kept_bytes + reach->samples * sizeof *r->samples);
+        add_report(r, &report,
+                   r->footprint->info.kept_bytes + reach->samples * sizeof *r->samples +
+                       (r->keeps_pixels ? kept_bytes(&r->footprint->grid.index) : 0));
     return res;
 }
 
@@ -653,7 +662,7 @@ enum weft_result weft_slice_multipass_compile(weft_context *context, const struc
         context ? (uint64_t)weft_context_get_info(context)->max_buffer_texels : INT32_MAX;
     r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
     const struct weft_slice_geometry *g = &r->footprint->grid.index;
-    r->keeps_pixels = (int64_t)g->width * g->height <= KEPT_PIXELS;
+    r->keeps_pixels = kept_bytes(g) <= r->memory_bytes / KEPT_PART;
     res = cut_slice(r);
     if (res == WEFT_OK)
         res = weft_multipass_compile(
