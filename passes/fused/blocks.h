@@ -19,7 +19,7 @@ struct weft_slice_blocks {
     int32_t *entries;   // >= 0: the texel that the cell's block begins with; else ~constant
     uint8_t *classes;   // enum weft_cell_class
     float *constants;   // a value for each cell that has only that one
-    size_t constant_count, smooth_count; // cells of these classes
+    size_t constant_count, smooth_count;   // cells of these classes
     bool any_unfit;                        // some voxels are, and are 0 here (passes/fused/exact.h)
     uint64_t cells_constant, cells_smooth; // found in the voxels, over all tiles
 };

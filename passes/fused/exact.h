@@ -28,7 +28,8 @@ enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
 // Repaints those pixels of a plan's tile that have an unfit voxel in reach and adds their number to
 // *count. Voxels are read anew where the footprint has not kept them, in what other_bytes leave
 // (weft_footprint_load). pixels: of the whole slice, `stride` floats from row to row. `fraction` is
-// told to progress, which may be NULL. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what weft_volume_read returns.
+// told to progress, which may be NULL. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
+// weft_volume_read returns.
 enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int tile,
                                         uint64_t other_bytes, float *pixels, int64_t stride,
                                         const struct weft_progress *progress, double fraction,

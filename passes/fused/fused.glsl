@@ -1,11 +1,11 @@
 // Fragment shader: one tri-variate reconstruction per pixel.
-// Defined by the plan: WIDTH (taps along an axis), FIRST (samples from the first one in reach to the
-// first tap), SKIP (of these, those fetched with interleaved rows), SUMMED (1 if blocks have no third axis), GROUPS (of four taps), DEGREE and SEGMENTS of
-// the kernel's polynomial tiles, CONSTANTS (1 if entries may name constants), CONSTANTS_ONLY, MAPPED
-// (1 if samples are mapped from their range), UNIT_SUM (1 if weights add up to one), one of
-// LAYOUT_INTERLEAVED, LAYOUT_ALIGNED, LAYOUT_PLAIN, and, for pixels clamped to the samples next to
-// them, CLAMP_FROM and CLAMP_TO, the taps of those.
-// Axes are the block's: x along its rows.
+// Defined by the plan: WIDTH (taps along an axis), FIRST (samples from the first one in reach to
+// the first tap), SKIP (of these, those fetched with interleaved rows), SUMMED (1 if blocks have no
+// third axis), GROUPS (of four taps), DEGREE and SEGMENTS of the kernel's polynomial tiles,
+// CONSTANTS (1 if entries may name constants), CONSTANTS_ONLY, MAPPED (1 if samples are mapped from
+// their range), UNIT_SUM (1 if weights add up to one), one of LAYOUT_INTERLEAVED, LAYOUT_ALIGNED,
+// LAYOUT_PLAIN, and, for pixels clamped to the samples next to them, CLAMP_FROM and CLAMP_TO, the
+// taps of those. Axes are the block's: x along its rows.
 
 uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
 uniform samplerBuffer constants;

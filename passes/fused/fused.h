@@ -146,8 +146,8 @@ struct weft_slice_plan_info {
 // voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
 // of the source, samples of tiles, smooth_error; a resident volume of other voxels, layout or
 // engine, or for other kernels), WEFT_ERR_LIMIT (memory, index range; a resident volume that does
-// not hold the smallest tile's blocks), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL; layouts and sources that the CPU
-// engine has not; see above), WEFT_ERR_MEMORY,
+// not hold the smallest tile's blocks), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on
+// OpenGL; layouts and sources that the CPU engine has not; see above), WEFT_ERR_MEMORY,
 // WEFT_ERR_CANCELLED, and what weft_volume_find returns.
 WEFT_API enum weft_result weft_slice_plan_create(weft_volume *volume,
                                                  const struct weft_slice_params *params,

@@ -494,8 +494,7 @@ static bool sees_background_only(const struct weft_slice_plan *plan, float backg
         const struct weft_slice_tile_plan *tile = &plan->tile_plans[i];
         if (weft_slice_reads_blocks(plan) && !tile->background)
             return false;
-        if (plan->axes.separable &&
-            (tile->bricks.count || plan->footprint->bricks.has_tiles))
+        if (plan->axes.separable && (tile->bricks.count || plan->footprint->bricks.has_tiles))
             return false;
         for (size_t c = 0; tile->content && c < tile->cells->map.count; c++)
             if (!tile->content[c].constant ||

@@ -48,10 +48,10 @@ WEFT_API enum weft_result weft_context_create(const struct weft_context_params *
 // in which a volume can be opened, planned and read. Thread-safety: one thread at a time.
 typedef struct weft_context_making weft_context_making;
 
-// Begins to create a context in a thread of its own, which blocks all signals; where a child process
-// has to try first, it is created when it is awaited. params->log is borrowed likewise, and is
-// called by weft_context_await only. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kind) or
-// WEFT_ERR_MEMORY.
+// Begins to create a context in a thread of its own, which blocks all signals; where a child
+// process has to try first, it is created when it is awaited. params->log is borrowed likewise, and
+// is called by weft_context_await only. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kind)
+// or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_context_begin(const struct weft_context_params *params,
                                              weft_context_making **out);
 // Waits for what was begun, and leaves NULL behind. Messages and results are those of

@@ -47,7 +47,8 @@ struct weft_separable_lines {
     void (*along)(const void *const *lines, bool floats, const void *weights, int taps, int count,
                   void *out);
     void (*narrow)(const void *numbers, int count, float *out); // to floats
-    // Returns whether all of `count` > 0 pixels are finite, and the ends of their range if they are.
+    // Returns whether all of `count` > 0 pixels are finite, and the ends of their range if they
+    // are.
     bool (*measure)(const float *pixels, int count, float *minimum, float *maximum);
 };
 

@@ -74,7 +74,7 @@ typedef struct weft_separable weft_separable;
 struct weft_separable_compile_params {
     weft_context *context; // of plans for OpenGL (required), which must outlive the result; of
                            // plans for the CPU engine NULL
-    struct weft_cpu cpu; // how those run (default: as fast as they can)
+    struct weft_cpu cpu;   // how those run (default: as fast as they can)
 };
 #define WEFT_SEPARABLE_COMPILE_DEFAULTS
 #define weft_separable_compile_params(...)                                                         \

@@ -174,7 +174,8 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                   .size = {info->size[0], info->size[1]},
                                   .samples = {{.values = r.samples}},
                                   .pixels = {{.values = r.pixels, .stride = r.stride}},
-                                  .bound_relative = weft_separable_error_bound(&info->kernel, info->sums),
+                                  .bound_relative =
+                                      weft_separable_error_bound(&info->kernel, info->sums),
                                   .bound_absolute = 0.0, .how = how_of(params, r.progress),
                                   .log = r.log),
         out);

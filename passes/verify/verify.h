@@ -104,7 +104,8 @@ WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, const f
 
 // Verifies run->pixels, as weft_separable_run wrote them with a compiled `plan`, against the run's
 // samples, which are floats (of prefiltered kernels, coefficients). The bound is
-// weft_separable_error_bound's, without what GL flushes to 0. params may be NULL. Returns as weft_separable_run.
+// weft_separable_error_bound's, without what GL flushes to 0. params may be NULL. Returns as
+// weft_separable_run.
 WEFT_API enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                                 const struct weft_separable_run_params *run,
                                                 const struct weft_verify_params *params,
