@@ -67,10 +67,10 @@ enum { WEFT_COST_NEAR_BYTES = 1 << 20 };
 WEFT_API extern const struct weft_cost_model weft_cost_default;
 
 // Measures the times of a context and of the CPU engine with all cores, by running methods on
-// volumes and plans of its own, which takes about ten seconds on a software GL; without a context
-// (NULL) of the CPU engine alone, and those of OpenGL are the defaults. Other load on the machine
-// makes all of them wrong. progress may be NULL. Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL or
-// WEFT_ERR_MEMORY.
+// volumes and plans of its own, which takes about 14 seconds on a software GL, and twice as long
+// where that compiles programs for the first time; without a context (NULL) of the CPU engine
+// alone, and those of OpenGL are the defaults. Other load on the machine makes all of them wrong.
+// progress may be NULL. Returns WEFT_ERR_CANCELLED, WEFT_ERR_GL or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_cost_calibrate(const struct weft_log *log, weft_context *context,
                                               const struct weft_progress *progress,
                                               struct weft_cost_model *out);
