@@ -16,13 +16,6 @@
 #define BROAD 8
 #define FMA(lanes, a, b, c) JOIN(JOIN(FMA, float), lanes)(a, b, c)
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 #define REAL double
 #define REAL_IS_FLOAT 0
@@ -32,13 +25,6 @@
 #define BROAD 4
 #define FMA(lanes, a, b, c) JOIN(JOIN(FMA, double), lanes)(a, b, c)
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 weft_line_fn weft_line_find_avx2(const struct weft_line_kernel *kernel)
 {

@@ -18,13 +18,6 @@
 #define BROAD 16
 #define FMA(lanes, a, b, c) JOIN(JOIN(FMA, float), lanes)(a, b, c)
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 #define REAL double
 #define REAL_IS_FLOAT 0
@@ -34,13 +27,6 @@
 #define BROAD 8
 #define FMA(lanes, a, b, c) JOIN(JOIN(FMA, double), lanes)(a, b, c)
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 weft_line_fn weft_line_find_avx512(const struct weft_line_kernel *kernel)
 {

@@ -5,7 +5,7 @@
 //   WIDE                 pixels whose weights are made at once: lanes of a vector of REALs
 //   NARROW, MIDDLE, BROAD  lanes of vectors along a row, of up to 4, 8 and 16 taps
 //   FMA(lanes, a, b, c)  a * b + c
-// and undefines them after. (Not installed.)
+// and which are undefined at its end. (Not installed.)
 // GCC's and clang's vectors: https://gcc.gnu.org/onlinedocs/gcc/Vector-Extensions.html
 #define JOIN_(a, b) a##_##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -293,3 +293,10 @@ static weft_line_fn NAME(find)(const struct weft_line_kernel *k)
 #undef JOIN
 #undef NAME
 #undef INLINE
+#undef REAL
+#undef REAL_IS_FLOAT
+#undef WIDE
+#undef NARROW
+#undef MIDDLE
+#undef BROAD
+#undef FMA

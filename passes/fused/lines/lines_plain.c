@@ -10,13 +10,6 @@
 #define BROAD 4
 #define FMA(lanes, a, b, c) ((a) * (b) + (c))
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 #define REAL double
 #define REAL_IS_FLOAT 0
@@ -26,13 +19,6 @@
 #define BROAD 2
 #define FMA(lanes, a, b, c) ((a) * (b) + (c))
 #include "passes/fused/lines/lines_body.h"
-#undef REAL
-#undef REAL_IS_FLOAT
-#undef WIDE
-#undef NARROW
-#undef MIDDLE
-#undef BROAD
-#undef FMA
 
 weft_line_fn weft_line_find_plain(const struct weft_line_kernel *kernel)
 {
