@@ -10,6 +10,8 @@
 
 enum { DEFAULT_BRANCHING = 4 };
 
+const char *const weft_tree_rounding_names[] = {"nearest", "unbiased", "truncate", NULL};
+
 struct weft_tree {
     struct weft_tree_info info;
     const struct weft_log *log;

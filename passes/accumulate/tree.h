@@ -26,6 +26,17 @@ enum {
     WEFT_TREE_MAX_TOTAL_WEIGHT = 0x7fffffff, // below 2^31
 };
 
+// How a node's average becomes a code. Default: to nearest.
+enum weft_tree_rounding {
+    WEFT_TREE_NEAREST,  // halves go up: equal inputs come back, but even factors make a bias
+    WEFT_TREE_UNBIASED, // halves go up at every other node of a level, beginning with its first,
+                        // and down at those between
+    WEFT_TREE_TRUNCATE, // down: what hardware of few bits does (section 3.4)
+    WEFT_TREE_ROUNDING_COUNT
+};
+// NULL-ended, in the order of the enum: "nearest", "unbiased", "truncate".
+WEFT_API extern const char *const weft_tree_rounding_names[];
+
 // The leaves and the shape of a tree. What is pointed to is borrowed until weft_tree_create
 // returns, but for the log.
 struct weft_tree_params {

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/accumulate/accumulate.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "passes/accumulate/frame.h"
+#include "passes/accumulate/moments.h"
+
+const char *const weft_accumulate_method_names[] = {"auto",  "exact", "tree", "buffer",
+                                                    "blend", "float", NULL};
+const char *const weft_accumulate_nonfinite_names[] = {"error", "skip", "propagate", NULL};
+const char *const weft_accumulated_names[] = {
+    "mean", "variance", "standard error", "minimum", "maximum", "weight", NULL};
+
+static const struct weft_accumulate_way *const ways[] = {
+    NULL,
+    &weft_accumulate_exact,
+    &weft_accumulate_tree,
+    &weft_accumulate_buffer,
+    &weft_accumulate_blend,
+    &weft_accumulate_float,
+};
+
+// ---- checks -------------------------------------------------------------------------------------
+
+static enum weft_result check_params(const struct weft_accumulator_params *p)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->width > 0 && p->height > 0);
+    weft_require(p->log, p->channel_count > 0);
+    weft_require(p->log, p->channel_count <= WEFT_ACCUMULATE_MAX_CHANNELS);
+    weft_require_enum(p->log, p->method, WEFT_ACCUMULATE_METHOD_COUNT - 1);
+    weft_require_enum(p->log, p->nonfinite, WEFT_NONFINITE_COUNT - 1);
+    weft_require_enum(p->log, p->rounding, WEFT_TREE_ROUNDING_COUNT - 1);
+    weft_require(p->log, p->frame_count >= 0 && p->frame_count <= WEFT_ACCUMULATE_MAX_FRAMES);
+    weft_require(p->log, !p->weight || p->frame_count > 0);
+    weft_require(p->log, p->bits == 0 || p->bits == 8 || p->bits == 16 || p->bits == 32 ||
+                             p->bits == WEFT_ACCUMULATE_HALF);
+    weft_require(p->log, isfinite(p->low) && isfinite(p->high) && p->low <= p->high);
+    weft_require(p->log, (p->low == 0.0 && p->high == 0.0) || p->low < p->high);
+    weft_require(p->log, p->max_error >= 0.0 && isfinite(p->max_error));
+    weft_require(p->log, p->batch >= 0);
+    weft_require(p->log, (p->keep & ~(unsigned)(WEFT_KEEP_VARIANCE | WEFT_KEEP_EXTREMES)) == 0);
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static enum weft_result check_weight(const weft_accumulator *a, int64_t index, double weight)
+{
+    const struct weft_log *log = a->params.log;
+    if (!isfinite(weight) || (weight < 0.0 && !a->way->negative)) {
+        weft_error(log, "accumulate: frame %" PRId64 " has the weight %g: %s takes %s", index,
+                   weight, weft_accumulate_method_names[a->way->method],
+                   a->way->negative ? "finite ones" : "finite ones that are not negative");
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (a->weight && index < a->params.frame_count && weight != a->weight[index]) {
+        weft_error(log, "accumulate: frame %" PRId64 " has the weight %g: %g was announced", index,
+                   weight, a->weight[index]);
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result copy_weights(weft_accumulator *a)
+{
+    const struct weft_accumulator_params *p = &a->params;
+    enum weft_result res = WEFT_OK;
+    double magnitude = 0.0;
+    if (p->frame_count == 0)
+        return WEFT_OK;
+    a->weight = malloc((size_t)p->frame_count * sizeof *a->weight);
+    if (!a->weight) {
+        weft_error(p->log, "accumulate: not enough memory for %" PRId64 " weights", p->frame_count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int64_t i = 0; i < p->frame_count && res == WEFT_OK; i++) {
+        const double weight = p->weight ? p->weight[i] : 1.0;
+        a->weight[i] = weight;
+        a->known_total += weight;
+        magnitude += fabs(weight);
+        res = check_weight(a, i, weight);
+    }
+    if (res == WEFT_OK && !(fabs(a->known_total) > 0x1p-40 * magnitude)) {
+        weft_error(p->log, "accumulate: %" PRId64 " weights add up to %g", p->frame_count,
+                   a->known_total);
+        res = WEFT_ERR_ARGUMENT;
+    }
+    a->params.weight = NULL;
+    return res;
+}
+
+static void fill_in(struct weft_accumulator_params *p)
+{
+    if (p->bits == 0)
+        p->bits = p->method == WEFT_ACCUMULATE_BUFFER ? 16 : 8;
+    if (p->low == 0.0 && p->high == 0.0)
+        p->high = 1.0;
+    if (p->batch == 0)
+        p->batch = 1;
+}
+
+// ---- accumulators -------------------------------------------------------------------------------
+
+// Exact sums are as accurate as any result can be, and where frames lie in memory the fastest.
+static void choose(weft_accumulator *a)
+{
+    a->why = "asked for";
+    if (a->params.method != WEFT_ACCUMULATE_AUTO)
+        return;
+    a->params.method = WEFT_ACCUMULATE_EXACT;
+    a->why = "frames are in memory";
+}
+
+enum weft_result weft_accumulator_create(const struct weft_accumulator_params *params,
+                                         weft_accumulator **out)
+{
+    *out = NULL;
+    weft_accumulator *a = NULL;
+    enum weft_result res = check_params(params);
+    if (res != WEFT_OK)
+        return res;
+    a = calloc(1, sizeof *a);
+    if (!a) {
+        weft_error(params->log, "accumulate: not enough memory");
+        return WEFT_ERR_MEMORY;
+    }
+    a->params = *params;
+    choose(a);
+    fill_in(&a->params);
+    a->way = ways[a->params.method];
+    res = weft_cpu_resolve(params->log, &params->cpu, &a->params.cpu);
+    if (res == WEFT_OK)
+        res = copy_weights(a);
+    if (res == WEFT_OK && params->keep)
+        res = weft_moments_create(a);
+    if (res == WEFT_OK)
+        res = a->way->create(a);
+    if (res != WEFT_OK) {
+        weft_accumulator_destroy(&a);
+        return res;
+    }
+    *out = a;
+    return WEFT_OK;
+}
+
+void weft_accumulator_destroy(weft_accumulator **accumulator)
+{
+    if (!accumulator || !*accumulator)
+        return;
+    weft_accumulator *a = *accumulator;
+    a->way->destroy(a);
+    weft_moments_destroy(a);
+    weft_frame_source_destroy(a);
+    free(a->weight);
+    free(a);
+    *accumulator = NULL;
+}
+
+// ---- frames -------------------------------------------------------------------------------------
+
+static enum weft_result check_frame(const weft_accumulator *a, const struct weft_frame *frame)
+{
+    const struct weft_accumulator_params *p = &a->params;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, !a->broken && !a->finished);
+    weft_require(p->log,
+                 frame &&
+                     (frame->plane != NULL) + (frame->texture != 0) + (frame->draw != NULL) == 1);
+    weft_require(p->log, frame->plane || (p->context && p->channel_count <= WEFT_FRAME_GROUP));
+    const int64_t most = p->frame_count ? p->frame_count : WEFT_ACCUMULATE_MAX_FRAMES;
+    if (a->frames >= most) {
+        weft_error(p->log, "accumulate: one frame more than %" PRId64, most);
+        return WEFT_ERR_LIMIT;
+    }
+    for (int c = 0; frame->plane && c < p->channel_count; c++) {
+        weft_require(p->log, frame->plane[c].values != NULL);
+        weft_require_enum(p->log, frame->plane[c].type, WEFT_PLANE_TYPE_COUNT - 1);
+    }
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static enum weft_result add_counting(weft_accumulator *a, const struct weft_frame *frame,
+                                     double weight)
+{
+    const struct weft_plane *planes = NULL;
+    enum weft_result res = a->way->add(a, frame, weight);
+    if (res == WEFT_OK && a->moments) {
+        res = weft_frame_planes(a, frame, &planes);
+        if (res == WEFT_OK)
+            res = weft_moments_add(a, planes, weight);
+        a->broken = res != WEFT_OK;
+    }
+    if (res == WEFT_OK) {
+        a->counted++;
+        a->total_weight += weight;
+    }
+    a->broken = a->broken || res == WEFT_ERR_MEMORY || res == WEFT_ERR_GL;
+    return res;
+}
+
+enum weft_result weft_accumulator_add(weft_accumulator *a, const struct weft_frame *frame,
+                                      double weight)
+{
+    enum weft_result res = check_frame(a, frame);
+    if (res == WEFT_OK)
+        res = check_weight(a, a->frames, weight);
+    if (res == WEFT_OK && weight != 0.0)
+        res = add_counting(a, frame, weight);
+    if (res == WEFT_OK)
+        a->frames++;
+    return res;
+}
+
+// ---- results ------------------------------------------------------------------------------------
+
+static enum weft_result check_results(const weft_accumulator *a)
+{
+    if (a->broken || a->counted == 0) {
+        weft_error(a->params.log, "accumulate: %s",
+                   a->broken ? "an earlier failure left no result" : "no frame that counts yet");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
+static bool is_kept(const weft_accumulator *a, enum weft_accumulated what)
+{
+    const unsigned keep = a->params.keep;
+    switch (what) {
+    case WEFT_ACCUMULATED_VARIANCE:
+    case WEFT_ACCUMULATED_STANDARD_ERROR:
+        return keep & WEFT_KEEP_VARIANCE;
+    case WEFT_ACCUMULATED_MINIMUM:
+    case WEFT_ACCUMULATED_MAXIMUM:
+        return keep & WEFT_KEEP_EXTREMES;
+    default:
+        return true;
+    }
+}
+
+enum weft_result weft_accumulator_current(weft_accumulator *a, enum weft_accumulated what,
+                                          int channel, float *out, size_t stride)
+{
+    const struct weft_log *log = a->params.log;
+    const size_t step = stride ? stride : (size_t)a->params.width;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(log, what, WEFT_ACCUMULATED_COUNT - 1);
+    weft_require(log, channel >= 0 && channel < a->params.channel_count);
+    weft_require(log, out && step >= (size_t)a->params.width);
+    weft_require(log, is_kept(a, what));
+    res = check_results(a);
+    if (res == WEFT_OK)
+        res = what == WEFT_ACCUMULATED_MEAN ? a->way->mean(a, channel, out, step)
+                                            : weft_moments_read(a, what, channel, out, step);
+fail:
+    return res;
+}
+
+enum weft_result weft_accumulator_finish(weft_accumulator *a)
+{
+    enum weft_result res = check_results(a);
+    if (res == WEFT_OK && !a->finished && a->way->finish)
+        res = a->way->finish(a);
+    a->finished = a->finished || res == WEFT_OK;
+    return res;
+}
+
+void weft_accumulator_get_report(const weft_accumulator *a, struct weft_accumulator_report *out)
+{
+    *out = (struct weft_accumulator_report){
+        .method = a->way->method,
+        .why = a->why,
+        .bits = a->way->method == WEFT_ACCUMULATE_EXACT ? 0 : a->params.bits,
+        .frames = a->frames,
+        .counted = a->counted,
+        .total_weight = a->total_weight,
+        .nonfinite = a->nonfinite,
+    };
+    a->way->report(a, out);
+    out->bytes += weft_moments_bytes(a);
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/accumulate/accumulate_impl.h - what an accumulator is made of (not installed).
+// accumulate.c checks requests, counts and dispatches; each method is a table of functions in a
+// file of its own; frames of all kinds become planes or textures in frame.h. Methods add to their
+// own state, and what is kept beside the mean is one struct weft_moments for all of them.
+#ifndef WEFT_PASSES_ACCUMULATE_ACCUMULATE_IMPL_H
+#define WEFT_PASSES_ACCUMULATE_ACCUMULATE_IMPL_H
+
+#include "filter/check.h"
+#include "passes/accumulate/accumulate.h"
+
+WEFT_BEGIN_DECLS
+
+// The bytes of a state are written to and taken from here (state.h).
+typedef struct weft_state weft_state;
+
+// One method. `a` is checked: frames are of one kind, of a weight that it takes and not 0. Where a
+// function fails it has logged one line.
+struct weft_accumulate_way {
+    enum weft_accumulate_method method;
+    bool negative; // weights may be
+    // Makes a->own. On failure destroy is called.
+    enum weft_result (*create)(weft_accumulator *a);
+    void (*destroy)(weft_accumulator *a);
+    // A frame that is refused (WEFT_ERR_FORMAT, what `draw` returned) leaves the state as it was.
+    enum weft_result (*add)(weft_accumulator *a, const struct weft_frame *frame, double weight);
+    // The mean of one channel so far, each value rounded once to a float; the state is as before.
+    enum weft_result (*mean)(weft_accumulator *a, int channel, float *out, size_t stride);
+    enum weft_result (*finish)(weft_accumulator *a); // NULL: nothing to give back
+    // bound, weight_change, textures, bytes, passes and bias, for the frames so far or expected.
+    void (*report)(const weft_accumulator *a, struct weft_accumulator_report *out);
+    enum weft_result (*save)(weft_accumulator *a, weft_state *state);
+    enum weft_result (*load)(weft_accumulator *a, weft_state *state);
+    enum weft_result (*join)(weft_accumulator *a, const weft_accumulator *other); // NULL: refused
+};
+extern const struct weft_accumulate_way weft_accumulate_exact, weft_accumulate_tree,
+    weft_accumulate_buffer, weft_accumulate_blend, weft_accumulate_float;
+
+struct weft_moments; // moments.h
+
+struct weft_accumulator {
+    struct weft_accumulator_params params; // with defaults filled in; method: the chosen one
+    double *weight;                        // of every frame, a copy; NULL: not known
+    double known_total;                    // their sum; 0: not known
+    const struct weft_accumulate_way *way;
+    const char *why;                  // the method was chosen
+    void *own;                        // the method's
+    struct weft_moments *moments;     // NULL: nothing is kept beside the mean
+    struct weft_frame_source *source; // frame.h's buffers and textures
+    int64_t frames, counted;
+    double total_weight; // so far
+    uint64_t nonfinite;
+    bool finished, broken; // broken: only to be destroyed
+};
+
+WEFT_END_DECLS
+#endif
