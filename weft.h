@@ -50,6 +50,7 @@
 #include "passes/verify/verify.h"
 #include "tiles/image/image.h"
 #include "tiles/image/plane.h"
+#include "tiles/image/sequence.h"
 #include "tiles/kernel/kernel_file.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output.h"

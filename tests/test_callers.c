@@ -720,6 +720,40 @@ static void images(void)
     assert_false(weft_image_is_writable((enum weft_image_compression) - 1));
 }
 
+static const char *missing_name(void *priv, int64_t i)
+{
+    (void)priv;
+    return i ? "/nonexistent" : NULL;
+}
+
+static void sequences(void)
+{
+    weft_image_sequence *sequence = NULL;
+    const struct weft_image_frame *frame = NULL;
+    struct weft_image_sequence_params good = {.count = 2, .name = missing_name, .log = &logger};
+#define CALL weft_image_sequence_create(&p, &sequence)
+    SET_REFUSED(good, count, 0, CALL);
+    SET_REFUSED(good, count, INT64_MIN, CALL);
+    SET_REFUSED(good, name, NULL, CALL);
+    SET_REFUSED(good, readers, -1, CALL);
+    SET_REFUSED(good, readers, INT_MAX, CALL);
+    SET_REFUSED(good, part, -1, CALL);
+    assert_null(sequence);
+#undef CALL
+    assert_int_equal(weft_image_sequence_create(&good, &sequence), WEFT_OK);
+    assert_int_equal(weft_image_sequence_next(sequence, &frame), WEFT_OK);
+    assert_int_equal(frame->index, 1);
+    assert_int_equal(frame->result, WEFT_ERR_OPEN);
+    assert_non_null(strstr(frame->message, "/nonexistent"));
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(weft_image_sequence_next(sequence, &frame), WEFT_OK);
+        assert_null(frame);
+    }
+    weft_image_sequence_destroy(&sequence);
+    weft_image_sequence_destroy(&sequence);
+    weft_image_sequence_destroy(NULL);
+}
+
 static void previews(void)
 {
     static const float plane[4];
@@ -1939,6 +1973,7 @@ static const struct {
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
       F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
+    {sequences, {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next)}},
     {previews, {F(preview_save)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/image/sequence.h - the values of many image files, one after another, as the files have
+// them: EXR and PNG. Reader processes decode ahead and hand planes over without a copy. Memory and
+// file descriptors do not grow with the number of files.
+#ifndef WEFT_TILES_IMAGE_SEQUENCE_H
+#define WEFT_TILES_IMAGE_SEQUENCE_H
+
+#include "image.h"
+#include "plane.h"
+
+WEFT_BEGIN_DECLS
+
+// What a file is: told by its first bytes, never by its name.
+enum weft_image_file_kind { WEFT_IMAGE_FILE_EXR, WEFT_IMAGE_FILE_PNG, WEFT_IMAGE_FILE_KIND_COUNT };
+// NULL-ended, in the order of the enum: "EXR", "PNG".
+WEFT_API extern const char *const weft_image_file_kind_names[];
+
+// What a PNG file says of its codes, which are handed over as they are: palettes, 1, 2 and 4 bits
+// are expanded to 8 (exactly: code * 255 / largest code), a transparent colour becomes alpha.
+// Alpha is never associated in PNG.
+struct weft_png_info {
+    int bits;        // of a channel, as stored: 1, 2, 4, 8 or 16; of a palette's index: up to 8
+    bool palette;    // it was expanded
+    bool alpha;      // the last channel is alpha, stored as such or as a transparent colour
+    bool interlaced; // Adam7
+    bool srgb;       // it says that its colours are sRGB
+    bool icc;        // it has an ICC profile, which is not applied
+    double gamma;    // exponent from light to code that it says (sRGB: 0.45455); 0: none
+    // Coding-independent code points (ITU-T H.273), which say more than gamma and profile: colour
+    // primaries, transfer function, matrix, full range. All 0: none.
+    uint8_t cicp[4];
+};
+
+// One file of a sequence. Valid until the next call for the sequence.
+struct weft_image_frame {
+    int64_t index;    // of its name
+    const char *name; // as it was given
+    // WEFT_OK, or why it has no values: WEFT_ERR_OPEN (missing, a folder, a pipe), _FORMAT (empty,
+    // damaged, cut, neither EXR nor PNG), _UNSUPPORTED (deep, subsampled), _ARGUMENT (no such
+    // part), _LIMIT, _READER (its reader crashed). The sequence goes on with the next file.
+    enum weft_result result;
+    char message[1024]; // one line that says why and names the file; "" where it was read
+    // What the members below say counts only where result is WEFT_OK.
+    enum weft_image_file_kind kind;
+    uint64_t file_bytes; // size and time of the last change (nanoseconds since 1970), of the file
+    int64_t changed_ns;  // that was opened
+    // Windows, channels and attributes, without planes. Of PNG: one part, the data window (0, 0) to
+    // (width - 1, height - 1), channels R, G, B or Y, then A, of type float, no attributes.
+    struct weft_image image;
+    // One for each of image's channels, in the same order, read-only and never changed by anybody:
+    // float, half or uint as the EXR file has them, unorm8 or unorm16 of PNG.
+    const struct weft_plane *plane;
+    struct weft_png_info png; // of PNG files
+};
+
+// Processes that decode at once, at most.
+enum { WEFT_IMAGE_SEQUENCE_MAX_READERS = 32 };
+
+struct weft_image_sequence_params {
+    int64_t count; // of names, >= 1 (required)
+    // Returns the name of file i, or NULL for one that is left out: nothing is read of it, and no
+    // frame comes of it. Called in the order of i, once each and ahead of the frame, in the thread
+    // that calls weft. The text is copied before name is called again. Required.
+    const char *(*name)(void *priv, int64_t i);
+    // Asked while a call waits, at least ten times a second and after every signal: true ends the
+    // call, which returns WEFT_ERR_CANCELLED. Default NULL: waits go on.
+    bool (*stop)(void *priv);
+    void *priv;  // handed to both as it is
+    int readers; // up to WEFT_IMAGE_SEQUENCE_MAX_READERS (default 0: one for each core)
+    // Of frames that are decoded before they are asked for; the one that is asked for and the one
+    // that the caller has come on top. Default 0: 256 MiB.
+    uint64_t memory_bytes;
+    int part;                   // of each EXR file, from 0
+    struct weft_limits limits;  // of a reader process, for one file (default: see limits.h)
+    const struct weft_log *log; // borrowed for the sequence's life; may be NULL
+};
+#define WEFT_IMAGE_SEQUENCE_DEFAULTS
+#define weft_image_sequence_params(...)                                                            \
+    (&(struct weft_image_sequence_params){WEFT_IMAGE_SEQUENCE_DEFAULTS __VA_ARGS__})
+
+// Thread-safety: one thread at a time.
+typedef struct weft_image_sequence weft_image_sequence;
+
+// Opens no file yet. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (a range) or
+// WEFT_ERR_MEMORY.
+WEFT_API enum weft_result
+weft_image_sequence_create(const struct weft_image_sequence_params *params,
+                           weft_image_sequence **out);
+
+// Ends the readers, and the last frame with them. Accepts &NULL, leaves NULL behind.
+WEFT_API void weft_image_sequence_destroy(weft_image_sequence **sequence);
+
+// Hands out the next frame, in the order of the names whatever is decoded first; *frame is NULL
+// after the last one. What makes a single file unreadable is told in its frame alone, not in the
+// log. Returns WEFT_ERR_CANCELLED (stop said so: the next call waits for the same frame),
+// WEFT_ERR_READER (a reader program is missing) or WEFT_ERR_MEMORY; after the last two nothing more
+// can be had.
+WEFT_API enum weft_result weft_image_sequence_next(weft_image_sequence *sequence,
+                                                   const struct weft_image_frame **frame);
+
+WEFT_END_DECLS
+#endif
