@@ -13,7 +13,7 @@ rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/ke
 tiles/image tiles/readers passes/cpu passes/gl passes/accumulate passes/separable passes/positions passes/plan passes/fused/lines
 passes/fused passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
 passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json
-tools/resample tools/slice tools/table tools/chart tools/verbs tools'
+tools/resample tools/accumulate tools/slice tools/table tools/chart tools/verbs tools'
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
 cd "$source"

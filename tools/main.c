@@ -2,6 +2,7 @@
 // The weft command: finds the verb, parses its options, prints help.
 #include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -10,8 +11,9 @@
 #include "tools/verbs/verb.h"
 
 static const struct verb *const verbs[] = {
-    &verb_slice, &verb_info,     &verb_make,      &verb_resample, &verb_kernel,    &verb_table,
-    &verb_plan,  &verb_validate, &verb_stability, &verb_chart,    &verb_calibrate, NULL};
+    &verb_slice,  &verb_info,      &verb_make, &verb_resample, &verb_accumulate,
+    &verb_kernel, &verb_table,     &verb_plan, &verb_validate, &verb_stability,
+    &verb_chart,  &verb_calibrate, NULL};
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)
@@ -27,7 +29,7 @@ static void print_help(void)
     puts("weft - reconstruction filtering of volumes on OpenGL, without a window\n\n"
          "usage: weft VERB ...\n");
     for (int i = 0; verbs[i]; i++)
-        printf("  weft %-9s %s\n", verbs[i]->name, verbs[i]->summary);
+        printf("  weft %-10s %s\n", verbs[i]->name, verbs[i]->summary);
     puts("\n  weft help VERB | weft VERB --help    what a verb does, and its options\n"
          "  weft --version\n\n"
          "exit codes:\n"
@@ -69,10 +71,13 @@ static void print_verb_help(const struct verb *verb)
 static const struct {
     const char *name, *verb;
 } verb_aliases[] = {
-    {"cut", "slice"},        {"reslice", "slice"},  {"resize", "resample"}, {"scale", "resample"},
-    {"upscale", "resample"}, {"generate", "make"},  {"create", "make"},     {"print", "info"},
-    {"show", "info"},        {"check", "validate"}, {"verify", "validate"}, {"bench", "chart"},
-    {"benchmark", "chart"},  {"plot", "chart"},     {"test", "stability"},
+    {"cut", "slice"},          {"reslice", "slice"},    {"resize", "resample"},
+    {"scale", "resample"},     {"upscale", "resample"}, {"generate", "make"},
+    {"create", "make"},        {"print", "info"},       {"show", "info"},
+    {"check", "validate"},     {"verify", "validate"},  {"bench", "chart"},
+    {"benchmark", "chart"},    {"plot", "chart"},       {"test", "stability"},
+    {"average", "accumulate"}, {"mean", "accumulate"},  {"merge", "accumulate"},
+    {"stack", "accumulate"},
 };
 enum { VERB_ALIASES = sizeof verb_aliases / sizeof *verb_aliases };
 
@@ -109,17 +114,17 @@ static int unknown_verb(const char *name)
     return EXIT_CODE_USAGE;
 }
 
-static int run_verb(const struct verb *verb, int argc, char **argv)
+// Operands have room for all arguments and a NULL.
+static int run_with(const struct verb *verb, int argc, char **argv, const char **operands)
 {
-    const char *operand = NULL;
     struct option_value values[VERB_MAX_OPTIONS] = {0};
     struct option_parse parse = {
         .verb = verb->name,
         .options = verb->options,
         .option_count = verb->option_count,
         .values = values,
-        .positional = &operand,
-        .positional_max = 1,
+        .positional = operands,
+        .positional_max = verb->many ? argc : 1,
     };
     if (!options_parse(&parse, argc, argv))
         return EXIT_CODE_USAGE;
@@ -130,8 +135,18 @@ static int run_verb(const struct verb *verb, int argc, char **argv)
     if (parse.writes_stdout)
         report_keep_stdout();
     ending_start(report_end);
-    const int code = verb->run(operand, values);
+    const int code = verb->run(operands, values);
     ending_finish();
+    return code;
+}
+
+static int run_verb(const struct verb *verb, int argc, char **argv)
+{
+    const char **operands = calloc((size_t)argc + 2, sizeof *operands);
+    if (!operands)
+        return report_finish(WEFT_ERR_MEMORY);
+    const int code = run_with(verb, argc, argv, operands);
+    free(operands);
     return code;
 }
 

@@ -287,8 +287,9 @@ static enum weft_result run_stages(struct calibration *c)
     return res == WEFT_OK && !report_is_quiet() ? print_text(c) : res;
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     struct calibration c = {.option = values};
     report_set_level(values[CALIBRATE_QUIET].given, values[CALIBRATE_VERBOSE].given);
     if (operand) {

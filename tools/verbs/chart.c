@@ -364,8 +364,9 @@ static void clear_chart(struct chart *chart)
     free(chart->skipped);
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[CHART_QUIET].given, values[CHART_VERBOSE].given);
     struct chart_job *job = calloc(1, sizeof *job);
     if (!job)

@@ -385,8 +385,9 @@ static enum weft_result inform(const char *path, bool json)
     return WEFT_ERR_FORMAT;
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[INFO_QUIET].given, values[INFO_VERBOSE].given);
     if (!operand) {
         report_error("no file given: weft info FILE (see weft help info)");

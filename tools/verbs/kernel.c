@@ -460,8 +460,9 @@ static int describe(const char *name, const struct option_value *o)
     return code != EXIT_CODE_DONE ? (int)code : report_finish(res);
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[KERNEL_QUIET].given, values[KERNEL_VERBOSE].given);
     if (values[KERNEL_LIST].given && (operand || values[KERNEL_PLOT].given)) {
         report_error("--list takes neither a kernel nor --plot");

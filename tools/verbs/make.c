@@ -363,8 +363,9 @@ static enum weft_result save_volume(const weft_volume *volume, const struct opti
     return WEFT_ERR_WRITE;
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[MAKE_QUIET].given, values[MAKE_VERBOSE].given);
     if (operand && strcmp(operand, "help") == 0) {
         print_signals();

@@ -488,8 +488,9 @@ static void destroy_parts(struct resample_job *jobs, size_t count)
     free(jobs);
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[RESAMPLE_QUIET].given, values[RESAMPLE_VERBOSE].given);
     if (pass_options_help(&values[RESAMPLE_KERNEL], &values[RESAMPLE_PASSES]) ||
         preview_help(&values[RESAMPLE_COLOUR_MAP]))

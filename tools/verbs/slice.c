@@ -340,8 +340,9 @@ static void clear_setup(struct slice_setup *setup)
     weft_kernel_file_destroy(&setup->kernel_file);
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[SLICE_QUIET].given, values[SLICE_VERBOSE].given);
     if (pass_options_help(&values[SLICE_KERNEL], &values[SLICE_PASSES]) ||
         preview_help(&values[SLICE_COLOUR_MAP]))

@@ -282,8 +282,9 @@ static bool check_options(const char *operand, const struct option_value *o, int
     return true;
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     int code;
     struct suite suite = {.option = values};
     report_set_level(values[STABILITY_QUIET].given, values[STABILITY_VERBOSE].given);

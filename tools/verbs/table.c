@@ -315,8 +315,9 @@ static int run_stages(struct table_job *job)
     return report_finish(res == WEFT_OK ? write_table(job) : res);
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[TABLE_QUIET].given, values[TABLE_VERBOSE].given);
     if (operand) {
         report_error("'%s': weft table takes options only, as --kernels %s", operand, operand);

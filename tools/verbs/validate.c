@@ -339,8 +339,9 @@ static bool check_options(const char *operand, const struct option_value *o)
     return false;
 }
 
-static int run(const char *operand, const struct option_value *values)
+static int run(const char *const *operands, const struct option_value *values)
 {
+    const char *operand = operands[0];
     report_set_level(values[PLAN_QUIET].given, values[PLAN_VERBOSE].given);
     if (pass_options_help(&values[PLAN_KERNEL], &values[PLAN_PASSES]))
         return report_finish(WEFT_OK);

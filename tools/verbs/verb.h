@@ -16,11 +16,12 @@ struct verb {
     void (*print_catalogue)(void); // what names there are to choose from; NULL: none
     const struct option_spec *options;
     int option_count;
-    // Returns the exit code.
-    int (*run)(const char *operand, const struct option_value *values);
+    bool many; // operands: any number of them; otherwise one at most
+    // Operands end with NULL. Returns the exit code.
+    int (*run)(const char *const *operands, const struct option_value *values);
 };
 
 extern const struct verb verb_slice, verb_info, verb_make, verb_resample, verb_kernel, verb_table,
-    verb_plan, verb_validate, verb_stability, verb_chart, verb_calibrate;
+    verb_plan, verb_validate, verb_stability, verb_chart, verb_calibrate, verb_accumulate;
 
 #endif
