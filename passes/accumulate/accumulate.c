@@ -190,6 +190,7 @@ static enum weft_result add_counting(weft_accumulator *a, const struct weft_fram
                                      double weight)
 {
     const struct weft_plane *planes = NULL;
+    weft_frame_begin(a);
     enum weft_result res = a->way->add(a, frame, weight);
     if (res == WEFT_OK && a->moments) {
         res = weft_frame_planes(a, frame, &planes);

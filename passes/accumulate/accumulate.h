@@ -123,10 +123,13 @@ struct weft_frame {
     // In memory: channel_count planes, of any types.
     const struct weft_plane *plane;
     // On GL: a complete 2D texture of the accumulator's context and size, at least channel_count
-    // (1 to 4) channels: GL_R or GL_RGBA with 8, 16, 16F or 32F. Row 0 is texel row 0.
+    // (1 to 4) channels: GL_R or GL_RGBA with 8, 16, 16F or 32F, its channels not swizzled. Row 0
+    // is texel row 0.
     unsigned texture;
-    // Drawn by the caller: called while the context is current. It may change any GL state but the
-    // objects of others. Anything but WEFT_OK ends the call, which returns it.
+    // Drawn by the caller: called while the context is current, as it leaves it, with GL's default
+    // state otherwise. It may change any of that state, but not the objects of others, ends what it
+    // begins (queries, transform feedback), and calls nothing of weft with this context. Anything
+    // but WEFT_OK ends the call, which returns it; an error of GL is WEFT_ERR_GL.
     enum weft_result (*draw)(void *priv, int64_t index, const struct weft_draw_target *target);
     void *priv;
 };

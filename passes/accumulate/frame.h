@@ -15,24 +15,55 @@ static inline int weft_frame_groups(const weft_accumulator *a)
 {
     return (a->params.channel_count + WEFT_FRAME_GROUP - 1) / WEFT_FRAME_GROUP;
 }
+// Of targets of so many bits: 8, 16, 32 or WEFT_ACCUMULATE_HALF.
+static inline GLenum weft_frame_format(int bits)
+{
+    return bits == 8 ? GL_RGBA8 : bits == 16 ? GL_RGBA16 : bits == 32 ? GL_RGBA32F : GL_RGBA16F;
+}
+
+// Another frame comes: what was made of the one before is no longer good.
+void weft_frame_begin(weft_accumulator *a);
 
 // The frame as one plane a channel, valid until the next frame: its own, or textures and drawings
-// read back (as unorm8, unorm16 or floats, as their texels are). The context
-// is not current. A frame is drawn once, whichever of the two is asked for first.
+// read back, in the type of their texels. The context is not current. A frame is drawn once,
+// whichever of these functions is called first. Returns WEFT_ERR_ARGUMENT (a texture that is none,
+// of another size or format), what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
 enum weft_result weft_frame_planes(weft_accumulator *a, const struct weft_frame *frame,
                                    const struct weft_plane **out);
 
 // The frame as one texture for each group of channels, fetched by texel, valid until the next
 // frame: its own texture, what it draws, or planes that are uploaded: RGBA8, RGBA16, RGBA16F or
-// RGBA32F, the smallest that holds the planes' types exactly. The context is current.
+// RGBA32F, the smallest that holds the types of the group's planes exactly (integers: to 2^24, and
+// codes beside floats: rounded once), channels that are none being 0. Of the caller's texture,
+// framebuffer is 0. What was drawn has the format of params.bits. The context is current; state of
+// GL that weft's passes count on is as they do, also after a callback. Returns as weft_frame_planes
+// does.
 enum weft_result weft_frame_textures(weft_accumulator *a, const struct weft_frame *frame,
-                                     const GLuint **out);
+                                     const struct weft_gl_target **out);
+
+// Draws a frame that is drawn, and has not been so yet, straight into a target of the accumulator's
+// size. Where something is kept beside the mean it is read back at once, as what is in the target
+// may change. The context is current. Returns what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
+enum weft_result weft_frame_draw(weft_accumulator *a, const struct weft_frame *frame,
+                                 const struct weft_gl_target *target);
+
+// What weft's functions need of the state of GL, after the caller's code has run: GL's defaults,
+// with the context's own vertex array.
+void weft_frame_reset_state(const GladGLContext *gl, GLuint vertex_array);
+
+// ---- rows of planes (frame_rows.c) --------------------------------------------------------------
 
 // Row y of a plane as floats, exactly but for uint beyond 2^24; codes as code / largest code
 // rounded once.
 void weft_frame_row(const struct weft_plane *plane, int32_t y, int32_t width, float *out);
+// The smallest of unorm8, unorm16, half and float that holds the types of `count` planes.
+enum weft_plane_type weft_frame_common_type(const struct weft_plane *planes, int count);
+// Row y of 1 to WEFT_FRAME_GROUP planes as texels of WEFT_FRAME_GROUP values of their common type;
+// what has no plane is 0.
+void weft_frame_pack_row(const struct weft_plane *planes, int count, enum weft_plane_type type,
+                         int32_t y, int32_t width, void *out);
 
-void weft_frame_source_destroy(weft_accumulator *a); // the context is current where there is one
+void weft_frame_source_destroy(weft_accumulator *a); // the context is not current
 
 WEFT_END_DECLS
 #endif

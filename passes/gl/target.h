@@ -33,7 +33,8 @@ void weft_gl_target_bind(const GladGLContext *gl, const struct weft_gl_target *t
 // Where texels are read to.
 struct weft_gl_pixels {
     int width, height; // from the target's first texel on
-    GLenum type;       // GL_FLOAT, or of unorm targets their codes: GL_UNSIGNED_BYTE, _SHORT
+    GLenum type;       // GL_FLOAT, of unorm targets their codes: GL_UNSIGNED_BYTE, _SHORT, or of
+                       // half ones their bits: GL_HALF_FLOAT
     int stride;        // texels from row to row (default width)
     void *data;        // an offset where a GL_PIXEL_PACK_BUFFER is bound
 };
