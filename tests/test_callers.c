@@ -631,6 +631,9 @@ static void volume_files(void)
     weft_volume_list_clear(NULL);
     REFUSED(weft_file_save(&logger, "/nonexistent/x", false, "", 0));
     REFUSED(weft_file_save(&logger, "", false, NULL, 0));
+    REFUSED(weft_file_save_parts(&logger, "/nonexistent/x", false, NULL, 0));
+    REFUSED(weft_file_save_parts(&logger, "x", false, NULL, 1));
+    REFUSED(weft_file_save_parts(&logger, "x", false, &(struct weft_bytes){NULL, 1}, 1));
     weft_unfinished_discard();
     weft_volume_get_info(v);
     weft_volume_destroy(&v);
@@ -1967,8 +1970,8 @@ static const struct {
     {volumes, {F(volume_create), F(volume_create_bricks), F(volume_destroy)}},
     {volume_files,
      {F(volume_open), F(volume_begin), F(volume_await), F(volume_abandon), F(file_save),
-      F(unfinished_discard), F(volume_list_load), F(volume_list_clear), F(volume_save),
-      F(volume_get_info)}},
+      F(file_save_parts), F(unfinished_discard), F(volume_list_load), F(volume_list_clear),
+      F(volume_save), F(volume_get_info)}},
     {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),

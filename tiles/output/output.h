@@ -19,6 +19,16 @@ WEFT_BEGIN_DECLS
 WEFT_API enum weft_result weft_file_save(const struct weft_log *log, const char *path,
                                          bool no_clobber, const void *data, size_t size);
 
+// Bytes that lie in memory, borrowed.
+struct weft_bytes {
+    const void *data; // NULL where size is 0
+    size_t size;
+};
+// Writes `count` parts likewise, one behind the other in one file. Returns as weft_file_save.
+WEFT_API enum weft_result weft_file_save_parts(const struct weft_log *log, const char *path,
+                                               bool no_clobber, const struct weft_bytes *parts,
+                                               size_t count);
+
 // Removes the temporary files that weft has open in this process, and kills the reader programs
 // that it has started. Async-signal-safe, and of use only right before the process ends: whatever
 // is under way fails. Of more than 64 files or readers at once some are left to themselves; readers

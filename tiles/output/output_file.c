@@ -378,18 +378,27 @@ void weft_output_file_discard(struct weft_output_file *file)
     *file = (struct weft_output_file){.fd = -1, .stream = -1};
 }
 
-enum weft_result weft_file_save(const struct weft_log *log, const char *path, bool no_clobber,
-                                const void *data, size_t size)
+enum weft_result weft_file_save_parts(const struct weft_log *log, const char *path, bool no_clobber,
+                                      const struct weft_bytes *parts, size_t count)
 {
     struct weft_output_file file = {.fd = -1};
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, path != NULL && (data != NULL || size == 0));
+    uint64_t offset = 0;
+    weft_require(log, path != NULL && (parts != NULL || count == 0));
+    for (size_t i = 0; i < count; i++)
+        weft_require(log, parts[i].data != NULL || parts[i].size == 0);
     res = weft_output_file_create(log, path, no_clobber, &file);
-    if (res == WEFT_OK)
-        res = weft_output_file_write(&file, 0, data, size);
+    for (size_t i = 0; i < count && res == WEFT_OK; offset += parts[i++].size)
+        res = weft_output_file_write(&file, offset, parts[i].data, parts[i].size);
     if (res == WEFT_OK)
         res = weft_output_file_commit(&file);
     weft_output_file_discard(&file);
 fail:
     return res;
+}
+
+enum weft_result weft_file_save(const struct weft_log *log, const char *path, bool no_clobber,
+                                const void *data, size_t size)
+{
+    return weft_file_save_parts(log, path, no_clobber, &(struct weft_bytes){data, size}, 1);
 }

@@ -219,6 +219,13 @@ static void test_save(void **state)
     assert_content(path, "two");
     assert_int_equal(weft_file_save(&test_log, test_path("empty"), true, NULL, 0), WEFT_OK);
     assert_content(test_path("empty"), "");
+    static const struct weft_bytes parts[] = {{"one, ", 5}, {NULL, 0}, {"two", 3}, {NULL, 1}};
+    assert_int_equal(weft_file_save_parts(&test_log, path, false, parts, 3), WEFT_OK);
+    assert_content(path, "one, two");
+    assert_int_equal(weft_file_save_parts(&test_log, path, false, parts, 4), WEFT_ERR_ARGUMENT);
+    assert_content(path, "one, two");
+    assert_int_equal(weft_file_save_parts(&test_log, path, false, NULL, 0), WEFT_OK);
+    assert_content(path, "");
     assert_int_equal(weft_file_save(&test_log, path, false, NULL, 1), WEFT_ERR_ARGUMENT);
     assert_int_equal(weft_file_save(&test_log, NULL, false, "x", 1), WEFT_ERR_ARGUMENT);
 }
