@@ -6,6 +6,7 @@ find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
+pkg_check_modules(libxxhash REQUIRED IMPORTED_TARGET libxxhash)
 find_program(WEFT_GLAD glad REQUIRED)
 
 # OSMesa and EGL: either alone suffices. Their headers are needed here; the libraries are loaded when
