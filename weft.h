@@ -17,6 +17,7 @@
 #include "filter/kernels/signal.h"
 #include "filter/statistics.h"
 #include "passes/accumulate/accumulate.h"
+#include "passes/accumulate/buffer.h"
 #include "passes/accumulate/tree.h"
 #include "passes/choose/candidate.h"
 #include "passes/choose/choose.h"

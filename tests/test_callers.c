@@ -783,6 +783,53 @@ static void kernel_files(void)
 
 // ---- passes/: what plans ------------------------------------------------------------------------
 
+static enum weft_result make_accum_buffer(const struct weft_accum_buffer_params *p)
+{
+    weft_accum_buffer *buffer = NULL;
+    const enum weft_result res = weft_accum_buffer_create(p, &buffer);
+    weft_accum_buffer_destroy(&buffer);
+    return res;
+}
+
+static void accum_buffers(void)
+{
+    struct weft_accum_buffer_params good = {
+        .width = 2, .height = 2, .channel_count = 1, .log = &logger};
+    const float values[4] = {0.0f, 1.0f, NAN, INFINITY};
+    const struct weft_plane plane = {.values = values}, none = {.values = NULL};
+    float out[4];
+    weft_accum_buffer *buffer = NULL;
+    for (int i = -1; i <= 0; i++) {
+        SET_REFUSED(good, width, i, make_accum_buffer(&p));
+        SET_REFUSED(good, height, i, make_accum_buffer(&p));
+        SET_REFUSED(good, channel_count, i, make_accum_buffer(&p));
+    }
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        if (ints[i] != 0)
+            SET_REFUSED(good, bits, ints[i], make_accum_buffer(&p));
+    BAD_ENUM(good, rounding, make_accum_buffer(&p));
+    BAD_ENUM(good, cpu.instructions, make_accum_buffer(&p));
+    SET_REFUSED(good, cpu.threads, -1, make_accum_buffer(&p));
+    TRUE(weft_accum_buffer_create(&good, &buffer) == WEFT_OK);
+    for (size_t i = 0; i < 5; i++) {
+        REFUSED(weft_accum_buffer_load(buffer, &plane, numbers[i]));
+        REFUSED(weft_accum_buffer_accum(buffer, &plane, numbers[i]));
+        REFUSED(weft_accum_buffer_add(buffer, numbers[i]));
+        REFUSED(weft_accum_buffer_mult(buffer, numbers[i]));
+    }
+    REFUSED(weft_accum_buffer_load(buffer, &none, 1.0));
+    TRUE(weft_accum_buffer_load(buffer, &plane, 1e12) == WEFT_OK);
+    TRUE(weft_accum_buffer_accum(buffer, &plane, -1e12) == WEFT_OK);
+    REFUSED(weft_accum_buffer_return(buffer, NAN, 0, out, 0));
+    REFUSED(weft_accum_buffer_return(buffer, 1.0, 1, out, 0));
+    REFUSED(weft_accum_buffer_return(buffer, 1.0, 0, out, 1));
+    REFUSED(weft_accum_buffer_read(buffer, 1.0, INFINITY, 0, out, 0));
+    REFUSED(weft_accum_buffer_read(buffer, 1.0, 0.0, -1, out, 0));
+    TRUE(weft_accum_buffer_read(buffer, 1.0, 0.0, 0, out, 0) == WEFT_OK);
+    weft_accum_buffer_destroy(&buffer);
+    weft_accum_buffer_destroy(NULL);
+}
+
 static enum weft_result make_tree(const struct weft_tree_params *p)
 {
     weft_tree *tree = NULL;
@@ -1979,6 +2026,9 @@ static const struct {
     {sequences, {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next)}},
     {previews, {F(preview_save)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
+    {accum_buffers,
+     {F(accum_buffer_create), F(accum_buffer_destroy), F(accum_buffer_load), F(accum_buffer_accum),
+      F(accum_buffer_add), F(accum_buffer_mult), F(accum_buffer_return), F(accum_buffer_read)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
     {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
     {plan_questions,

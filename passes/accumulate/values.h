@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// passes/accumulate/values.h - what the values of frames are checked for, and where they lie in
+// the range of a target of codes (not installed).
+#ifndef WEFT_PASSES_ACCUMULATE_VALUES_H
+#define WEFT_PASSES_ACCUMULATE_VALUES_H
+
+#include "passes/accumulate/accumulate_impl.h"
+
+WEFT_BEGIN_DECLS
+
+// Values of a step: what converts and sums up values goes from one array of so many to the next.
+enum { WEFT_VALUE_CHUNK = 1024 };
+// `count` pixels of a plane of rows of `width` pixels from (x, y) on, as weft_frame_row.
+void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, int32_t y,
+                      int32_t count, float *out);
+
+// Checks a frame that lies in memory, on params.cpu.threads: values that are not finite are refused
+// unless params.nonfinite is to propagate, and with `ranged` so are those beyond params.low and
+// params.high. What is not finite counts in a->nonfinite. *largest (may be NULL) is the
+// largest |finite value|, or 1 where codes need no check. Returns WEFT_ERR_FORMAT: the log names
+// the first such value's frame, channel, pixel and itself.
+enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes, bool ranged,
+                                  double *largest);
+
+// The place t of a value v in params.low to params.high: t = (v - low) * scale, both operations
+// and both numbers in single precision, as shaders do it; t = v for 0 to 1.
+struct weft_value_range {
+    float low, scale;
+    bool whole;    // 0 to 1
+    double size;   // high - low
+    double error;  // of |t - exact|, for v in the range
+    double extent; // largest |v| in the range
+};
+struct weft_value_range weft_value_range_of(const struct weft_accumulator_params *params);
+// v to t, in place.
+void weft_value_range_apply(const struct weft_value_range *range, float *values, size_t count);
+
+WEFT_END_DECLS
+#endif
