@@ -771,6 +771,19 @@ static void previews(void)
 #undef CALL
 }
 
+static void planes(void)
+{
+    static const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f};
+    float row[2];
+    struct weft_plane plane = {.values = values};
+    TRUE(weft_plane_line(&plane, 1, 2) == values + 2);
+    for (size_t i = 0; i < sizeof bad_enums / sizeof *bad_enums; i++) {
+        plane.type = (enum weft_plane_type)bad_enums[i];
+        TRUE(weft_plane_type_size(plane.type) == 0);
+        weft_plane_row(&plane, 0, 2, row, 1);
+    }
+}
+
 static void kernel_files(void)
 {
     struct weft_kernel kernel;
@@ -2025,6 +2038,7 @@ static const struct {
       F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
     {sequences, {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next)}},
     {previews, {F(preview_save)}},
+    {planes, {F(plane_line), F(plane_row), F(plane_type_size)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {accum_buffers,
      {F(accum_buffer_create), F(accum_buffer_destroy), F(accum_buffer_load), F(accum_buffer_accum),

@@ -53,9 +53,6 @@ void weft_frame_reset_state(const GladGLContext *gl, GLuint vertex_array);
 
 // ---- rows of planes (frame_rows.c) --------------------------------------------------------------
 
-// Row y of a plane as floats, exactly but for uint beyond 2^24; codes as code / largest code
-// rounded once.
-void weft_frame_row(const struct weft_plane *plane, int32_t y, int32_t width, float *out);
 // The smallest of unorm8, unorm16, half and float that holds the types of `count` planes.
 enum weft_plane_type weft_frame_common_type(const struct weft_plane *planes, int count);
 // Row y of 1 to WEFT_FRAME_GROUP planes as texels of WEFT_FRAME_GROUP values of their common type;

@@ -1,74 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rows of planes of any type, as floats or as texels.
+// Rows of planes of any type as texels.
 #include <string.h>
 
-#include "filter/half.h"
 #include "passes/accumulate/frame.h"
 
 static size_t step_of(const struct weft_plane *plane)
 {
     return plane->step ? plane->step : 1;
-}
-
-// A plane's row y; stride and step may be left to their defaults.
-static const void *row_of(const struct weft_plane *plane, int32_t y, int32_t width)
-{
-    const size_t stride = plane->stride ? plane->stride : (size_t)width * step_of(plane);
-    return (const char *)plane->values + (size_t)y * stride * weft_plane_type_size(plane->type);
-}
-
-// Value x of a row that begins at `row`.
-static float value_at(const void *row, enum weft_plane_type type, size_t x)
-{
-    switch (type) {
-    case WEFT_PLANE_HALF:
-        return weft_half_to_float(((const uint16_t *)row)[x]);
-    case WEFT_PLANE_UNORM8:
-        return (float)((const uint8_t *)row)[x] / 255.0f;
-    case WEFT_PLANE_UNORM16:
-        return (float)((const uint16_t *)row)[x] / 65535.0f;
-    case WEFT_PLANE_UINT:
-        return (float)((const uint32_t *)row)[x];
-    default:
-        return ((const float *)row)[x];
-    }
-}
-
-// Inlined with a constant type each: the switch is outside of the loop then.
-static inline __attribute__((always_inline)) void spread(const struct weft_plane *plane,
-                                                         enum weft_plane_type type, int32_t y,
-                                                         int32_t width, float *out, size_t out_step)
-{
-    const void *row = row_of(plane, y, width);
-    const size_t step = step_of(plane);
-    for (size_t i = 0; i < (size_t)width; i++)
-        out[i * out_step] = value_at(row, type, i * step);
-}
-
-static void spread_floats(const struct weft_plane *plane, int32_t y, int32_t width, float *out,
-                          size_t out_step)
-{
-    switch (plane->type) {
-    case WEFT_PLANE_HALF:
-        spread(plane, WEFT_PLANE_HALF, y, width, out, out_step);
-        return;
-    case WEFT_PLANE_UNORM8:
-        spread(plane, WEFT_PLANE_UNORM8, y, width, out, out_step);
-        return;
-    case WEFT_PLANE_UNORM16:
-        spread(plane, WEFT_PLANE_UNORM16, y, width, out, out_step);
-        return;
-    case WEFT_PLANE_UINT:
-        spread(plane, WEFT_PLANE_UINT, y, width, out, out_step);
-        return;
-    default:
-        spread(plane, WEFT_PLANE_FLOAT, y, width, out, out_step);
-    }
-}
-
-void weft_frame_row(const struct weft_plane *plane, int32_t y, int32_t width, float *out)
-{
-    spread_floats(plane, y, width, out, 1);
 }
 
 enum weft_plane_type weft_frame_common_type(const struct weft_plane *planes, int count)
@@ -88,7 +26,7 @@ enum weft_plane_type weft_frame_common_type(const struct weft_plane *planes, int
 
 static void spread_bytes(const struct weft_plane *plane, int32_t y, int32_t width, uint8_t *out)
 {
-    const uint8_t *row = row_of(plane, y, width);
+    const uint8_t *row = weft_plane_line(plane, y, width);
     const size_t step = step_of(plane);
     for (size_t i = 0; i < (size_t)width; i++)
         out[i * WEFT_FRAME_GROUP] = row[i * step];
@@ -97,7 +35,7 @@ static void spread_bytes(const struct weft_plane *plane, int32_t y, int32_t widt
 // Codes of 8 bits are 257 times as much in 16.
 static void spread_words(const struct weft_plane *plane, int32_t y, int32_t width, uint16_t *out)
 {
-    const void *row = row_of(plane, y, width);
+    const void *row = weft_plane_line(plane, y, width);
     const uint8_t *bytes = row;
     const uint16_t *words = row;
     const size_t step = step_of(plane);
@@ -115,7 +53,7 @@ void weft_frame_pack_row(const struct weft_plane *planes, int count, enum weft_p
         if (type == WEFT_PLANE_UNORM8)
             spread_bytes(&planes[c], y, width, (uint8_t *)out + c);
         else if (type == WEFT_PLANE_FLOAT)
-            spread_floats(&planes[c], y, width, (float *)out + c, WEFT_FRAME_GROUP);
+            weft_plane_row(&planes[c], y, width, (float *)out + c, WEFT_FRAME_GROUP);
         else
             spread_words(&planes[c], y, width, (uint16_t *)out + c);
     }

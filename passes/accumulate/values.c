@@ -17,7 +17,7 @@ void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, 
     part.values =
         (const char *)plane->values + (size_t)x * step * weft_plane_type_size(plane->type);
     part.stride = plane->stride ? plane->stride : (size_t)width * step;
-    weft_frame_row(&part, y, count, out);
+    weft_plane_row(&part, y, count, out, 1);
 }
 
 // ---- checks -------------------------------------------------------------------------------------

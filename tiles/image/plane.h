@@ -31,5 +31,13 @@ struct weft_plane {
     size_t step;   // values from pixel to pixel (default 1; 4: one channel of interleaved RGBA)
 };
 
+// Returns where row y of a plane of rows of `width` pixels begins. Pure.
+WEFT_API const void *weft_plane_line(const struct weft_plane *plane, int32_t y, int32_t width);
+
+// Writes row y of a plane of rows of `width` pixels as floats: out[x * out_step]. Halves are exact,
+// codes are code / largest code rounded once, integers beyond 2^24 the nearest float. Pure.
+WEFT_API void weft_plane_row(const struct weft_plane *plane, int32_t y, int32_t width, float *out,
+                             size_t out_step);
+
 WEFT_END_DECLS
 #endif

@@ -203,7 +203,7 @@ static void test_rows(void **state)
         float row[WIDTH];
         fill_plane(0, type, &plane);
         for (int y = 0; y < HEIGHT; y++) {
-            weft_frame_row(&plane, y, WIDTH, row);
+            weft_plane_row(&plane, y, WIDTH, row, 1);
             for (int x = 0; x < WIDTH; x++)
                 assert_true(row[x] == (float)plane_value(&plane, x, y));
         }
