@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "passes/accumulate/tree_stack.h"
 
 enum { DEFAULT_BRANCHING = 4 };
 
@@ -17,40 +18,10 @@ struct weft_tree {
     const struct weft_log *log;
     struct weft_tree_step *steps;
     uint32_t *numerators; // of all nodes
-};
-
-struct builder {
-    const struct weft_tree_params *params;
-    weft_tree *tree;
-    int levels;
-    int span[WEFT_TREE_MAX_LEVELS + 1]; // leaves below a node of each level, cut away or not
-    int top;                            // slots in use
-    uint32_t *next_numerator;
-};
-
-// A leaf or a node, with all that is below it.
-struct part {
-    uint32_t weight;
-    double error_lsb;
+    size_t numerator_count;
 };
 
 // ---- checks -------------------------------------------------------------------------------------
-
-static bool is_branching(int inputs)
-{
-    return inputs >= 2 && inputs <= WEFT_TREE_MAX_INPUTS;
-}
-
-// Factors up to the first 0, then nothing but 0.
-static bool is_list(const int *factors)
-{
-    int count = 0;
-    while (count < WEFT_TREE_MAX_LEVELS && is_branching(factors[count]))
-        count++;
-    while (count < WEFT_TREE_MAX_LEVELS && factors[count] == 0)
-        count++;
-    return count == WEFT_TREE_MAX_LEVELS;
-}
 
 static enum weft_result check_leaf_count(const struct weft_tree_params *p)
 {
@@ -87,25 +58,23 @@ static enum weft_result check_leaves(const struct weft_tree_params *p)
     return WEFT_OK;
 }
 
-// Every factor is 2 or more: 16 levels reach the largest N.
-static enum weft_result choose_levels(const struct weft_tree_params *p, struct builder *b)
+static enum weft_result check_shape(const struct weft_tree_params *p,
+                                    const struct weft_tree_shape *shape)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    const bool listed = p->level_branching[0] != 0;
-    const int branching = p->branching ? p->branching : DEFAULT_BRANCHING;
-    int level = 0;
-    weft_require(p->log, is_branching(branching));
-    weft_require(p->log, is_list(p->level_branching));
-    for (b->span[0] = 1; b->span[level] < p->leaf_count; level++) {
-        const int factor = listed ? p->level_branching[level] : branching;
-        if (factor == 0) {
-            weft_error(p->log, "tree: %d leaves, but the branching factors multiply to %d",
-                       p->leaf_count, b->span[level]);
-            goto fail;
-        }
-        b->span[level + 1] = b->span[level] * factor;
+    weft_require_enum(p->log, p->rounding, WEFT_TREE_ROUNDING_COUNT - 1);
+    if (!weft_tree_shape_is_valid(shape)) {
+        weft_error(p->log,
+                   "tree: branching (%d) and factors of level_branching are from 2 to %d, and a "
+                   "list ends with its first 0",
+                   shape->branching, WEFT_TREE_MAX_INPUTS);
+        goto fail;
     }
-    b->levels = level;
+    if (p->leaf_count > weft_tree_shape_capacity(shape)) {
+        weft_error(p->log, "tree: %d leaves, but the branching factors multiply to %" PRId64,
+                   p->leaf_count, weft_tree_shape_capacity(shape));
+        goto fail;
+    }
     res = WEFT_OK;
 fail:
     return res;
@@ -113,89 +82,59 @@ fail:
 
 // ---- the schedule -------------------------------------------------------------------------------
 
-static uint32_t common_divisor(uint32_t a, uint32_t b)
+// Records what a stack does; a part's slot is its place on it.
+static void add_leaf(weft_tree *tree, struct weft_tree_stack *stack,
+                     const struct weft_tree_params *p, int leaf)
 {
-    while (b) {
-        const uint32_t rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
+    tree->steps[tree->info.step_count++] =
+        (struct weft_tree_step){.leaf = leaf, .slot = stack->count};
+    weft_tree_stack_push(stack, weft_tree_weight_from(p->weight ? p->weight[leaf] : 1),
+                         p->leaf_error_lsb ? p->leaf_error_lsb[leaf] : 0.0);
 }
 
-static struct part add_leaf(struct builder *b, int leaf)
+static void add_node(weft_tree *tree, struct weft_tree_stack *stack, int count)
 {
-    const struct weft_tree_params *p = b->params;
-    struct weft_tree_info *info = &b->tree->info;
-    b->tree->steps[info->step_count++] = (struct weft_tree_step){.leaf = leaf, .slot = b->top++};
-    if (b->top > info->stack_size)
-        info->stack_size = b->top;
-    return (struct part){
-        .weight = p->weight ? p->weight[leaf] : 1,
-        .error_lsb = p->leaf_error_lsb ? p->leaf_error_lsb[leaf] : 0.0,
-    };
-}
-
-// The share of input k is its weight by all of the node's: a leaf's path is a telescoping product.
-static struct weft_tree_step make_node(struct builder *b, const struct part *inputs, int count)
-{
-    uint32_t divisor = 0;
-    struct weft_tree_step node = {
-        .leaf = -1, .slot = b->top - count, .input_count = count, .numerator = b->next_numerator};
-    for (int k = 0; k < count; k++)
-        divisor = common_divisor(inputs[k].weight, divisor);
-    for (int k = 0; k < count; k++) {
-        *b->next_numerator = inputs[k].weight / divisor;
-        node.denominator += *b->next_numerator++;
-    }
-    return node;
-}
-
-static struct part add_node(struct builder *b, const struct part *inputs, int count)
-{
-    struct weft_tree_info *info = &b->tree->info;
-    const struct weft_tree_step node = make_node(b, inputs, count);
-    struct part part = {.error_lsb = 0.5};
-    for (int k = 0; k < count; k++) {
-        part.weight += inputs[k].weight;
-        part.error_lsb += inputs[k].error_lsb * node.numerator[k] / node.denominator;
-    }
-    b->tree->steps[info->step_count++] = node;
+    struct weft_tree_info *info = &tree->info;
+    uint32_t *numerators = tree->numerators + tree->numerator_count;
+    struct weft_tree_node node;
+    weft_tree_stack_combine(stack, count, &node);
+    memcpy(numerators, node.numerator, (size_t)count * sizeof *numerators);
+    tree->numerator_count += (size_t)count;
+    tree->steps[info->step_count++] = (struct weft_tree_step){.leaf = -1,
+                                                              .slot = stack->count - 1,
+                                                              .input_count = count,
+                                                              .numerator = numerators,
+                                                              .denominator = node.denominator,
+                                                              .add = node.add};
     info->node_count++;
-    b->top = node.slot + 1;
     if (count > info->largest_input_count)
         info->largest_input_count = count;
     if (node.denominator > info->largest_denominator)
         info->largest_denominator = node.denominator;
-    return part;
 }
 
-// As deep as there are levels.
-static struct part add_part(struct builder *b, int level, int first_leaf)
+static void build(weft_tree *tree, const struct weft_tree_params *p,
+                  const struct weft_tree_shape *shape)
 {
-    if (level == 0)
-        return add_leaf(b, first_leaf);
-    struct part inputs[WEFT_TREE_MAX_INPUTS];
-    const int step = b->span[level - 1], whole = first_leaf + b->span[level];
-    const int end = whole < b->params->leaf_count ? whole : b->params->leaf_count;
-    int count = 0;
-    for (int leaf = first_leaf; leaf < end; leaf += step)
-        inputs[count++] = add_part(b, level - 1, leaf);
-    return count == 1 ? inputs[0] : add_node(b, inputs, count);
-}
-
-static void build(struct builder *b)
-{
-    weft_tree *tree = b->tree;
-    tree->info.leaf_count = b->params->leaf_count;
-    tree->info.levels = b->levels;
-    tree->info.steps = tree->steps;
-    tree->info.largest_input_count = 1;
-    tree->info.largest_denominator = 1;
-    b->next_numerator = tree->numerators;
-    const struct part root = add_part(b, b->levels, 0);
-    tree->info.total_weight = root.weight;
-    tree->info.error_bound_lsb = root.error_lsb;
+    struct weft_tree_stack stack = {.shape = *shape};
+    struct weft_tree_info *info = &tree->info;
+    int count;
+    info->leaf_count = p->leaf_count;
+    info->steps = tree->steps;
+    info->largest_input_count = 1;
+    info->largest_denominator = 1;
+    for (int leaf = 0; leaf < p->leaf_count; leaf++) {
+        add_leaf(tree, &stack, p, leaf);
+        info->total_weight += p->weight ? p->weight[leaf] : 1;
+        while ((count = weft_tree_stack_ready(&stack)) > 0)
+            add_node(tree, &stack, count);
+    }
+    while ((count = weft_tree_stack_carry(&stack)) > 0)
+        add_node(tree, &stack, count);
+    info->levels = stack.part[0].level;
+    info->stack_size = stack.most;
+    info->error_bound_lsb = stack.part[0].error;
+    info->bias_lsb = stack.part[0].bias;
 }
 
 // ---- trees --------------------------------------------------------------------------------------
@@ -219,22 +158,24 @@ static enum weft_result allocate(const struct weft_tree_params *p, weft_tree **o
 
 enum weft_result weft_tree_create(const struct weft_tree_params *params, weft_tree **out)
 {
-    struct builder b = {.params = params};
+    struct weft_tree_shape shape = {.branching =
+                                        params->branching ? params->branching : DEFAULT_BRANCHING,
+                                    .rounding = params->rounding,
+                                    .largest_denominator = WEFT_TREE_MAX_TOTAL_WEIGHT,
+                                    .largest_code = UINT16_MAX};
+    memcpy(shape.level_branching, params->level_branching, sizeof shape.level_branching);
     *out = NULL;
     enum weft_result res = check_leaf_count(params);
     if (res == WEFT_OK)
         res = check_leaves(params);
     if (res == WEFT_OK)
-        res = choose_levels(params, &b);
+        res = check_shape(params, &shape);
     if (res == WEFT_OK)
-        res = allocate(params, &b.tree);
-    if (res != WEFT_OK)
-        goto fail;
-    build(&b);
-    *out = b.tree;
-    return WEFT_OK;
-fail:
-    weft_tree_destroy(&b.tree);
+        res = allocate(params, out);
+    if (res == WEFT_OK)
+        build(*out, params, &shape);
+    else
+        weft_tree_destroy(out);
     return res;
 }
 

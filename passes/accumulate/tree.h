@@ -47,8 +47,9 @@ struct weft_tree_params {
     // WEFT_TREE_MAX_INPUTS; 0 ends the list. Their product must reach N; levels that N does not
     // need stay empty.
     int level_branching[WEFT_TREE_MAX_LEVELS];
-    const double *leaf_error_lsb; // bound of what each leaf is wrong by (default NULL: 0)
-    const struct weft_log *log;   // borrowed for the tree's life
+    enum weft_tree_rounding rounding; // of nodes (default: to nearest)
+    const double *leaf_error_lsb;     // bound of what each leaf is wrong by (default NULL: 0)
+    const struct weft_log *log;       // borrowed for the tree's life
 };
 #define WEFT_TREE_DEFAULTS
 #define weft_tree_params(...) (&(struct weft_tree_params){WEFT_TREE_DEFAULTS __VA_ARGS__})
@@ -68,6 +69,9 @@ struct weft_tree_step {
     // for codes see weft_tree_combine. A leaf has NULL and 0.
     const uint32_t *numerator;
     uint32_t denominator;
+    // What weft_tree_combine rounds with: half the denominator to nearest, half of what is one less
+    // where halves go down, 0 to truncate.
+    uint32_t add;
 };
 
 // What a tree is. It belongs to the tree and lives as long.
@@ -83,15 +87,19 @@ struct weft_tree_info {
     // Of the nodes; 1 if there are none. The sums of weft_tree_combine stay below
     // largest_denominator * (largest code + 1).
     uint32_t largest_denominator;
-    // Of |result - exact average|, if nodes round to the nearest code: a node adds 1/2 to the
-    // average of its inputs' bounds. As edges sum to one, a rounding counts by the share of the
-    // leaves below it. All together that is half the weighted mean number of nodes above a leaf,
-    // plus the weighted mean of leaf_error_lsb; without the latter at most levels / 2, just that
-    // for complete trees, and (log2 N) / 2 for complete binary ones (section 3.4), which reach it.
-    // Not all of it is noise: halves go up, so each level of nodes with an even number b of equal
-    // inputs adds 1 / (2 b) on average over random codes. 256 frames come out 2 codes too bright
-    // with b = 2, 1/2 with 4, 1/16 with 16.
+    // Of |result - exact average|: a node adds 1/2 to the average of its inputs' bounds, or where
+    // it truncates 1 - 1 / denominator. As edges sum to one, a rounding counts by the share of the
+    // leaves below it. Of nodes that round to nearest that is all together half the weighted mean
+    // number of nodes above a leaf, plus the weighted mean of leaf_error_lsb; without the latter at
+    // most levels / 2, just that for complete trees, and (log2 N) / 2 for complete binary ones
+    // (section 3.4), which reach it.
     double error_bound_lsb;
+    // Not all of it is noise: the expected result - exact average over random codes. Halves that go
+    // up add 1 / (2 b) for each level of nodes with an even number b of equal inputs, so that 256
+    // frames come out 2 codes too bright with b = 2, 1/2 with 4, 1/16 with 16; unbiased, only a
+    // level's odd node is left, that is 1 / (2 b) in all for complete trees. Truncating takes
+    // (b - 1) / (2 b) a level.
+    double bias_lsb;
     int step_count;                     // leaf_count + node_count < 2 N
     const struct weft_tree_step *steps; // in postfix order
 };
@@ -107,12 +115,11 @@ WEFT_API void weft_tree_destroy(weft_tree **tree); // accepts &NULL, leaves NULL
 WEFT_API const struct weft_tree_info *weft_tree_get_info(const weft_tree *tree);
 
 // Returns a node's result in integers, input k being codes[k * stride]: floor((sum_k numerator[k]
-// y_k + denominator / 2) / denominator), that is, rounded to nearest, halves up. Equal codes come
-// back unchanged. node must not be a leaf.
+// y_k + add) / denominator). Equal codes come back unchanged. node must not be a leaf.
 static inline uint16_t weft_tree_combine(const struct weft_tree_step *node, const uint16_t *codes,
                                          size_t stride)
 {
-    uint64_t sum = node->denominator / 2;
+    uint64_t sum = node->add;
     for (int k = 0; k < node->input_count; k++)
         sum += (uint64_t)node->numerator[k] * codes[(size_t)k * stride];
     return (uint16_t)(sum / node->denominator);

@@ -414,7 +414,8 @@ static void test_combine(void **state)
         const struct weft_tree_step node = {.leaf = -1,
                                             .input_count = cases[i].input_count,
                                             .numerator = cases[i].numerator,
-                                            .denominator = cases[i].denominator};
+                                            .denominator = cases[i].denominator,
+                                            .add = cases[i].denominator / 2};
         assert_int_equal(weft_tree_combine(&node, cases[i].codes, 1), cases[i].result);
         for (int k = 0; k < node.input_count; k++)
             spread[3 * k] = cases[i].codes[k];
@@ -516,7 +517,9 @@ static void test_error_within_bound(void **state)
     for (size_t c = 0; c < WEFT_COUNT(counts); c++) {
         for (size_t r = 0; r < WEFT_COUNT(ranges); r++) {
             for (int b = 2; b <= WEFT_TREE_MAX_INPUTS; b++) {
-                struct weft_tree_params params = {.leaf_count = counts[c], .branching = b};
+                struct weft_tree_params params = {.leaf_count = counts[c],
+                                                  .branching = b,
+                                                  .rounding = b % WEFT_TREE_ROUNDING_COUNT};
                 check_error(params, ranges[r]);
                 fill_weights((size_t)b % WEFT_COUNT(weight_lists), counts[c]);
                 params.weight = weights;
@@ -546,29 +549,42 @@ static void test_bound_is_reached(void **state)
     }
 }
 
-// The mean error on random codes, which tree.h states: 1 / (2 b) a level for even b. Of 64 * 32
-// results that each scatter by less than 0.4 codes, the mean scatters by less than 0.009.
-static void test_halves_go_up(void **state)
+// The mean error on random codes, which tree.h states. Of 64 * 32 results that each scatter by less
+// than 0.4 codes, the mean scatters by less than 0.009.
+static void check_bias(const struct weft_tree_params *params, double expected)
+{
+    enum { REPEATS = 32 };
+    double sum = 0.0;
+    weft_tree *tree = make_tree(*params);
+    const struct weft_tree_info *info = weft_tree_get_info(tree);
+    assert_near(info->bias_lsb, expected, 1e-12, "bias");
+    for (int repeat = 0; repeat < REPEATS; repeat++) {
+        uint16_t out[PIXELS];
+        fill_random(params->leaf_count, 256);
+        run_frames(tree, out);
+        for (int x = 0; x < PIXELS; x++)
+            sum += signed_error(info, NULL, x, out[x]);
+    }
+    assert_near(sum / (REPEATS * PIXELS), info->bias_lsb, 0.03, "mean error");
+    weft_tree_destroy(&tree);
+}
+
+static void test_bias(void **state)
 {
     static const struct {
-        int branching, leaves;
-        double mean;
-    } cases[] = {{2, 256, 8.0 / 4}, {3, 243, 0.0}, {4, 256, 4.0 / 8}, {16, 256, 2.0 / 32}};
+        int branching, leaves, levels;
+    } cases[] = {{2, 256, 8}, {3, 243, 5}, {4, 256, 4}, {16, 256, 2}};
     (void)state;
     random_state = 4;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
-        double sum = 0.0;
-        weft_tree *tree = make_tree((struct weft_tree_params){.leaf_count = cases[i].leaves,
-                                                              .branching = cases[i].branching});
-        for (int repeat = 0; repeat < 32; repeat++) {
-            uint16_t out[PIXELS];
-            fill_random(cases[i].leaves, 256);
-            run_frames(tree, out);
-            for (int x = 0; x < PIXELS; x++)
-                sum += signed_error(weft_tree_get_info(tree), NULL, x, out[x]);
-        }
-        assert_near(sum / (32 * PIXELS), cases[i].mean, 0.03, "mean error");
-        weft_tree_destroy(&tree);
+        const double b = cases[i].branching, half = cases[i].branching % 2 ? 0.0 : 1 / (2 * b);
+        struct weft_tree_params params = {.leaf_count = cases[i].leaves,
+                                          .branching = cases[i].branching};
+        check_bias(&params, half * cases[i].levels);
+        params.rounding = WEFT_TREE_UNBIASED;
+        check_bias(&params, half);
+        params.rounding = WEFT_TREE_TRUNCATE;
+        check_bias(&params, -(b - 1) / (2 * b) * cases[i].levels);
     }
 }
 
@@ -639,6 +655,7 @@ static void test_refused(void **state)
          WEFT_ERR_ARGUMENT,
          {"level_branching", ""}},
         {{.leaf_count = 9, .level_branching = {2, 4}}, WEFT_ERR_ARGUMENT, {"9 leaves", "to 8"}},
+        {{.leaf_count = 9, .rounding = 3}, WEFT_ERR_ARGUMENT, {"rounding is 3", ""}},
     };
     (void)state;
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
@@ -701,7 +718,7 @@ int main(void)
         cmocka_unit_test(test_equal_frames),
         cmocka_unit_test(test_error_within_bound),
         cmocka_unit_test(test_bound_is_reached),
-        cmocka_unit_test(test_halves_go_up),
+        cmocka_unit_test(test_bias),
         cmocka_unit_test(test_blending_fails),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_runs_refused),
