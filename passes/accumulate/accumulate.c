@@ -58,7 +58,14 @@ static enum weft_result check_weight(const weft_accumulator *a, int64_t index, d
                    a->way->negative ? "finite ones" : "finite ones that are not negative");
         return WEFT_ERR_ARGUMENT;
     }
-    if (a->weight && index < a->params.frame_count && weight != a->weight[index]) {
+    if (fabs(ldexp(weight, a->weights.scale_log2)) > ldexp(1.0, WEFT_WEIGHT_LARGEST_LOG2)) {
+        weft_error(log,
+                   "accumulate: frame %" PRId64 " has the weight %g: those above %g have to be "
+                   "announced",
+                   index, weight, ldexp(1.0, WEFT_WEIGHT_LARGEST_LOG2 - a->weights.scale_log2));
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (a->weight && index < a->params.frame_count && weight != 0.0 && weight != a->weight[index]) {
         weft_error(log, "accumulate: frame %" PRId64 " has the weight %g: %g was announced", index,
                    weight, a->weight[index]);
         return WEFT_ERR_ARGUMENT;
@@ -70,7 +77,7 @@ static enum weft_result copy_weights(weft_accumulator *a)
 {
     const struct weft_accumulator_params *p = &a->params;
     enum weft_result res = WEFT_OK;
-    double magnitude = 0.0;
+    double magnitude = 0.0, largest = 0.0;
     if (p->frame_count == 0)
         return WEFT_OK;
     a->weight = malloc((size_t)p->frame_count * sizeof *a->weight);
@@ -78,13 +85,16 @@ static enum weft_result copy_weights(weft_accumulator *a)
         weft_error(p->log, "accumulate: not enough memory for %" PRId64 " weights", p->frame_count);
         return WEFT_ERR_MEMORY;
     }
-    for (int64_t i = 0; i < p->frame_count && res == WEFT_OK; i++) {
+    for (int64_t i = 0; i < p->frame_count; i++) {
         const double weight = p->weight ? p->weight[i] : 1.0;
         a->weight[i] = weight;
         a->known_total += weight;
         magnitude += fabs(weight);
-        res = check_weight(a, i, weight);
+        largest = fmax(largest, fabs(weight));
     }
+    weft_weights_scale(&a->weights, largest);
+    for (int64_t i = 0; i < p->frame_count && res == WEFT_OK; i++)
+        res = check_weight(a, i, a->weight[i]);
     if (res == WEFT_OK && !(fabs(a->known_total) > 0x1p-40 * magnitude)) {
         weft_error(p->log, "accumulate: %" PRId64 " weights add up to %g", p->frame_count,
                    a->known_total);
@@ -116,6 +126,25 @@ static void choose(weft_accumulator *a)
     a->why = "frames are in memory";
 }
 
+// What the method cannot do with frames.
+static enum weft_result check_method(const weft_accumulator *a)
+{
+    if (a->params.nonfinite != WEFT_NONFINITE_SKIP || a->way->method == WEFT_ACCUMULATE_EXACT)
+        return WEFT_OK;
+    weft_error(a->params.log, "accumulate: %s cannot skip values that are not finite: exact can",
+               weft_accumulate_method_names[a->way->method]);
+    return WEFT_ERR_ARGUMENT;
+}
+
+static enum weft_result make_scan(weft_accumulator *a)
+{
+    a->scan = calloc((size_t)a->params.channel_count, sizeof *a->scan);
+    if (a->scan)
+        return WEFT_OK;
+    weft_error(a->params.log, "accumulate: not enough memory");
+    return WEFT_ERR_MEMORY;
+}
+
 enum weft_result weft_accumulator_create(const struct weft_accumulator_params *params,
                                          weft_accumulator **out)
 {
@@ -135,7 +164,11 @@ enum weft_result weft_accumulator_create(const struct weft_accumulator_params *p
     a->way = ways[a->params.method];
     res = weft_cpu_resolve(params->log, &params->cpu, &a->params.cpu);
     if (res == WEFT_OK)
+        res = check_method(a);
+    if (res == WEFT_OK)
         res = copy_weights(a);
+    if (res == WEFT_OK && (a->way->scans || params->keep))
+        res = make_scan(a);
     if (res == WEFT_OK && params->keep)
         res = weft_moments_create(a);
     if (res == WEFT_OK)
@@ -156,6 +189,7 @@ void weft_accumulator_destroy(weft_accumulator **accumulator)
     a->way->destroy(a);
     weft_moments_destroy(a);
     weft_frame_source_destroy(a);
+    free(a->scan);
     free(a->weight);
     free(a);
     *accumulator = NULL;
@@ -186,22 +220,57 @@ fail:
     return res;
 }
 
+// Looks at a frame in memory before anything is changed.
+static enum weft_result scan_frame(weft_accumulator *a, const struct weft_frame *frame,
+                                   const struct weft_plane **planes)
+{
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
+    enum weft_result res = weft_frame_planes(a, frame, planes);
+    if (res == WEFT_OK && !weft_scan_frame(&shape, *planes, a->scan)) {
+        weft_error(a->params.log, "accumulate: not enough memory to look at a frame");
+        res = WEFT_ERR_MEMORY;
+    }
+    for (int c = 0; res == WEFT_OK && c < shape.channel_count; c++)
+        if (a->scan[c].nonfinite > 0 && a->params.nonfinite == WEFT_NONFINITE_ERROR) {
+            const struct weft_place place = weft_scan_find(&shape, *planes, c, INFINITY);
+            weft_error(a->params.log,
+                       "accumulate: frame %" PRId64 ", channel %d, pixel (%" PRId32 ", %" PRId32
+                       ") is %g, which is not finite",
+                       a->frames, c, place.x, place.y, place.value);
+            res = WEFT_ERR_FORMAT;
+        }
+    if (res == WEFT_OK && a->moments)
+        res = weft_moments_check(a, *planes);
+    return res;
+}
+
+static void count(weft_accumulator *a, double weight)
+{
+    struct weft_weight counted;
+    weft_weight_make(&a->weights, weight, &counted);
+    weft_weights_add(&a->weights, &counted);
+    a->counted++;
+    a->total_weight = weft_weights_total(&a->weights);
+    for (int c = 0; a->scan && c < a->params.channel_count; c++)
+        a->nonfinite += a->scan[c].nonfinite;
+}
+
 static enum weft_result add_counting(weft_accumulator *a, const struct weft_frame *frame,
                                      double weight)
 {
     const struct weft_plane *planes = NULL;
+    enum weft_result res = WEFT_OK;
     weft_frame_begin(a);
-    enum weft_result res = a->way->add(a, frame, weight);
+    if (a->scan)
+        res = scan_frame(a, frame, &planes);
+    if (res == WEFT_OK)
+        res = a->way->add(a, frame, weight);
     if (res == WEFT_OK && a->moments) {
-        res = weft_frame_planes(a, frame, &planes);
-        if (res == WEFT_OK)
-            res = weft_moments_add(a, planes, weight);
+        res = weft_moments_add(a, planes, weight);
         a->broken = res != WEFT_OK;
     }
-    if (res == WEFT_OK) {
-        a->counted++;
-        a->total_weight += weight;
-    }
+    if (res == WEFT_OK)
+        count(a, weight);
     a->broken = a->broken || res == WEFT_ERR_MEMORY || res == WEFT_ERR_GL;
     return res;
 }
@@ -223,9 +292,11 @@ enum weft_result weft_accumulator_add(weft_accumulator *a, const struct weft_fra
 
 static enum weft_result check_results(const weft_accumulator *a)
 {
-    if (a->broken || a->counted == 0) {
+    if (a->broken || a->counted == 0 || a->weights.total == 0) {
         weft_error(a->params.log, "accumulate: %s",
-                   a->broken ? "an earlier failure left no result" : "no frame that counts yet");
+                   a->broken         ? "an earlier failure left no result"
+                   : a->counted == 0 ? "no frame that counts yet"
+                                     : "the weights add up to 0");
         return WEFT_ERR_ARGUMENT;
     }
     return WEFT_OK;
@@ -246,6 +317,14 @@ static bool is_kept(const weft_accumulator *a, enum weft_accumulated what)
     }
 }
 
+static enum weft_result fill(const weft_accumulator *a, float value, float *out, size_t stride)
+{
+    for (size_t y = 0; y < (size_t)a->params.height; y++)
+        for (size_t x = 0; x < (size_t)a->params.width; x++)
+            out[y * stride + x] = value;
+    return WEFT_OK;
+}
+
 enum weft_result weft_accumulator_current(weft_accumulator *a, enum weft_accumulated what,
                                           int channel, float *out, size_t stride)
 {
@@ -257,9 +336,14 @@ enum weft_result weft_accumulator_current(weft_accumulator *a, enum weft_accumul
     weft_require(log, out && step >= (size_t)a->params.width);
     weft_require(log, is_kept(a, what));
     res = check_results(a);
-    if (res == WEFT_OK)
-        res = what == WEFT_ACCUMULATED_MEAN ? a->way->mean(a, channel, out, step)
-                                            : weft_moments_read(a, what, channel, out, step);
+    if (res != WEFT_OK)
+        return res;
+    if (what == WEFT_ACCUMULATED_MEAN)
+        res = a->way->mean(a, channel, out, step);
+    else if (what == WEFT_ACCUMULATED_WEIGHT)
+        res = a->way->share ? a->way->share(a, channel, out, step) : fill(a, 1.0f, out, step);
+    else
+        res = weft_moments_read(a, what, channel, out, step);
 fail:
     return res;
 }

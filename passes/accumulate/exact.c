@@ -1,21 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Sums of weight * value in integers (sums/sums.h), divided by the sum of weights and rounded once.
+//
+// The bound. Let w' be the weights as they count, and W' their sum, scaled so that units are 2^-64.
+// (1) A product is rounded to a unit only in wide sums, and there by 2^-65 at most: products of
+//     integer weights with codes, integers and halves are whole units, those of floats are from
+//     2^-41 on. Together: N 2^-65 / |W'|.
+// (2) Weights are rounded to units, all together by `lost`. With v0 a pixel's exact mean,
+//     sum w' v / W' - v0 = sum (w' - w) (v - v0) / W', and |v0| <= largest * sum |w| / |W|, which
+//     makes lost * largest * (1 + sum |w| / |W|) / |W'|.
+// (3) The quotient is rounded to a float, by half a unit of its last place: 2^-24 of the power of
+//     two at or below it, or 2^-150 for the least floats.
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "filter/half.h"
 #include "passes/accumulate/frame.h"
+#include "passes/accumulate/sums/sums.h"
 
-// Sums in units of 2^-64 / 65535, in which floats from 2^-41 on, halves, integers and codes are
-// whole numbers.
-__extension__ typedef __int128 wide;
-__extension__ typedef unsigned __int128 unsigned_wide;
-
-enum { UNIT_BITS = 64, LARGEST_CODE = 65535 };
+struct channel {
+    struct weft_plane_sums sums;
+    double reach;       // sum over frames of |weight| * largest |value|, weights scaled
+    weft_wide *missing; // weight of each pixel's values that were skipped; NULL: none was
+    bool *poisoned;     // pixels whose mean is NAN; NULL: none is
+};
 
 struct exact {
-    wide *sum;      // [channel][y][x]
-    double largest; // of all |values|
+    struct channel *channel;
+    double largest;   // of all |values|
+    uint64_t rounded; // frames whose products may have been rounded
 };
 
 static size_t pixel_count(const weft_accumulator *a)
@@ -23,111 +36,256 @@ static size_t pixel_count(const weft_accumulator *a)
     return (size_t)a->params.width * (size_t)a->params.height;
 }
 
+static enum weft_result no_memory(const weft_accumulator *a)
+{
+    weft_error(a->params.log,
+               "accumulate: not enough memory for sums of %" PRId32 " x %" PRId32
+               " pixels with %d channels",
+               a->params.width, a->params.height, a->params.channel_count);
+    return WEFT_ERR_MEMORY;
+}
+
 static enum weft_result create(weft_accumulator *a)
 {
     struct exact *own = a->own = calloc(1, sizeof *own);
     if (own)
-        own->sum = calloc(pixel_count(a) * (size_t)a->params.channel_count, sizeof *own->sum);
-    if (!own || !own->sum) {
-        weft_error(a->params.log,
-                   "accumulate: not enough memory for the sums of %" PRId32 " x %" PRId32 " pixels",
-                   a->params.width, a->params.height);
-        return WEFT_ERR_MEMORY;
-    }
-    return WEFT_OK;
+        own->channel = calloc((size_t)a->params.channel_count, sizeof *own->channel);
+    return own && own->channel ? WEFT_OK : no_memory(a);
 }
 
 static void destroy(weft_accumulator *a)
 {
     struct exact *own = a->own;
+    for (int c = 0; own && own->channel && c < a->params.channel_count; c++) {
+        weft_sums_clear(&own->channel[c].sums);
+        free(own->channel[c].missing);
+        free(own->channel[c].poisoned);
+    }
     if (own)
-        free(own->sum);
+        free(own->channel);
     free(own);
     a->own = NULL;
 }
 
-// Code as 1 / 65535; what is none, as a double.
-static bool is_code(const struct weft_plane *plane, size_t at, double *out)
+// ---- frames -------------------------------------------------------------------------------------
+
+struct addition {
+    weft_accumulator *a;
+    const struct weft_plane *planes;
+    struct weft_weight weight;
+    bool narrow; // the weights so far, and this one
+};
+
+static enum weft_sum_kind kind_for(const struct addition *add, int c)
 {
-    const void *values = plane->values;
-    switch (plane->type) {
-    case WEFT_PLANE_UNORM8:
-        *out = ((const uint8_t *)values)[at] * 257.0;
-        return true;
-    case WEFT_PLANE_UNORM16:
-        *out = ((const uint16_t *)values)[at];
-        return true;
-    case WEFT_PLANE_HALF:
-        *out = (double)weft_half_to_float(((const uint16_t *)values)[at]);
-        return false;
-    case WEFT_PLANE_UINT:
-        *out = ((const uint32_t *)values)[at];
-        return false;
-    default:
-        *out = (double)((const float *)values)[at];
-        return false;
+    const struct exact *own = add->a->own;
+    return weft_sums_common_kind(own->channel[c].sums.kind,
+                                 weft_sums_kind_of(add->planes[c].type, add->narrow));
+}
+
+static double reach_of(const struct addition *add, int c)
+{
+    const struct exact *own = add->a->own;
+    return own->channel[c].reach + fabs(add->weight.scaled) * add->a->scan[c].largest;
+}
+
+static enum weft_result refuse(const struct addition *add, int c)
+{
+    const weft_accumulator *a = add->a;
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
+    const double largest = nextafter(a->scan[c].largest, 0.0);
+    const struct weft_place place = weft_scan_find(&shape, add->planes, c, largest);
+    weft_error(a->params.log,
+               "accumulate: frame %" PRId64 ", channel %d, pixel (%" PRId32 ", %" PRId32
+               ") is %g: with its weight and the frames before it sums reach %g, the limit is %g",
+               a->frames, c, place.x, place.y, place.value, reach_of(add, c),
+               weft_sums_capacity(kind_for(add, c)));
+    return WEFT_ERR_LIMIT;
+}
+
+static bool make_marks(struct channel *channel, enum weft_accumulate_nonfinite policy, size_t count)
+{
+    if (policy == WEFT_NONFINITE_SKIP && !channel->missing)
+        channel->missing = calloc(count, sizeof *channel->missing);
+    if (policy == WEFT_NONFINITE_PROPAGATE && !channel->poisoned)
+        channel->poisoned = calloc(count, sizeof *channel->poisoned);
+    return policy == WEFT_NONFINITE_SKIP ? channel->missing != NULL : channel->poisoned != NULL;
+}
+
+// Nothing is changed before all channels take the frame.
+static enum weft_result prepare(const struct addition *add)
+{
+    const weft_accumulator *a = add->a;
+    struct exact *own = a->own;
+    for (int c = 0; c < a->params.channel_count; c++)
+        if (!(reach_of(add, c) <= weft_sums_capacity(kind_for(add, c))))
+            return refuse(add, c);
+    for (int c = 0; c < a->params.channel_count; c++) {
+        struct channel *channel = &own->channel[c];
+        if (!weft_sums_raise(&channel->sums, kind_for(add, c), pixel_count(a)) ||
+            (a->scan[c].nonfinite > 0 && !make_marks(channel, a->params.nonfinite, pixel_count(a))))
+            return no_memory(a);
     }
+    return WEFT_OK;
+}
+
+static bool add_block(void *priv, int thread, const struct weft_block *block)
+{
+    const struct addition *add = priv;
+    const weft_accumulator *a = add->a;
+    const struct exact *own = a->own;
+    const struct channel *channel = &own->channel[block->channel];
+    const struct weft_sums_addend addend = {block->values, block->type, block->at, block->count,
+                                            a->scan[block->channel].largest};
+    (void)thread;
+    weft_sums_add(&channel->sums, &addend, &add->weight, a->params.cpu.instructions);
+    for (size_t i = 0; i < block->bad_count; i++) {
+        const size_t at = block->at + block->bad[i];
+        if (channel->missing)
+            channel->missing[at] += add->weight.fixed;
+        if (channel->poisoned)
+            channel->poisoned[at] = true;
+    }
+    return true;
 }
 
 static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame, double weight)
 {
-    const size_t width = (size_t)a->params.width, count = pixel_count(a);
-    const struct weft_plane *planes;
     struct exact *own = a->own;
-    enum weft_result res = weft_frame_planes(a, frame, &planes);
+    struct addition add = {.a = a};
+    enum weft_result res = weft_frame_planes(a, frame, &add.planes);
+    weft_weight_make(&a->weights, weight, &add.weight);
+    add.narrow = weft_weights_are_narrow(&a->weights, &add.weight);
+    if (res == WEFT_OK)
+        res = prepare(&add);
     if (res != WEFT_OK)
         return res;
-    for (int check = 1; check >= 0; check--)
-        for (int c = 0; c < a->params.channel_count; c++) {
-            const struct weft_plane *plane = &planes[c];
-            const size_t step = plane->step ? plane->step : 1;
-            const size_t stride = plane->stride ? plane->stride : width * step;
-            for (size_t i = 0; i < count; i++) {
-                double value;
-                const bool code = is_code(plane, i / width * stride + i % width * step, &value);
-                if (check && (!isfinite(value) || !(fabs(value * weight) < 0x1p22))) {
-                    weft_error(a->params.log,
-                               "accumulate: frame %" PRId64
-                               ", channel %d, pixel (%zu, %zu) is %g%s",
-                               a->frames, c, i % width, i / width, value,
-                               isfinite(value) ? ": beyond what sums take" : "");
-                    return isfinite(value) ? WEFT_ERR_LIMIT : WEFT_ERR_FORMAT;
-                }
-                if (check) {
-                    own->largest = fmax(own->largest, code ? value / LARGEST_CODE : fabs(value));
-                    continue;
-                }
-                const wide term = (wide)nearbyint(ldexp(value * weight, UNIT_BITS));
-                own->sum[(size_t)c * count + i] += code ? term : term * LARGEST_CODE;
-            }
-        }
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
+    bool wide = false;
+    weft_blocks_run(&shape, add.planes, a->scan, add_block, &add);
+    for (int c = 0; c < a->params.channel_count; c++) {
+        own->channel[c].reach = reach_of(&add, c);
+        own->largest = fmax(own->largest, a->scan[c].largest);
+        wide = wide || own->channel[c].sums.kind >= WEFT_SUM_WIDE;
+    }
+    own->rounded += wide;
+    return WEFT_OK;
+}
+
+// ---- results ------------------------------------------------------------------------------------
+
+struct reading {
+    const weft_accumulator *a;
+    const struct channel *channel;
+    float *out;
+    size_t stride;
+};
+
+static weft_wide weight_at(const struct reading *r, size_t i)
+{
+    return r->a->weights.total - (r->channel->missing ? r->channel->missing[i] : 0);
+}
+
+static float *place_of(const struct reading *r, size_t i)
+{
+    const size_t width = (size_t)r->a->params.width;
+    return &r->out[i / width * r->stride + i % width];
+}
+
+static bool read_mean(void *priv, int thread, size_t first, size_t end)
+{
+    const struct reading *r = priv;
+    const struct weft_plane_sums *sums = &r->channel->sums;
+    const enum weft_sum_kind kind = weft_sums_widened(sums->kind);
+    const int factor = kind == WEFT_SUM_MIXED ? WEFT_SUM_LARGEST_CODE : 1;
+    (void)thread;
+    for (size_t i = first; i < end; i++)
+        *place_of(r, i) =
+            r->channel->poisoned && r->channel->poisoned[i]
+                ? NAN
+                : weft_wide_quotient(weft_sums_get(sums, i, kind), weight_at(r, i) * factor);
+    return true;
+}
+
+static bool read_share(void *priv, int thread, size_t first, size_t end)
+{
+    const struct reading *r = priv;
+    (void)thread;
+    for (size_t i = first; i < end; i++)
+        *place_of(r, i) = weft_wide_quotient(weight_at(r, i), r->a->weights.total);
+    return true;
+}
+
+static enum weft_result read(const weft_accumulator *a, int channel, float *out, size_t stride,
+                             bool (*part)(void *priv, int thread, size_t first, size_t end))
+{
+    const struct exact *own = a->own;
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
+    struct reading reading = {a, &own->channel[channel], out, stride};
+    weft_pixels_run(&shape, part, &reading);
     return WEFT_OK;
 }
 
 static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
 {
+    return read(a, channel, out, stride, read_mean);
+}
+
+static enum weft_result share(weft_accumulator *a, int channel, float *out, size_t stride)
+{
+    return read(a, channel, out, stride, read_share);
+}
+
+// ---- reports ------------------------------------------------------------------------------------
+
+// Half a unit in the last place of floats up to `largest`.
+static double half_unit(double largest)
+{
+    return largest >= 0x1p-126 ? ldexp(1.0, ilogb(largest) - 24) : 0x1p-150;
+}
+
+// What the weights that were skipped leave is not known pixel by pixel: the bound is then for
+// pixels without any.
+static double bound(const weft_accumulator *a)
+{
     const struct exact *own = a->own;
-    const size_t width = (size_t)a->params.width, count = pixel_count(a);
-    const wide *sum = own->sum + (size_t)channel * count;
-    const double unit = ldexp(a->total_weight * LARGEST_CODE, UNIT_BITS);
-    for (size_t i = 0; i < count; i++)
-        out[i / width * stride + i % width] = (float)((double)sum[i] / unit);
-    return WEFT_OK;
+    const struct weft_weights *w = &a->weights;
+    const double total = fabs(ldexp((double)w->total, -WEFT_WEIGHT_BITS));
+    const double spread = w->magnitude / total;
+    const double units = (double)own->rounded * 0x1p-65 / total;
+    const double weights = w->lost * own->largest * (1.0 + spread) / total;
+    return half_unit(own->largest * spread + units + weights) + units + weights;
+}
+
+static double expect(const struct weft_accumulator_params *params, int64_t frames)
+{
+    (void)frames;
+    return half_unit(fmax(fabs(params->low), fabs(params->high))) + 0x1p-65;
 }
 
 static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
 {
     const struct exact *own = a->own;
-    out->bound = own->largest * 0x1p-24;
-    out->bytes = pixel_count(a) * (size_t)a->params.channel_count * sizeof *own->sum;
+    out->weight_change = a->weights.change;
+    out->bound = a->counted > 0 ? bound(a) : expect(&a->params, a->params.frame_count);
+    for (int c = 0; c < a->params.channel_count; c++) {
+        const struct channel *channel = &own->channel[c];
+        const size_t bytes = weft_sums_size(channel->sums.kind) +
+                             (channel->missing ? sizeof *channel->missing : 0) +
+                             (channel->poisoned ? sizeof *channel->poisoned : 0);
+        out->bytes += pixel_count(a) * bytes;
+    }
 }
 
 const struct weft_accumulate_way weft_accumulate_exact = {
     .method = WEFT_ACCUMULATE_EXACT,
     .negative = true,
+    .scans = true,
     .create = create,
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .share = share,
+    .expect = expect,
     .report = report,
 };

@@ -12,6 +12,12 @@ void weft_moments_destroy(weft_accumulator *a)
     (void)a;
 }
 
+enum weft_result weft_moments_check(const weft_accumulator *a, const struct weft_plane *planes)
+{
+    (void)a, (void)planes;
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 enum weft_result weft_moments_add(weft_accumulator *a, const struct weft_plane *planes,
                                   double weight)
 {

@@ -12,7 +12,10 @@ WEFT_BEGIN_DECLS
 // For a->params.keep. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_moments_create(weft_accumulator *a);
 void weft_moments_destroy(weft_accumulator *a);
-// A frame that was checked by the method. Returns WEFT_ERR_MEMORY.
+// Whether a frame fits, as a->scan says; nothing is changed. Returns WEFT_ERR_LIMIT, and has told
+// where.
+enum weft_result weft_moments_check(const weft_accumulator *a, const struct weft_plane *planes);
+// Adds a frame that was checked. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_moments_add(weft_accumulator *a, const struct weft_plane *planes,
                                   double weight);
 // Any of enum weft_accumulated but the mean.
