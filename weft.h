@@ -18,7 +18,7 @@
 #include "filter/statistics.h"
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/buffer.h"
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 #include "passes/choose/candidate.h"
 #include "passes/choose/choose.h"
 #include "passes/choose/cost.h"

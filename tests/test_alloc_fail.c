@@ -14,7 +14,7 @@
 #include "tests/support/files.h"
 #include "tests/support/plan_runs.h"
 #include "filter/check.h"
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/multipass/multipass.h"
 #include "passes/resample/resample.h"

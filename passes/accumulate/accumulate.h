@@ -17,7 +17,7 @@
 #include "../../tiles/image/plane.h"
 #include "../cpu/cpu.h"
 #include "../gl/context.h"
-#include "tree.h"
+#include "tree/tree.h"
 
 WEFT_BEGIN_DECLS
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 #include "passes/plan/plan_impl.h"
 
 enum {

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 #include "passes/stability/cases.h"
 
 // ---- averages of frames -------------------------------------------------------------------------

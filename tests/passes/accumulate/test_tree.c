@@ -12,7 +12,7 @@
 #include "tests/support/common.h"
 #include "tests/support/fixed.h"
 #include "filter/fixed.h"
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 
 enum { PIXELS = 64, MAX_FRAMES = 1024 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/accumulate/tree_stack.h"
+#include "passes/accumulate/tree/stack.h"
 
 #include <math.h>
 

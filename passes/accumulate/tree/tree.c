@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "passes/accumulate/tree_stack.h"
+#include "passes/accumulate/tree/stack.h"
 
 enum { DEFAULT_BRANCHING = 4 };
 

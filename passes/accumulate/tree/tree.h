@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/accumulate/tree.h - accumulation trees: weighted averages of any number of images in
+// passes/accumulate/tree/tree.h - accumulation trees: weighted averages of any number of images in
 // targets of few bits (Lagae, Suykens, Dutre, "A Hardware Accelerated Alternative for the
 // Accumulation Buffer", report CW 369, K.U.Leuven 2003, sections 3.2 to 3.5). Leaves are frames, or
 // groups of passes; a node replaces its inputs by their weighted average. Where the leaves are sums
@@ -11,10 +11,10 @@
 // branching factor; leaves from N on have zero weight, and what consists of them is cut away. What
 // is left with one input is no node: its input stands in its place. So all N work, and every node
 // has 2 inputs or more.
-#ifndef WEFT_PASSES_ACCUMULATE_TREE_H
-#define WEFT_PASSES_ACCUMULATE_TREE_H
+#ifndef WEFT_PASSES_ACCUMULATE_TREE_TREE_H
+#define WEFT_PASSES_ACCUMULATE_TREE_TREE_H
 
-#include "../../filter/base.h"
+#include "../../../filter/base.h"
 
 WEFT_BEGIN_DECLS
 

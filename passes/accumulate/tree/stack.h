@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/accumulate/tree_stack.h - the logic of accumulation trees without a pixel: a stack of
+// passes/accumulate/tree/stack.h - the logic of accumulation trees without a pixel: a stack of
 // parts, of which the uppermost ones become a node whenever a level's branching factor is reached
 // (not installed). Known and unknown N give the same tree: what is left at the end is carried up,
 // level by level, as weft_tree_create's comment has it. weft_tree_create records what it does;
@@ -10,7 +10,7 @@
 #ifndef WEFT_PASSES_ACCUMULATE_TREE_STACK_H
 #define WEFT_PASSES_ACCUMULATE_TREE_STACK_H
 
-#include "passes/accumulate/tree.h"
+#include "passes/accumulate/tree/tree.h"
 
 WEFT_BEGIN_DECLS
 
