@@ -9,12 +9,6 @@
 #include "passes/accumulate/frame.h"
 #include "passes/accumulate/moments.h"
 
-const char *const weft_accumulate_method_names[] = {"auto",  "exact", "tree", "buffer",
-                                                    "blend", "float", NULL};
-const char *const weft_accumulate_nonfinite_names[] = {"error", "skip", "propagate", NULL};
-const char *const weft_accumulated_names[] = {
-    "mean", "variance", "standard error", "minimum", "maximum", "weight", NULL};
-
 static const struct weft_accumulate_way *const ways[] = {
     NULL,
     &weft_accumulate_exact,

@@ -23,7 +23,9 @@ WEFT_API extern const char *const weft_plane_type_names[];
 // Returns the bytes of one value; 0 for what is no type. Pure.
 WEFT_API size_t weft_plane_type_size(enum weft_plane_type type);
 
-// Values that are borrowed for as long as whoever takes the plane says.
+// Where a channel's values lie. They are borrowed for as long as whoever takes the plane says, and
+// are not written to. What lies between rows and between pixels is never looked at. Values beyond
+// the last pixel of the last row need not be there.
 struct weft_plane {
     const void *values; // required; aligned to its values
     enum weft_plane_type type;
