@@ -202,5 +202,24 @@ struct weft_preview_params {
 WEFT_API enum weft_result weft_preview_save(const struct weft_preview_params *params,
                                             float range[2]);
 
+// Planes of red, green and blue light, with alpha associated where there is one. Borrowed until the
+// call returns.
+struct weft_colour_preview_params {
+    const char *path;                // required
+    bool no_clobber;                 // an existing file is an error (default: it is replaced)
+    int32_t width, height;           // required
+    const float *red, *green, *blue; // required; width * height each
+    float low, high;            // light shown as code 0 and code 255, low < high. Both 0: 0 and 1
+    int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
+    const struct weft_log *log; // may be NULL
+};
+#define WEFT_COLOUR_PREVIEW_DEFAULTS
+#define weft_colour_preview_params(...)                                                            \
+    (&(struct weft_colour_preview_params){WEFT_COLOUR_PREVIEW_DEFAULTS __VA_ARGS__})
+
+// Writes an 8-bit sRGB PNG over black; light beyond the range takes its ends' codes, and pixels
+// with a NaN are magenta. Returns WEFT_ERR_ARGUMENT, _MEMORY, _WRITE.
+WEFT_API enum weft_result weft_colour_preview_save(const struct weft_colour_preview_params *params);
+
 WEFT_END_DECLS
 #endif

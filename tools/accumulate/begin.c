@@ -1,50 +1,126 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the frames of `weft accumulate` have in common, and the accumulator for them.
+// The accumulator of `weft accumulate`.
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
 
-static enum weft_result look_at_first(struct accumulate_job *job)
+static enum weft_result check_branching(const struct accumulate_job *job)
 {
-    const struct weft_image_load_params params = {
-        .path = job->frame[0].path, .info_only = true, .log = report_log()};
-    return weft_image_load(&params, &job->image);
+    const int *level = job->request.level_branching;
+    int64_t product = 1;
+    for (int i = 0; i < WEFT_TREE_MAX_LEVELS && level[i] && product < job->counting; i++)
+        product *= level[i];
+    if (!level[0] || product >= job->counting)
+        return WEFT_OK;
+    report_error("--branching %s: such a tree has %lld leaves, for %lld frames",
+                 job->option[ACCUMULATE_BRANCHING].text, (long long)product,
+                 (long long)job->counting);
+    return WEFT_ERR_ARGUMENT;
 }
 
-static enum weft_result choose_channels(struct accumulate_job *job)
+static bool draws(enum weft_accumulate_method method)
 {
-    job->channel = calloc(job->image.channel_count, sizeof *job->channel);
-    if (!job->channel) {
-        report_error("out of memory for %zu channels", job->image.channel_count);
+    return method == WEFT_ACCUMULATE_TREE || method == WEFT_ACCUMULATE_BLEND ||
+           method == WEFT_ACCUMULATE_FLOAT;
+}
+
+static enum weft_result create_context(struct accumulate_job *job)
+{
+    const double start = report_now_seconds();
+    if (!draws(job->request.method) || job->option[ACCUMULATE_EMULATE].given ||
+        job->option[ACCUMULATE_EXPLAIN].given)
+        return WEFT_OK;
+    const enum weft_result res = weft_context_create(
+        weft_context_params(.kind = job->request.context, .log = report_log()), &job->context);
+    job->context_seconds = report_now_seconds() - start;
+    return res;
+}
+
+// What a frame's fault is goes to job->message, to be told with the frame's name.
+static void tell(void *priv, enum weft_log_level level, const char *message)
+{
+    struct accumulate_job *job = priv;
+    if (job->adding && level == WEFT_LOG_ERROR)
+        snprintf(job->message, sizeof job->message, "%s", message);
+    else
+        report_log()->write(report_log()->priv, level, message);
+}
+
+static double *copy_weights(const struct accumulate_job *job)
+{
+    double *weight = malloc((size_t)job->counting * sizeof *weight);
+    for (int64_t i = 0; weight && i < job->counting; i++)
+        weight[i] = job->frame[job->sequence[i]].weight;
+    return weight;
+}
+
+// Frames that may be left out make running means of all methods that know all weights beforehand.
+static enum weft_result create_accumulator(struct accumulate_job *job)
+{
+    const struct option_value *o = job->option;
+    const struct accumulate_request *r = &job->request;
+    const bool known = !o[ACCUMULATE_SKIP_BAD].given && !o[ACCUMULATE_UNTIL].given;
+    double *weight = copy_weights(job);
+    if (!weight) {
+        report_error("out of memory for %lld weights", (long long)job->counting);
         return WEFT_ERR_MEMORY;
     }
-    for (size_t c = 0; c < job->image.channel_count; c++)
-        job->channel[c] = (struct accumulate_channel){.averaged = job->averaged_count++,
-                                                      .widest = job->image.channels[c].type};
-    return WEFT_OK;
-}
-
-static enum weft_result make_accumulator(struct accumulate_job *job)
-{
-    const struct weft_accumulator_params params = {
+    job->log = (struct weft_log){tell, job};
+    struct weft_accumulator_params params = {
         .width = job->image.width,
         .height = job->image.height,
         .channel_count = job->averaged_count,
-        .method = WEFT_ACCUMULATE_EXACT,
-        .frame_count = job->frame_count,
-        .cpu = {.threads = job->threads},
-        .log = report_log(),
+        .method = r->method,
+        .frame_count = known ? job->counting : 0,
+        .weight = known ? weight : NULL,
+        .branching = r->branching,
+        .rounding = r->rounding,
+        .bits = r->bits,
+        .low = r->low,
+        .high = r->high,
+        .max_error = r->max_error,
+        .nonfinite = r->nonfinite,
+        .keep = o[ACCUMULATE_STDERR].given || o[ACCUMULATE_UNTIL].given ? WEFT_KEEP_VARIANCE : 0,
+        .batch = r->batch,
+        .context = job->context,
+        .emulate = o[ACCUMULATE_EMULATE].given || o[ACCUMULATE_EXPLAIN].given,
+        .cpu = {.threads = r->threads},
+        .log = &job->log,
     };
-    return weft_accumulator_create(&params, &job->accumulator);
+    for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
+        params.level_branching[i] = r->level_branching[i];
+    const enum weft_result res = weft_accumulator_create(&params, &job->accumulator);
+    free(weight);
+    return res;
+}
+
+enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound)
+{
+    const double most = job->request.max_error;
+    if (!(most > 0.0) || bound <= most)
+        return WEFT_OK;
+    report_error("--max-error %g: the bound of --method %s is %.3g", most,
+                 weft_accumulate_method_names[job->planned.method], bound);
+    job->over_budget = true;
+    return WEFT_ERR_UNSUPPORTED;
 }
 
 enum weft_result accumulate_begin(struct accumulate_job *job)
 {
-    enum weft_result res = look_at_first(job);
+    enum weft_result res = check_branching(job);
     if (res == WEFT_OK)
-        res = choose_channels(job);
+        res = create_context(job);
     if (res == WEFT_OK)
-        res = make_accumulator(job);
-    return res;
+        res = create_accumulator(job);
+    if (res != WEFT_OK) {
+        job->over_budget = res == WEFT_ERR_UNSUPPORTED && job->request.max_error > 0.0 &&
+                           job->request.method == WEFT_ACCUMULATE_AUTO;
+        return res;
+    }
+    weft_accumulator_get_report(job->accumulator, &job->planned);
+    // Where it is not known before the frames are, it is looked at again afterwards.
+    return isfinite(job->planned.bound) ? accumulate_check_bound(job, job->planned.bound) : WEFT_OK;
 }

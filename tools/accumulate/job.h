@@ -4,14 +4,35 @@
 #define WEFT_TOOLS_ACCUMULATE_JOB_H
 
 #include "tools/common/json.h"
+#include "tools/common/kernels.h"
 #include "tools/common/options.h"
-#include "tools/common/paths.h"
+#include "tools/draw/preview.h"
 
 enum accumulate_option {
     ACCUMULATE_OUTPUT,
+    ACCUMULATE_STDERR,
+    ACCUMULATE_PREVIEW,
+    ACCUMULATE_FRAMES,
+    ACCUMULATE_SKIP_BAD,
+    ACCUMULATE_PART,
+    ACCUMULATE_WEIGHTS,
+    ACCUMULATE_METHOD,
+    ACCUMULATE_BRANCHING,
+    ACCUMULATE_ROUNDING,
+    ACCUMULATE_BITS,
+    ACCUMULATE_SOURCE_RANGE,
+    ACCUMULATE_MAX_ERROR,
+    ACCUMULATE_NONFINITE,
+    ACCUMULATE_UNTIL,
+    ACCUMULATE_BATCH,
+    ACCUMULATE_TRANSFER,
+    ACCUMULATE_AVERAGE_ALL,
     ACCUMULATE_TYPE,
     ACCUMULATE_COMPRESSION,
-    ACCUMULATE_SKIP_BAD,
+    ACCUMULATE_RANGE,
+    ACCUMULATE_COLOUR_MAP,
+    ACCUMULATE_CONTEXT,
+    ACCUMULATE_EMULATE,
     ACCUMULATE_THREADS,
     ACCUMULATE_EXPLAIN,
     ACCUMULATE_JSON,
@@ -21,64 +42,181 @@ enum accumulate_option {
     ACCUMULATE_OPTION_COUNT
 };
 
+// How codes become light.
+enum accumulate_curve {
+    ACCUMULATE_CURVE_AUTO, // EXR: linear; PNG: what the file says, or sRGB
+    ACCUMULATE_CURVE_LINEAR,
+    ACCUMULATE_CURVE_SRGB,
+    ACCUMULATE_CURVE_POWER, // code ^ exponent
+};
+struct accumulate_transfer {
+    enum accumulate_curve curve;
+    double exponent; // of a power
+};
+
+// What the options say, read once.
+struct accumulate_request {
+    enum weft_accumulate_method method;
+    int branching; // 0: the default
+    int level_branching[WEFT_TREE_MAX_LEVELS];
+    int bits;         // as struct weft_accumulator_params
+    double low, high; // of targets; both 0: the default
+    enum weft_tree_rounding rounding;
+    enum weft_accumulate_nonfinite nonfinite;
+    double max_error; // 0: none was given
+    struct weft_until until;
+    int batch;
+    struct accumulate_transfer transfer;
+    enum weft_context_kind context;
+    const struct weft_colour_map *colour_map;
+    int threads; // 0: as many as run at once
+    int part;    // of each file
+};
+
 // A frame that was named, in the order in which frames count.
 struct accumulate_frame {
     char *path;
     double weight;
-    bool bad; // left out by --skip-bad, as `problem` says
-    char *problem;
+    char *problem; // why it was left out by --skip-bad; NULL: it was not
 };
 
 // A channel of the frames.
 struct accumulate_channel {
-    bool copied;                 // not averaged: it is the first counting frame's
-    int averaged;                // its place among those that are averaged; -1: copied
+    bool alpha;                  // a share of the pixel, which no transfer function is applied to
+    bool data;                   // it holds no colour
+    int averaged;                // its place among the channels that are averaged; -1: it is copied
+    int alpha_of;                // the channel that is its layer's alpha; -1: there is none
     enum weft_pixel_type widest; // of the frames that were added
+};
+
+// Frames' planes as light with associated alpha. (transfer.c)
+struct accumulate_decoder {
+    struct accumulate_transfer table_of; // what `table` has
+    int table_bits;                      // 0: nothing yet
+    float *table;                        // of codes of 8 or 16 bits
+    float *decoded, *alpha;              // of all averaged channels; of a row
+    bool told_profile;                   // that ICC profiles are not applied
 };
 
 struct accumulate_job {
     const struct option_value *option; // [ACCUMULATE_OPTION_COUNT]
     const char *const *operands;       // NULL-ended
-    int threads;                       // 0: as many as run at once
+    struct accumulate_request request;
 
     struct accumulate_frame *frame;
-    int64_t frame_count;
-    // Frames are read in order. `next` is the first one that was not looked at yet, `first` the
-    // first one that was added, -1: none.
-    int64_t next, first;
-    int64_t added, skipped; // counting frames that were added, and bad ones that were left out
+    int64_t frame_count, frame_room;
+    int64_t counting;  // frames whose weight is not 0: the others are not read
+    int64_t *sequence; // their numbers, [counting]
+    struct {
+        char text[KERNELS_TEXT]; // as asked: "uniform", "gauss:0.2", a file's name
+        double total, least, largest;
+    } weights;
 
-    // What the frames have in common: of the first readable one. Its planes are those of the
-    // channels that are copied, of frame `first`.
+    // What the frames have in common: of the first readable one, frame number `reference`. Its
+    // planes are those of the channels that are copied, from frame `first` on.
     struct weft_image image;
+    enum weft_image_file_kind kind;
+    int64_t reference;
     struct accumulate_channel *channel; // [image.channel_count]
     int averaged_count;
-    weft_accumulator *accumulator;
-    struct weft_accumulator_report report; // once all is added
+    struct weft_plane *plane; // [averaged_count], of the frame that is added
 
-    struct weft_image result;
-    struct weft_metadata *texts;
-    struct weft_image_save_report saved;
-    double start; // monotonic seconds
-    double read_seconds, add_seconds, result_seconds, write_seconds;
+    weft_context *context; // NULL: the method needs none
+    weft_accumulator *accumulator;
+    struct weft_accumulator_report planned; // before the first frame
+    struct accumulate_decoder decoder;
+    struct accumulate_transfer transfer; // of the frame that was read last
+    struct weft_log log;                 // the accumulator's
+    bool adding;                         // its errors are the frame's: they go to `message`
+    char message[1024], doing[64];
+    int64_t begun; // the place in `sequence` that is being read from
+
+    // Frames are read in the order of `sequence`. `next` is the place there of the first one that
+    // was not looked at yet; `first` the number of the first frame that was added, -1: none.
+    int64_t next, first;
+    int64_t added, skipped; // counting frames that were added, and bad ones that were left out
+    bool stopped;           // by --until
+    struct weft_convergence convergence; // as last judged
+    int64_t judged;                      // when: frames added then; 0: never
+
+    struct weft_accumulator_report report;     // of the frames that were added
+    struct weft_image result;                  // the mean
+    struct weft_image error;                   // the standard error, with --stderr
+    struct weft_metadata *texts, *error_texts; // their own attributes
+    struct weft_statistics *statistics;        // of the result, [image.channel_count]
+    struct weft_image_save_report saved, error_saved;
+    float preview_range[2];
+    bool over_budget; // the bound is beyond --max-error, which an error line has told
+    double start;     // monotonic seconds
+    double list_seconds, context_seconds, read_seconds, decode_seconds, add_seconds, judge_seconds,
+        result_seconds, write_seconds;
 };
 
 // ---- stages, in this order; all return a result after one error line ----------------------------
 
-// Names of frames from operands, patterns and lists; their weights. (names.c, weights.c)
+// The options, as far as no file is needed. (options.c)
+enum weft_result accumulate_read_options(struct accumulate_job *job);
+// Names of frames from operands, patterns and lists. (names.c)
 enum weft_result accumulate_list_frames(struct accumulate_job *job);
-// That outputs can be written and are no inputs. (names.c)
-enum weft_result accumulate_check_files(const struct accumulate_job *job);
-// What frames have in common, without their pixels, and the accumulator for them. (begin.c)
+// Their weights. (weights.c)
+enum weft_result accumulate_set_weights(struct accumulate_job *job);
+// That frames are there, and outputs can be written and are no inputs. (files.c)
+enum weft_result accumulate_check_files(struct accumulate_job *job);
+// What frames have in common, by the first readable one. (channels.c)
+enum weft_result accumulate_look(struct accumulate_job *job);
+// The accumulator for them, and a context where it needs one. (begin.c)
 enum weft_result accumulate_begin(struct accumulate_job *job);
 // Adds all frames from job->next on. (read.c)
 enum weft_result accumulate_read(struct accumulate_job *job);
-// The mean so far as job->result, with attributes: may be called at any time after the first frame
-// was added, again and again. (result.c)
+// The mean so far as job->result: may be called at any time after the first frame was added, again
+// and again. (result.c)
 enum weft_result accumulate_make_result(struct accumulate_job *job);
 // Writes the outputs. (result.c)
 enum weft_result accumulate_save(struct accumulate_job *job);
 
 void accumulate_clear(struct accumulate_job *job);
+
+// ---- parts of them ------------------------------------------------------------------------------
+
+enum { ACCUMULATE_TEXT = 256 };
+// What options contradict each other, as an error line; NULL: none. (options.c)
+const char *accumulate_conflict(const struct accumulate_job *job, char text[ACCUMULATE_TEXT]);
+
+// Whether a channel holds no colour, by its name and those beside it. (channels.c)
+bool accumulate_is_data(const struct weft_image *image, size_t channel);
+// The image's number of a channel; image.channel_count where it has none of that name.
+size_t accumulate_find_channel(const struct weft_image *image, const char *name);
+// That a frame is of one kind, size and shape with the first. Returns WEFT_ERR_ARGUMENT (its kind)
+// or WEFT_ERR_FORMAT after a line that names both.
+enum weft_result accumulate_match(const struct accumulate_job *job,
+                                  const struct weft_image_frame *frame);
+// Takes over the types of a frame that counts.
+void accumulate_widen(struct accumulate_job *job, const struct weft_image *image);
+// Copies the channels that are not averaged, once. Returns WEFT_ERR_MEMORY.
+enum weft_result accumulate_copy(struct accumulate_job *job, const struct weft_image_frame *frame);
+
+// Fills job->plane from a frame that matches: its own planes, or what they stand for. Returns
+// WEFT_ERR_UNSUPPORTED (a transfer function) or WEFT_ERR_MEMORY. (transfer.c)
+enum weft_result accumulate_decode(struct accumulate_job *job,
+                                   const struct weft_image_frame *frame);
+void accumulate_clear_decoder(struct accumulate_decoder *decoder);
+// "sRGB", "linear light", "code ^ 2.2"
+const char *accumulate_transfer_text(const struct accumulate_transfer *transfer,
+                                     char text[ACCUMULATE_TEXT]);
+
+// Refuses a bound that is beyond --max-error: sets over_budget. Returns WEFT_ERR_UNSUPPORTED after
+// an error line. (begin.c)
+enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound);
+
+// In colour where there are R, G and B. (preview.c)
+enum weft_result accumulate_save_preview(struct accumulate_job *job);
+
+// What a result's attributes say; what: it is, NULL for the mean. Returns how many. (report.c)
+enum { ACCUMULATE_ATTRIBUTES = 20 };
+size_t accumulate_attributes(const struct accumulate_job *job, const char *what,
+                             struct weft_metadata out[ACCUMULATE_ATTRIBUTES]);
+void accumulate_explain(const struct accumulate_job *job);
+enum weft_result accumulate_print_json(const struct accumulate_job *job);
+void accumulate_print_text(const struct accumulate_job *job);
 
 #endif

@@ -1,64 +1,229 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reading the frames of `weft accumulate`, one after another.
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
 
+// ---- told ---------------------------------------------------------------------------------------
+
 static void set_last_words(const struct accumulate_job *job)
 {
     report_set_last_words("weft: ended after %lld of %lld frames, nothing is written",
-                          (long long)job->next, (long long)job->frame_count);
+                          (long long)job->next, (long long)job->counting);
 }
 
-static enum weft_result add(struct accumulate_job *job, const struct weft_image *image,
+// Returns false once an interrupt that was deferred has come.
+static bool show_progress(struct accumulate_job *job)
+{
+    snprintf(job->doing, sizeof job->doing, "frame %lld of %lld", (long long)job->next,
+             (long long)job->counting);
+    set_last_words(job);
+    return report_progress(job->doing)->report(NULL, (double)job->next / (double)job->counting);
+}
+
+static const char *name_of(void *priv, int64_t i)
+{
+    const struct accumulate_job *job = priv;
+    return job->frame[job->sequence[job->begun + i]].path;
+}
+
+// ---- what a frame's fault is --------------------------------------------------------------------
+
+// Whether the method refuses a value; of codes none.
+static bool is_refused(const struct accumulate_job *job, float value)
+{
+    const struct accumulate_request *r = &job->request;
+    const double low = r->low, high = r->low < r->high ? r->high : 1.0;
+    const bool codes = job->planned.bits == 8 || job->planned.bits == 16;
+    if (!isfinite(value))
+        return r->nonfinite == WEFT_NONFINITE_ERROR || codes;
+    return codes && job->planned.method != WEFT_ACCUMULATE_BUFFER &&
+           ((double)value < low || (double)value > high);
+}
+
+static size_t channel_averaged(const struct accumulate_job *job, int averaged)
+{
+    size_t c = 0;
+    while (job->channel[c].averaged != averaged)
+        c++;
+    return c;
+}
+
+// The first value that is refused, in the file's own channels and pixels.
+static bool find_refused(const struct accumulate_job *job, int averaged, float *row, int32_t *x,
+                         int32_t *y)
+{
+    for (*y = 0; *y < job->image.height; (*y)++) {
+        weft_plane_row(&job->plane[averaged], *y, job->image.width, row, 1);
+        for (*x = 0; *x < job->image.width; (*x)++)
+            if (is_refused(job, row[*x]))
+                return true;
+    }
+    return false;
+}
+
+static void tell_value(const struct accumulate_job *job, const char *path, int averaged,
+                       float value, int32_t x, int32_t y)
+{
+    const char *channel = job->image.channels[channel_averaged(job, averaged)].name;
+    if (!isfinite(value))
+        report_error("%s: channel %s is %g at pixel (%d, %d) (--nonfinite says what becomes of "
+                     "such values)",
+                     path, channel, (double)value, job->image.x + x, job->image.y + y);
+    else
+        report_error("%s: channel %s is %.9g at pixel (%d, %d), beyond the range of the targets of "
+                     "%d bits, %g to %g (--source-range)",
+                     path, channel, (double)value, job->image.x + x, job->image.y + y,
+                     job->planned.bits, job->request.low,
+                     job->request.low < job->request.high ? job->request.high : 1.0);
+}
+
+// Says why the accumulator has refused the frame in job->plane.
+static void tell_refused(struct accumulate_job *job, const char *path)
+{
+    float *row = malloc((size_t)job->image.width * sizeof *row);
+    int32_t x, y;
+    for (int c = 0; row && c < job->averaged_count; c++) {
+        if (!find_refused(job, c, row, &x, &y))
+            continue;
+        tell_value(job, path, c, row[x], x, y);
+        free(row);
+        return;
+    }
+    free(row);
+    report_error("%s: %s", path, job->message);
+}
+
+// Whether others may do better.
+static bool is_bad(enum weft_result res)
+{
+    return res == WEFT_ERR_OPEN || res == WEFT_ERR_FORMAT || res == WEFT_ERR_READER ||
+           res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT;
+}
+
+// The error line stays with the frame, and others may have theirs.
+static enum weft_result skip(struct accumulate_job *job, struct accumulate_frame *named)
+{
+    named->problem = strdup(report_get_error());
+    report_set_part(NULL, NULL);
+    job->skipped++;
+    return named->problem ? WEFT_OK : WEFT_ERR_MEMORY;
+}
+
+// ---- frames -------------------------------------------------------------------------------------
+
+static enum weft_result add(struct accumulate_job *job, const struct weft_image_frame *frame,
                             double weight)
 {
-    struct weft_plane *plane = calloc(image->channel_count, sizeof *plane);
-    if (!plane)
-        return WEFT_ERR_MEMORY;
-    for (size_t c = 0; c < image->channel_count; c++)
-        plane[c].values = image->channels[c].plane;
-    const struct weft_frame frame = {.plane = plane};
-    const enum weft_result res = weft_accumulator_add(job->accumulator, &frame, weight);
-    free(plane);
+    const struct weft_frame planes = {.plane = job->plane};
+    const double start = report_now_seconds();
+    *job->message = 0;
+    job->adding = true;
+    const enum weft_result res = weft_accumulator_add(job->accumulator, &planes, weight);
+    job->adding = false;
+    job->add_seconds += report_now_seconds() - start;
+    if (res == WEFT_ERR_FORMAT || res == WEFT_ERR_LIMIT)
+        tell_refused(job, frame->name);
+    else if (res != WEFT_OK)
+        report_error("%s", job->message);
     return res;
 }
 
-static enum weft_result read_frame(struct accumulate_job *job)
+static enum weft_result take_frame(struct accumulate_job *job, const struct weft_image_frame *frame)
 {
-    const struct accumulate_frame *frame = &job->frame[job->next];
-    const struct weft_image_load_params params = {
-        .path = frame->path, .threads = job->threads, .log = report_log()};
-    struct weft_image image = {0};
-    const double start = report_now_seconds();
-    enum weft_result res = weft_image_load(&params, &image);
-    const double loaded = report_now_seconds();
-    job->read_seconds += loaded - start;
-    if (res == WEFT_OK && image.channel_count != job->image.channel_count) {
-        report_error("%s has %zu channels, %s has %zu", frame->path, image.channel_count,
-                     job->frame[0].path, job->image.channel_count);
-        res = WEFT_ERR_ARGUMENT;
-    }
-    if (res == WEFT_OK)
-        res = add(job, &image, frame->weight);
-    job->add_seconds += report_now_seconds() - loaded;
-    weft_image_clear(&image);
+    struct accumulate_frame *named = &job->frame[job->sequence[job->next]];
+    enum weft_result res = frame->result;
     if (res != WEFT_OK)
+        report_error("%s", frame->message);
+    if (res == WEFT_OK)
+        res = accumulate_match(job, frame);
+    const double start = report_now_seconds();
+    if (res == WEFT_OK)
+        res = accumulate_decode(job, frame);
+    job->decode_seconds += report_now_seconds() - start;
+    if (res == WEFT_OK)
+        res = add(job, frame, named->weight);
+    if (res == WEFT_OK)
+        res = accumulate_copy(job, frame);
+    if (res == WEFT_OK) {
+        accumulate_widen(job, &frame->image);
+        job->first = job->first < 0 ? job->sequence[job->next] : job->first;
+        job->added++;
+    } else if (job->option[ACCUMULATE_SKIP_BAD].given && is_bad(res)) {
+        res = skip(job, named);
+    }
+    job->next += res == WEFT_OK;
+    return res;
+}
+
+// Now and then, at numbers of frames that depend on nothing else: after the least number, and
+// whenever a sixteenth has come on top.
+static enum weft_result judge(struct accumulate_job *job)
+{
+    const struct weft_until *until = &job->request.until;
+    const int64_t least = until->least ? until->least : 16;
+    if (!job->option[ACCUMULATE_UNTIL].given || job->added < least ||
+        job->added < job->judged + job->judged / 16 + 1)
+        return WEFT_OK;
+    const double start = report_now_seconds();
+    const enum weft_result res = WEFT_ERR_UNSUPPORTED; // until weft_accumulator_judge is there
+    job->judged = job->added;
+    job->stopped = res == WEFT_OK && job->convergence.enough && job->next < job->counting;
+    job->judge_seconds += report_now_seconds() - start;
+    return res;
+}
+
+// *more: there may be another one.
+static enum weft_result read_next(struct accumulate_job *job, weft_image_sequence *sequence,
+                                  bool *more)
+{
+    const struct weft_image_frame *frame = NULL;
+    const double start = report_now_seconds();
+    *more = false;
+    if (!show_progress(job))
+        return WEFT_ERR_CANCELLED;
+    enum weft_result res = weft_image_sequence_next(sequence, &frame);
+    job->read_seconds += report_now_seconds() - start;
+    if (res != WEFT_OK || !frame)
         return res;
-    job->first = job->first < 0 ? job->next : job->first;
-    job->added++;
-    return WEFT_OK;
+    res = take_frame(job, frame);
+    if (res == WEFT_OK)
+        res = judge(job);
+    *more = !job->stopped;
+    return res;
+}
+
+static enum weft_result read_all(struct accumulate_job *job)
+{
+    weft_image_sequence *sequence = NULL;
+    bool more = job->next < job->counting;
+    if (!more)
+        return WEFT_OK;
+    job->begun = job->next;
+    enum weft_result res = weft_image_sequence_create(
+        weft_image_sequence_params(.count = job->counting - job->begun, .name = name_of,
+                                   .priv = job,
+                                   .readers = job->request.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
+                                                  ? job->request.threads
+                                                  : WEFT_IMAGE_SEQUENCE_MAX_READERS,
+                                   .part = job->request.part, .log = report_log()),
+        &sequence);
+    while (res == WEFT_OK && more)
+        res = read_next(job, sequence, &more);
+    weft_image_sequence_destroy(&sequence);
+    return res;
 }
 
 enum weft_result accumulate_read(struct accumulate_job *job)
 {
-    enum weft_result res = WEFT_OK;
-    while (res == WEFT_OK && job->next < job->frame_count) {
-        set_last_words(job);
-        res = read_frame(job);
-        job->next += res == WEFT_OK;
-    }
-    return res;
+    const enum weft_result res = read_all(job);
+    report_erase_progress();
+    if (res != WEFT_OK || job->added > 0)
+        return res;
+    report_error("none of %lld frames could be averaged", (long long)job->counting);
+    return WEFT_ERR_FORMAT;
 }

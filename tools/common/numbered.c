@@ -76,3 +76,41 @@ char *numbered_format(const char *name, int64_t number)
     free(text);
     return NULL;
 }
+
+// ---- spans --------------------------------------------------------------------------------------
+
+// Digits and nothing else, up to the largest number.
+static bool read_number(const char **at, int64_t *out)
+{
+    const size_t length = strspn(*at, "0123456789");
+    if (length < 1 || length > 9)
+        return false;
+    *out = strtoll(*at, NULL, 10);
+    *at += length;
+    return true;
+}
+
+enum weft_result numbered_read_span(const char *text, int64_t most, struct numbered_span *out)
+{
+    const char *at = text;
+    out->step = 1;
+    bool good = read_number(&at, &out->first) && *at++ == '-' && read_number(&at, &out->last);
+    if (good && *at == ':') {
+        at++;
+        good = read_number(&at, &out->step);
+    }
+    if (!good || *at)
+        report_error("--frames: '%s' is not FIRST-LAST or FIRST-LAST:STEP, whole numbers from 0 to "
+                     "%d, as 1-100",
+                     text, NUMBERED_MAX);
+    else if (out->first > out->last)
+        report_error("--frames %s: FIRST is more than LAST", text);
+    else if (out->step == 0)
+        report_error("--frames %s: STEP must be 1 or more", text);
+    else if ((out->last - out->first) / out->step >= most)
+        report_error("--frames %s: these are %lld frames; there may be at most %d", text,
+                     (long long)((out->last - out->first) / out->step + 1), (int)most);
+    else
+        return WEFT_OK;
+    return WEFT_ERR_ARGUMENT;
+}

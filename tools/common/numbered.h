@@ -14,6 +14,14 @@ bool numbered_is(const char *name);
 // with `option` ("-o ", or "" for what has no option). required: a conversion must be there.
 enum weft_result numbered_check(const char *option, const char *name, bool required);
 
+// FIRST-LAST or FIRST-LAST:STEP, as --frames has it.
+struct numbered_span {
+    int64_t first, last, step; // 0 <= first <= last <= NUMBERED_MAX, step >= 1
+};
+enum { NUMBERED_MAX = 999999999 };
+// Reads a span of `most` numbers at most. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result numbered_read_span(const char *text, int64_t most, struct numbered_span *out);
+
 // The name of a number, for one that was checked; to be freed, NULL where memory ran out.
 char *numbered_format(const char *name, int64_t number);
 

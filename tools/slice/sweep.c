@@ -53,42 +53,6 @@ const char *sweep_conflict(const struct slice_setup *setup)
     return o[SLICE_FRAMES].given ? conflict_of_frames(setup) : conflict_of_one(setup);
 }
 
-// Digits and nothing else, up to the largest number.
-static bool read_number(const char **at, int64_t *out)
-{
-    const size_t length = strspn(*at, "0123456789");
-    if (length < 1 || length > 9)
-        return false;
-    *out = strtoll(*at, NULL, 10);
-    *at += length;
-    return true;
-}
-
-static enum weft_result read_frames(const char *text, struct slice_sweep *sweep)
-{
-    const char *at = text;
-    sweep->step = 1;
-    bool good = read_number(&at, &sweep->first) && *at++ == '-' && read_number(&at, &sweep->last);
-    if (good && *at == ':') {
-        at++;
-        good = read_number(&at, &sweep->step);
-    }
-    if (!good || *at)
-        report_error("--frames: '%s' is not FIRST-LAST or FIRST-LAST:STEP, whole numbers from 0 to "
-                     "%d, as 1-100",
-                     text, SWEEP_MAX_NUMBER);
-    else if (sweep->first > sweep->last)
-        report_error("--frames %s: FIRST is more than LAST", text);
-    else if (sweep->step == 0)
-        report_error("--frames %s: STEP must be 1 or more", text);
-    else if ((sweep->last - sweep->first) / sweep->step >= SWEEP_MAX_FRAMES)
-        report_error("--frames %s: these are %lld frames; there may be at most %d", text,
-                     (long long)((sweep->last - sweep->first) / sweep->step + 1), SWEEP_MAX_FRAMES);
-    else
-        return WEFT_OK;
-    return WEFT_ERR_ARGUMENT;
-}
-
 enum weft_result sweep_read(struct slice_setup *setup)
 {
     const struct option_value *o = setup->option;
@@ -96,7 +60,8 @@ enum weft_result sweep_read(struct slice_setup *setup)
     *sweep = (struct slice_sweep){.given = o[SLICE_FRAMES].given, .step = 1, .count = 1};
     if (!sweep->given)
         return WEFT_OK;
-    enum weft_result res = read_frames(o[SLICE_FRAMES].text, sweep);
+    struct numbered_span span;
+    enum weft_result res = numbered_read_span(o[SLICE_FRAMES].text, SWEEP_MAX_FRAMES, &span);
     if (res == WEFT_OK)
         res = numbered_check("", setup->input, false);
     if (res == WEFT_OK && o[SLICE_OUTPUT].given)
@@ -105,6 +70,9 @@ enum weft_result sweep_read(struct slice_setup *setup)
         res = numbered_check("--preview ", o[SLICE_PREVIEW].text, true);
     if (res != WEFT_OK)
         return res;
+    sweep->first = span.first;
+    sweep->last = span.last;
+    sweep->step = span.step;
     sweep->count = (int)((sweep->last - sweep->first) / sweep->step) + 1;
     return o[SLICE_PLANES].given ? sweep_load_planes(o[SLICE_PLANES].text,
                                                      sweep->last - sweep->first + 1, &sweep->planes)

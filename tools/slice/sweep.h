@@ -5,7 +5,7 @@
 
 #include "tools/slice/job.h"
 
-enum { SWEEP_MAX_FRAMES = 10000, SWEEP_MAX_NUMBER = 999999999 };
+enum { SWEEP_MAX_FRAMES = 10000 };
 
 // What options contradict each other, as an error line; NULL: none. All that --frames needs, and
 // what needs it.

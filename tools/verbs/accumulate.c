@@ -5,33 +5,163 @@
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
+#include "tools/methods/engine_options.h"
 #include "tools/verbs/verb.h"
 
-static const char *const exr_ending[] = {".exr", NULL};
+static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
+static const char *const bits_choices[] = {"8", "16", "32", "half", NULL};
 
 static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
-    [ACCUMULATE_OUTPUT] = {.name = "output",
-                           'o',
+    [ACCUMULATE_OUTPUT] =
+        {.name = "output",
+         'o',
+         OPTION_OUTPUT,
+         "OUT.exr",
+         "the mean: channels of the frames' names in the widest of their types, with the first "
+         "frame's attributes and attributes that tell how it was made",
+         exr_ending},
+    [ACCUMULATE_STDERR] = {.name = "stderr",
+                           0,
                            OPTION_OUTPUT,
                            "OUT.exr",
-                           "the mean: channels of the frames' names, in the widest of their types",
+                           "the standard error of that mean, for each pixel and averaged channel, "
+                           "in floats",
                            exr_ending},
-    [ACCUMULATE_TYPE] = SAVED_TYPE_OPTION("of the channels that are averaged", WEFT_PIXEL_HALF + 1),
-    [ACCUMULATE_COMPRESSION] = SAVED_COMPRESSION_OPTION(
-        "of the file (default: the first frame's, or zip where weft does not write it)"),
+    [ACCUMULATE_PREVIEW] = {.name = "preview",
+                            0,
+                            OPTION_OUTPUT,
+                            "OUT.png",
+                            "the mean as 8-bit PNG: R, G and B in sRGB, or else one channel in a "
+                            "colour map",
+                            png_ending},
+    [ACCUMULATE_FRAMES] = {.name = "frames",
+                           0,
+                           OPTION_TEXT,
+                           "FIRST-LAST[:STEP]",
+                           "which numbers stand for %04d in a name (default: from the lowest to "
+                           "the highest that a file has)"},
     [ACCUMULATE_SKIP_BAD] = {.name = "skip-bad",
                              0,
                              OPTION_FLAG,
                              NULL,
-                             "go on without frames that are missing or cannot be read"},
-    [ACCUMULATE_THREADS] =
-        {.name = "threads", 0, OPTION_NUMBER, "N", "at once (default: one a core)"},
+                             "go on without frames that are missing, cannot be read, have another "
+                             "size or other channels, or values that are refused; the exit code "
+                             "is then 3"},
+    [ACCUMULATE_PART] = {.name = "part",
+                         0,
+                         OPTION_TEXT,
+                         "NAME|INDEX",
+                         "which part of EXR files of several, from 0 (default: the first)"},
+    [ACCUMULATE_WEIGHTS] = {.name = "weights",
+                            0,
+                            OPTION_TEXT,
+                            "FILE|uniform|gauss[:S]|tent|KERNEL",
+                            "what each frame counts (default uniform): numbers of a file, one a "
+                            "line; or a shape over all frames: a Gaussian whose sigma is S of "
+                            "their time (default 1/6), a tent, or a kernel over its support"},
+    [ACCUMULATE_METHOD] = {.name = "method",
+                           0,
+                           OPTION_CHOICE,
+                           NULL,
+                           "how frames are added up (default auto: exact, for frames of files)",
+                           weft_accumulate_method_names},
+    [ACCUMULATE_BRANCHING] = {.name = "branching",
+                              0,
+                              OPTION_TEXT,
+                              "N|NxNx...",
+                              "tree: inputs of a node (default 4), or of each level's nodes from "
+                              "the frames up, as 2x4x4"},
+    [ACCUMULATE_ROUNDING] = {.name = "rounding",
+                             0,
+                             OPTION_CHOICE,
+                             NULL,
+                             "tree of 8 or 16 bits: how a node becomes a code (default nearest)",
+                             weft_tree_rounding_names},
+    [ACCUMULATE_BITS] = {.name = "bits",
+                         0,
+                         OPTION_CHOICE,
+                         NULL,
+                         "of the targets of tree, buffer and blend (default 8; buffer 16)",
+                         bits_choices},
+    [ACCUMULATE_SOURCE_RANGE] = {.name = "source-range",
+                                 0,
+                                 OPTION_RANGE,
+                                 "LO,HI",
+                                 "values that codes of 8 and 16 bits span (default 0,1)"},
+    [ACCUMULATE_MAX_ERROR] = {.name = "max-error",
+                              0,
+                              OPTION_NUMBER,
+                              "E",
+                              "how wrong the mean may be, in the frames' values: a method whose "
+                              "bound is larger is refused"},
+    [ACCUMULATE_NONFINITE] = {.name = "nonfinite",
+                              0,
+                              OPTION_CHOICE,
+                              NULL,
+                              "what NaN and infinities do: end the run (default), not count, or "
+                              "make the mean NaN",
+                              weft_accumulate_nonfinite_names},
+    [ACCUMULATE_UNTIL] = {.name = "until",
+                          0,
+                          OPTION_TEXT,
+                          "E|R%[,share=S%][,least=N][,radius=N]",
+                          "stop once a share of the pixels (default 99%) has a standard error "
+                          "below E, or below R percent of the mean, or of both the larger; not "
+                          "before N frames (default 16); judged over pixels around (default 2)"},
+    [ACCUMULATE_BATCH] = {.name = "batch",
+                          0,
+                          OPTION_NUMBER,
+                          "N",
+                          "so many frames in a row depend on each other, as those of a jitter "
+                          "table do, and are one sample of the standard error (default 1)"},
+    [ACCUMULATE_TRANSFER] = {.name = "transfer",
+                             0,
+                             OPTION_TEXT,
+                             "auto|linear|srgb|gamma:G",
+                             "what colours' codes stand for (default auto: EXR is linear; PNG is "
+                             "what it says, sRGB where it says nothing); gamma: light is code ^ G"},
+    [ACCUMULATE_AVERAGE_ALL] =
+        {.name = "average-all", 0, OPTION_FLAG, NULL, "average channels that hold no colour, too"},
+    [ACCUMULATE_TYPE] =
+        SAVED_TYPE_OPTION("of the channels that are averaged (default: the widest of the frames')",
+                          WEFT_PIXEL_HALF + 1),
+    [ACCUMULATE_COMPRESSION] = SAVED_COMPRESSION_OPTION(
+        "of the EXR files (default: the first frame's, or zip where weft does not write it)"),
+    [ACCUMULATE_RANGE] = {.name = "range",
+                          0,
+                          OPTION_RANGE,
+                          "LO,HI",
+                          "values shown as black and white in the preview (default: in colour 0 "
+                          "and 1, or else the smallest and the largest)"},
+    [ACCUMULATE_COLOUR_MAP] = {.name = "colour-map",
+                               0,
+                               OPTION_TEXT,
+                               "NAME",
+                               "colours of a preview of one channel, as in weft slice"},
+    [ACCUMULATE_CONTEXT] = ENGINE_SPEC_CONTEXT,
+    [ACCUMULATE_EMULATE] = {.name = "emulate",
+                            0,
+                            OPTION_FLAG,
+                            NULL,
+                            "run tree, blend and float on the CPU, without OpenGL: the same bytes"},
+    [ACCUMULATE_THREADS] = {.name = "threads",
+                            0,
+                            OPTION_NUMBER,
+                            "N",
+                            "and reader programs, at once (default: one a core); the result does "
+                            "not depend on them"},
     [ACCUMULATE_EXPLAIN] = {.name = "explain",
                             0,
                             OPTION_FLAG,
                             NULL,
-                            "print what would be done and exit: no pixel is read"},
-    [ACCUMULATE_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print a report as JSON on stdout"},
+                            "print method, bound, memory and passes, and exit: no output, no "
+                            "OpenGL"},
+    [ACCUMULATE_JSON] = {.name = "json",
+                         0,
+                         OPTION_FLAG,
+                         NULL,
+                         "print frames, weights, method, bound, statistics and times as JSON on "
+                         "stdout"},
     [ACCUMULATE_NO_CLOBBER] =
         {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
     [ACCUMULATE_QUIET] =
@@ -43,42 +173,89 @@ typedef enum weft_result (*stage)(struct accumulate_job *job);
 
 static enum weft_result run_stages(struct accumulate_job *job)
 {
-    static const stage stages[] = {accumulate_begin, accumulate_read, accumulate_make_result,
-                                   accumulate_save, NULL};
-    enum weft_result res = accumulate_list_frames(job);
-    if (res == WEFT_OK)
-        res = accumulate_check_files(job);
-    for (const stage *s = stages; *s && res == WEFT_OK; s++)
+    static const stage planning[] = {accumulate_read_options,
+                                     accumulate_list_frames,
+                                     accumulate_set_weights,
+                                     accumulate_check_files,
+                                     accumulate_look,
+                                     accumulate_begin,
+                                     NULL};
+    static const stage computing[] = {accumulate_read, accumulate_make_result, accumulate_save,
+                                      NULL};
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = planning; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    for (const stage *s = computing; *s && res == WEFT_OK && !job->option[ACCUMULATE_EXPLAIN].given;
+         s++)
         res = (*s)(job);
     return res;
 }
 
-static int run(const char *const *operands, const struct option_value *values)
+static enum weft_result tell(const struct accumulate_job *job)
 {
-    struct accumulate_job job = {.option = values,
-                                 .operands = operands,
-                                 .first = -1,
-                                 .threads = (int)values[ACCUMULATE_THREADS].number[0],
-                                 .start = report_now_seconds()};
-    report_set_level(values[ACCUMULATE_QUIET].given, values[ACCUMULATE_VERBOSE].given);
-    if (!operands[0]) {
-        report_error("no frames given: weft accumulate FRAMES... -o OUT.exr (see weft help "
-                     "accumulate)");
-        return EXIT_CODE_USAGE;
-    }
-    const enum weft_result res = run_stages(&job);
-    accumulate_clear(&job);
-    return report_finish(res);
+    const bool explain = job->option[ACCUMULATE_EXPLAIN].given;
+    report_erase_progress();
+    if (job->skipped)
+        report_warning("%lld of %lld frames were left out", (long long)job->skipped,
+                       (long long)job->counting);
+    if (!explain)
+        accumulate_print_text(job);
+    else if (!job->option[ACCUMULATE_JSON].given)
+        accumulate_explain(job);
+    return job->option[ACCUMULATE_JSON].given ? accumulate_print_json(job) : WEFT_OK;
 }
 
-static const char *const epilogue[] = {"weft accumulate frame_*.exr -o mean.exr", NULL};
+static int run(const char *const *operands, const struct option_value *values)
+{
+    struct accumulate_job job = {
+        .option = values, .operands = operands, .first = -1, .start = report_now_seconds()};
+    report_set_level(values[ACCUMULATE_QUIET].given, values[ACCUMULATE_VERBOSE].given);
+    if (preview_help(&values[ACCUMULATE_COLOUR_MAP]))
+        return report_finish(WEFT_OK);
+    enum weft_result res = run_stages(&job);
+    if (res == WEFT_OK)
+        res = tell(&job);
+    const bool over_budget = job.over_budget, skipped = job.skipped > 0;
+    accumulate_clear(&job);
+    const int code = report_finish(res);
+    return over_budget ? EXIT_CODE_FAILED : res == WEFT_OK && skipped ? EXIT_CODE_INPUT : code;
+}
+
+static const char *const epilogue[] = {
+    "FRAMES are EXR or PNG files in the order in which they count: names; a name with the frame's "
+    "number, as shot_%04d.exr, for all numbers from the lowest to the highest that a file has, or "
+    "those of --frames; or -, a list of names on standard input, each ended by NUL or by a line "
+    "end. A file whose name is written with a percent sign is that file. A number without a file "
+    "is an error, unless --skip-bad is given; it keeps its place among the weights. A name that "
+    "is given twice counts twice, and a warning says so.",
+    "EXR is linear light with associated alpha, as it is. PNG is what its cICP, sRGB or gAMA chunk "
+    "says, or sRGB, with alpha that is not associated: it becomes linear light with associated "
+    "alpha before it is added. ICC profiles are not applied, and a warning says so. All frames "
+    "must be of one kind, and have the same windows and channels.",
+    "Channels that hold no colour are those of unsigned integers, those of a Cryptomatte, and "
+    "those "
+    "whose name, or a layer's name in it, is Z, ZBack, depth, id, objectId, materialId, motion, "
+    "velocity, vector, forward, backward, flow or the like; Z beside X and Y in one layer is a "
+    "coordinate, and averaged, as normals and positions are. They are copied from the first frame "
+    "that counts, and a line says which.",
+    "A file of weights has one number a line, for each frame; what follows # does not count, nor "
+    "do empty lines. Frames of weight 0 are not read.",
+    "The exact method adds up integers: the result is the same whatever the order of frames and "
+    "the number of threads, and the bound tells the rounding of the result to a float. The bounds "
+    "of the other methods are told by --explain and --json before anything runs. With --skip-bad "
+    "or --until, blend and buffer keep running means, as they do not know all weights beforehand.",
+    "--until looks at the frames at numbers that depend on nothing but the numbers: after the "
+    "least, and whenever a sixteenth has come on top.",
+    "weft accumulate render_%04d.exr -o mean.exr --stderr error.exr --preview mean.png",
+    NULL,
+};
 
 const struct verb verb_accumulate = {
     .name = "accumulate",
     .summary = "the weighted mean of any number of frames",
-    .usage = "FRAMES... -o OUT.exr [options]",
-    .description = "Averages EXR images of one size, any number of them, in memory that does not "
-                   "depend on how many there are.",
+    .usage = "FRAMES... [-o OUT.exr] [options]",
+    .description = "Averages EXR or PNG frames of one size, any number of them, in memory that "
+                   "does not depend on how many there are, with a bound of the error.",
     .epilogue = epilogue,
     .options = options,
     .option_count = ACCUMULATE_OPTION_COUNT,

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft resample: an EXR image at another size, filtered along its axes or in passes.
-#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tools/common/kernels.h"
+#include "tools/common/parts.h"
 #include "tools/methods/plan_options.h"
 #include "tools/draw/preview.h"
 #include "tools/common/report.h"
@@ -352,36 +352,6 @@ static bool check_groups(const struct resample_job *job)
 
 // ---- parts --------------------------------------------------------------------------------------
 
-// The number that is the whole of a text, or -1.
-static int whole_number(const char *text)
-{
-    char *end;
-    const long value = strtol(text, &end, 10);
-    return *text >= '0' && *text <= '9' && !*end && value <= INT_MAX ? (int)value : -1;
-}
-
-// --part: by name, or else by number.
-static enum weft_result find_part(const char *input, const struct weft_image_list *list,
-                                  const char *text, size_t *out)
-{
-    char names[700] = "";
-    const int number = whole_number(text);
-    for (size_t p = 0; p < list->count; p++) {
-        if (list->images[p].name[0] && strcmp(list->images[p].name, text) == 0) {
-            *out = p;
-            return WEFT_OK;
-        }
-        const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%zu '%s'", p ? ", " : "", p,
-                 list->images[p].name);
-    }
-    *out = (size_t)number;
-    if (number >= 0 && *out < list->count)
-        return WEFT_OK;
-    report_error("%s has no part '%s'; there are: %s", input, text, names);
-    return WEFT_ERR_ARGUMENT;
-}
-
 static void warn_of_deep_parts(const char *input, const struct weft_image_list *list)
 {
     char names[700] = "";
@@ -416,7 +386,7 @@ static enum weft_result choose_parts(const char *input, const struct option_valu
     enum weft_result res = weft_image_list_load(&params, &list);
     end = list.count;
     if (res == WEFT_OK && named->given) {
-        res = find_part(input, &list, named->text, &first);
+        res = parts_find(input, &list, named->text, &first);
         end = first + 1;
     }
     if (res == WEFT_OK && values[RESAMPLE_CHANNELS].given)

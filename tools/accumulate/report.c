@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What `weft accumulate` tells: attributes, JSON, text.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/accumulate/job.h"
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+#include "tools/common/run_report.h"
+#include "tools/common/saved.h"
+
+static bool is_given(const struct accumulate_job *job, enum accumulate_option option)
+{
+    return job->option[option].given;
+}
+
+// "tree of 8 bits", "exact"
+static const char *method_text(const struct accumulate_job *job,
+                               const struct weft_accumulator_report *r, char text[ACCUMULATE_TEXT])
+{
+    const char *name = weft_accumulate_method_names[r->method];
+    if (r->bits == WEFT_ACCUMULATE_HALF)
+        snprintf(text, ACCUMULATE_TEXT, "%s of half floats", name);
+    else if (r->bits)
+        snprintf(text, ACCUMULATE_TEXT, "%s of %d bits", name, r->bits);
+    else
+        snprintf(text, ACCUMULATE_TEXT, "%s", name);
+    if (r->method == WEFT_ACCUMULATE_TREE)
+        snprintf(text + strlen(text), ACCUMULATE_TEXT - strlen(text), ", branching %s",
+                 is_given(job, ACCUMULATE_BRANCHING) ? job->option[ACCUMULATE_BRANCHING].text
+                                                     : "4");
+    return text;
+}
+
+// ---- attributes ---------------------------------------------------------------------------------
+
+size_t accumulate_attributes(const struct accumulate_job *job, const char *what,
+                             struct weft_metadata out[ACCUMULATE_ATTRIBUTES])
+{
+    const struct weft_accumulator_report *r = &job->report;
+    char text[ACCUMULATE_TEXT];
+    size_t count = 0;
+    run_report_add(out, &count, "version", "%s", weft_version());
+    if (what)
+        run_report_add(out, &count, "what", "%s", what);
+    run_report_add(out, &count, "method", "%s", method_text(job, r, text));
+    run_report_add(out, &count, "frames", "%lld", (long long)job->added);
+    run_report_add(out, &count, "first_frame", "%s", paths_base_name(job->frame[job->first].path));
+    if (job->skipped)
+        run_report_add(out, &count, "skipped", "%lld", (long long)job->skipped);
+    run_report_add(out, &count, "weights", "%.180s", job->weights.text);
+    run_report_add(out, &count, "total_weight", "%.17g", r->total_weight);
+    if (isfinite(r->bound))
+        run_report_add(out, &count, "bound", "%.9g", r->bound);
+    if (job->transfer.curve != ACCUMULATE_CURVE_LINEAR)
+        run_report_add(out, &count, "transfer", "%s",
+                       accumulate_transfer_text(&job->transfer, text));
+    if (is_given(job, ACCUMULATE_UNTIL))
+        run_report_add(out, &count, "until", "%s", job->option[ACCUMULATE_UNTIL].text);
+    if (job->planned.method != WEFT_ACCUMULATE_EXACT)
+        run_report_add_renderer(out, &count, job->context);
+    return count;
+}
+
+// ---- JSON ---------------------------------------------------------------------------------------
+
+static const char *type_text(const struct accumulate_job *job, size_t c)
+{
+    const bool made = c < job->result.channel_count;
+    return weft_pixel_type_names[made ? job->result.channels[c].type : job->image.channels[c].type];
+}
+
+static json_t *channels_json(const struct accumulate_job *job)
+{
+    json_t *list = json_array();
+    for (size_t c = 0; c < job->image.channel_count; c++) {
+        json_t *channel =
+            json_pack("{s:o,s:s,s:b}", "name", json_text(job->image.channels[c].name), "type",
+                      type_text(job, c), "averaged", job->channel[c].averaged >= 0);
+        if (job->statistics)
+            json_object_update_new(channel,
+                                   json_pack("{s:o,s:o,s:o}", "minimum",
+                                             json_number(job->statistics[c].minimum), "maximum",
+                                             json_number(job->statistics[c].maximum), "not_finite",
+                                             json_count(job->statistics[c].not_finite)));
+        json_array_append_new(list, channel);
+    }
+    return list;
+}
+
+static json_t *skipped_json(const struct accumulate_job *job)
+{
+    json_t *list = json_array();
+    for (int64_t i = 0; i < job->frame_count; i++)
+        if (job->frame[i].problem)
+            json_array_append_new(list, json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)i, "path",
+                                                  json_text(job->frame[i].path), "error",
+                                                  json_text(job->frame[i].problem)));
+    return list;
+}
+
+static json_t *weights_json(const struct accumulate_job *job)
+{
+    json_t *object = json_pack(
+        "{s:o,s:o,s:o,s:o,s:o}", "kind", json_text(job->weights.text), "total",
+        json_number(job->weights.total), "least", json_number(job->weights.least), "largest",
+        json_number(job->weights.largest), "change", json_number(job->report.weight_change));
+    json_t *values = json_array();
+    for (int64_t i = 0; i < job->frame_count && is_given(job, ACCUMULATE_WEIGHTS); i++)
+        json_array_append_new(values, json_number(job->frame[i].weight));
+    if (is_given(job, ACCUMULATE_WEIGHTS))
+        json_object_set_new(object, "values", values);
+    else
+        json_decref(values);
+    return object;
+}
+
+static json_t *method_json(const struct weft_accumulator_report *r)
+{
+    return json_pack(
+        "{s:s,s:o,s:i,s:o,s:o,s:i,s:o,s:o,s:o}", "name", weft_accumulate_method_names[r->method],
+        "why", json_text(r->why ? r->why : ""), "bits", r->bits, "bound", json_number(r->bound),
+        "bias", json_number(r->bias), "textures", r->textures, "bytes", json_count(r->bytes),
+        "passes", json_count(r->passes), "not_finite", json_count(r->nonfinite));
+}
+
+static json_t *until_json(const struct accumulate_job *job)
+{
+    const struct weft_convergence *c = &job->convergence;
+    return json_pack("{s:o,s:b,s:b,s:o,s:o,s:o,s:o}", "asked",
+                     json_text(job->option[ACCUMULATE_UNTIL].text), "met", c->enough, "stopped",
+                     job->stopped, "judged_after", json_count((uint64_t)job->judged), "share",
+                     json_number(c->share), "largest", json_number(c->largest), "median",
+                     json_number(c->median));
+}
+
+static json_t *seconds_json(const struct accumulate_job *job)
+{
+    const struct run_stage stages[] = {
+        {"list", job->list_seconds},     {"context", job->context_seconds},
+        {"read", job->read_seconds},     {"decode", job->decode_seconds},
+        {"add", job->add_seconds},       {"judge", job->judge_seconds},
+        {"result", job->result_seconds}, {"write", job->write_seconds},
+    };
+    return run_report_seconds(stages, sizeof stages / sizeof *stages,
+                              report_now_seconds() - job->start);
+}
+
+static void set_outputs(json_t *root, const struct accumulate_job *job)
+{
+    const struct option_value *o = job->option;
+    if (o[ACCUMULATE_OUTPUT].given)
+        json_object_update_new(root, json_pack("{s:o,s:o}", "output",
+                                               json_text(o[ACCUMULATE_OUTPUT].text), "file",
+                                               saved_json(&job->saved)));
+    if (o[ACCUMULATE_STDERR].given)
+        json_object_update_new(root, json_pack("{s:o,s:o}", "stderr",
+                                               json_text(o[ACCUMULATE_STDERR].text), "stderr_file",
+                                               saved_json(&job->error_saved)));
+    if (o[ACCUMULATE_PREVIEW].given)
+        json_object_set_new(root, "preview",
+                            run_report_preview(o[ACCUMULATE_PREVIEW].text, job->preview_range));
+}
+
+enum weft_result accumulate_print_json(const struct accumulate_job *job)
+{
+    const bool explain = is_given(job, ACCUMULATE_EXPLAIN);
+    char transfer[ACCUMULATE_TEXT];
+    json_t *root = json_pack(
+        "{s:o,s:I,s:I,s:I,s:I,s:o,s:s,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()),
+        "frames", (json_int_t)job->frame_count, "counting", (json_int_t)job->counting, "added",
+        (json_int_t)job->added, "skipped_count", (json_int_t)job->skipped, "skipped",
+        skipped_json(job), "kind", weft_image_file_kind_names[job->kind], "width", job->image.width,
+        "height", job->image.height, "channels", channels_json(job), "weights", weights_json(job),
+        "method", method_json(explain ? &job->planned : &job->report));
+    if (!explain)
+        json_object_update_new(
+            root, json_pack("{s:o,s:o,s:o}", "transfer",
+                            json_text(accumulate_transfer_text(&job->transfer, transfer)),
+                            "process_peak_bytes", run_report_process_peak(), "seconds",
+                            seconds_json(job)));
+    if (!explain && is_given(job, ACCUMULATE_UNTIL))
+        json_object_set_new(root, "until", until_json(job));
+    if (!explain)
+        json_object_set_new(root, "context",
+                            job->context ? run_report_context(job->context) : json_null());
+    if (!explain)
+        set_outputs(root, job);
+    return json_print(root);
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+static void explain_channels(const struct accumulate_job *job, bool averaged)
+{
+    const char *separator = "";
+    for (size_t c = 0; c < job->image.channel_count; c++) {
+        char name[256];
+        if ((job->channel[c].averaged >= 0) != averaged)
+            continue;
+        snprintf(name, sizeof name, "%s", job->image.channels[c].name);
+        printf("%s%s", separator, weft_text_clean(name, false));
+        separator = ", ";
+    }
+    putchar('\n');
+}
+
+// Of each group of four channels: frames that are put in, and nodes.
+static void explain_tree(const struct accumulate_job *job, int groups)
+{
+    struct weft_tree_params params = {.leaf_count = (int)job->counting,
+                                      .branching = job->request.branching};
+    weft_tree *tree = NULL;
+    for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
+        params.level_branching[i] = job->request.level_branching[i];
+    if (job->counting > WEFT_TREE_MAX_LEAVES || weft_tree_create(&params, &tree) != WEFT_OK)
+        return;
+    const struct weft_tree_info *info = weft_tree_get_info(tree);
+    printf("passes: %d, of %d frames and %d nodes, on a stack of %d textures\n",
+           groups * info->step_count, info->leaf_count, info->node_count,
+           groups * info->stack_size);
+    weft_tree_destroy(&tree);
+}
+
+static void explain_passes(const struct accumulate_job *job)
+{
+    const int groups = (job->averaged_count + 3) / 4;
+    switch (job->planned.method) {
+    case WEFT_ACCUMULATE_TREE:
+        explain_tree(job, groups);
+        return;
+    case WEFT_ACCUMULATE_BLEND:
+    case WEFT_ACCUMULATE_FLOAT:
+        printf("passes: %lld, one a frame%s\n", (long long)(groups * job->counting),
+               groups > 1 ? " and four channels" : "");
+        return;
+    default:
+        puts("passes: none, all is done by the CPU");
+    }
+}
+
+void accumulate_explain(const struct accumulate_job *job)
+{
+    const struct weft_accumulator_report *r = &job->planned;
+    char text[ACCUMULATE_TEXT];
+    report_line("accumulate %lld frames, from %s: %s, %d x %d", (long long)job->counting,
+                job->frame[job->sequence[0]].path, weft_image_file_kind_names[job->kind],
+                job->image.width, job->image.height);
+    if (job->counting < job->frame_count)
+        printf("not read: %lld frames of weight 0\n",
+               (long long)(job->frame_count - job->counting));
+    printf("averaged: ");
+    explain_channels(job, true);
+    if (job->averaged_count < (int)job->image.channel_count) {
+        printf("copied from the first frame: ");
+        explain_channels(job, false);
+    }
+    report_line("weights: %s, from %.9g to %.9g, in all %.9g", job->weights.text,
+                job->weights.least, job->weights.largest, job->weights.total);
+    printf("method: %s (%s)\n", method_text(job, r, text), r->why);
+    if (isfinite(r->bound))
+        printf("bound: %.3g in the frames' values\n", r->bound);
+    else
+        puts("bound: not known before the frames are");
+    printf("memory: %.1f MB, %d textures\n", 1e-6 * (double)r->bytes, r->textures);
+    explain_passes(job);
+}
+
+static void note_times(const struct accumulate_job *job)
+{
+    report_note("list %.3f s, context %.3f, read %.3f, decode %.3f, add %.3f, judge %.3f, result "
+                "%.3f, write %.3f, total %.3f s: %.1f frames/s",
+                job->list_seconds, job->context_seconds, job->read_seconds, job->decode_seconds,
+                job->add_seconds, job->judge_seconds, job->result_seconds, job->write_seconds,
+                report_now_seconds() - job->start,
+                (double)job->added / (report_now_seconds() - job->start));
+    report_note("method %s: %s; bound %.3g", weft_accumulate_method_names[job->report.method],
+                job->report.why, job->report.bound);
+}
+
+static void tell_until(const struct accumulate_job *job)
+{
+    const struct weft_convergence *c = &job->convergence;
+    if (!is_given(job, ACCUMULATE_UNTIL))
+        return;
+    if (job->stopped)
+        report_tell("--until %s is met after %lld of %lld frames: %.2f %% of the pixels",
+                    job->option[ACCUMULATE_UNTIL].text, (long long)job->added,
+                    (long long)job->counting, 100.0 * c->share);
+    else if (!c->enough)
+        report_warning("--until %s is not met by all %lld frames: %.2f %% of the pixels are, the "
+                       "median of the standard errors is %.3g",
+                       job->option[ACCUMULATE_UNTIL].text, (long long)job->added, 100.0 * c->share,
+                       c->median);
+}
+
+void accumulate_print_text(const struct accumulate_job *job)
+{
+    tell_until(job);
+    if (is_given(job, ACCUMULATE_JSON))
+        return;
+    if (is_given(job, ACCUMULATE_PREVIEW))
+        run_report_print_preview(job->option[ACCUMULATE_PREVIEW].text, job->preview_range);
+    note_times(job);
+}

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Frames as light with associated alpha: what EXR files have, and what PNG files' codes stand for.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/accumulate/job.h"
+#include "tools/common/report.h"
+
+// ---- curves -------------------------------------------------------------------------------------
+
+// IEC 61966-2-1; what is below 0 is as what is above.
+static double light_of_srgb(double code)
+{
+    const double c = fabs(code);
+    return copysign(c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4), code);
+}
+
+static double light(const struct accumulate_transfer *transfer, double code)
+{
+    switch (transfer->curve) {
+    case ACCUMULATE_CURVE_SRGB:
+        return light_of_srgb(code);
+    case ACCUMULATE_CURVE_POWER:
+        return copysign(pow(fabs(code), transfer->exponent), code);
+    default:
+        return code;
+    }
+}
+
+static struct accumulate_transfer power(double exponent)
+{
+    return fabs(exponent - 1.0) < 1e-6
+               ? (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_LINEAR}
+               : (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_POWER,
+                                              .exponent = exponent};
+}
+
+// Transfer functions of ITU-T H.273. Returns false for those that are none of ours.
+static bool curve_of_cicp(int function, struct accumulate_transfer *out)
+{
+    switch (function) {
+    case 4:
+        *out = power(2.2);
+        return true;
+    case 5:
+        *out = power(2.8);
+        return true;
+    case 8:
+        *out = power(1.0);
+        return true;
+    case 13:
+        *out = (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_SRGB};
+        return true;
+    default:
+        return false;
+    }
+}
+
+// What a PNG file says: code points first, then sRGB, then gAMA, as the specification ranks them.
+static enum weft_result curve_of_png(struct accumulate_job *job,
+                                     const struct weft_image_frame *frame,
+                                     struct accumulate_transfer *out)
+{
+    const struct weft_png_info *png = &frame->png;
+    const bool points = png->cicp[0] || png->cicp[1] || png->cicp[2] || png->cicp[3];
+    *out = (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_SRGB};
+    if (points && !curve_of_cicp(png->cicp[1], out)) {
+        report_error("%s has the transfer function %d of H.273 (cICP), which weft does not know: "
+                     "--transfer must say what its codes are",
+                     frame->name, png->cicp[1]);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (!points && png->icc && !job->decoder.told_profile) {
+        report_warning("%s has an ICC profile, which is not applied: its codes are taken for %s "
+                       "(--transfer says otherwise)",
+                       frame->name, png->gamma > 0.0 && !png->srgb ? "a power of light" : "sRGB");
+        job->decoder.told_profile = true;
+    }
+    if (!points && !png->srgb && png->gamma > 0.0)
+        *out = power(1.0 / png->gamma);
+    return WEFT_OK;
+}
+
+static enum weft_result choose_curve(struct accumulate_job *job,
+                                     const struct weft_image_frame *frame,
+                                     struct accumulate_transfer *out)
+{
+    *out = job->request.transfer;
+    if (out->curve != ACCUMULATE_CURVE_AUTO)
+        return WEFT_OK;
+    if (frame->kind == WEFT_IMAGE_FILE_PNG)
+        return curve_of_png(job, frame, out);
+    out->curve = ACCUMULATE_CURVE_LINEAR;
+    return WEFT_OK;
+}
+
+const char *accumulate_transfer_text(const struct accumulate_transfer *transfer,
+                                     char text[ACCUMULATE_TEXT])
+{
+    snprintf(text, ACCUMULATE_TEXT, "%s",
+             transfer->curve == ACCUMULATE_CURVE_SRGB ? "sRGB" : "linear light");
+    if (transfer->curve == ACCUMULATE_CURVE_POWER)
+        snprintf(text, ACCUMULATE_TEXT, "code ^ %.5g", transfer->exponent);
+    return text;
+}
+
+// ---- planes -------------------------------------------------------------------------------------
+
+static enum weft_result make_room(struct accumulate_job *job)
+{
+    struct accumulate_decoder *d = &job->decoder;
+    const size_t width = (size_t)job->image.width, pixels = width * (size_t)job->image.height;
+    if (!d->decoded)
+        d->decoded = malloc((size_t)job->averaged_count * pixels * sizeof *d->decoded);
+    if (!d->alpha)
+        d->alpha = malloc(width * sizeof *d->alpha);
+    if (!d->table)
+        d->table = malloc(65536 * sizeof *d->table);
+    if (d->decoded && d->alpha && d->table)
+        return WEFT_OK;
+    report_error("out of memory for a frame of %d x %d pixels", job->image.width,
+                 job->image.height);
+    return WEFT_ERR_MEMORY;
+}
+
+// Each rounded once.
+static void fill_table(struct accumulate_decoder *d, const struct accumulate_transfer *transfer,
+                       int bits)
+{
+    const int largest = (1 << bits) - 1;
+    if (d->table_bits == bits && d->table_of.curve == transfer->curve &&
+        d->table_of.exponent == transfer->exponent)
+        return;
+    for (int i = 0; i <= largest; i++)
+        d->table[i] = (float)light(transfer, (double)i / largest);
+    d->table_of = *transfer;
+    d->table_bits = bits;
+}
+
+static void decode_codes(const float *table, const struct weft_plane *plane, int32_t y,
+                         int32_t width, const float *alpha, float *out)
+{
+    const size_t step = plane->step ? plane->step : 1;
+    const uint8_t *bytes = weft_plane_line(plane, y, width);
+    const uint16_t *words = weft_plane_line(plane, y, width);
+    for (int32_t x = 0; x < width && plane->type == WEFT_PLANE_UNORM8; x++)
+        out[x] = table[bytes[(size_t)x * step]];
+    for (int32_t x = 0; x < width && plane->type == WEFT_PLANE_UNORM16; x++)
+        out[x] = table[words[(size_t)x * step]];
+    for (int32_t x = 0; x < width && alpha; x++)
+        out[x] *= alpha[x];
+}
+
+// EXR files whose codes are no light have associated alpha all the same.
+static void decode_floats(const struct accumulate_transfer *transfer,
+                          const struct weft_plane *plane, int32_t y, int32_t width,
+                          const float *alpha, float *out)
+{
+    weft_plane_row(plane, y, width, out, 1);
+    for (int32_t x = 0; x < width; x++) {
+        const double a = alpha && alpha[x] > 0.0f && isfinite(alpha[x]) ? (double)alpha[x] : 1.0;
+        out[x] = (float)(a * light(transfer, (double)out[x] / a));
+    }
+}
+
+static bool is_code(const struct weft_plane *plane)
+{
+    return plane->type == WEFT_PLANE_UNORM8 || plane->type == WEFT_PLANE_UNORM16;
+}
+
+static void decode_plane(struct accumulate_job *job, const struct accumulate_transfer *transfer,
+                         const struct weft_plane *plane, const struct weft_plane *alpha, float *out)
+{
+    struct accumulate_decoder *d = &job->decoder;
+    const int32_t width = job->image.width;
+    if (is_code(plane))
+        fill_table(d, transfer, plane->type == WEFT_PLANE_UNORM8 ? 8 : 16);
+    for (int32_t y = 0; y < job->image.height; y++, out += width) {
+        if (alpha)
+            weft_plane_row(alpha, y, width, d->alpha, 1);
+        if (is_code(plane))
+            decode_codes(d->table, plane, y, width, alpha ? d->alpha : NULL, out);
+        else
+            decode_floats(transfer, plane, y, width, alpha ? d->alpha : NULL, out);
+    }
+}
+
+enum weft_result accumulate_decode(struct accumulate_job *job, const struct weft_image_frame *frame)
+{
+    const size_t pixels = (size_t)job->image.width * (size_t)job->image.height;
+    struct accumulate_transfer transfer;
+    enum weft_result res = choose_curve(job, frame, &transfer);
+    const bool linear = transfer.curve == ACCUMULATE_CURVE_LINEAR;
+    job->transfer = transfer;
+    for (size_t c = 0; res == WEFT_OK && c < job->image.channel_count; c++) {
+        const struct accumulate_channel *channel = &job->channel[c];
+        if (channel->averaged < 0)
+            continue;
+        const size_t at = accumulate_find_channel(&frame->image, job->image.channels[c].name);
+        const bool associates = frame->kind == WEFT_IMAGE_FILE_PNG && channel->alpha_of >= 0;
+        struct weft_plane *out = &job->plane[channel->averaged];
+        *out = frame->plane[at];
+        if (channel->alpha || channel->data || (linear && !associates))
+            continue;
+        res = make_room(job);
+        if (res != WEFT_OK)
+            break;
+        float *decoded = job->decoder.decoded + (size_t)channel->averaged * pixels;
+        const struct weft_plane *alpha = NULL;
+        if (channel->alpha_of >= 0)
+            alpha = &frame->plane[accumulate_find_channel(
+                &frame->image, job->image.channels[channel->alpha_of].name)];
+        decode_plane(job, &transfer, &frame->plane[at], alpha, decoded);
+        *out = (struct weft_plane){.values = decoded};
+    }
+    return res;
+}
+
+void accumulate_clear_decoder(struct accumulate_decoder *d)
+{
+    free(d->table);
+    free(d->decoded);
+    free(d->alpha);
+}
