@@ -22,13 +22,13 @@ struct channel {
     struct weft_plane_sums sums;
     double reach;       // sum over frames of |weight| * largest |value|, weights scaled
     weft_wide *missing; // weight of each pixel's values that were skipped; NULL: none was
-    bool *poisoned;     // pixels whose mean is NAN; NULL: none is
+    uint8_t *poisoned;  // pixels whose mean is NAN; NULL: none is
 };
 
 struct exact {
     struct channel *channel;
-    double largest;   // of all |values|
-    uint64_t rounded; // frames whose products may have been rounded
+    double largest;  // of all |values|
+    int64_t rounded; // frames whose products may have been rounded
 };
 
 static size_t pixel_count(const weft_accumulator *a)
@@ -144,7 +144,7 @@ static bool add_block(void *priv, int thread, const struct weft_block *block)
         if (channel->missing)
             channel->missing[at] += add->weight.fixed;
         if (channel->poisoned)
-            channel->poisoned[at] = true;
+            channel->poisoned[at] = 1;
     }
     return true;
 }
@@ -277,6 +277,126 @@ static void report(const weft_accumulator *a, struct weft_accumulator_report *ou
     }
 }
 
+// ---- states -------------------------------------------------------------------------------------
+
+enum { MISSING = 1, POISONED = 2 }; // which marks a channel has
+
+static enum weft_result save(weft_accumulator *a, weft_state *state)
+{
+    const struct exact *own = a->own;
+    const size_t count = pixel_count(a);
+    weft_state_put(state, &own->largest, sizeof own->largest);
+    weft_state_put(state, &own->rounded, sizeof own->rounded);
+    for (int c = 0; c < a->params.channel_count; c++) {
+        const struct channel *channel = &own->channel[c];
+        const uint32_t kind = channel->sums.kind;
+        const uint32_t marks =
+            (channel->missing ? MISSING : 0u) | (channel->poisoned ? POISONED : 0u);
+        weft_state_put(state, &kind, sizeof kind);
+        weft_state_put(state, &marks, sizeof marks);
+        weft_state_put(state, &channel->reach, sizeof channel->reach);
+        weft_state_put(state, channel->sums.sum, count * weft_sums_size(channel->sums.kind));
+        if (channel->missing)
+            weft_state_put(state, channel->missing, count * sizeof *channel->missing);
+        if (channel->poisoned)
+            weft_state_put(state, channel->poisoned, count * sizeof *channel->poisoned);
+    }
+    return WEFT_OK;
+}
+
+static enum weft_result load_channel(const weft_accumulator *a, struct channel *channel,
+                                     weft_state *state)
+{
+    const size_t count = pixel_count(a);
+    uint32_t kind, marks;
+    weft_state_take(state, &kind, sizeof kind);
+    weft_state_take(state, &marks, sizeof marks);
+    weft_state_take(state, &channel->reach, sizeof channel->reach);
+    if (kind >= WEFT_SUM_KIND_COUNT || marks > (MISSING | POISONED) || !(channel->reach >= 0.0)) {
+        weft_error(a->params.log, "accumulate: the state is damaged: a channel cannot be");
+        return WEFT_ERR_FORMAT;
+    }
+    if (!weft_sums_raise(&channel->sums, (enum weft_sum_kind)kind, count) ||
+        (marks & MISSING && !make_marks(channel, WEFT_NONFINITE_SKIP, count)) ||
+        (marks & POISONED && !make_marks(channel, WEFT_NONFINITE_PROPAGATE, count)))
+        return no_memory(a);
+    weft_state_take(state, channel->sums.sum, count * weft_sums_size(channel->sums.kind));
+    if (channel->missing)
+        weft_state_take(state, channel->missing, count * sizeof *channel->missing);
+    if (channel->poisoned)
+        weft_state_take(state, channel->poisoned, count * sizeof *channel->poisoned);
+    return WEFT_OK;
+}
+
+static enum weft_result load(weft_accumulator *a, weft_state *state)
+{
+    struct exact *own = a->own;
+    enum weft_result res = WEFT_OK;
+    weft_state_take(state, &own->largest, sizeof own->largest);
+    weft_state_take(state, &own->rounded, sizeof own->rounded);
+    for (int c = 0; c < a->params.channel_count && res == WEFT_OK && !state->failed; c++)
+        res = load_channel(a, &own->channel[c], state);
+    return res;
+}
+
+static enum weft_sum_kind joined_kind(const weft_accumulator *a, const weft_accumulator *other,
+                                      int c)
+{
+    const struct exact *own = a->own, *theirs = other->own;
+    struct weft_weights weights = a->weights;
+    weft_weights_join(&weights, &other->weights);
+    const enum weft_sum_kind kind =
+        weft_sums_common_kind(own->channel[c].sums.kind, theirs->channel[c].sums.kind);
+    return weights.integers < 0 ? weft_sums_widened(kind) : kind;
+}
+
+static enum weft_result check_join(const weft_accumulator *a, const weft_accumulator *other)
+{
+    const struct exact *own = a->own, *theirs = other->own;
+    for (int c = 0; c < a->params.channel_count; c++) {
+        const double reach = own->channel[c].reach + theirs->channel[c].reach;
+        const double limit = weft_sums_capacity(joined_kind(a, other, c));
+        if (reach <= limit)
+            continue;
+        weft_error(a->params.log,
+                   "accumulate: sums of channel %d reach %g together, the limit is %g", c, reach,
+                   limit);
+        return WEFT_ERR_LIMIT;
+    }
+    return WEFT_OK;
+}
+
+static void join_marks(struct channel *channel, const struct channel *other, size_t count)
+{
+    for (size_t i = 0; other->missing && i < count; i++)
+        channel->missing[i] += other->missing[i];
+    for (size_t i = 0; other->poisoned && i < count; i++)
+        channel->poisoned[i] |= other->poisoned[i];
+}
+
+static enum weft_result join(weft_accumulator *a, const weft_accumulator *other)
+{
+    struct exact *own = a->own;
+    const struct exact *theirs = other->own;
+    const size_t count = pixel_count(a);
+    enum weft_result res = check_join(a, other);
+    for (int c = 0; c < a->params.channel_count && res == WEFT_OK; c++) {
+        const struct channel *from = &theirs->channel[c];
+        struct channel *to = &own->channel[c];
+        if (!weft_sums_raise(&to->sums, joined_kind(a, other, c), count) ||
+            ((from->missing || from->poisoned) && !make_marks(to, a->params.nonfinite, count)))
+            return no_memory(a);
+        weft_sums_join(&to->sums, &from->sums, 0, count);
+        join_marks(to, from, count);
+        to->reach += from->reach;
+    }
+    if (res != WEFT_OK)
+        return res;
+    own->largest = fmax(own->largest, theirs->largest);
+    own->rounded += theirs->rounded;
+    return WEFT_OK;
+}
+
 const struct weft_accumulate_way weft_accumulate_exact = {
     .method = WEFT_ACCUMULATE_EXACT,
     .negative = true,
@@ -288,4 +408,7 @@ const struct weft_accumulate_way weft_accumulate_exact = {
     .share = share,
     .expect = expect,
     .report = report,
+    .save = save,
+    .load = load,
+    .join = join,
 };

@@ -37,3 +37,26 @@ uint64_t weft_moments_bytes(const weft_accumulator *a)
     (void)a;
     return 0;
 }
+
+void weft_moments_save(const weft_accumulator *a, weft_state *state)
+{
+    (void)a, (void)state;
+}
+
+enum weft_result weft_moments_load(weft_accumulator *a, weft_state *state)
+{
+    (void)a, (void)state;
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+enum weft_result weft_moments_check_join(const weft_accumulator *a, const weft_accumulator *other)
+{
+    (void)a, (void)other;
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+enum weft_result weft_moments_join(weft_accumulator *a, const weft_accumulator *other)
+{
+    (void)a, (void)other;
+    return WEFT_ERR_UNSUPPORTED;
+}

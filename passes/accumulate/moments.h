@@ -22,8 +22,12 @@ enum weft_result weft_moments_add(weft_accumulator *a, const struct weft_plane *
 enum weft_result weft_moments_read(weft_accumulator *a, enum weft_accumulated what, int channel,
                                    float *out, size_t stride);
 uint64_t weft_moments_bytes(const weft_accumulator *a);
-enum weft_result weft_moments_save(const weft_accumulator *a, weft_state *state);
+// As the functions of a method do.
+void weft_moments_save(const weft_accumulator *a, weft_state *state);
 enum weft_result weft_moments_load(weft_accumulator *a, weft_state *state);
+// Whether two fit; nothing is changed. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_LIMIT.
+enum weft_result weft_moments_check_join(const weft_accumulator *a, const weft_accumulator *other);
+// Adds another's. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_moments_join(weft_accumulator *a, const weft_accumulator *other);
 
 WEFT_END_DECLS
