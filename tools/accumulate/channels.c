@@ -238,7 +238,7 @@ enum weft_result accumulate_look(struct accumulate_job *job)
 {
     const struct weft_image_frame *frame = NULL;
     weft_image_sequence *sequence = NULL;
-    const double start = report_now_seconds();
+    char why[sizeof frame->message] = ""; // of the first
     enum weft_result res = find_part(job);
     if (res == WEFT_OK)
         res = weft_image_sequence_create(
@@ -250,14 +250,15 @@ enum weft_result accumulate_look(struct accumulate_job *job)
         res = weft_image_sequence_next(sequence, &frame);
         if (res != WEFT_OK || !frame || frame->result == WEFT_OK)
             break;
+        if (!*why)
+            snprintf(why, sizeof why, "%s", frame->message);
         if (job->option[ACCUMULATE_SKIP_BAD].given)
             continue;
         report_error("%s", frame->message);
         res = frame->result;
     }
     if (res == WEFT_OK && !frame) {
-        report_error("none of %lld frames can be read, the first is %s", (long long)job->counting,
-                     name_of(job, 0));
+        report_error("none of %lld frames can be read: %s", (long long)job->counting, why);
         res = WEFT_ERR_FORMAT;
     }
     if (res == WEFT_OK)
@@ -269,7 +270,6 @@ enum weft_result accumulate_look(struct accumulate_job *job)
         warn_of_parts(job);
         tell_copied(job);
     }
-    job->read_seconds += report_now_seconds() - start;
     return res;
 }
 

@@ -109,6 +109,7 @@ struct accumulate_job {
     int64_t *sequence; // their numbers, [counting]
     struct {
         char text[KERNELS_TEXT]; // as asked: "uniform", "gauss:0.2", a file's name
+        bool file;               // it was read from there
         double total, least, largest;
     } weights;
 
@@ -148,7 +149,7 @@ struct accumulate_job {
     float preview_range[2];
     bool over_budget; // the bound is beyond --max-error, which an error line has told
     double start;     // monotonic seconds
-    double list_seconds, context_seconds, read_seconds, decode_seconds, add_seconds, judge_seconds,
+    double plan_seconds, context_seconds, read_seconds, decode_seconds, add_seconds, judge_seconds,
         result_seconds, write_seconds;
 };
 
@@ -178,7 +179,7 @@ void accumulate_clear(struct accumulate_job *job);
 
 // ---- parts of them ------------------------------------------------------------------------------
 
-enum { ACCUMULATE_TEXT = 256 };
+enum { ACCUMULATE_TEXT = 256, ACCUMULATE_AHEAD_MB = 256 }; // the latter of frames read ahead
 // What options contradict each other, as an error line; NULL: none. (options.c)
 const char *accumulate_conflict(const struct accumulate_job *job, char text[ACCUMULATE_TEXT]);
 

@@ -210,6 +210,7 @@ static enum weft_result read_all(struct accumulate_job *job)
                                    .readers = job->request.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
                                                   ? job->request.threads
                                                   : WEFT_IMAGE_SEQUENCE_MAX_READERS,
+                                   .memory_bytes = (uint64_t)ACCUMULATE_AHEAD_MB << 20,
                                    .part = job->request.part, .log = report_log()),
         &sequence);
     while (res == WEFT_OK && more)

@@ -139,7 +139,7 @@ static json_t *until_json(const struct accumulate_job *job)
 static json_t *seconds_json(const struct accumulate_job *job)
 {
     const struct run_stage stages[] = {
-        {"list", job->list_seconds},     {"context", job->context_seconds},
+        {"plan", job->plan_seconds},     {"context", job->context_seconds},
         {"read", job->read_seconds},     {"decode", job->decode_seconds},
         {"add", job->add_seconds},       {"judge", job->judge_seconds},
         {"result", job->result_seconds}, {"write", job->write_seconds},
@@ -264,15 +264,16 @@ void accumulate_explain(const struct accumulate_job *job)
         printf("bound: %.3g in the frames' values\n", r->bound);
     else
         puts("bound: not known before the frames are");
-    printf("memory: %.1f MB, %d textures\n", 1e-6 * (double)r->bytes, r->textures);
+    printf("memory: %.3g MB of sums, and up to %d MB of frames that are decoded ahead\n",
+           1e-6 * (double)r->bytes, ACCUMULATE_AHEAD_MB);
     explain_passes(job);
 }
 
 static void note_times(const struct accumulate_job *job)
 {
-    report_note("list %.3f s, context %.3f, read %.3f, decode %.3f, add %.3f, judge %.3f, result "
+    report_note("plan %.3f s, context %.3f, read %.3f, decode %.3f, add %.3f, judge %.3f, result "
                 "%.3f, write %.3f, total %.3f s: %.1f frames/s",
-                job->list_seconds, job->context_seconds, job->read_seconds, job->decode_seconds,
+                job->plan_seconds, job->context_seconds, job->read_seconds, job->decode_seconds,
                 job->add_seconds, job->judge_seconds, job->result_seconds, job->write_seconds,
                 report_now_seconds() - job->start,
                 (double)job->added / (report_now_seconds() - job->start));

@@ -155,18 +155,16 @@ static bool is_kernel(const char *text)
 
 static enum weft_result fail_file(const char *text)
 {
-    static const char *names[WEFT_ACCUMULATE_METHOD_COUNT + 256] = {"uniform", "gauss", "tent"};
+    const char *names[256] = {"uniform", "gauss", "tent"}, *reason = strerror(errno);
     int count = 3;
-    const int problem = errno;
     for (int i = 0; weft_kernel_list[i] && count < 255; i++)
         names[count++] = weft_kernel_list[i]->name;
-    names[count] = NULL;
     const char *meant =
         strpbrk(text, "/.") ? NULL : weft_closest_find(text, strcspn(text, ":"), names);
-    report_error("--weights %s: neither uniform, gauss, tent, a kernel (weft kernel lists them)%s%s"
-                 "%s nor a file that can be read: %s",
-                 text, meant ? ", was " : "", meant ? meant : "", meant ? " meant?," : "",
-                 strerror(problem));
+    report_error(
+        "--weights %s: uniform, gauss, tent, a kernel, or a file of numbers; no kernel has "
+        "this name%s%s%s, and the file: %s",
+        text, meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "", reason);
     return WEFT_ERR_OPEN;
 }
 
@@ -183,6 +181,7 @@ static enum weft_result set_by_text(struct accumulate_job *job, const char *text
     if (is_kernel(text))
         return set_kernel(job, text);
     FILE *in = fopen(text, "r");
+    job->weights.file = in != NULL;
     return in ? load_file(job, in, text) : fail_file(text);
 }
 
@@ -214,7 +213,7 @@ static enum weft_result sum_up(struct accumulate_job *job)
     else
         report_error("--weights %s: the weights add up to %g", job->weights.text,
                      job->weights.total);
-    return WEFT_ERR_ARGUMENT;
+    return job->weights.file ? WEFT_ERR_FORMAT : WEFT_ERR_ARGUMENT;
 }
 
 static enum weft_result check_negative(const struct accumulate_job *job)

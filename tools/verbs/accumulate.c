@@ -185,6 +185,7 @@ static enum weft_result run_stages(struct accumulate_job *job)
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
+    job->plan_seconds = report_now_seconds() - job->start;
     for (const stage *s = computing; *s && res == WEFT_OK && !job->option[ACCUMULATE_EXPLAIN].given;
          s++)
         res = (*s)(job);
