@@ -105,8 +105,7 @@ static enum weft_result check_params(const struct weft_accumulator_params *p)
         return WEFT_ERR_ARGUMENT;
     }
     if (p->nonfinite != WEFT_NONFINITE_ERROR) {
-        weft_error(p->log, "accumulate: the buffer takes finite values only: nonfinite is %s",
-                   weft_accumulate_nonfinite_names[p->nonfinite]);
+        weft_error(p->log, "accumulate: to the buffer values that are not finite are an error");
         return WEFT_ERR_ARGUMENT;
     }
     if (p->rounding == WEFT_TREE_UNBIASED) {
@@ -160,10 +159,11 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     struct method *m = a->own;
     const bool codes = a->params.bits == 16;
     const struct weft_plane *planes = NULL;
+    const struct weft_value_limits limits = {a->params.low, a->params.high};
     double largest;
     enum weft_result res = weft_frame_planes(a, frame, &planes);
     if (res == WEFT_OK)
-        res = weft_frame_check(a, planes, codes && frame->plane, &largest);
+        res = weft_frame_check(a, planes, codes && frame->plane ? &limits : NULL, &largest);
     if (res != WEFT_OK)
         return res;
     struct sums sums = m->sums;

@@ -1,16 +1,171 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/accumulate/accumulate_impl.h"
+// Sums on GL as a method: the shader multiplies each frame by its weight, blending adds it to a
+// target of 32-bit floats, and what is read back is divided by the sum of weights in double.
+//
+// The bound holds for every GL whose products and sums are one of the two floats nearest to the
+// exact ones, with those below 2^-126 as 0.
+#include <float.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "passes/accumulate/blend_target.h"
+
+struct progress {
+    double sum;       // of the weights, scaled
+    double magnitude; // of |weights|
+    double error;     // of the target, in the largest |value|
+    double change;    // largest |w - w'| / |w|
+    double count;     // of frames
+};
+
+struct method {
+    weft_blend_target *target;
+    int exponent; // weights are scaled by 2^-exponent
+    bool scaled;  // by the largest weight, or if they are not known by the first one
+    struct progress progress;
+    double largest; // |v| so far
+};
+
+// ---- weights and bounds -------------------------------------------------------------------------
+
+#define ULP 0x1p-23
+
+// A product is w v rounded, of a w that is rounded, and of a v that may be an integer.
+static float count_weight(const struct method *m, double weight, struct progress *s)
+{
+    const double scaled = ldexp(weight, -m->exponent);
+    const float used = (float)scaled;
+    const double change = fabs((double)used - scaled);
+    s->sum += scaled;
+    s->magnitude += fabs(scaled);
+    s->error += 1.01 * (2.0 * ULP * fabs(scaled) + change) +
+                (s->count > 0.0 ? ULP * (s->magnitude + s->error) : 0.0);
+    s->change = fmax(s->change, change / fabs(scaled));
+    s->count += 1.0;
+    return used;
+}
+
+static double bound_of(const struct progress *s, double largest)
+{
+    const double smallest = 3.0 * s->count * (double)FLT_MIN;
+    const double result = 0x1p-24 * largest * s->magnitude; // rounded to a float
+    if (s->count == 0.0 || s->sum == 0.0)
+        return INFINITY;
+    return (s->error * largest + smallest + result) / fabs(s->sum) * (1.0 + 0x1p-20) + 0x1p-140;
+}
+
+static struct progress expected(const weft_accumulator *a, const struct method *m)
+{
+    struct progress s = {0};
+    for (int64_t i = 0; i < a->params.frame_count; i++)
+        if (a->weight[i] != 0.0)
+            count_weight(m, a->weight[i], &s);
+    return s;
+}
+
+// A scale by which weights lie in [1, 2).
+static int exponent_of(double weight)
+{
+    int exponent;
+    frexp(weight, &exponent);
+    return exponent - 1;
+}
+
+// ---- the method ---------------------------------------------------------------------------------
 
 static enum weft_result create(weft_accumulator *a)
 {
-    weft_error(a->params.log, "accumulate: %s is not built yet",
-               weft_accumulate_method_names[a->way->method]);
-    return WEFT_ERR_UNSUPPORTED;
+    const struct weft_accumulator_params *p = &a->params;
+    double most = 0.0;
+    struct method *m = calloc(1, sizeof *m);
+    a->own = m;
+    if (p->nonfinite == WEFT_NONFINITE_SKIP) {
+        weft_error(p->log,
+                   "accumulate: values that are not finite cannot be skipped by sums on GL");
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (!m) {
+        weft_error(p->log, "accumulate: not enough memory");
+        return WEFT_ERR_MEMORY;
+    }
+    a->params.bits = 32;
+    for (int64_t i = 0; i < p->frame_count; i++)
+        most = fmax(most, fabs(a->weight[i]));
+    m->scaled = p->frame_count > 0;
+    m->exponent = m->scaled ? exponent_of(most) : 0;
+    return weft_blend_target_create(a, 32, &m->target);
 }
 
 static void destroy(weft_accumulator *a)
 {
-    (void)a;
+    struct method *m = a->own;
+    if (m)
+        weft_blend_target_destroy(a, &m->target);
+    free(m);
+    a->own = NULL;
+}
+
+// Sums that are no floats.
+static enum weft_result check_sum(const weft_accumulator *a, const struct method *m, double weight,
+                                  double largest)
+{
+    const double magnitude = m->progress.magnitude + fabs(ldexp(weight, -m->exponent));
+    if (magnitude * fmax(largest, m->largest) < (double)FLT_MAX && magnitude < (double)FLT_MAX)
+        return WEFT_OK;
+    weft_error(a->params.log,
+               "accumulate: frame %" PRId64 " of weight %g with values up to %g: sums on GL, whose "
+               "first weight is about 2^%d, reach %g and end at %g",
+               a->frames, weight, largest, m->exponent, magnitude * fmax(largest, m->largest),
+               (double)FLT_MAX);
+    return WEFT_ERR_LIMIT;
+}
+
+static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame, double weight)
+{
+    struct method *m = a->own;
+    double largest;
+    enum weft_result res = weft_blend_target_check(a, m->target, frame, &largest);
+    if (res != WEFT_OK)
+        return res;
+    if (!m->scaled)
+        m->exponent = exponent_of(weight);
+    m->scaled = true;
+    res = check_sum(a, m, weight, largest);
+    if (res != WEFT_OK)
+        return res;
+    const struct weft_blend_step step = {
+        .operation = WEFT_BLEND_SUM,
+        .constant = 1.0f,
+        .weight = count_weight(m, weight, &m->progress),
+    };
+    m->largest = fmax(m->largest, largest);
+    return weft_blend_target_add(a, m->target, frame, &step);
+}
+
+static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
+{
+    const struct method *m = a->own;
+    const struct weft_blend_reading reading = {.scale = 1.0, .divisor = m->progress.sum};
+    if (m->progress.sum == 0.0) {
+        weft_error(a->params.log, "accumulate: the weights so far add up to 0");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return weft_blend_target_read(a, m->target, &reading, channel, out, stride);
+}
+
+static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
+{
+    const struct method *m = a->own;
+    struct progress s = m->progress;
+    double largest = m->largest;
+    weft_blend_target_report(a, m->target, out);
+    if (s.count == 0.0) {
+        s = expected(a, m);
+        largest = weft_blend_target_range(m->target)->extent;
+    }
+    out->bound = bound_of(&s, largest);
+    out->weight_change = s.change;
 }
 
 const struct weft_accumulate_way weft_accumulate_float = {
@@ -18,4 +173,7 @@ const struct weft_accumulate_way weft_accumulate_float = {
     .negative = true,
     .create = create,
     .destroy = destroy,
+    .add = add,
+    .mean = mean,
+    .report = report,
 };

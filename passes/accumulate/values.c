@@ -27,8 +27,8 @@ enum { PART = 1 << 16, CHUNK = WEFT_VALUE_CHUNK }; // values of a part, and of a
 struct check {
     const weft_accumulator *a;
     const struct weft_plane *planes;
+    const struct weft_value_limits *limits;
     float low, high;
-    bool ranged;
     int32_t rows; // of a part
     size_t bands; // of a plane
     _Atomic uint64_t nonfinite;
@@ -38,7 +38,7 @@ struct check {
 
 static bool is_refused(const struct check *c, float value)
 {
-    if (c->ranged)
+    if (c->limits)
         return !(value >= c->low && value <= c->high);
     return !isfinite(value) && c->a->params.nonfinite != WEFT_NONFINITE_PROPAGATE;
 }
@@ -47,7 +47,7 @@ static bool is_refused(const struct check *c, float value)
 static bool need_none(const struct check *c, enum weft_plane_type type)
 {
     const bool codes = type == WEFT_PLANE_UNORM8 || type == WEFT_PLANE_UNORM16;
-    return codes && (!c->ranged || (c->low <= 0.0f && c->high >= 1.0f));
+    return codes && (!c->limits || (c->low <= 0.0f && c->high >= 1.0f));
 }
 
 // Without branches, so that it is made in vectors; what is bad is looked for where there is any.
@@ -69,7 +69,7 @@ static void check_floats(struct check *c, const float *values, size_t count)
         ;
     if (nonfinite)
         c->nonfinite += nonfinite;
-    if (c->ranged ? beyond : nonfinite && c->a->params.nonfinite != WEFT_NONFINITE_PROPAGATE)
+    if (c->limits ? beyond : nonfinite && c->a->params.nonfinite != WEFT_NONFINITE_PROPAGATE)
         c->bad = true;
 }
 
@@ -105,7 +105,7 @@ static void log_refused(const struct check *c, int channel, int32_t x, int32_t y
         weft_error(a->params.log,
                    "accumulate: frame %" PRId64 ", channel %d, pixel (%d, %d): %g is not within %g "
                    "to %g",
-                   a->frames, channel, x, y, value, a->params.low, a->params.high);
+                   a->frames, channel, x, y, value, c->limits->low, c->limits->high);
     else
         weft_error(a->params.log, "accumulate: frame %" PRId64 ", channel %d, pixel (%d, %d): %g",
                    a->frames, channel, x, y, value);
@@ -128,17 +128,17 @@ static void find_refused(const struct check *c)
             }
 }
 
-enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes, bool ranged,
-                                  double *largest)
+enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes,
+                                  const struct weft_value_limits *limits, double *largest)
 {
     const struct weft_accumulator_params *p = &a->params;
     const int32_t rows = PART / p->width > 1 ? PART / p->width : 1;
     struct check c = {
         .a = a,
         .planes = planes,
-        .low = (float)p->low,
-        .high = (float)p->high,
-        .ranged = ranged,
+        .limits = limits,
+        .low = limits ? (float)limits->low : -INFINITY,
+        .high = limits ? (float)limits->high : INFINITY,
         .rows = rows,
         .bands = ((size_t)p->height + (size_t)rows - 1) / (size_t)rows,
     };

@@ -14,13 +14,17 @@ enum { WEFT_VALUE_CHUNK = 1024 };
 void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, int32_t y,
                       int32_t count, float *out);
 
-// Checks a frame that lies in memory, on params.cpu.threads: values that are not finite are refused
-// unless params.nonfinite is to propagate, and with `ranged` so are those beyond params.low and
-// params.high. What is not finite counts in a->nonfinite. *largest (may be NULL) is the
-// largest |finite value|, or 1 where codes need no check. Returns WEFT_ERR_FORMAT: the log names
-// the first such value's frame, channel, pixel and itself.
-enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes, bool ranged,
-                                  double *largest);
+// What values may be.
+struct weft_value_limits {
+    double low, high;
+};
+// Checks a frame that lies in memory, on params.cpu.threads: values beyond the limits (NULL: none)
+// are refused, and so are those that are not finite, unless params.nonfinite is to propagate. What
+// is not finite counts in a->nonfinite. *largest (may be NULL) is the largest |finite value|, or 1
+// where codes need no check. Returns WEFT_ERR_FORMAT: the log names the first such value's frame,
+// channel, pixel and itself.
+enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes,
+                                  const struct weft_value_limits *limits, double *largest);
 
 // The place t of a value v in params.low to params.high: t = (v - low) * scale, both operations
 // and both numbers in single precision, as shaders do it; t = v for 0 to 1.

@@ -6,6 +6,7 @@
 #include "passes/gl/context_backend.h"
 
 // One for each passes/*/<name>.glsl, made by cmake/embed.cmake.
+extern const char weft_shader_blend[];
 extern const char weft_shader_combine[];
 extern const char weft_shader_convolve[];
 extern const char weft_shader_full_target[];
