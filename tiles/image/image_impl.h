@@ -7,6 +7,17 @@
 
 WEFT_BEGIN_DECLS
 
+// Opens an image file to be read; folders, pipes and devices are refused without being waited for.
+// Returns WEFT_ERR_OPEN, or WEFT_ERR_FORMAT where it is empty.
+enum weft_result weft_image_open(const struct weft_log *log, const char *path, int *out);
+
+// Makes an image without planes of what a reader says of part `part`: struct weft_wire_image and
+// what follows it, exactly `size` bytes. Ownership: clear it with weft_image_clear, on failure,
+// too. Returns WEFT_ERR_READER where that contradicts itself, or WEFT_ERR_MEMORY; the log hears
+// nothing.
+enum weft_result weft_image_take_info(const void *info, size_t size, int part,
+                                      struct weft_image *out);
+
 // weft_image_load of a file that is open; params->path is for messages.
 enum weft_result weft_image_read(const struct weft_image_load_params *params, int fd,
                                  struct weft_image *out);

@@ -1,23 +1,117 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// Files wait in a ring, in the order of their names, until readers have done their part.
 #include "tiles/image/sequence.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "filter/check.h"
+#include "filter/threads.h"
+#include "tiles/image/image_impl.h"
+#include "tiles/image/image_wire.h"
+#include "tiles/process/pool.h"
+
+#define ASK_STOP_SECONDS 0.1
 
 const char *const weft_image_file_kind_names[] = {"EXR", "PNG", NULL};
 
+static const char exr_program[] = "weft-read-exr", dwa_program[] = "weft-read-dwa",
+                  png_program[] = "weft-read-png";
+
+// A file on its way.
+struct slot {
+    char *name;
+    bool looked; // its kind is known
+    bool taken;  // what it was given was checked
+    size_t planes_offset;
+    struct weft_image_frame frame;
+    struct weft_plane *plane;
+    struct weft_job job;
+};
+
 struct weft_image_sequence {
     struct weft_image_sequence_params params;
-    int64_t next;
-    char *name;
-    struct weft_image_frame frame;
-    struct weft_image loaded;
-    struct weft_plane *planes;
+    struct weft_pool pool;
+    int64_t next;            // name
+    bool out;                // the ring's first frame is the caller's
+    const char *exr_program; // that read the last one
+    void *values;            // of the frame that the caller has
+    size_t values_size;
+    enum weft_result ended;
+    int capacity, first, count;
+    struct slot *ring;
 };
+
+static struct slot *slot_at(weft_image_sequence *s, int i)
+{
+    return &s->ring[(s->first + i) % s->capacity];
+}
+
+// ---- creating and destroying --------------------------------------------------------------------
+
+enum weft_result weft_image_sequence_create(const struct weft_image_sequence_params *params,
+                                            weft_image_sequence **out)
+{
+    const struct weft_image_sequence_params *p = params;
+    *out = NULL;
+    weft_image_sequence *s = NULL;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->count >= 1 && p->name);
+    weft_require(p->log, p->readers >= 0 && p->readers <= WEFT_IMAGE_SEQUENCE_MAX_READERS);
+    weft_require(p->log, p->part >= 0);
+    res = WEFT_ERR_MEMORY;
+    s = calloc(1, sizeof *s);
+    if (!s)
+        goto fail;
+    int readers = p->readers ? p->readers : weft_threads_available();
+    if (readers > WEFT_IMAGE_SEQUENCE_MAX_READERS)
+        readers = WEFT_IMAGE_SEQUENCE_MAX_READERS;
+    s->params = *p;
+    s->exr_program = exr_program;
+    s->pool.log = p->log;
+    s->pool.limits = p->limits;
+    s->pool.readers = p->count < readers ? (int)p->count : readers;
+    s->pool.memory_bytes = p->memory_bytes ? p->memory_bytes : UINT64_C(256) << 20;
+    s->capacity = s->pool.readers * WEFT_WIRE_ROOMS;
+    s->ring = calloc((size_t)s->capacity, sizeof *s->ring);
+    if (!s->ring)
+        goto fail;
+    *out = s;
+    return WEFT_OK;
+fail:
+    if (res == WEFT_ERR_MEMORY)
+        weft_error(p->log, "out of memory for a sequence of images");
+    weft_image_sequence_destroy(&s);
+    return res;
+}
+
+static void clear_slot(struct slot *slot)
+{
+    weft_image_clear(&slot->frame.image);
+    free(slot->plane);
+    free(slot->name);
+    *slot = (struct slot){.name = NULL};
+}
+
+void weft_image_sequence_destroy(weft_image_sequence **sequence)
+{
+    weft_image_sequence *s = sequence ? *sequence : NULL;
+    if (!s)
+        return;
+    weft_pool_clear(&s->pool);
+    for (int i = 0; s->ring && i < s->capacity; i++)
+        clear_slot(&s->ring[i]);
+    free(s->ring);
+    free(s->values);
+    free(s);
+    *sequence = NULL;
+}
+
+// ---- asking -------------------------------------------------------------------------------------
 
 static void keep_line(void *priv, enum weft_log_level level, const char *message)
 {
@@ -26,80 +120,301 @@ static void keep_line(void *priv, enum weft_log_level level, const char *message
         snprintf(frame->message, sizeof frame->message, "%s", message);
 }
 
-static void drop_frame(weft_image_sequence *s)
+static enum weft_result fail_slot(struct slot *slot, enum weft_result why)
 {
-    weft_image_clear(&s->loaded);
-    free(s->planes);
-    free(s->name);
-    s->planes = NULL;
-    s->name = NULL;
-    s->frame = (struct weft_image_frame){0};
+    slot->job.state = WEFT_JOB_FAILED;
+    slot->job.result = why;
+    return why;
 }
 
-enum weft_result weft_image_sequence_create(const struct weft_image_sequence_params *params,
-                                            weft_image_sequence **out)
+// What a file is, by its first bytes.
+static enum weft_result look(weft_image_sequence *s, struct slot *slot, int fd)
 {
-    const struct weft_image_sequence_params *p = params;
-    *out = NULL;
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(p->log, p->count >= 1 && p->name);
-    weft_require(p->log, p->readers >= 0 && p->readers <= WEFT_IMAGE_SEQUENCE_MAX_READERS);
-    weft_require(p->log, p->part >= 0);
-    *out = calloc(1, sizeof **out);
-    res = *out ? WEFT_OK : WEFT_ERR_MEMORY;
-    if (*out)
-        (*out)->params = *p;
-    else
-        weft_error(p->log, "out of memory for a sequence of images");
-fail:
+    static const unsigned char exr[] = {0x76, 0x2f, 0x31, 0x01};
+    static const unsigned char png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    unsigned char start[sizeof png] = {0};
+    struct weft_image_frame *frame = &slot->frame;
+    const struct weft_log log = {keep_line, frame};
+    struct stat st;
+    if (pread(fd, start, sizeof start, 0) < 0 || fstat(fd, &st)) {
+        weft_error(&log, "%s cannot be read: %s", slot->name, strerror(errno));
+        return fail_slot(slot, WEFT_ERR_OPEN);
+    }
+    frame->file_bytes = (uint64_t)st.st_size;
+    frame->changed_ns = (int64_t)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec;
+    if (!memcmp(start, exr, sizeof exr)) {
+        frame->kind = WEFT_IMAGE_FILE_EXR;
+        slot->job.program = s->params.info_only ? exr_program : s->exr_program;
+    } else if (!memcmp(start, png, sizeof png)) {
+        frame->kind = WEFT_IMAGE_FILE_PNG;
+        slot->job.program = png_program;
+    } else {
+        weft_error(&log,
+                   "%s is neither an EXR nor a PNG file: it starts with bytes %02x %02x %02x %02x",
+                   slot->name, start[0], start[1], start[2], start[3]);
+        return fail_slot(slot, WEFT_ERR_FORMAT);
+    }
+    slot->looked = true;
+    return WEFT_OK;
+}
+
+// Gives the file to a reader, or leaves it waiting where none can have it now.
+static enum weft_result ask(weft_image_sequence *s, struct slot *slot, bool urgent)
+{
+    const struct weft_log log = {keep_line, &slot->frame};
+    int fd = -1;
+    if (slot->looked && !weft_pool_has_place(&s->pool, &slot->job, urgent))
+        return WEFT_OK;
+    enum weft_result res = weft_image_open(&log, slot->name, &fd);
+    if (res != WEFT_OK) {
+        fail_slot(slot, res);
+        return WEFT_OK;
+    }
+    res = WEFT_OK;
+    if (look(s, slot, fd) == WEFT_OK)
+        res = weft_pool_place(&s->pool, &slot->job, fd, urgent);
+    close(fd);
     return res;
 }
 
-void weft_image_sequence_destroy(weft_image_sequence **sequence)
+// Takes names as long as there is room for more. Those without a text are left out.
+static enum weft_result take_names(weft_image_sequence *s)
 {
-    if (!sequence || !*sequence)
-        return;
-    drop_frame(*sequence);
-    free(*sequence);
-    *sequence = NULL;
-}
-
-static enum weft_result take_planes(weft_image_sequence *s)
-{
-    const struct weft_image *image = &s->loaded;
-    s->planes = calloc(image->channel_count, sizeof *s->planes);
-    if (!s->planes)
-        return WEFT_ERR_MEMORY;
-    for (size_t c = 0; c < image->channel_count; c++) {
-        const struct weft_image_channel *channel = &image->channels[c];
-        const bool integers = channel->integers != NULL;
-        s->planes[c] = (struct weft_plane){.values = integers ? (const void *)channel->integers
-                                                              : channel->plane,
-                                           .type = integers ? WEFT_PLANE_UINT : WEFT_PLANE_FLOAT,
-                                           .stride = (size_t)image->width,
-                                           .step = 1};
+    while (s->count < s->capacity && s->next < s->params.count) {
+        const int64_t index = s->next++;
+        const char *name = s->params.name(s->params.priv, index);
+        if (!name)
+            continue;
+        struct slot *slot = slot_at(s, s->count);
+        *slot = (struct slot){.name = strdup(name)};
+        if (!slot->name) {
+            weft_error(s->params.log, "out of memory for a name");
+            return WEFT_ERR_MEMORY;
+        }
+        slot->frame.index = index;
+        slot->frame.name = slot->name;
+        slot->job.path = slot->name;
+        slot->job.part = (uint32_t)s->params.part;
+        slot->job.info_only = s->params.info_only;
+        s->count++;
     }
     return WEFT_OK;
 }
 
-static enum weft_result read_frame(weft_image_sequence *s)
+// In their order: a later one does not get what an earlier one waits for.
+static enum weft_result ask_all(weft_image_sequence *s)
 {
-    struct weft_image_frame *frame = &s->frame;
-    const struct weft_log log = {keep_line, frame};
-    struct stat st;
-    frame->result = weft_image_load(weft_image_load_params(.path = s->name, .part = s->params.part,
-                                                           .limits = s->params.limits, .log = &log),
-                                    &s->loaded);
-    if (frame->result != WEFT_OK)
-        return WEFT_OK;
-    frame->image = s->loaded;
-    if (stat(s->name, &st) == 0) {
-        frame->file_bytes = (uint64_t)st.st_size;
-        frame->changed_ns = (int64_t)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec;
+    for (int i = 0; i < s->count; i++) {
+        struct slot *slot = slot_at(s, i);
+        if (slot->job.state != WEFT_JOB_NEW)
+            continue;
+        const enum weft_result res = ask(s, slot, i == 0);
+        if (res != WEFT_OK)
+            return res;
+        if (slot->job.state == WEFT_JOB_NEW)
+            break;
     }
-    const enum weft_result res = take_planes(s);
-    frame->plane = s->planes;
+    return WEFT_OK;
+}
+
+// ---- what readers give --------------------------------------------------------------------------
+
+static bool plausible_png(const struct weft_wire_frame *wire, const struct weft_image *image)
+{
+    const uint32_t bits = wire->png_bits;
+    return (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16) &&
+           image->channel_count <= 4 && wire->png_flags < 2 * WEFT_WIRE_PNG_ICC &&
+           wire->png_gamma >= 0.0 && wire->png_gamma < 1e9;
+}
+
+static void take_png(struct weft_image_frame *frame, const struct weft_wire_frame *wire)
+{
+    const uint32_t flags = wire->png_flags;
+    frame->png = (struct weft_png_info){.bits = (int)wire->png_bits,
+                                        .palette = flags & WEFT_WIRE_PNG_PALETTE,
+                                        .alpha = flags & WEFT_WIRE_PNG_ALPHA,
+                                        .interlaced = flags & WEFT_WIRE_PNG_INTERLACED,
+                                        .srgb = flags & WEFT_WIRE_PNG_SRGB,
+                                        .icc = flags & WEFT_WIRE_PNG_ICC,
+                                        .gamma = wire->png_gamma};
+    memcpy(frame->png.cicp, wire->png_cicp, sizeof frame->png.cicp);
+}
+
+// Planes that lie one after another from `base`; their bytes in all, SIZE_MAX where there can be
+// none so large.
+static size_t lay_out(const struct weft_image_frame *frame, struct weft_plane *plane,
+                      const void *base)
+{
+    static const enum weft_plane_type exr_types[] = {
+        [WEFT_PIXEL_FLOAT] = WEFT_PLANE_FLOAT,
+        [WEFT_PIXEL_HALF] = WEFT_PLANE_HALF,
+        [WEFT_PIXEL_UINT] = WEFT_PLANE_UINT,
+    };
+    const struct weft_image *image = &frame->image;
+    const bool png = frame->kind == WEFT_IMAGE_FILE_PNG;
+    const size_t step = png ? image->channel_count : 1;
+    size_t at = 0;
+    for (size_t c = 0; c < image->channel_count; c++) {
+        plane[c] = (struct weft_plane){.type = png && frame->png.bits == 16 ? WEFT_PLANE_UNORM16
+                                               : png                        ? WEFT_PLANE_UNORM8
+                                                     : exr_types[image->channels[c].type],
+                                       .step = step,
+                                       .stride = (size_t)image->width * step};
+        const size_t value = weft_plane_type_size(plane[c].type);
+        size_t bytes;
+        plane[c].values = (const void *)((uintptr_t)base + at + (png ? c * value : 0));
+        if (!weft_size_mul(plane[c].stride * value, (size_t)image->height, &bytes))
+            return SIZE_MAX;
+        if (png && c + 1 < image->channel_count)
+            continue;
+        if ((!png && !weft_wire_align(bytes, &bytes)) || !weft_size_add(at, bytes, &at))
+            return SIZE_MAX;
+    }
+    return at;
+}
+
+// The answer but for its values, which nothing depends on.
+static enum weft_result take_answer(weft_image_sequence *s, struct slot *slot)
+{
+    struct weft_image_frame *frame = &slot->frame;
+    const struct weft_job *job = &slot->job;
+    struct weft_wire_frame wire;
+    if (job->size < sizeof wire)
+        return WEFT_ERR_READER;
+    memcpy(&wire, job->data, sizeof wire);
+    if (wire.planes_offset > job->size || wire.planes_offset % WEFT_WIRE_ALIGN ||
+        wire.planes_offset < sizeof wire || wire.info_bytes > wire.planes_offset - sizeof wire)
+        return WEFT_ERR_READER;
+    void *info = malloc(wire.info_bytes + 1);
+    if (!info)
+        return WEFT_ERR_MEMORY;
+    memcpy(info, (const char *)job->data + sizeof wire, wire.info_bytes);
+    enum weft_result res =
+        weft_image_take_info(info, wire.info_bytes, s->params.part, &frame->image);
+    free(info);
+    if (res != WEFT_OK)
+        return res;
+    if (frame->kind == WEFT_IMAGE_FILE_PNG && !plausible_png(&wire, &frame->image))
+        return WEFT_ERR_READER;
+    take_png(frame, &wire);
+    slot->planes_offset = wire.planes_offset;
+    slot->plane = calloc(frame->image.channel_count, sizeof *slot->plane);
+    if (!slot->plane)
+        return WEFT_ERR_MEMORY;
+    const size_t bytes = s->params.info_only ? 0 : lay_out(frame, slot->plane, NULL);
+    return bytes == job->size - slot->planes_offset ? WEFT_OK : WEFT_ERR_READER;
+}
+
+static void forget_answer(struct slot *slot)
+{
+    weft_image_clear(&slot->frame.image);
+    free(slot->plane);
+    slot->plane = NULL;
+    slot->frame.png = (struct weft_png_info){0};
+}
+
+static enum weft_result take(weft_image_sequence *s, struct slot *slot)
+{
+    struct weft_job *job = &slot->job;
+    if (job->state == WEFT_JOB_NEW && job->other_program) {
+        const bool was_dwa = job->program == dwa_program;
+        job->program = s->exr_program = was_dwa ? exr_program : dwa_program;
+        job->other_program = false;
+    }
+    if (job->state != WEFT_JOB_GIVEN || slot->taken)
+        return WEFT_OK;
+    const enum weft_result res = take_answer(s, slot);
+    slot->taken = res == WEFT_OK;
+    if (res == WEFT_OK)
+        return WEFT_OK;
+    forget_answer(slot);
+    if (res == WEFT_ERR_READER) {
+        weft_pool_refuse(&s->pool, job);
+        return WEFT_OK;
+    }
+    weft_error(s->params.log, "%s: out of memory", slot->name);
     return res;
+}
+
+static enum weft_result take_all(weft_image_sequence *s)
+{
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; res == WEFT_OK && i < s->count; i++)
+        res = take(s, slot_at(s, i));
+    return res;
+}
+
+// ---- handing out --------------------------------------------------------------------------------
+
+static void drop_frame(weft_image_sequence *s)
+{
+    if (!s->out)
+        return;
+    clear_slot(slot_at(s, 0));
+    s->first = (s->first + 1) % s->capacity;
+    s->count--;
+    s->out = false;
+}
+
+// The caller's own: nobody can change it.
+static enum weft_result copy_values(weft_image_sequence *s, struct slot *slot)
+{
+    const size_t size = slot->job.size - slot->planes_offset;
+    if (size > s->values_size) {
+        free(s->values);
+        s->values = aligned_alloc(WEFT_WIRE_ALIGN, size);
+        s->values_size = s->values ? size : 0;
+        if (!s->values) {
+            weft_error(s->params.log, "%s: out of memory for %zu bytes", slot->name, size);
+            return WEFT_ERR_MEMORY;
+        }
+    }
+    memcpy(s->values, (const char *)slot->job.data + slot->planes_offset, size);
+    lay_out(&slot->frame, slot->plane, s->values);
+    slot->frame.plane = slot->plane;
+    return WEFT_OK;
+}
+
+static enum weft_result hand_out(weft_image_sequence *s, const struct weft_image_frame **frame)
+{
+    struct slot *slot = slot_at(s, 0);
+    enum weft_result res = WEFT_OK;
+    if (slot->job.state == WEFT_JOB_FAILED) {
+        slot->frame.result = slot->job.result;
+        if (*slot->job.message)
+            snprintf(slot->frame.message, sizeof slot->frame.message, "%s", slot->job.message);
+    } else {
+        if (!s->params.info_only)
+            res = copy_values(s, slot);
+        weft_pool_release(&s->pool, &slot->job);
+    }
+    s->out = true;
+    *frame = res == WEFT_OK ? &slot->frame : NULL;
+    return res;
+}
+
+static bool is_done(const struct slot *slot)
+{
+    return slot->job.state == WEFT_JOB_FAILED || slot->taken;
+}
+
+static enum weft_result advance(weft_image_sequence *s, const struct weft_image_frame **frame)
+{
+    for (;;) {
+        enum weft_result res = take_names(s);
+        if (res == WEFT_OK)
+            res = ask_all(s);
+        if (res != WEFT_OK || !s->count)
+            return res;
+        if (is_done(slot_at(s, 0)))
+            return hand_out(s, frame);
+        if (s->params.stop && s->params.stop(s->params.priv))
+            return WEFT_ERR_CANCELLED;
+        weft_pool_wait(&s->pool, s->params.stop ? ASK_STOP_SECONDS : -1.0);
+        res = take_all(s);
+        if (res != WEFT_OK)
+            return res;
+    }
 }
 
 enum weft_result weft_image_sequence_next(weft_image_sequence *s,
@@ -107,20 +422,10 @@ enum weft_result weft_image_sequence_next(weft_image_sequence *s,
 {
     *frame = NULL;
     drop_frame(s);
-    if (s->params.stop && s->params.stop(s->params.priv))
-        return WEFT_ERR_CANCELLED;
-    const char *name = NULL;
-    while (!name && s->next < s->params.count)
-        name = s->params.name(s->params.priv, s->next++);
-    if (!name)
-        return WEFT_OK;
-    s->name = strdup(name);
-    if (!s->name)
-        return WEFT_ERR_MEMORY;
-    s->frame.index = s->next - 1;
-    s->frame.name = s->name;
-    const enum weft_result res = read_frame(s);
-    if (res == WEFT_OK)
-        *frame = &s->frame;
+    if (s->ended)
+        return s->ended;
+    const enum weft_result res = advance(s, frame);
+    if (res != WEFT_OK && res != WEFT_ERR_CANCELLED)
+        s->ended = res;
     return res;
 }

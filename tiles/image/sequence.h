@@ -71,6 +71,7 @@ struct weft_image_sequence_params {
     // that the caller has come on top. Default 0: 256 MiB.
     uint64_t memory_bytes;
     int part;                   // of each EXR file, from 0
+    bool info_only;             // headers only: frames have no planes (default: values, too)
     struct weft_limits limits;  // of a reader process, for one file (default: see limits.h)
     const struct weft_log *log; // borrowed for the sequence's life; may be NULL
 };

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tiles/process/client.h"
 
-#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
-#include <pthread.h>
 #include <signal.h>
-#include <spawn.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/auxv.h>
 #include <sys/mman.h>
 #include <sys/pidfd.h>
 #include <sys/resource.h>
@@ -22,237 +17,12 @@
 #include <unistd.h>
 
 #include "tiles/output/unfinished.h"
-
-extern char **environ;
+#include "tiles/process/client_impl.h"
 
 // What a reader that has hung up is given to end by itself, so that its exit code can be told.
 #define GRACE_SECONDS 0.5
 
-struct weft_reader {
-    const struct weft_log *log;
-    char *program, *path;
-    struct weft_limits limits;
-    pid_t pid;              // 0: reaped
-    int pidfd;              // -1 where the kernel has none
-    int socket;             // -1: closed
-    int answer_fd;          // of the question that has no answer yet; -1: there is none
-    uint32_t op;            // of that question
-    enum weft_result ended; // why no further call is possible; WEFT_OK while it lives
-};
-
-static void close_fd(int *fd)
-{
-    if (*fd >= 0)
-        close(*fd);
-    *fd = -1;
-}
-
-// ---- finding and starting the program
-// ------------------------------------------------------------
-
-static bool folder_of(const char *file, char *out)
-{
-    if (!realpath(file, out))
-        return false;
-    char *slash = strrchr(out, '/');
-    if (!slash)
-        return false;
-    *slash = 0;
-    return true;
-}
-
-// The folder of the module that holds this function. For a program that links the library
-// statically dladdr knows only argv[0], which may be relative to a folder that was left long ago.
-static bool own_folder(char *out)
-{
-    Dl_info own, program;
-    bool found = dladdr((void *)(uintptr_t)&own_folder, &own) != 0;
-    bool in_program =
-        found && dladdr((void *)getauxval(AT_PHDR), &program) && own.dli_fbase == program.dli_fbase;
-    if (!found || in_program)
-        return folder_of("/proc/self/exe", out);
-    return folder_of(own.dli_fname, out);
-}
-
-static bool runnable(const char *folder, const char *program, char *out)
-{
-    int length = snprintf(out, PATH_MAX, "%s/%s", folder, program);
-    return length > 0 && length < PATH_MAX && access(out, X_OK) == 0;
-}
-
-static enum weft_result find_program(const struct weft_log *log, const char *program, char *out)
-{
-    const char *forced = secure_getenv("WEFT_LIBEXEC");
-    if (forced && *forced) {
-        if (runnable(forced, program, out))
-            return WEFT_OK;
-        weft_error(log, "the reader %s is not in %s (WEFT_LIBEXEC)", program, forced);
-        return WEFT_ERR_READER;
-    }
-    // Beside us in the build tree; where an installed tree that was moved has it; where it was
-    // configured to be.
-    char folder[PATH_MAX] = "", moved[2 * PATH_MAX];
-    bool known = own_folder(folder);
-    snprintf(moved, sizeof moved, "%s/" WEFT_LIBEXEC_FROM_LIB, folder);
-    if ((known && (runnable(folder, program, out) || runnable(moved, program, out))) ||
-        runnable(WEFT_LIBEXEC_DIR, program, out))
-        return WEFT_OK;
-    weft_error(log, "the reader %s is neither in %s nor in %s", program,
-               known ? folder : "(unknown folder of libweft)", WEFT_LIBEXEC_DIR);
-    return WEFT_ERR_READER;
-}
-
-// Input and output are shut off; the error stream too, since decoders write about damaged files
-// what they like. WEFT_READER_DEBUG keeps it, for sanitizers and for debugging.
-static int add_actions(posix_spawn_file_actions_t *actions, int socket, int fd)
-{
-    const char *debug = secure_getenv("WEFT_READER_DEBUG");
-    int error = posix_spawn_file_actions_addopen(actions, 0, "/dev/null", O_RDONLY, 0);
-    if (!error)
-        error = posix_spawn_file_actions_addopen(actions, 1, "/dev/null", O_WRONLY, 0);
-    if (!error && !(debug && *debug))
-        error = posix_spawn_file_actions_addopen(actions, 2, "/dev/null", O_WRONLY, 0);
-    if (!error)
-        error = posix_spawn_file_actions_adddup2(actions, socket, WEFT_WIRE_FD);
-    if (!error)
-        error = posix_spawn_file_actions_adddup2(actions, fd, WEFT_WIRE_FD + 1);
-    if (!error)
-        error = posix_spawn_file_actions_addclosefrom_np(actions, WEFT_WIRE_FD + 2);
-    return error;
-}
-
-// Its own process group, so that Ctrl-C reaches the caller alone; the reader sees the hang-up.
-static int set_attributes(posix_spawnattr_t *attributes)
-{
-    sigset_t none, all;
-    sigemptyset(&none);
-    sigfillset(&all);
-    posix_spawnattr_setsigmask(attributes, &none);
-    posix_spawnattr_setsigdefault(attributes, &all);
-    posix_spawnattr_setpgroup(attributes, 0);
-    return posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF |
-                                                    POSIX_SPAWN_SETPGROUP);
-}
-
-// No signal comes between the start and the moment from which a handler finds the process.
-static int spawn_known(weft_reader *reader, const char *file,
-                       const posix_spawn_file_actions_t *actions,
-                       const posix_spawnattr_t *attributes, char *const *argv)
-{
-    sigset_t all, old;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &old);
-    int error = posix_spawn(&reader->pid, file, actions, attributes, argv, environ);
-    if (error)
-        reader->pid = 0;
-    else
-        weft_unfinished_add_process(reader->pid);
-    pthread_sigmask(SIG_SETMASK, &old, NULL);
-    return error;
-}
-
-static int spawn(weft_reader *reader, const char *file, int socket, int fd)
-{
-    char memory[24], output[24], cpu[24];
-    snprintf(memory, sizeof memory, "%llu", (unsigned long long)reader->limits.memory_bytes);
-    snprintf(output, sizeof output, "%llu", (unsigned long long)reader->limits.output_bytes);
-    snprintf(cpu, sizeof cpu, "%u", reader->limits.cpu_seconds);
-    char *argv[] = {reader->program, reader->path, memory, output, cpu, NULL};
-
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
-    int error = posix_spawn_file_actions_init(&actions);
-    if (error)
-        return error;
-    error = posix_spawnattr_init(&attributes);
-    if (!error) {
-        error = add_actions(&actions, socket, fd);
-        if (!error)
-            error = set_attributes(&attributes);
-        if (!error)
-            error = spawn_known(reader, file, &actions, &attributes, argv);
-        posix_spawnattr_destroy(&attributes);
-    }
-    posix_spawn_file_actions_destroy(&actions);
-    return error;
-}
-
-static struct weft_limits with_defaults(const struct weft_limits *limits)
-{
-    struct weft_limits all = limits ? *limits : (struct weft_limits){0};
-    if (!all.memory_bytes)
-        all.memory_bytes = UINT64_C(4) << 30;
-    if (!all.output_bytes)
-        all.output_bytes = UINT64_C(4) << 30;
-    if (!all.cpu_seconds)
-        all.cpu_seconds = 600;
-    if (!all.wall_seconds)
-        all.wall_seconds = 300;
-    return all;
-}
-
-// Above the descriptors 0 to 4, which the child's are copied over.
-static int copy_above(int fd)
-{
-    return fcntl(fd, F_DUPFD_CLOEXEC, WEFT_WIRE_FD + 2);
-}
-
-enum weft_result weft_reader_start(const struct weft_log *log, const char *program,
-                                   const char *path, int fd, const struct weft_limits *limits,
-                                   weft_reader **out)
-{
-    *out = NULL;
-    weft_reader *reader = NULL;
-    int pair[2] = {-1, -1}, theirs = -1, file = -1, error;
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(log, program && path && fd >= 0);
-
-    res = WEFT_ERR_MEMORY;
-    reader = calloc(1, sizeof *reader);
-    if (!reader)
-        goto fail;
-    reader->pidfd = reader->socket = reader->answer_fd = -1;
-    reader->log = log;
-    reader->limits = with_defaults(limits);
-    reader->program = strdup(program);
-    reader->path = strdup(path);
-    if (!reader->program || !reader->path)
-        goto fail;
-
-    char name[PATH_MAX];
-    res = find_program(log, program, name);
-    if (res)
-        goto fail;
-    res = WEFT_ERR_READER;
-    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) ||
-        (theirs = copy_above(pair[1])) < 0 || (file = copy_above(fd)) < 0) {
-        weft_error(log, "cannot connect to %s: %s", program, strerror(errno));
-        goto fail;
-    }
-    error = spawn(reader, name, theirs, file);
-    if (error) {
-        weft_error(log, "cannot start %s: %s", name, strerror(error));
-        goto fail;
-    }
-    reader->pidfd = pidfd_open(reader->pid, 0);
-    reader->socket = pair[0];
-    pair[0] = -1;
-    *out = reader;
-    reader = NULL;
-    res = WEFT_OK;
-fail:
-    if (res == WEFT_ERR_MEMORY)
-        weft_error(log, "cannot start %s: out of memory", program);
-    close_fd(&pair[0]);
-    close_fd(&pair[1]);
-    close_fd(&theirs);
-    close_fd(&file);
-    weft_reader_stop(&reader);
-    return res;
-}
-
-// ---- its end
-// -------------------------------------------------------------------------------------
+// ---- its end ------------------------------------------------------------------------------------
 
 // With all that it may have started. Its number is its own until it is reaped; where somebody else
 // may have done that, the descriptor knows.
@@ -286,9 +56,9 @@ void weft_reader_stop(weft_reader **reader)
     // Every answer has been given, so there is nothing to wait for.
     kill_reader(*reader);
     reap(*reader, &status);
-    close_fd(&(*reader)->socket);
-    close_fd(&(*reader)->pidfd);
-    close_fd(&(*reader)->answer_fd);
+    weft_close_fd(&(*reader)->socket);
+    weft_close_fd(&(*reader)->pidfd);
+    weft_close_fd(&(*reader)->answer_fd);
     free((*reader)->program);
     free((*reader)->path);
     free(*reader);
@@ -300,7 +70,7 @@ static enum weft_result end_reader(weft_reader *reader, enum weft_result why)
     int status;
     kill_reader(reader);
     reap(reader, &status);
-    close_fd(&reader->socket);
+    weft_close_fd(&reader->socket);
     reader->ended = why;
     return why;
 }
@@ -314,6 +84,7 @@ static const char *doing(uint32_t op)
         return "searching";
     case WEFT_WIRE_READ:
     case WEFT_WIRE_IMAGE_PIXELS:
+    case WEFT_WIRE_IMAGE_FRAME:
         return "reading";
     case WEFT_WIRE_WRITE:
         return "writing";
@@ -364,10 +135,11 @@ static enum weft_result report_signal(const weft_reader *reader, int signal, uin
 }
 
 // The reader hung up: reap it and say what became of it.
-static enum weft_result report_death(weft_reader *reader, uint32_t op)
+static enum weft_result report_death(weft_reader *reader)
 {
     const struct weft_log *log = reader->log;
     const char *program = reader->program, *path = reader->path;
+    const uint32_t op = reader->op;
     int status = 0;
     enum weft_result res = WEFT_ERR_READER;
     bool ended = ends_by_itself(reader);
@@ -385,15 +157,14 @@ static enum weft_result report_death(weft_reader *reader, uint32_t op)
     return end_reader(reader, res);
 }
 
-static enum weft_result protocol_error(weft_reader *reader, uint32_t op, const char *what)
+enum weft_result weft_reader_protocol_error(weft_reader *reader, const char *what)
 {
-    weft_error(reader->log, "%s broke its protocol while %s %s: %s", reader->program, doing(op),
-               reader->path, what);
+    weft_error(reader->log, "%s broke its protocol while %s %s: %s", reader->program,
+               doing(reader->op), reader->path, what);
     return end_reader(reader, WEFT_ERR_READER);
 }
 
-// ---- one question, one answer
-// --------------------------------------------------------------------
+// ---- one question, one answer -------------------------------------------------------------------
 
 static int make_memfd(const char *name)
 {
@@ -415,27 +186,29 @@ static bool write_all(int fd, const void *data, size_t size)
     return true;
 }
 
-// The request, with the answer's memfd and the request's (or -1) attached.
-static bool send_request(int socket, const struct weft_wire_request *request, const int fds[2])
+bool weft_reader_send(weft_reader *reader, struct weft_wire_request *request, const int *fds,
+                      int fd_count)
 {
-    size_t count = fds[1] < 0 ? 1 : 2;
     union {
-        char bytes[CMSG_SPACE(2 * sizeof(int))];
+        char bytes[CMSG_SPACE(WEFT_WIRE_ATTACHED_COUNT * sizeof(int))];
         struct cmsghdr align;
     } control = {{0}};
-    struct iovec part = {(void *)(uintptr_t)request, sizeof *request};
+    const size_t size = (size_t)fd_count * sizeof(int);
+    request->magic = WEFT_WIRE_MAGIC;
+    request->version = WEFT_WIRE_VERSION;
+    struct iovec part = {request, sizeof *request};
     struct msghdr message = {.msg_iov = &part,
                              .msg_iovlen = 1,
                              .msg_control = &control,
-                             .msg_controllen = CMSG_SPACE(count * sizeof(int))};
+                             .msg_controllen = CMSG_SPACE(size)};
     struct cmsghdr *header = CMSG_FIRSTHDR(&message);
     header->cmsg_level = SOL_SOCKET;
     header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(count * sizeof(int));
-    memcpy(CMSG_DATA(header), fds, count * sizeof(int));
+    header->cmsg_len = CMSG_LEN(size);
+    memcpy(CMSG_DATA(header), fds, size);
     ssize_t sent;
     do
-        sent = sendmsg(socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+        sent = sendmsg(reader->socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
     while (sent < 0 && errno == EINTR);
     return sent == (ssize_t)sizeof *request;
 }
@@ -447,14 +220,17 @@ enum arrival { ARRIVED, DIED, LATE };
 // well.
 static enum arrival wait_for_answer(const weft_reader *reader)
 {
-    double end = weft_now_seconds() + reader->limits.wall_seconds;
+    const double end = reader->since + reader->limits.wall_seconds;
     for (;;) {
         struct pollfd polled[] = {{.fd = reader->socket, .events = POLLIN},
                                   {.fd = reader->pidfd, .events = POLLIN}};
-        double left = end - weft_now_seconds();
-        if (left <= 0)
+        const double left = end - weft_now_seconds();
+        const int n = poll(polled, WEFT_COUNT(polled),
+                           left <= 0.0  ? 0
+                           : left > 1e6 ? INT_MAX
+                                        : (int)(left * 1e3) + 1);
+        if (n == 0 && left <= 0.0)
             return LATE;
-        int n = poll(polled, WEFT_COUNT(polled), left > 1e6 ? INT_MAX : (int)(left * 1e3) + 1);
         if (n <= 0)
             continue;
         if (polled[0].revents & POLLIN)
@@ -477,15 +253,14 @@ static bool known_result(int32_t result)
     return false;
 }
 
-static enum weft_result receive_answer(weft_reader *reader, uint32_t op,
-                                       struct weft_wire_answer *answer)
+enum weft_result weft_reader_receive(weft_reader *reader, struct weft_wire_answer *answer)
 {
     switch (wait_for_answer(reader)) {
     case DIED:
-        return report_death(reader, op);
+        return report_death(reader);
     case LATE:
         weft_error(reader->log, "%s: %s did not answer within the limit of %u s while %s",
-                   reader->path, reader->program, reader->limits.wall_seconds, doing(op));
+                   reader->path, reader->program, reader->limits.wall_seconds, doing(reader->op));
         return end_reader(reader, WEFT_ERR_LIMIT);
     case ARRIVED:
         break;
@@ -495,29 +270,31 @@ static enum weft_result receive_answer(weft_reader *reader, uint32_t op,
         size = recv(reader->socket, answer, sizeof *answer, MSG_DONTWAIT | MSG_TRUNC);
     while (size < 0 && errno == EINTR);
     if (size <= 0)
-        return report_death(reader, op);
+        return report_death(reader);
     if (size != (ssize_t)sizeof *answer)
-        return protocol_error(reader, op, "the answer has the wrong size");
+        return weft_reader_protocol_error(reader, "the answer has the wrong size");
     if (answer->magic != WEFT_WIRE_MAGIC || answer->version != WEFT_WIRE_VERSION)
-        return protocol_error(reader, op, "it speaks another version");
+        return weft_reader_protocol_error(reader, "it speaks another version");
     if (!known_result(answer->result))
-        return protocol_error(reader, op, "unknown result");
+        return weft_reader_protocol_error(reader, "unknown result");
+    if (answer->verdict >= WEFT_WIRE_VERDICT_COUNT)
+        return weft_reader_protocol_error(reader, "unknown verdict");
     if (!memchr(answer->message, 0, sizeof answer->message))
-        return protocol_error(reader, op, "endless message");
+        return weft_reader_protocol_error(reader, "endless message");
     return WEFT_OK;
 }
 
 // Sealed first and measured then, so that the reader cannot change it between the two.
-static enum weft_result map_payload(weft_reader *reader, uint32_t op, int fd, uint64_t size,
+static enum weft_result map_payload(weft_reader *reader, int fd, uint64_t size,
                                     struct weft_payload *payload)
 {
     struct stat stat;
     if (fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL))
-        return protocol_error(reader, op, "its answer cannot be sealed");
+        return weft_reader_protocol_error(reader, "its answer cannot be sealed");
     if (fstat(fd, &stat) || (uint64_t)stat.st_size != size)
-        return protocol_error(reader, op, "the data has another size than announced");
+        return weft_reader_protocol_error(reader, "the data has another size than announced");
     if (size > reader->limits.output_bytes)
-        return protocol_error(reader, op, "the data exceeds the output limit");
+        return weft_reader_protocol_error(reader, "the data exceeds the output limit");
     if (!size)
         return WEFT_OK;
     void *data = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
@@ -545,8 +322,9 @@ enum weft_result weft_reader_ask(weft_reader *reader, const struct weft_wire_req
         weft_error(reader->log, "%s: %s has ended before", reader->path, reader->program);
         return reader->ended;
     }
-    sent.magic = WEFT_WIRE_MAGIC;
-    sent.version = WEFT_WIRE_VERSION;
+    reader->op = request->op;
+    reader->since = weft_now_seconds();
+    sent.attached = WEFT_WIRE_ATTACHED_ANSWER | (part_count ? WEFT_WIRE_ATTACHED_PAYLOAD : 0);
     sent.payload_bytes = 0;
     fds[0] = make_memfd("weft-answer");
     if (fds[0] < 0 || (part_count && (fds[1] = make_memfd("weft-request")) < 0))
@@ -557,12 +335,11 @@ enum weft_result weft_reader_ask(weft_reader *reader, const struct weft_wire_req
         sent.payload_bytes += parts[i].iov_len;
     }
     // A request that cannot be sent at once meets a dead reader, since there is one at a time.
-    if (!send_request(reader->socket, &sent, fds)) {
-        res = report_death(reader, sent.op);
+    if (!weft_reader_send(reader, &sent, fds, part_count ? 2 : 1)) {
+        res = report_death(reader);
         goto done;
     }
     reader->answer_fd = fds[0];
-    reader->op = sent.op;
     fds[0] = -1;
     res = WEFT_OK;
     goto done;
@@ -570,8 +347,8 @@ fail:
     weft_error(reader->log, "%s: no shared memory for %s: %s", reader->path, reader->program,
                strerror(errno));
 done:
-    close_fd(&fds[0]);
-    close_fd(&fds[1]);
+    weft_close_fd(&fds[0]);
+    weft_close_fd(&fds[1]);
     return res;
 }
 
@@ -580,7 +357,7 @@ enum weft_result weft_reader_answer(weft_reader *reader, struct weft_wire_answer
 {
     *payload = (struct weft_payload){0};
     memset(answer, 0, sizeof *answer);
-    enum weft_result res = receive_answer(reader, reader->op, answer);
+    enum weft_result res = weft_reader_receive(reader, answer);
     if (res)
         goto done;
     res = (enum weft_result)answer->result;
@@ -588,9 +365,9 @@ enum weft_result weft_reader_answer(weft_reader *reader, struct weft_wire_answer
         weft_error(reader->log, "%s: %s", reader->path,
                    *answer->message ? answer->message : weft_result_text(res));
     else
-        res = map_payload(reader, reader->op, reader->answer_fd, answer->payload_bytes, payload);
+        res = map_payload(reader, reader->answer_fd, answer->payload_bytes, payload);
 done:
-    close_fd(&reader->answer_fd);
+    weft_close_fd(&reader->answer_fd);
     return res;
 }
 

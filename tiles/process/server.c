@@ -58,6 +58,19 @@ bool weft_server_append(struct weft_server *server, const void *data, size_t siz
     return true;
 }
 
+// The caller's and ours since an earlier request; what lay there must not show through.
+static void *use_room(struct weft_server *server, size_t size)
+{
+    const struct weft_server_room *room = &server->room[server->request->room];
+    server->answer.payload_bytes = size;
+    if (size <= room->size)
+        return memset(room->data, 0, size);
+    server->answer.payload_bytes = 0;
+    server->answer.verdict = WEFT_WIRE_NO_ROOM;
+    server->answer.count[0] = size;
+    return NULL;
+}
+
 void *weft_server_map(struct weft_server *server, size_t size)
 {
     if (size > server->limits.output_bytes) {
@@ -66,6 +79,8 @@ void *weft_server_map(struct weft_server *server, size_t size)
                          (unsigned long long)server->limits.output_bytes);
         return NULL;
     }
+    if (server->payload_fd < 0)
+        return use_room(server, size);
     void *map = ftruncate(server->payload_fd, (off_t)size)
                     ? MAP_FAILED
                     : mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_SHARED, server->payload_fd, 0);
@@ -131,10 +146,10 @@ static uint64_t in_force(int resource, uint64_t asked)
 }
 
 // What messages tell is what holds then.
-static bool apply_limits(struct weft_limits *limits)
+static bool apply_limits(struct weft_limits *limits, uint32_t files)
 {
-    bool good = limit_memory(limits->memory_bytes) &&
-                limit(RLIMIT_CPU, limits->cpu_seconds, (uint64_t)limits->cpu_seconds + 1) &&
+    const uint64_t cpu = limits->cpu_seconds;
+    bool good = limit_memory(limits->memory_bytes) && limit(RLIMIT_CPU, cpu, cpu * files + 1) &&
                 limit(RLIMIT_FSIZE, limits->output_bytes, limits->output_bytes) &&
                 limit(RLIMIT_CORE, 0, 0) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
     limits->memory_bytes = in_force(RLIMIT_AS, limits->memory_bytes);
@@ -172,11 +187,46 @@ static bool start_watch(void)
     return started;
 }
 
+// Processor time is for each file: what those before have used does not count. The process cannot
+// be given more than what it was started with, and a lower limit of the caller's stays.
+static void limit_next_file(struct weft_server *server)
+{
+    struct rlimit now;
+    struct rusage used;
+    if (getrlimit(RLIMIT_CPU, &now) || getrusage(RUSAGE_SELF, &used) || server->cpu_is_low)
+        return;
+    const rlim_t soft =
+        (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1) + server->limits.cpu_seconds;
+    now.rlim_cur = soft < now.rlim_max ? soft : now.rlim_max;
+    setrlimit(RLIMIT_CPU, &now);
+}
+
+// Descriptors by the place of their bit in enum weft_wire_attached; -1: not attached.
+struct attached {
+    int fd[WEFT_WIRE_ATTACHED_COUNT];
+};
+enum { ANSWER, PAYLOAD, INPUT, ROOM };
+
+static bool take_descriptors(const struct msghdr *message, uint32_t which, struct attached *out)
+{
+    int fds[WEFT_WIRE_ATTACHED_COUNT];
+    const struct cmsghdr *header = CMSG_FIRSTHDR(message);
+    if (!header || header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS)
+        return false;
+    const size_t count = (header->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+    if (which >> WEFT_WIRE_ATTACHED_COUNT || count != (size_t)__builtin_popcount(which))
+        return false;
+    memcpy(fds, CMSG_DATA(header), count * sizeof(int));
+    for (int i = 0, next = 0; i < WEFT_WIRE_ATTACHED_COUNT; i++)
+        out->fd[i] = which >> i & 1 ? fds[next++] : -1;
+    return true;
+}
+
 // false: the caller hung up, or sent what no caller sends.
-static bool receive(struct weft_wire_request *request, int fds[2], int *exit_code)
+static bool receive(struct weft_wire_request *request, struct attached *attached, int *exit_code)
 {
     union {
-        char bytes[CMSG_SPACE(2 * sizeof(int))];
+        char bytes[CMSG_SPACE(WEFT_WIRE_ATTACHED_COUNT * sizeof(int))];
         struct cmsghdr align;
     } control;
     struct iovec part = {request, sizeof *request};
@@ -189,16 +239,10 @@ static bool receive(struct weft_wire_request *request, int fds[2], int *exit_cod
         size = recvmsg(WEFT_WIRE_FD, &message, MSG_CMSG_CLOEXEC);
     while (size < 0 && errno == EINTR);
     *exit_code = size <= 0 ? 0 : EXIT_PROTOCOL;
-    if (size != (ssize_t)sizeof *request || message.msg_flags & (MSG_TRUNC | MSG_CTRUNC))
-        return false;
-    const struct cmsghdr *header = CMSG_FIRSTHDR(&message);
-    if (!header || header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS)
-        return false;
-    size_t count = (header->cmsg_len - CMSG_LEN(0)) / sizeof(int);
-    if (count != (request->payload_bytes ? 2 : 1))
-        return false;
-    memcpy(fds, CMSG_DATA(header), count * sizeof(int));
-    return request->magic == WEFT_WIRE_MAGIC && request->version == WEFT_WIRE_VERSION;
+    return size == (ssize_t)sizeof *request && !(message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) &&
+           request->magic == WEFT_WIRE_MAGIC && request->version == WEFT_WIRE_VERSION &&
+           request->room < WEFT_WIRE_ROOMS &&
+           take_descriptors(&message, request->attached, attached);
 }
 
 static bool map_request(struct weft_server *server, int fd, uint64_t size)
@@ -222,15 +266,49 @@ static bool map_request(struct weft_server *server, int fd, uint64_t size)
     return true;
 }
 
+static bool change_room(struct weft_server *server, int fd, const struct weft_wire_request *request)
+{
+    struct weft_server_room *room = &server->room[request->room];
+    if (fd < 0)
+        return true;
+    if (room->size)
+        munmap(room->data, room->size);
+    *room = (struct weft_server_room){NULL, 0};
+    void *data = mmap(NULL, request->room_bytes, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    if (data == MAP_FAILED) {
+        weft_server_fail(server, WEFT_ERR_LIMIT,
+                         "%llu bytes of the answer do not fit in the memory limit of %llu bytes: "
+                         "%s",
+                         (unsigned long long)request->room_bytes,
+                         (unsigned long long)server->limits.memory_bytes, strerror(errno));
+        return false;
+    }
+    *room = (struct weft_server_room){data, request->room_bytes};
+    return true;
+}
+
+static void change_input(struct weft_server *server, int fd)
+{
+    if (fd < 0)
+        return;
+    close(server->input_fd);
+    server->input_fd = fd;
+    limit_next_file(server);
+}
+
 static bool answer_request(struct weft_server *server, const struct weft_wire_request *request,
-                           int fds[2], enum weft_result (*handle)(struct weft_server *server))
+                           struct attached *attached,
+                           enum weft_result (*handle)(struct weft_server *server))
 {
     server->request = request;
-    server->payload_fd = fds[0];
+    server->payload_fd = attached->fd[ANSWER];
     server->payload_map = NULL;
     server->answer =
         (struct weft_wire_answer){.magic = WEFT_WIRE_MAGIC, .version = WEFT_WIRE_VERSION};
-    if (map_request(server, fds[1], request->payload_bytes)) {
+    change_input(server, attached->fd[INPUT]);
+    attached->fd[INPUT] = -1;
+    if (change_room(server, attached->fd[ROOM], request) &&
+        map_request(server, attached->fd[PAYLOAD], request->payload_bytes)) {
         enum weft_result res = handle(server);
         if (!server->answer.result)
             server->answer.result = (int32_t)res;
@@ -239,9 +317,9 @@ static bool answer_request(struct weft_server *server, const struct weft_wire_re
         munmap(server->payload_map, server->answer.payload_bytes);
     if (server->request_payload)
         munmap((void *)(uintptr_t)server->request_payload, request->payload_bytes);
-    for (int i = 0; i < 2; i++)
-        if (fds[i] >= 0)
-            close(fds[i]);
+    for (int i = 0; i < WEFT_WIRE_ATTACHED_COUNT; i++)
+        if (attached->fd[i] >= 0)
+            close(attached->fd[i]);
     ssize_t sent;
     do
         sent = send(WEFT_WIRE_FD, &server->answer, sizeof server->answer, MSG_NOSIGNAL);
@@ -253,25 +331,27 @@ int weft_server_run(int argc, char **argv, enum weft_result (*handle)(struct wef
                     void *priv)
 {
     struct weft_server server = {.input_fd = WEFT_WIRE_FD + 1, .priv = priv};
-    uint64_t cpu_seconds;
-    if (argc != 5 || !parse(argv[2], &server.limits.memory_bytes) ||
+    uint64_t cpu_seconds, files;
+    if (argc != 6 || !parse(argv[2], &server.limits.memory_bytes) ||
         !parse(argv[3], &server.limits.output_bytes) || !parse(argv[4], &cpu_seconds) ||
-        cpu_seconds > UINT32_MAX) {
+        !parse(argv[5], &files) || cpu_seconds > UINT32_MAX || files > UINT32_MAX) {
         fprintf(stderr, "%s is started by libweft; it is of no use by itself\n", argv[0]);
         return EXIT_USAGE;
     }
     server.path = argv[1];
     server.limits.cpu_seconds = (uint32_t)cpu_seconds;
-    if (!start_watch() || !apply_limits(&server.limits))
+    server.cpu_is_low = in_force(RLIMIT_CPU, cpu_seconds) < cpu_seconds;
+    if (!start_watch() || !apply_limits(&server.limits, (uint32_t)files))
         _exit(EXIT_SETUP);
     for (;;) {
         struct weft_wire_request request;
-        int fds[2] = {-1, -1}, exit_code;
+        struct attached attached;
+        int exit_code;
         // Leaving by _exit spares taking large trees apart, and trusting damaged ones to survive
         // it.
-        if (!receive(&request, fds, &exit_code))
+        if (!receive(&request, &attached, &exit_code))
             _exit(exit_code);
-        if (!answer_request(&server, &request, fds, handle))
+        if (!answer_request(&server, &request, &attached, handle))
             _exit(0);
     }
 }

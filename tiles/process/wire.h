@@ -4,8 +4,11 @@
 // answers; what these say of volumes and images stands in volume_wire.h and image_wire.h.
 // One SOCK_SEQPACKET socket pair per reader, descriptor 3 in the reader. The caller sends a request
 // with a memfd for the answer's payload (and, for WRITE, one with the request's payload); the
-// reader fills it and answers. The reader ends when the socket closes, whatever it is doing. Both
-// ends are built together; a version that differs is refused.
+// reader fills it and answers. A request for a FRAME comes with a file of its own, and its answer
+// lies in memory that both keep mapped, a room: fresh memory costs a quarter of decoding. Several
+// such requests may wait in the socket, and are answered in their order. The reader ends when the
+// socket closes, whatever it is doing. Both ends are built together; a version that differs is
+// refused.
 #ifndef WEFT_TILES_PROCESS_WIRE_H
 #define WEFT_TILES_PROCESS_WIRE_H
 
@@ -13,7 +16,10 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 6, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 7, WEFT_WIRE_FD = 3 };
+
+// Rooms of a reader, and requests that wait, at most.
+enum { WEFT_WIRE_ROOMS = 4 };
 
 enum weft_wire_op {
     WEFT_WIRE_LIST, // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
@@ -27,22 +33,45 @@ enum weft_wire_op {
     WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
     WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`. -> planes of float or, for uint channels, uint32_t, in
                             // the order of the channels
+    WEFT_WIRE_IMAGE_FRAME, // EXR, PNG: `part` of another file. -> in the room, as image_wire.h says
+};
+
+// Descriptors that come with a request, in this order.
+enum weft_wire_attached {
+    WEFT_WIRE_ATTACHED_ANSWER = 1,  // memfd for the answer's payload
+    WEFT_WIRE_ATTACHED_PAYLOAD = 2, // memfd with the request's
+    WEFT_WIRE_ATTACHED_FILE = 4,    // read-only; the one before is closed
+    WEFT_WIRE_ATTACHED_ROOM = 8,    // memfd of room_bytes, of fixed size; becomes room `room`
+    WEFT_WIRE_ATTACHED_COUNT = 4
+};
+
+// Why a FRAME has no payload although nothing is wrong.
+enum weft_wire_verdict {
+    WEFT_WIRE_GIVEN,
+    WEFT_WIRE_NO_ROOM,       // it needs a room of count[0] bytes
+    WEFT_WIRE_OTHER_PROGRAM, // weft-read-dwa reads what weft-read-exr does not, and the reverse
+    WEFT_WIRE_VERDICT_COUNT
 };
 
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
-    uint32_t rest;          // OPEN: as in struct weft_volume_open_params
-    uint32_t part;          // of an image, from 0
-    uint32_t threads;       // IMAGE_PIXELS: that decode at once, at most
+    uint32_t rest;      // OPEN: as in struct weft_volume_open_params
+    uint32_t part;      // of an image, from 0
+    uint32_t threads;   // IMAGE_PIXELS, _FRAME: that decode at once, at most
+    uint32_t attached;  // of enum weft_wire_attached
+    uint32_t room;      // FRAME: where the answer goes, below WEFT_WIRE_ROOMS
+    uint32_t info_only; // FRAME: 1: without planes
+    uint32_t reserved;
+    uint64_t room_bytes;    // that the room has
     uint64_t payload_bytes; // in the request's payload memfd, 0 = none
 };
 
 struct weft_wire_answer {
     uint32_t magic, version;
-    int32_t result; // enum weft_result; payload and counts are valid only with WEFT_OK
-    uint32_t reserved;
-    uint64_t payload_bytes; // size of the answer's payload memfd
+    int32_t result;         // enum weft_result; payload and counts are valid only with WEFT_OK
+    uint32_t verdict;       // enum weft_wire_verdict
+    uint64_t payload_bytes; // size of the answer's payload memfd, or of what lies in the room
     uint64_t count[2];      // as the op says
     char message[512];      // one line for the log, why it failed
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft-read-dwa: the pixels of DWA-compressed EXR images, which OpenEXR's C++ library alone reads,
-// for libweft, see wire.h. The header is weft-read-exr's; here it is checked only as far as memory
-// and time depend on it.
+// for libweft, see wire.h. Headers are read and checked as weft-read-exr does it.
 #include <cerrno>
 #include <cinttypes>
 #include <cstdlib>
@@ -9,7 +8,6 @@
 #include <new>
 #include <stdexcept>
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <OpenEXR/ImfChannelList.h>
@@ -21,16 +19,11 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfThreading.h>
 
-#include "filter/check.h"
-#include "tiles/image/image_wire.h"
-#include "tiles/process/server.h"
+#include "tiles/readers/exr_file.h"
 
 namespace
 {
 
-// As weft-read-exr has them.
-constexpr int64_t side_limit = INT64_C(1) << 29;
-constexpr uint64_t ratio_limit = 10000, ratio_floor_bytes = UINT64_C(1) << 30;
 constexpr int most_threads = 64;
 
 class FileStream : public Imf::IStream
@@ -69,62 +62,54 @@ class FileStream : public Imf::IStream
     uint64_t size_, at_ = 0;
 };
 
-struct Window {
-    int64_t x, y, width, height;
-    uint64_t channels, bytes;
+// Where pixels go, and in which types: as the channels have them, or in four bytes a value.
+struct Planes {
+    char *data;
+    bool own_types;
 };
 
-bool measure(const Imf::Header &header, Window *out)
-{
-    const auto &box = header.dataWindow();
-    *out = {box.min.x,
-            box.min.y,
-            int64_t(box.max.x) - box.min.x + 1,
-            int64_t(box.max.y) - box.min.y + 1,
-            0,
-            0};
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
-            return false;
-        out->channels++;
-    }
-    return out->width > 0 && out->height > 0 && out->width < side_limit &&
-           out->height < side_limit && out->channels > 0 && out->channels <= INT16_MAX;
-}
-
-weft_result check_amount(weft_server *server, Window *w, uint64_t file_bytes)
-{
-    size_t pixels, planes, bytes;
-    if (!weft_size_mul(size_t(w->width), size_t(w->height), &pixels) ||
-        !weft_size_mul(pixels, w->channels, &planes) || !weft_size_mul(planes, 4, &bytes))
-        bytes = SIZE_MAX;
-    w->bytes = bytes;
-    if (bytes > server->limits.output_bytes)
-        return weft_server_fail(server, WEFT_ERR_LIMIT,
-                                "its pixels are %zu bytes, the output limit is %" PRIu64, bytes,
-                                server->limits.output_bytes);
-    if (bytes > ratio_floor_bytes && bytes / ratio_limit > file_bytes)
-        return weft_server_fail(server, WEFT_ERR_LIMIT,
-                                "%zu bytes are declared in a file of %" PRIu64
-                                " bytes, the limit is %" PRIu64 " times as many",
-                                bytes, file_bytes, ratio_limit);
-    return WEFT_OK;
-}
-
 // Slices are addressed from pixel (0, 0) of an endless plane.
-Imf::FrameBuffer make_frame(const Imf::Header &header, const Window &w, char *planes)
+Imf::FrameBuffer make_frame(const Imf::Header &header, const weft_exr_file &file,
+                            const Planes &planes)
 {
     Imf::FrameBuffer frame;
-    const uint64_t plane_bytes = uint64_t(w.width) * uint64_t(w.height) * 4;
-    const auto base =
-        reinterpret_cast<uintptr_t>(planes) - static_cast<uintptr_t>(4 * (w.y * w.width + w.x));
-    size_t i = 0;
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c, ++i) {
-        const auto type = c.channel().type == Imf::UINT ? Imf::UINT : Imf::FLOAT;
-        frame.insert(c.name(), Imf::Slice(type, reinterpret_cast<char *>(base + i * plane_bytes), 4,
-                                          size_t(w.width) * 4));
+    auto at = reinterpret_cast<uintptr_t>(planes.data);
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+        const auto type = c.channel().type;
+        const bool half = type == Imf::HALF && planes.own_types;
+        const int64_t value = half ? 2 : 4;
+        const auto base =
+            at - static_cast<uintptr_t>(value * (file.data.min.y * file.width + file.data.min.x));
+        frame.insert(c.name(), Imf::Slice(half                ? Imf::HALF
+                                          : type == Imf::UINT ? Imf::UINT
+                                                              : Imf::FLOAT,
+                                          reinterpret_cast<char *>(base), size_t(value),
+                                          size_t(file.width * value)));
+        size_t bytes = size_t(file.width) * size_t(file.height) * size_t(value);
+        if (planes.own_types)
+            weft_wire_align(bytes, &bytes);
+        at += bytes;
     }
     return frame;
+}
+
+// Both libraries must say the same of the header, which was checked through the other one.
+bool agrees(const Imf::Header &header, const weft_exr_file &file)
+{
+    const auto &box = header.dataWindow();
+    int i = 0;
+    if (header.hasType() && Imf::isDeepData(header.type()))
+        return false;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c, ++i) {
+        if (i == file.channels->num_channels)
+            return false;
+        const auto &entry = file.channels->entries[i];
+        if (std::strcmp(c.name(), entry.name.str) || int(c.channel().type) != int(entry.pixel_type))
+            return false;
+    }
+    return i == file.channels->num_channels && box.min.x == file.data.min.x &&
+           box.min.y == file.data.min.y && box.max.x == file.data.max.x &&
+           box.max.y == file.data.max.y;
 }
 
 // The library's own pool, or none where the limits leave no room for it.
@@ -140,33 +125,58 @@ int start_threads(const weft_server *server)
     return Imf::globalThreadCount();
 }
 
+weft_result read_planes(const weft_exr_file &exr, const Planes &planes)
+{
+    weft_server *server = exr.server;
+    FileStream stream(server->input_fd, server->path, exr.file_bytes);
+    Imf::MultiPartInputFile file(stream, start_threads(server), false);
+    if (exr.part >= file.parts() || !agrees(file.header(exr.part), exr))
+        return weft_server_fail(server, WEFT_ERR_FORMAT,
+                                "its channels are not in the order of their names, or its header "
+                                "is ambiguous");
+    Imf::InputPart input(file, exr.part);
+    input.setFrameBuffer(make_frame(file.header(exr.part), exr, planes));
+    input.readPixels(exr.data.min.y, exr.data.max.y);
+    return WEFT_OK;
+}
+
+weft_result answer(weft_exr_file &exr)
+{
+    weft_server *server = exr.server;
+    const bool frame = server->request->op == WEFT_WIRE_IMAGE_FRAME;
+    Planes planes = {nullptr, frame};
+    size_t bytes = 0;
+    if (frame && !weft_exr_is_dwa(&exr)) {
+        server->answer.verdict = WEFT_WIRE_OTHER_PROGRAM;
+        return WEFT_OK;
+    }
+    weft_result res = weft_exr_check_kind(&exr);
+    if (res == WEFT_OK)
+        res = weft_exr_measure(&exr, frame, &bytes);
+    if (res == WEFT_OK && frame)
+        res = weft_exr_begin_frame(&exr, bytes, &planes.data);
+    else if (res == WEFT_OK)
+        planes.data = static_cast<char *>(weft_server_map(server, bytes));
+    if (planes.data)
+        return read_planes(exr, planes);
+    return res == WEFT_OK ? static_cast<weft_result>(server->answer.result) : res;
+}
+
 weft_result read_pixels(weft_server *server)
 {
-    struct stat st;
-    if (server->request->op != WEFT_WIRE_IMAGE_PIXELS)
+    auto &exr = *static_cast<weft_exr_file *>(server->priv);
+    const auto op = server->request->op;
+    if (op != WEFT_WIRE_IMAGE_PIXELS && op != WEFT_WIRE_IMAGE_FRAME)
         return weft_server_fail(server, WEFT_ERR_READER, "weft-read-dwa: unknown request %" PRIu32,
-                                server->request->op);
-    if (fstat(server->input_fd, &st))
-        return weft_server_fail(server, WEFT_ERR_OPEN, "%s", strerror(errno));
-    FileStream stream(server->input_fd, server->path, uint64_t(st.st_size));
-    Imf::MultiPartInputFile file(stream, start_threads(server), false);
-    const auto part = server->request->part;
-    if (part >= static_cast<uint32_t>(file.parts()))
-        return weft_server_fail(server, WEFT_ERR_ARGUMENT, "there is no part %" PRIu32, part);
-    const Imf::Header &header = file.header(int(part));
-    Window window;
-    if (!measure(header, &window) || (header.hasType() && Imf::isDeepData(header.type())))
-        return weft_server_fail(server, WEFT_ERR_UNSUPPORTED, "its windows or channels are unfit");
-    weft_result res = check_amount(server, &window, uint64_t(st.st_size));
-    if (res != WEFT_OK)
-        return res;
-    const auto planes = static_cast<char *>(weft_server_map(server, window.bytes));
-    if (!planes)
-        return static_cast<weft_result>(server->answer.result);
-    Imf::InputPart input(file, int(part));
-    input.setFrameBuffer(make_frame(header, window, planes));
-    input.readPixels(int(window.y), int(window.y + window.height - 1));
-    return WEFT_OK;
+                                op);
+    exr.server = server;
+    exr.complaint = weft_exr_complaint();
+    weft_exr_complain(&exr.complaint);
+    weft_exr_close(&exr); // the one before
+    weft_result res = weft_exr_open(&exr);
+    if (res == WEFT_OK)
+        res = weft_exr_take_part(&exr, server->request->part);
+    return res == WEFT_OK ? answer(exr) : res;
 }
 
 weft_result handle(weft_server *server)
@@ -189,5 +199,6 @@ weft_result handle(weft_server *server)
 int main(int argc, char **argv)
 {
     Imf::setGlobalThreadCount(0);
-    return weft_server_run(argc, argv, handle, nullptr);
+    weft_exr_file exr = {};
+    return weft_server_run(argc, argv, handle, &exr);
 }
