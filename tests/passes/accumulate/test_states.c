@@ -67,7 +67,7 @@ static void get(weft_accumulator *a, struct result *out, unsigned keep)
     memset(out, 0, sizeof *out);
     for (int what = 0; what < WEFT_ACCUMULATED_COUNT; what++) {
         const bool moment = what != WEFT_ACCUMULATED_MEAN && what != WEFT_ACCUMULATED_WEIGHT;
-        for (int c = 0; c < CHANNELS && (!moment || keep); c++)
+        for (int c = 0; c < CHANNELS && (!moment || keep > 0); c++)
             assert_int_equal(
                 weft_accumulator_current(a, (enum weft_accumulated)what, c, out->value[what][c], 0),
                 WEFT_OK);
@@ -106,6 +106,8 @@ static void check_going_on(unsigned keep, int batch, bool mixed)
     get(b, &resumed, keep);
     weft_accumulator_destroy(&b);
     assert_memory_equal(&whole, &resumed, sizeof whole);
+    if (batch > FRAMES)
+        return;
     // In thirds, joined from the last.
     for (int p = 0; p < 3; p++) {
         parts[p] = make(params);
@@ -126,6 +128,11 @@ static void test_going_on(void **state)
     (void)state;
     check_going_on(0, 1, false);
     check_going_on(0, 1, true);
+    const unsigned keep = WEFT_KEEP_VARIANCE | WEFT_KEEP_EXTREMES;
+    for (int batch = 1; batch <= 8; batch *= 2)
+        for (int mixed = 0; mixed < 2; mixed++)
+            check_going_on(keep, batch, mixed);
+    check_going_on(keep, 2000, true); // longer than all frames: an open batch
 }
 
 // ---- what is refused ----------------------------------------------------------------------------
@@ -210,6 +217,16 @@ static void test_other_params(void **state)
         weft_accumulator_destroy(&b);
     }
     assert_int_equal(weft_accumulator_join(a, a), WEFT_ERR_ARGUMENT);
+    // Two open batches do not fit together.
+    others[2].keep = WEFT_KEEP_VARIANCE;
+    weft_accumulator *c = make(others[2]);
+    b = make(others[2]);
+    add(b, 0, false);
+    assert_int_equal(weft_accumulator_join(c, b), WEFT_OK);
+    assert_int_equal(weft_accumulator_join(c, b), WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(kept.text, "not whole, of 1 and 1 frames instead of 2"));
+    weft_accumulator_destroy(&b);
+    weft_accumulator_destroy(&c);
     assert_int_equal(weft_accumulator_load(a, bytes, size), WEFT_ERR_ARGUMENT); // has a frame
     weft_accumulator_destroy(&a);
     free(bytes);
