@@ -56,6 +56,13 @@ static enum weft_result save_preview(void)
         NULL);
 }
 
+static enum weft_result save_colour_preview(void)
+{
+    return weft_colour_preview_save(
+        weft_colour_preview_params(.path = test_path("out"), .width = SIDE, .height = SIDE,
+                                   .red = plane, .green = plane, .blue = plane, .log = &test_log));
+}
+
 static enum weft_result save_file(void)
 {
     struct weft_output_file file;
@@ -379,6 +386,7 @@ static void test_outputs(void **state)
     run("weft_output_file", save_file);
     run("weft_image_save", save_image);
     run("weft_preview_save", save_preview);
+    run("weft_colour_preview_save", save_colour_preview);
 }
 
 static void test_load(void **state)

@@ -769,6 +769,21 @@ static void previews(void)
     ANY_NUMBER(good, low, CALL);
     ANY_NUMBER(good, high, CALL);
 #undef CALL
+    struct weft_colour_preview_params colours = {.path = "/dev/null",
+                                                 .width = 2,
+                                                 .height = 2,
+                                                 .red = plane,
+                                                 .green = plane,
+                                                 .blue = plane,
+                                                 .log = &logger};
+#define CALL weft_colour_preview_save(&p)
+    SET_REFUSED(colours, width, 0, CALL);
+    SET_REFUSED(colours, height, INT_MIN, CALL);
+    SET_REFUSED(colours, blue, NULL, CALL);
+    SET_REFUSED(colours, threads, -1, CALL);
+    ANY_NUMBER(colours, low, CALL);
+    ANY_NUMBER(colours, high, CALL);
+#undef CALL
 }
 
 static void planes(void)
@@ -2037,7 +2052,7 @@ static const struct {
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
       F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
     {sequences, {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next)}},
-    {previews, {F(preview_save)}},
+    {previews, {F(preview_save), F(colour_preview_save)}},
     {planes, {F(plane_line), F(plane_row), F(plane_type_size)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},
     {accum_buffers,

@@ -39,6 +39,13 @@ static void pause_seconds(double seconds)
     nanosleep(&time, NULL);
 }
 
+static const char *input; // of the next run; NULL: none
+
+void command_input(const char *path)
+{
+    input = path;
+}
+
 static pid_t start(const char *const *argv, int out, int err)
 {
     char path[4096];
@@ -57,7 +64,8 @@ static pid_t start(const char *const *argv, int out, int err)
     variable_count = 0;
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 0, input ? input : "/dev/null", O_RDONLY, 0);
+    input = NULL;
     posix_spawn_file_actions_adddup2(&actions, out, 1);
     posix_spawn_file_actions_adddup2(&actions, err, 2);
     pid_t pid = -1;

@@ -26,6 +26,7 @@ int command_teardown(void **state);
 #define command_run(result, ...) command_run_list(result, (const char *[]){__VA_ARGS__, NULL})
 void command_run_list(struct command_result *result, const char *const *argv);
 void command_environment(const char *variable);
+void command_input(const char *path); // its standard input, likewise; default: the null device
 
 // Starts without waiting, output to the null device; then: sends the signal after some time, waits,
 // and returns the code as above. -1: it had ended before the signal.

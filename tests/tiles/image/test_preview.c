@@ -130,6 +130,61 @@ static void test_many_rows(void **state)
     }
 }
 
+// IEC 61966-2-1 in double precision, with its published values; NaN in one channel is magenta.
+static void test_colours(void **state)
+{
+    (void)state;
+    enum { COUNT = 4099 };
+    static const struct {
+        double light;
+        int code;
+    } published[] = {{0.0, 0},   {0.0031308, 10}, {0.2140411, 127},
+                     {0.5, 188}, {0.7304608, 222},   {1.0, 255}};
+    static float red[COUNT], green[COUNT], blue[COUNT];
+    bool grey;
+    for (int i = 0; i < COUNT; i++) {
+        red[i] = (float)i / 4096.0f;
+        green[i] = 1.0f - red[i];
+        blue[i] = -red[i];
+    }
+    for (size_t i = 0; i < sizeof published / sizeof *published; i++)
+        red[i] = (float)published[i].light;
+    red[7] = green[8] = blue[9] = NAN;
+    red[10] = INFINITY;
+    struct weft_colour_preview_params params = {.path = test_path("c.png"),
+                                                .width = COUNT,
+                                                .height = 1,
+                                                .red = red,
+                                                .green = green,
+                                                .blue = blue};
+    assert_int_equal(weft_colour_preview_save(&params), WEFT_OK);
+    uint8_t *pixels = decode(params.path, COUNT, 1, &grey);
+    assert_false(grey);
+    for (size_t i = 0; i < sizeof published / sizeof *published; i++)
+        assert_in_range(pixels[3 * i], published[i].code, published[i].code + (i == 2));
+    for (int i = 0; i < COUNT; i++) {
+        if (i >= 7 && i <= 9) {
+            assert_memory_equal(pixels + 3 * i, "\xff\x00\xff", 3);
+            continue;
+        }
+        const float *const plane[] = {red, green, blue};
+        for (int c = 0; c < 3; c++) {
+            const double v = fmin(fmax((double)plane[c][i], 0.0), 1.0);
+            const double code = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
+            assert_true(fabs(pixels[3 * i + c] - 255.0 * code) <= 0.5 + 1e-9);
+        }
+    }
+    free(pixels);
+    // Light from 1 to 3 is what 0 to 1 is otherwise.
+    params.low = 1.0f;
+    params.high = 3.0f;
+    red[0] = 1.0f + 2.0f * 0.5f;
+    assert_int_equal(weft_colour_preview_save(&params), WEFT_OK);
+    pixels = decode(params.path, COUNT, 1, &grey);
+    assert_int_equal(pixels[0], 188);
+    free(pixels);
+}
+
 static void test_ranges(void **state)
 {
     (void)state;
@@ -229,9 +284,13 @@ static void test_full(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_colour_maps), IN_FOLDER(test_values),
-        IN_FOLDER(test_many_rows),          IN_FOLDER(test_ranges),
-        IN_FOLDER(test_errors_are_told),    IN_FOLDER(test_full),
+        cmocka_unit_test(test_colour_maps),
+        IN_FOLDER(test_values),
+        IN_FOLDER(test_many_rows),
+        IN_FOLDER(test_ranges),
+        IN_FOLDER(test_colours),
+        IN_FOLDER(test_errors_are_told),
+        IN_FOLDER(test_full),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft accumulate as its users see it: means against exact sums of the frames, what becomes of
+// channels, types, windows and attributes, PNG against IEC 61966-2-1 in double precision, weights,
+// names, reports. What is refused is in test_command_accumulate_errors.c.
+#include <dirent.h>
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+#include <png.h>
+
+#include "tests/support/command.h"
+#include "tests/support/json.h"
+#include "weft.h"
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+enum { WIDTH = 19, HEIGHT = 13, PIXELS = WIDTH * HEIGHT, MAX_CHANNELS = 8 };
+
+// ---- frames -------------------------------------------------------------------------------------
+
+// Multiples of 2^-10 from 0 to 1: halves hold them, and doubles sums of any number of them.
+static float value_of(int frame, int c, int i)
+{
+    uint32_t bits = (uint32_t)(frame * 7919 + c * 104729 + i * 31 + 1);
+    bits = (bits ^ bits >> 15) * 2246822519u;
+    bits = (bits ^ bits >> 13) * 3266489917u;
+    return (float)((bits ^ bits >> 16) % 1025) / 1024.0f;
+}
+
+struct recipe {
+    const char *const *names; // NULL-ended
+    enum weft_pixel_type type;
+    int x, y;
+    double scale;
+};
+
+static void make_frame(const char *path, int frame, const struct recipe *recipe)
+{
+    static float planes[MAX_CHANNELS][PIXELS];
+    static uint32_t integers[PIXELS];
+    char owner[32];
+    struct weft_image_channel channels[MAX_CHANNELS] = {0};
+    snprintf(owner, sizeof owner, "frame %d", frame);
+    struct weft_image_attribute attributes[] = {{"owner", "string", owner, strlen(owner)},
+                                                {"weft.kernel", "string", "an earlier one", 14}};
+    struct weft_image image = {.x = recipe->x,
+                               .y = recipe->y,
+                               .width = WIDTH,
+                               .height = HEIGHT,
+                               .display_min = {-1, -2},
+                               .display_max = {30, 40},
+                               .channels = channels,
+                               .attribute_count = COUNT(attributes),
+                               .attributes = attributes};
+    for (int c = 0; recipe->names[c]; c++) {
+        assert_true(c < MAX_CHANNELS);
+        const bool integer = strcmp(recipe->names[c], "count") == 0;
+        for (int i = 0; i < PIXELS; i++) {
+            planes[c][i] = value_of(frame, c, i) * (float)(recipe->scale ? recipe->scale : 1.0);
+            if (integer)
+                integers[i] = 4294967295u - (uint32_t)(frame * PIXELS + i);
+        }
+        snprintf(channels[c].name, sizeof channels[c].name, "%s", recipe->names[c]);
+        channels[c].type = integer ? WEFT_PIXEL_UINT : recipe->type;
+        channels[c].plane = planes[c];
+        channels[c].integers = integer ? integers : NULL;
+        image.channel_count++;
+    }
+    assert_int_equal(weft_image_save(&image, weft_image_save_params(.path = path)), WEFT_OK);
+}
+
+static const char *const rgb[] = {"R", "G", "B", NULL};
+
+// f_0001.exr to f_000N.exr
+static void make_frames(int count)
+{
+    const struct recipe recipe = {.names = rgb};
+    for (int f = 1; f <= count; f++) {
+        char path[32];
+        snprintf(path, sizeof path, "f_%04d.exr", f);
+        make_frame(path, f, &recipe);
+    }
+}
+
+static void load(const char *path, struct weft_image *out)
+{
+    assert_int_equal(weft_image_load(weft_image_load_params(.path = path), out), WEFT_OK);
+}
+
+static const struct weft_image_channel *channel_of(const struct weft_image *image, const char *name)
+{
+    for (size_t c = 0; c < image->channel_count; c++)
+        if (strcmp(image->channels[c].name, name) == 0)
+            return &image->channels[c];
+    fail_msg("no channel %s", name);
+    return NULL;
+}
+
+static const char *attribute(const struct weft_image *image, const char *name, char text[200])
+{
+    const struct weft_image_attribute *a = weft_image_find(image, name);
+    if (!a)
+        return NULL;
+    weft_image_attribute_format(a, text, 200);
+    return text;
+}
+
+// Sums of products of dyadic numbers are exact in long double; so that their quotient is rounded
+// to a float twice, which this test's values do not show.
+static void check_mean(const char *path, const double *weight, int count)
+{
+    struct weft_image image;
+    int checked = 0;
+    load(path, &image);
+    for (int c = 0; rgb[c]; c++) {
+        const struct weft_image_channel *channel = channel_of(&image, rgb[c]);
+        assert_int_equal(channel->type, WEFT_PIXEL_FLOAT);
+        for (int i = 0; i < PIXELS; i++) {
+            long double sum = 0.0L, total = 0.0L;
+            for (int f = 1; f <= count; f++) {
+                sum += (long double)weight[f - 1] * (long double)value_of(f, c, i);
+                total += (long double)weight[f - 1];
+            }
+            const float mean = (float)(sum / total);
+            if (channel->plane[i] != mean)
+                fail_msg("%s, %s, value %d: %.9g, not %.9g", path, rgb[c], i,
+                         (double)channel->plane[i], (double)mean);
+            checked++;
+        }
+    }
+    assert_int_equal(checked, 3 * PIXELS);
+    weft_image_clear(&image);
+}
+
+static const double ones[16] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+
+// ---- means --------------------------------------------------------------------------------------
+
+static void test_mean(void **state)
+{
+    (void)state;
+    make_frames(7);
+    command_succeeds("accumulate", "f_%04d.exr", "-o", "mean.exr");
+    check_mean("mean.exr", ones, 7);
+    command_succeeds("accumulate", "f_0001.exr", "-o", "one.exr");
+    check_mean("one.exr", ones, 1);
+}
+
+// The same values in another order, by one thread and by several.
+static void test_order_does_not_matter(void **state)
+{
+    (void)state;
+    struct weft_image forward, backward;
+    make_frames(5);
+    command_succeeds("accumulate", "f_%04d.exr", "-o", "forward.exr", "--threads", "1");
+    command_succeeds("accumulate", "f_0003.exr", "f_0005.exr", "f_0001.exr", "f_0004.exr",
+                     "f_0002.exr", "-o", "backward.exr", "--threads", "3");
+    load("forward.exr", &forward);
+    load("backward.exr", &backward);
+    for (size_t c = 0; c < forward.channel_count; c++)
+        assert_memory_equal(forward.channels[c].plane, backward.channels[c].plane,
+                            PIXELS * sizeof(float));
+    weft_image_clear(&forward);
+    weft_image_clear(&backward);
+}
+
+// ---- names --------------------------------------------------------------------------------------
+
+static void run_with_list(const char *list, size_t size)
+{
+    command_write_file("list", list, size);
+    struct command_result result;
+    command_input("list");
+    command_run(&result, "weft", "accumulate", "-", "-o", "mean.exr");
+    assert_int_equal(result.code, 0);
+    assert_string_equal(result.err, "");
+    check_mean("mean.exr", ones, 3);
+}
+
+static void test_names(void **state)
+{
+    (void)state;
+    static const char lines[] = "f_0001.exr\nf_0002.exr\r\n\nf_0003.exr";
+    static const char zeros[] = "f_0001.exr\0f_0002.exr\0f_0003.exr\0";
+    make_frames(3);
+    run_with_list(lines, sizeof lines - 1);
+    run_with_list(zeros, sizeof zeros - 1);
+    command_succeeds("accumulate", "f_%04d.exr", "--frames", "1-3:2", "-o", "mean.exr");
+    check_mean("mean.exr", (double[]){1, 0, 1}, 3);
+    // Numbers of other widths are other names, and the highest counts.
+    assert_int_equal(rename("f_0003.exr", "f_12345.exr"), 0);
+    command_write_file("f_00004.exr", "x", 1);
+    command_fails(3, "cannot be read: No such file or directory; nor can", "accumulate",
+                  "f_%04d.exr", "-o", "mean.exr");
+    // A percent sign that is a file's.
+    assert_int_equal(rename("f_0001.exr", "g_%04d.exr"), 0);
+    command_succeeds("accumulate", "g_%04d.exr", "-o", "mean.exr");
+    check_mean("mean.exr", ones, 1);
+}
+
+static void test_repeats_count(void **state)
+{
+    (void)state;
+    struct command_result result;
+    make_frames(2);
+    command_run(&result, "weft", "accumulate", "f_0001.exr", "f_0002.exr", "f_0001.exr", "-o",
+                "mean.exr");
+    assert_int_equal(result.code, 0);
+    assert_string_equal(result.err, "weft: warning: f_0001.exr is given twice, and counts twice\n");
+    check_mean("mean.exr", (double[]){2, 1}, 2);
+}
+
+static void test_skip_bad(void **state)
+{
+    (void)state;
+    static const char *const two[] = {"R", "G", NULL};
+    struct command_result result;
+    make_frames(6);
+    unlink("f_0003.exr");
+    command_write_file("f_0004.exr", "no image", 8);
+    make_frame("f_0005.exr", 5, &(struct recipe){.names = two});
+    command_run(&result, "weft", "accumulate", "f_%04d.exr", "-o", "mean.exr", "--skip-bad",
+                "--json");
+    assert_int_equal(result.code, 3);
+    assert_non_null(strstr(result.err, "f_0003.exr: No such file or directory"));
+    assert_non_null(strstr(result.err, "f_0005.exr has no channel B, which f_0001.exr has"));
+    assert_non_null(strstr(result.err, "weft: warning: 3 of 6 frames were left out\n"));
+    check_mean("mean.exr", (double[]){1, 1, 0, 0, 0, 1}, 6);
+    json_t *root = parse(result.out);
+    assert_int_equal(number(root, "added"), 3);
+    assert_int_equal(number(root, "skipped_count"), 3);
+    const json_t *skipped = json_object_get(root, "skipped");
+    assert_int_equal(json_array_size(skipped), 3);
+    assert_int_equal(number(json_array_get(skipped, 1), "frame"), 3);
+    json_decref(root);
+}
+
+// ---- weights ------------------------------------------------------------------------------------
+
+// A frame of weight 0 need not even be a file.
+static void test_weights(void **state)
+{
+    (void)state;
+    static const char text[] = "# shutter\r\n1\r\n\r\n 0.5 # half\r\n0\r\n-0.25\r\n";
+    static const double weight[] = {1, 0.5, 0, -0.25};
+    make_frames(4);
+    unlink("f_0003.exr");
+    command_write_file("w.txt", text, sizeof text - 1);
+    command_succeeds("accumulate", "f_%04d.exr", "-o", "mean.exr", "--weights", "w.txt");
+    check_mean("mean.exr", weight, 4);
+}
+
+// Midpoints of four frames: t = 1/8, 3/8, 5/8, 7/8.
+static void check_shape(const char *shape, const double weight[4])
+{
+    json_t *root = parse(command_succeeds("accumulate", "f_%04d.exr", "--json", "-o", "mean.exr",
+                                          "--weights", shape));
+    const json_t *values = json_object_get(json_object_get(root, "weights"), "values");
+    assert_int_equal(json_array_size(values), 4);
+    for (size_t i = 0; i < 4; i++) {
+        const double got = json_number_value(json_array_get(values, i));
+        if (!(fabs(got - weight[i]) <= 1e-15))
+            fail_msg("%s: weight %zu is %.17g, not %.17g", shape, i, got, weight[i]);
+    }
+    json_decref(root);
+}
+
+static void test_shapes(void **state)
+{
+    (void)state;
+    const double a = exp(-0.5 * 0.375 * 0.375 / 0.04), b = exp(-0.5 * 0.125 * 0.125 / 0.04);
+    const double c = exp(-0.5 * 0.375 * 0.375 * 36), d = exp(-0.5 * 0.125 * 0.125 * 36);
+    make_frames(4);
+    check_shape("uniform", (double[]){1, 1, 1, 1});
+    check_shape("tent", (double[]){0.25, 0.75, 0.75, 0.25});
+    check_shape("gauss:0.2", (double[]){a, b, b, a});
+    check_shape("gauss", (double[]){c, d, d, c});
+    check_shape("linear", (double[]){0.25, 0.75, 0.75, 0.25});
+    // Catmull-Rom at 1/2 and 3/2.
+    check_shape("catmull-rom", (double[]){-0.0625, 0.5625, 0.5625, -0.0625});
+}
+
+// ---- channels -----------------------------------------------------------------------------------
+
+static void test_types_and_windows(void **state)
+{
+    (void)state;
+    struct weft_image image;
+    char text[200];
+    make_frame("a.exr", 1,
+               &(struct recipe){.names = rgb, .type = WEFT_PIXEL_HALF, .x = 5, .y = -7});
+    make_frame("b.exr", 2,
+               &(struct recipe){.names = rgb, .type = WEFT_PIXEL_HALF, .x = 5, .y = -7});
+    make_frame("c.exr", 3, &(struct recipe){.names = rgb, .x = 5, .y = -7});
+    command_succeeds("accumulate", "a.exr", "b.exr", "-o", "half.exr");
+    load("half.exr", &image);
+    assert_int_equal(image.channels[0].type, WEFT_PIXEL_HALF);
+    assert_int_equal(image.x, 5);
+    assert_int_equal(image.y, -7);
+    assert_int_equal(image.display_min[1], -2);
+    assert_int_equal(image.display_max[1], 40);
+    assert_string_equal(attribute(&image, "owner", text), "frame 1");
+    assert_string_equal(attribute(&image, "weft.method", text), "exact");
+    assert_string_equal(attribute(&image, "weft.frames", text), "2");
+    assert_string_equal(attribute(&image, "weft.first_frame", text), "a.exr");
+    assert_string_equal(attribute(&image, "weft.weights", text), "uniform");
+    assert_null(attribute(&image, "weft.kernel", text));
+    assert_true(strtod(attribute(&image, "weft.bound", text), NULL) > 0.0);
+    weft_image_clear(&image);
+    command_succeeds("accumulate", "a.exr", "b.exr", "c.exr", "-o", "mean.exr");
+    check_mean("mean.exr", ones, 3);
+    command_succeeds("accumulate", "c.exr", "c.exr", "-q", "-o", "half.exr", "--type", "half",
+                     "--compression", "piz");
+    load("half.exr", &image);
+    assert_int_equal(image.channels[0].type, WEFT_PIXEL_HALF);
+    assert_int_equal(image.compression, WEFT_IMAGE_PIZ);
+    weft_image_clear(&image);
+}
+
+// What holds no colour is the first frame's, bit for bit.
+static void test_data_is_copied(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"R", "Z", "count", "motion.u", "N.Z", "N.X", "N.Y", NULL};
+    static const char *const line =
+        "weft: info: copied from the first frame, not averaged: 3 channels that hold no colour, "
+        "Z, count, motion.u (--average-all averages all)\n";
+    struct command_result result;
+    struct weft_image image;
+    make_frame("a.exr", 1, &(struct recipe){.names = names});
+    make_frame("b.exr", 2, &(struct recipe){.names = names});
+    command_run(&result, "weft", "accumulate", "a.exr", "b.exr", "-o", "mean.exr");
+    assert_int_equal(result.code, 0);
+    assert_string_equal(result.err, line);
+    load("mean.exr", &image);
+    const struct weft_image_channel *count = channel_of(&image, "count");
+    assert_int_equal(count->type, WEFT_PIXEL_UINT);
+    for (int i = 0; i < PIXELS; i++) {
+        assert_int_equal(count->integers[i], 4294967295u - (uint32_t)(PIXELS + i));
+        assert_true(channel_of(&image, "Z")->plane[i] == value_of(1, 1, i));
+        assert_true(channel_of(&image, "motion.u")->plane[i] == value_of(1, 3, i));
+        assert_true(channel_of(&image, "N.Z")->plane[i] ==
+                    0.5f * (value_of(1, 4, i) + value_of(2, 4, i)));
+    }
+    weft_image_clear(&image);
+    assert_string_equal(
+        command_succeeds("accumulate", "a.exr", "b.exr", "-o", "mean.exr", "--average-all"), "");
+    load("mean.exr", &image);
+    count = channel_of(&image, "count");
+    assert_int_equal(count->type, WEFT_PIXEL_FLOAT);
+    for (int i = 0; i < PIXELS; i++) {
+        const double mean = 4294967295.0 - i - 1.5 * PIXELS;
+        assert_true(count->plane[i] == (float)mean);
+        assert_true(channel_of(&image, "Z")->plane[i] ==
+                    0.5f * (value_of(1, 1, i) + value_of(2, 1, i)));
+    }
+    weft_image_clear(&image);
+}
+
+// ---- reports ------------------------------------------------------------------------------------
+
+static void test_json(void **state)
+{
+    (void)state;
+    static const char *const stages[] = {"plan",  "context", "read",  "decode", "add",
+                                         "judge", "result",  "write", "total"};
+    make_frames(3);
+    json_t *root = parse(command_succeeds("accumulate", "f_%04d.exr", "-o", "mean.exr", "--json"));
+    assert_int_equal(number(root, "frames"), 3);
+    assert_int_equal(number(root, "counting"), 3);
+    assert_int_equal(number(root, "added"), 3);
+    assert_int_equal(number(root, "width"), WIDTH);
+    assert_int_equal(json_array_size(json_object_get(root, "channels")), 3);
+    const json_t *method = json_object_get(root, "method");
+    assert_string_equal(json_string_value(json_object_get(method, "name")), "exact");
+    assert_true(number(method, "bound") > 0.0 && number(method, "bound") < 1e-7);
+    assert_true(number(json_object_get(root, "weights"), "total") == 3.0);
+    for (size_t i = 0; i < COUNT(stages); i++)
+        assert_true(number(json_object_get(root, "seconds"), stages[i]) >= 0.0);
+    json_decref(root);
+}
+
+static void test_explain(void **state)
+{
+    (void)state;
+    make_frames(9);
+    const int before = command_folder_size();
+    const char *text = command_succeeds("accumulate", "f_%04d.exr", "-o", "no.exr", "--explain");
+    assert_non_null(strstr(text, "accumulate 9 frames, from f_0001.exr: EXR, 19 x 13\n"));
+    assert_non_null(strstr(text, "averaged: B, G, R\n"));
+    assert_non_null(strstr(text, "method: exact"));
+    assert_int_equal(command_folder_size(), before);
+}
+
+// Every test begins with an empty folder.
+static int empty_folder(void **state)
+{
+    (void)state;
+    DIR *folder = opendir(".");
+    for (const struct dirent *entry = folder ? readdir(folder) : NULL; entry;
+         entry = readdir(folder))
+        unlink(entry->d_name);
+    return folder ? closedir(folder) : -1;
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup(name, empty_folder)
+    const struct CMUnitTest tests[] = {
+        TEST(test_mean),           TEST(test_order_does_not_matter),
+        TEST(test_names),          TEST(test_repeats_count),
+        TEST(test_skip_bad),       TEST(test_weights),
+        TEST(test_shapes),         TEST(test_types_and_windows),
+        TEST(test_data_is_copied), TEST(test_json),
+        TEST(test_explain),
+    };
+    return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
+}
