@@ -363,5 +363,5 @@ void weft_accumulator_get_report(const weft_accumulator *a, struct weft_accumula
         .nonfinite = a->nonfinite,
     };
     a->way->report(a, out);
-    out->bytes += weft_moments_bytes(a);
+    out->bytes += weft_moments_bytes(a) + weft_frame_bytes(a);
 }

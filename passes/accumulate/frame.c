@@ -93,6 +93,24 @@ void weft_frame_source_destroy(weft_accumulator *a)
     a->source = NULL;
 }
 
+// Of a pixel in GL's memory.
+static size_t texel_bytes(GLenum format)
+{
+    return format == GL_RGBA8 ? 4 : format == GL_RGBA32F ? 16 : format ? 8 : 0;
+}
+
+uint64_t weft_frame_bytes(const weft_accumulator *a)
+{
+    const struct weft_frame_source *s = a->source;
+    const uint64_t pixels = (uint64_t)a->params.width * (uint64_t)a->params.height;
+    if (!s)
+        return 0;
+    uint64_t bytes = s->packed_bytes + s->read_bytes + (s->depth ? 4 * pixels : 0);
+    for (int g = 0; g < weft_frame_groups(a); g++)
+        bytes += texel_bytes(s->uploaded[g].format) * pixels;
+    return bytes;
+}
+
 void weft_frame_begin(weft_accumulator *a)
 {
     if (a->source)
@@ -221,8 +239,6 @@ static enum weft_result draw(weft_accumulator *a, const struct weft_frame *frame
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
     gl->DrawBuffer(GL_COLOR_ATTACHMENT0);
     gl->ReadBuffer(GL_COLOR_ATTACHMENT0);
-    if (res == WEFT_OK)
-        a->source->textures[0] = *target;
     return res;
 }
 
@@ -298,6 +314,7 @@ static enum weft_result make_textures(weft_accumulator *a, const struct weft_fra
                                  p->height, &s->uploaded[0]);
         if (res == WEFT_OK)
             res = draw(a, frame, &s->uploaded[0]);
+        s->textures[0] = s->uploaded[0];
     }
     s->has_textures = res == WEFT_OK;
     return res;
@@ -313,6 +330,15 @@ enum weft_result weft_frame_textures(weft_accumulator *a, const struct weft_fram
     if (res == WEFT_OK)
         *out = a->source->textures;
     return res;
+}
+
+void weft_frame_swap(weft_accumulator *a, int group, struct weft_gl_target *target)
+{
+    struct weft_gl_target *uploaded = &a->source->uploaded[group];
+    const struct weft_gl_target old = *target;
+    *target = *uploaded;
+    *uploaded = old;
+    a->source->textures[group] = *target;
 }
 
 // ---- reading back -------------------------------------------------------------------------------
@@ -411,10 +437,6 @@ enum weft_result weft_frame_planes(weft_accumulator *a, const struct weft_frame 
 enum weft_result weft_frame_draw(weft_accumulator *a, const struct weft_frame *frame,
                                  const struct weft_gl_target *target)
 {
-    enum weft_result res = make_source(a);
-    if (res == WEFT_OK)
-        res = draw(a, frame, target);
-    if (res == WEFT_OK && a->params.keep)
-        res = read_back(a);
-    return res;
+    const enum weft_result res = make_source(a);
+    return res == WEFT_OK ? draw(a, frame, target) : res;
 }

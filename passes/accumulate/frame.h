@@ -41,11 +41,18 @@ enum weft_result weft_frame_planes(weft_accumulator *a, const struct weft_frame 
 enum weft_result weft_frame_textures(weft_accumulator *a, const struct weft_frame *frame,
                                      const struct weft_gl_target **out);
 
-// Draws a frame that is drawn, and has not been so yet, straight into a target of the accumulator's
-// size. Where something is kept beside the mean it is read back at once, as what is in the target
-// may change. The context is current. Returns what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
+// Draws a frame that is drawn straight into a target of the accumulator's size. Only where nothing
+// was made of the frame yet: nobody looks at frames before they are added (a->scan is NULL). The
+// context is current. Returns what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
 enum weft_result weft_frame_draw(weft_accumulator *a, const struct weft_frame *frame,
                                  const struct weft_gl_target *target);
+
+// Exchanges what planes were uploaded into, of one group, with a target of the same size and
+// format, so that it need not be copied. The context is current, and weft_frame_textures was
+// called.
+void weft_frame_swap(weft_accumulator *a, int group, struct weft_gl_target *target);
+
+uint64_t weft_frame_bytes(const weft_accumulator *a); // of what is kept for frames
 
 // What weft's functions need of the state of GL, after the caller's code has run: GL's defaults,
 // with the context's own vertex array.

@@ -3,6 +3,10 @@
 
 #include <math.h>
 
+#include "filter/check.h"
+
+enum { DEFAULT_BRANCHING = 4 };
+
 // Weights of one node are brought to integers of so many bits: their sums have 4 more, and times a
 // denominator of 24 bits fit into 128.
 enum { SHARE_BITS = 96, VALUE_BITS = 126 };
@@ -220,15 +224,32 @@ static bool is_branching(int inputs)
     return inputs >= 2 && inputs <= WEFT_TREE_MAX_INPUTS;
 }
 
-bool weft_tree_shape_is_valid(const struct weft_tree_shape *shape)
+static bool is_list(const int *factors)
 {
-    const int *factors = shape->level_branching;
     int count = 0;
     while (count < WEFT_TREE_MAX_LEVELS && is_branching(factors[count]))
         count++;
     while (count < WEFT_TREE_MAX_LEVELS && factors[count] == 0)
         count++;
-    return count == WEFT_TREE_MAX_LEVELS && is_branching(shape->branching);
+    return count == WEFT_TREE_MAX_LEVELS;
+}
+
+enum weft_result weft_tree_shape_check(const struct weft_log *log, struct weft_tree_shape *shape)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    if (shape->branching == 0)
+        shape->branching = DEFAULT_BRANCHING;
+    weft_require_enum(log, shape->rounding, WEFT_TREE_ROUNDING_COUNT - 1);
+    if (!is_branching(shape->branching) || !is_list(shape->level_branching)) {
+        weft_error(log,
+                   "tree: branching (%d) and the factors of level_branching are from 2 to %d, and "
+                   "a list ends with its first 0",
+                   shape->branching, WEFT_TREE_MAX_INPUTS);
+        goto fail;
+    }
+    res = WEFT_OK;
+fail:
+    return res;
 }
 
 int64_t weft_tree_shape_capacity(const struct weft_tree_shape *shape)
@@ -257,6 +278,35 @@ void weft_tree_stack_push(struct weft_tree_stack *stack, struct weft_tree_weight
     stack->leaves++;
     if (stack->count > stack->most)
         stack->most = stack->count;
+}
+
+// A complete part of each level, from the leaves up; then as many of each as the mixed-radix number
+// `count` has, the highest first.
+void weft_tree_stack_fill(struct weft_tree_stack *stack, int64_t count, double error)
+{
+    struct weft_tree_part complete[WEFT_TREE_MAX_DEPTH];
+    int64_t span[WEFT_TREE_MAX_DEPTH] = {1};
+    int level = 0;
+    weft_tree_stack_push(stack, weft_tree_weight_from(1.0), error);
+    for (;; level++) {
+        const int inputs = branching_of(&stack->shape, level);
+        struct weft_tree_node node;
+        complete[level] = stack->part[0];
+        if (inputs == 0 || span[level] > count / inputs)
+            break;
+        span[level + 1] = span[level] * inputs;
+        for (int k = 1; k < inputs; k++)
+            stack->part[k] = complete[level];
+        stack->count = inputs;
+        weft_tree_stack_combine(stack, inputs, &node);
+    }
+    stack->count = 0;
+    stack->leaves = count;
+    for (; level >= 0; count -= count / span[level] * span[level], level--) {
+        stack->nodes[level] = stack->leaves / span[level];
+        for (int64_t k = 0; k < count / span[level]; k++)
+            stack->part[stack->count++] = complete[level];
+    }
 }
 
 // The uppermost parts of the level of the uppermost one.

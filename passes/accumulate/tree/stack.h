@@ -70,14 +70,18 @@ struct weft_tree_stack {
     struct weft_tree_part part[WEFT_TREE_MAX_PARTS];
 };
 
-// Factors are from 2 to WEFT_TREE_MAX_INPUTS, and a list has nothing but 0 after its first 0.
-bool weft_tree_shape_is_valid(const struct weft_tree_shape *shape);
+// Fills in the default of `branching`. Returns WEFT_ERR_ARGUMENT: factors are from 2 to
+// WEFT_TREE_MAX_INPUTS, and a list has nothing but 0 after its first 0.
+enum weft_result weft_tree_shape_check(const struct weft_log *log, struct weft_tree_shape *shape);
 // The most leaves: the list's product, INT64_MAX where there is no list (or one that has more).
 int64_t weft_tree_shape_capacity(const struct weft_tree_shape *shape);
 
 // Puts a leaf on top. error: as of a part.
 void weft_tree_stack_push(struct weft_tree_stack *stack, struct weft_tree_weight weight,
                           double error);
+// Puts `count` leaves of the same weight onto an empty stack, with all nodes that are complete
+// then: the same parts as one after another, but for biases where halves go up and down.
+void weft_tree_stack_fill(struct weft_tree_stack *stack, int64_t count, double error);
 // How many of the uppermost parts are a complete node; 0: another leaf is wanted. It is asked until
 // it says 0 after each leaf.
 int weft_tree_stack_ready(const struct weft_tree_stack *stack);

@@ -9,8 +9,6 @@
 #include "filter/check.h"
 #include "passes/accumulate/tree/stack.h"
 
-enum { DEFAULT_BRANCHING = 4 };
-
 const char *const weft_tree_rounding_names[] = {"nearest", "unbiased", "truncate", NULL};
 
 struct weft_tree {
@@ -58,26 +56,14 @@ static enum weft_result check_leaves(const struct weft_tree_params *p)
     return WEFT_OK;
 }
 
-static enum weft_result check_shape(const struct weft_tree_params *p,
-                                    const struct weft_tree_shape *shape)
+static enum weft_result check_shape(const struct weft_tree_params *p, struct weft_tree_shape *shape)
 {
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(p->log, p->rounding, WEFT_TREE_ROUNDING_COUNT - 1);
-    if (!weft_tree_shape_is_valid(shape)) {
-        weft_error(p->log,
-                   "tree: branching (%d) and factors of level_branching are from 2 to %d, and a "
-                   "list ends with its first 0",
-                   shape->branching, WEFT_TREE_MAX_INPUTS);
-        goto fail;
-    }
-    if (p->leaf_count > weft_tree_shape_capacity(shape)) {
-        weft_error(p->log, "tree: %d leaves, but the branching factors multiply to %" PRId64,
-                   p->leaf_count, weft_tree_shape_capacity(shape));
-        goto fail;
-    }
-    res = WEFT_OK;
-fail:
-    return res;
+    const enum weft_result res = weft_tree_shape_check(p->log, shape);
+    if (res != WEFT_OK || p->leaf_count <= weft_tree_shape_capacity(shape))
+        return res;
+    weft_error(p->log, "tree: %d leaves, but the branching factors multiply to %" PRId64,
+               p->leaf_count, weft_tree_shape_capacity(shape));
+    return WEFT_ERR_ARGUMENT;
 }
 
 // ---- the schedule -------------------------------------------------------------------------------
@@ -158,8 +144,7 @@ static enum weft_result allocate(const struct weft_tree_params *p, weft_tree **o
 
 enum weft_result weft_tree_create(const struct weft_tree_params *params, weft_tree **out)
 {
-    struct weft_tree_shape shape = {.branching =
-                                        params->branching ? params->branching : DEFAULT_BRANCHING,
+    struct weft_tree_shape shape = {.branching = params->branching,
                                     .rounding = params->rounding,
                                     .largest_denominator = WEFT_TREE_MAX_TOTAL_WEIGHT,
                                     .largest_code = UINT16_MAX};

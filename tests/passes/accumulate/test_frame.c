@@ -426,35 +426,6 @@ static void test_drawn(void **state)
     }
 }
 
-static void test_drawn_into_a_target(void **state)
-{
-    (void)state;
-    for (size_t k = 0; k < 2 && contexts[k]; k++) {
-        const GladGLContext *gl = &contexts[k]->gl;
-        weft_accumulator a = make(contexts[k], 4, 8);
-        struct painter p = {.gl = gl};
-        const struct weft_frame frame = {.draw = paint, .priv = &p};
-        const struct weft_plane *planes = NULL;
-        struct weft_gl_target target;
-        a.params.keep = WEFT_KEEP_EXTREMES;
-        enter(contexts[k]);
-        assert_int_equal(
-            weft_gl_target_create(&log_to_stderr, gl, GL_RGBA8, WIDTH, HEIGHT, &target), WEFT_OK);
-        assert_int_equal(weft_frame_draw(&a, &frame, &target), WEFT_OK);
-        // Whatever comes into the target then.
-        gl->BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-        gl->Clear(GL_COLOR_BUFFER_BIT);
-        weft_context_leave(contexts[k]);
-        assert_int_equal(weft_frame_planes(&a, &frame, &planes), WEFT_OK);
-        assert_int_equal(p.calls, 1);
-        check_painted(planes, 8);
-        enter(contexts[k]);
-        weft_gl_target_destroy(gl, &target);
-        weft_context_leave(contexts[k]);
-        weft_frame_source_destroy(&a);
-    }
-}
-
 // Everything that could spoil what weft draws, uploads or reads next.
 static void leave_strange_state(const GladGLContext *gl)
 {
@@ -512,6 +483,34 @@ static void leave_strange_state(const GladGLContext *gl)
     gl->BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     if (gl->ClipControl)
         gl->ClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
+}
+
+static void test_drawn_into_a_target(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < 2 && contexts[k]; k++) {
+        const GladGLContext *gl = &contexts[k]->gl;
+        weft_accumulator a = make(contexts[k], 4, 8);
+        struct painter p = {.gl = gl, .leave = leave_strange_state};
+        uint8_t texels[4 * PIXELS];
+        struct weft_plane planes[4];
+        struct weft_gl_target target;
+        enter(contexts[k]);
+        assert_int_equal(
+            weft_gl_target_create(&log_to_stderr, gl, GL_RGBA8, WIDTH, HEIGHT, &target), WEFT_OK);
+        assert_int_equal(
+            weft_frame_draw(&a, &(struct weft_frame){.draw = paint, .priv = &p}, &target), WEFT_OK);
+        const struct weft_gl_pixels pixels = {
+            .width = WIDTH, .height = HEIGHT, .type = GL_UNSIGNED_BYTE, .data = texels};
+        assert_int_equal(weft_gl_target_read(&log_to_stderr, gl, &target, &pixels), WEFT_OK);
+        for (int c = 0; c < 4; c++)
+            planes[c] = (struct weft_plane){texels + c, WEFT_PLANE_UNORM8, 0, 4};
+        check_painted(planes, 8);
+        assert_int_equal(p.calls, 1);
+        weft_gl_target_destroy(gl, &target);
+        weft_context_leave(contexts[k]);
+        weft_frame_source_destroy(&a);
+    }
 }
 
 static void test_strange_state(void **state)
