@@ -10,6 +10,17 @@
 #include <stdlib.h>
 
 #include "passes/accumulate/blend_target.h"
+#include "passes/accumulate/sums/state.h"
+
+// What blending does to errors.
+struct rules {
+    int bits;
+    bool codes;
+    double one;        // the largest code
+    double total;      // of the weights; 0: not known
+    double ulp, least; // of floats: one unit in the last place, relative, and where it is smallest
+    struct weft_value_range range;
+};
 
 // How far it is. Errors are in codes, of floats in the largest |value|.
 struct progress {
@@ -23,51 +34,42 @@ struct progress {
 
 struct method {
     weft_blend_target *target;
+    struct rules rules;
     struct progress progress;
     double largest; // |v| so far
 };
 
-static bool has_codes(const weft_accumulator *a)
+static struct rules rules_of(const struct weft_accumulator_params *p, double total)
 {
-    return a->params.bits == 8 || a->params.bits == 16;
-}
-
-static double largest_code(const weft_accumulator *a)
-{
-    return a->params.bits == 8 ? 255.0 : 65535.0;
-}
-
-// One unit in the last place, relative, and absolutely where numbers are smallest.
-static double precision(const weft_accumulator *a)
-{
-    return a->params.bits == 32 ? 0x1p-23 : 0x1p-10;
-}
-
-static double smallest(const weft_accumulator *a)
-{
-    return a->params.bits == 32 ? 0x1p-126 : 0x1p-24;
+    return (struct rules){
+        .bits = p->bits,
+        .codes = p->bits == 8 || p->bits == 16,
+        .one = p->bits == 8 ? 255.0 : 65535.0,
+        .total = total,
+        .ulp = p->bits == 32 ? 0x1p-23 : 0x1p-10,
+        .least = p->bits == 32 ? 0x1p-126 : 0x1p-24,
+        .range = weft_value_range_of(p),
+    };
 }
 
 // ---- weights ------------------------------------------------------------------------------------
 
 // The constant of a frame whose share is exactly `share`. Added codes follow the sum of shares, so
 // that they add up to the largest code.
-static double constant_of(const weft_accumulator *a, const struct progress *s, double share)
+static double constant_of(const struct rules *r, const struct progress *s, double share)
 {
-    const double one = largest_code(a);
-    if (!has_codes(a))
+    if (!r->codes)
         return (double)(float)share;
-    if (!a->known_total)
-        return rint(share * one) / one;
-    const double all = fmin(s->sum / a->known_total, 1.0);
-    return (rint(all * one) - s->placed) / one;
+    if (!r->total)
+        return rint(share * r->one) / r->one;
+    const double all = fmin(s->sum / r->total, 1.0);
+    return (rint(all * r->one) - s->placed) / r->one;
 }
 
-static void count_change(const weft_accumulator *a, struct progress *s, double share,
-                         double constant)
+static void count_change(const struct rules *r, struct progress *s, double share, double constant)
 {
     const double ratio = constant / share;
-    if (!a->known_total && share < 1.0) { // what there was is mixed with the rest
+    if (!r->total && share < 1.0) { // what there was is mixed with the rest
         const double rest = (1.0 - constant) / (1.0 - share);
         s->least *= rest;
         s->most *= rest;
@@ -79,90 +81,82 @@ static void count_change(const weft_accumulator *a, struct progress *s, double s
 // ---- bounds -------------------------------------------------------------------------------------
 
 // d + s c: the value and the product are rounded.
-static void add_codes(const weft_accumulator *a, const struct weft_value_range *range,
-                      struct progress *s, double share, double c)
+static void add_codes(const struct rules *r, struct progress *s, double share, double c)
 {
-    const double one = largest_code(a), change = (c - share) * one;
+    const double change = (c - share) * r->one;
     if (c > 0.0)
-        s->error += c * (1.0 + range->error * one) + (c < 1.0 ? 1.0 : 0.0);
+        s->error += c * (1.0 + r->range.error * r->one) + (c < 1.0 ? 1.0 : 0.0);
     *(change > 0.0 ? &s->above : &s->below) += fabs(change);
-    s->placed += c * one;
+    s->placed += c * r->one;
 }
 
 // d (1 - c) + s c: the value and both products are rounded, and frame and mean differ by less than
 // the range where c is not the share.
-static void mix_codes(const weft_accumulator *a, const struct weft_value_range *range,
-                      struct progress *s, double share, double c)
+static void mix_codes(const struct rules *r, struct progress *s, double share, double c)
 {
-    const double one = largest_code(a);
-    s->error = (1.0 - c) * s->error + c * (1.0 + range->error * one) + fabs(c - share) * one +
-               (c > 0.0 && c < 1.0 ? 2.0 : 0.0);
+    s->error = (1.0 - c) * s->error + c * (1.0 + r->range.error * r->one) +
+               fabs(c - share) * r->one + (c > 0.0 && c < 1.0 ? 2.0 : 0.0);
 }
 
 // The value, the constant, their product and the sum are rounded; values that are integers were
 // before.
-static void add_floats(const weft_accumulator *a, struct progress *s, double share)
+static void add_floats(const struct rules *r, struct progress *s, double share)
 {
-    const double u = precision(a), values = s->sum / a->known_total;
-    s->error += (3.1 * u + 0x1p-23) * share + u * (values + s->error);
+    const double values = s->sum / r->total;
+    s->error += (3.1 * r->ulp + 0x1p-23) * share + r->ulp * (values + s->error);
 }
 
 // The value, the constant, its complement, both products and the sum; frame and mean differ by
 // twice the largest value at most.
-static void mix_floats(const weft_accumulator *a, struct progress *s, double share)
+static void mix_floats(const struct rules *r, struct progress *s, double share)
 {
-    const double u = precision(a);
     if (share == 1.0)
-        s->error = u;
+        s->error = r->ulp;
     else
-        s->error = (1.0 - share) * s->error * (1.0 + 4.0 * u) + 1.01 * u * (3.0 + 2.0 * share) +
-                   0x1p-22 * share;
+        s->error = (1.0 - share) * s->error * (1.0 + 4.0 * r->ulp) +
+                   1.01 * r->ulp * (3.0 + 2.0 * share) + 0x1p-22 * share;
 }
 
 // Counts a weight and returns the constant that the frame is blended with.
-static double count_weight(const weft_accumulator *a, const struct method *m, double weight,
-                           struct progress *s)
+static double count_weight(const struct rules *r, double weight, struct progress *s)
 {
-    const struct weft_value_range *range = weft_blend_target_range(m->target);
     s->sum += weight;
-    const double share = weight / (a->known_total ? a->known_total : s->sum);
-    const double c = constant_of(a, s, share);
-    count_change(a, s, share, c);
+    const double share = weight / (r->total ? r->total : s->sum);
+    const double c = constant_of(r, s, share);
+    count_change(r, s, share, c);
     s->count += 1.0;
-    if (has_codes(a))
-        (a->known_total ? add_codes : mix_codes)(a, range, s, share, c);
+    if (r->codes)
+        (r->total ? add_codes : mix_codes)(r, s, share, c);
     else
-        (a->known_total ? add_floats : mix_floats)(a, s, share);
+        (r->total ? add_floats : mix_floats)(r, s, share);
     return c;
 }
 
 // What the target is multiplied by to be a mean of the frames so far.
-static double gain_of(const weft_accumulator *a, const struct progress *s)
+static double gain_of(const struct rules *r, const struct progress *s)
 {
-    return a->known_total ? a->known_total / s->sum : 1.0;
+    return r->total ? r->total / s->sum : 1.0;
 }
 
-static double bound_of(const weft_accumulator *a, const struct method *m, const struct progress *s,
-                       double largest)
+static double bound_of(const struct rules *r, const struct progress *s, double largest)
 {
-    const struct weft_value_range *range = weft_blend_target_range(m->target);
-    const double gain = gain_of(a, s), result = 0x1p-24 * (has_codes(a) ? range->extent : largest);
+    const double gain = gain_of(r, s), result = 0x1p-24 * (r->codes ? r->range.extent : largest);
     if (s->count == 0.0)
         return INFINITY;
-    if (has_codes(a)) {
+    if (r->codes) {
         const double codes = s->error + fmax(s->above, s->below);
-        return gain * codes / largest_code(a) * range->size * (1.0 + 0x1p-20) + result;
+        return gain * codes / r->one * r->range.size * (1.0 + 0x1p-20) + result;
     }
-    return gain * (s->error * largest + 4.0 * s->count * smallest(a)) * (1.0 + 0x1p-20) + result;
+    return gain * (s->error * largest + 4.0 * s->count * r->least) * (1.0 + 0x1p-20) + result;
 }
 
-static struct progress expected(const weft_accumulator *a, const struct method *m)
+static double expect(const struct weft_accumulator_params *p, int64_t frames)
 {
+    const struct rules r = rules_of(p, p->frame_count > 0 ? (double)frames : 0.0);
     struct progress s = {0};
-    for (int64_t i = 0; i < a->params.frame_count; i++)
-        if (a->weight[i] != 0.0)
-            count_weight(a, m, a->weight[i], &s);
-    return s;
+    for (int64_t i = 0; i < frames; i++)
+        count_weight(&r, 1.0, &s);
+    return bound_of(&r, &s, r.range.extent);
 }
 
 // ---- the method ---------------------------------------------------------------------------------
@@ -192,6 +186,7 @@ static enum weft_result create(weft_accumulator *a)
         weft_error(a->params.log, "accumulate: not enough memory");
         return WEFT_ERR_MEMORY;
     }
+    m->rules = rules_of(&a->params, a->known_total);
     return weft_blend_target_create(a, a->params.bits, &m->target);
 }
 
@@ -211,13 +206,13 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     enum weft_result res = weft_blend_target_check(a, m->target, frame, &largest);
     if (res != WEFT_OK)
         return res;
-    const double constant = count_weight(a, m, weight, &m->progress);
+    const double constant = count_weight(&m->rules, weight, &m->progress);
     const struct weft_blend_step step = {
-        .operation = a->known_total ? WEFT_BLEND_ADD : WEFT_BLEND_MIX,
+        .operation = m->rules.total ? WEFT_BLEND_ADD : WEFT_BLEND_MIX,
         .constant = (float)constant,
         .weight = 1.0f,
     };
-    if (constant > 0.0 || !has_codes(a))
+    if (constant > 0.0 || !m->rules.codes)
         res = weft_blend_target_add(a, m->target, frame, &step);
     m->largest = fmax(m->largest, largest);
     return res;
@@ -226,10 +221,10 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
 static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
 {
     const struct method *m = a->own;
-    const struct weft_value_range *range = weft_blend_target_range(m->target);
+    const struct rules *r = &m->rules;
     const struct weft_blend_reading reading = {
-        .offset = has_codes(a) ? a->params.low : 0.0,
-        .scale = gain_of(a, &m->progress) * (has_codes(a) ? range->size : 1.0),
+        .offset = r->codes ? a->params.low : 0.0,
+        .scale = gain_of(r, &m->progress) * (r->codes ? r->range.size : 1.0),
         .divisor = 1.0,
     };
     return weft_blend_target_read(a, m->target, &reading, channel, out, stride);
@@ -238,16 +233,31 @@ static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_
 static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
 {
     const struct method *m = a->own;
+    const bool begun = m->progress.count > 0.0;
     struct progress s = m->progress;
-    double largest = m->largest;
     weft_blend_target_report(a, m->target, out);
-    if (s.count == 0.0) {
-        s = expected(a, m);
-        largest = weft_blend_target_range(m->target)->extent;
-    }
-    out->bound = bound_of(a, m, &s, largest);
+    for (int64_t i = 0; !begun && i < a->params.frame_count; i++)
+        if (a->weight[i] != 0.0)
+            count_weight(&m->rules, a->weight[i], &s);
+    out->bound = bound_of(&m->rules, &s, begun ? m->largest : m->rules.range.extent);
     if (s.count > 0.0)
         out->weight_change = fmax(s.most - 1.0, 1.0 - s.least);
+}
+
+static enum weft_result save(weft_accumulator *a, weft_state *state)
+{
+    const struct method *m = a->own;
+    weft_state_put(state, &m->progress, sizeof m->progress);
+    weft_state_put(state, &m->largest, sizeof m->largest);
+    return weft_blend_target_save(a, m->target, state);
+}
+
+static enum weft_result load(weft_accumulator *a, weft_state *state)
+{
+    struct method *m = a->own;
+    weft_state_take(state, &m->progress, sizeof m->progress);
+    weft_state_take(state, &m->largest, sizeof m->largest);
+    return weft_blend_target_load(a, m->target, state);
 }
 
 const struct weft_accumulate_way weft_accumulate_blend = {
@@ -256,5 +266,8 @@ const struct weft_accumulate_way weft_accumulate_blend = {
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .expect = expect,
     .report = report,
+    .save = save,
+    .load = load,
 };

@@ -3,10 +3,12 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "filter/half.h"
 #include "filter/threads.h"
 #include "passes/accumulate/frame.h"
+#include "passes/accumulate/sums/state.h"
 #include "passes/gl/program.h"
 
 struct weft_blend_target {
@@ -332,6 +334,11 @@ enum weft_result weft_blend_target_add(weft_accumulator *a, weft_blend_target *t
 
 // ---- reading ------------------------------------------------------------------------------------
 
+static GLenum texel_component(const weft_blend_target *t)
+{
+    return t->bits == 8 ? GL_UNSIGNED_BYTE : t->bits == 16 ? GL_UNSIGNED_SHORT : GL_FLOAT;
+}
+
 static enum weft_result read_group(weft_accumulator *a, weft_blend_target *t, int g)
 {
     const struct weft_accumulator_params *p = &a->params;
@@ -376,4 +383,99 @@ enum weft_result weft_blend_target_read(weft_accumulator *a, weft_blend_target *
         out[i / width * stride + i % width] = (float)(r->offset + value * r->scale / divisor);
     }
     return WEFT_OK;
+}
+
+// ---- states -------------------------------------------------------------------------------------
+
+// Texels' components are one after another for each group, as they are in GL; emulated values are
+// saved as the same ones.
+static size_t saved_size(const weft_blend_target *t)
+{
+    return t->bits == 8 ? sizeof(uint8_t) : t->bits == 16 ? sizeof(uint16_t) : sizeof(float);
+}
+
+// A row of a channel to components of a row of texels, or back.
+static void move_row(const weft_accumulator *a, const weft_blend_target *t, int channel, int32_t y,
+                     bool save, char *texels)
+{
+    const size_t width = (size_t)a->params.width, size = saved_size(t), own = value_size(t);
+    char *row = (char *)t->emulated + ((size_t)channel * pixel_count(a) + (size_t)y * width) * own;
+    texels += (size_t)(channel % WEFT_FRAME_GROUP) * size;
+    for (size_t x = 0; x < width; x++, texels += WEFT_FRAME_GROUP * size) {
+        uint16_t *code = (uint16_t *)row + x;
+        if (size != own && save)
+            *texels = (char)(uint8_t)*code;
+        else if (size != own)
+            *code = (uint8_t)*texels;
+        else if (save)
+            memcpy(texels, row + x * own, size);
+        else
+            memcpy(row + x * own, texels, size);
+    }
+}
+
+static enum weft_result move_emulated(weft_accumulator *a, weft_blend_target *t, int g,
+                                      weft_state *state, bool save)
+{
+    const size_t bytes = (size_t)a->params.width * WEFT_FRAME_GROUP * saved_size(t);
+    const int first = g * WEFT_FRAME_GROUP, end = first + WEFT_FRAME_GROUP;
+    char *texels = malloc(bytes);
+    if (!texels) {
+        weft_error(a->params.log, "accumulate: not enough memory for a state");
+        return WEFT_ERR_MEMORY;
+    }
+    for (int32_t y = 0; y < a->params.height; y++) {
+        if (save)
+            memset(texels, 0, bytes);
+        else
+            weft_state_take(state, texels, bytes);
+        for (int c = first; c < end && c < a->params.channel_count; c++)
+            move_row(a, t, c, y, save, texels);
+        if (save)
+            weft_state_put(state, texels, bytes);
+    }
+    free(texels);
+    return WEFT_OK;
+}
+
+static enum weft_result load_group(weft_accumulator *a, weft_blend_target *t, int g)
+{
+    const struct weft_accumulator_params *p = &a->params;
+    enum weft_result res = weft_context_enter(p->context);
+    if (res != WEFT_OK)
+        return res;
+    const GladGLContext *gl = &p->context->gl;
+    gl->BindTexture(GL_TEXTURE_2D, t->gl[g].texture);
+    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    gl->TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, p->width, p->height, GL_RGBA, texel_component(t),
+                      t->read);
+    gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    res = weft_gl_check(p->log, gl, "loading a target");
+    weft_context_leave(p->context);
+    t->read_group = -1;
+    return res;
+}
+
+enum weft_result weft_blend_target_save(weft_accumulator *a, weft_blend_target *t,
+                                        weft_state *state)
+{
+    enum weft_result res = WEFT_OK;
+    for (int g = 0; g < weft_frame_groups(a) && res == WEFT_OK; g++) {
+        res = t->emulated ? move_emulated(a, t, g, state, true) : read_group(a, t, g);
+        if (!t->emulated && res == WEFT_OK)
+            weft_state_put(state, t->read, pixel_count(a) * WEFT_FRAME_GROUP * saved_size(t));
+    }
+    return res;
+}
+
+enum weft_result weft_blend_target_load(weft_accumulator *a, weft_blend_target *t,
+                                        weft_state *state)
+{
+    enum weft_result res = WEFT_OK;
+    for (int g = 0; g < weft_frame_groups(a) && res == WEFT_OK; g++) {
+        if (!t->emulated)
+            weft_state_take(state, t->read, pixel_count(a) * WEFT_FRAME_GROUP * saved_size(t));
+        res = t->emulated ? move_emulated(a, t, g, state, false) : load_group(a, t, g);
+    }
+    return res;
 }

@@ -38,6 +38,13 @@ enum weft_result weft_blend_target_read(weft_accumulator *a, weft_blend_target *
                                         const struct weft_blend_reading *reading, int channel,
                                         float *out, size_t stride);
 
+// All values, to be taken into a target of the same bits on GL or emulated. Returns WEFT_ERR_MEMORY
+// or WEFT_ERR_GL; of bytes that lack the state tells.
+enum weft_result weft_blend_target_save(weft_accumulator *a, weft_blend_target *target,
+                                        weft_state *state);
+enum weft_result weft_blend_target_load(weft_accumulator *a, weft_blend_target *target,
+                                        weft_state *state);
+
 const struct weft_value_range *weft_blend_target_range(const weft_blend_target *target);
 // Fills in textures, bytes and passes.
 void weft_blend_target_report(const weft_accumulator *a, const weft_blend_target *target,

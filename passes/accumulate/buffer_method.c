@@ -8,7 +8,16 @@
 
 #include "passes/accumulate/buffer_impl.h"
 #include "passes/accumulate/frame.h"
+#include "passes/accumulate/sums/state.h"
 #include "passes/accumulate/values.h"
+
+// What the sums do.
+struct rules {
+    int bits;
+    double code_error; // of an operation on codes
+    double whole;      // C, where it is known
+    struct weft_value_range range;
+};
 
 // How far the sums are, and what they may be wrong by.
 struct sums {
@@ -20,80 +29,79 @@ struct sums {
 
 struct method {
     weft_accum_buffer *buffer;
-    struct weft_value_range range;
-    struct sums known; // all weights, where they are known; {0} otherwise
-    struct sums sums;  // so far
-    double largest;    // |v| so far
+    struct rules rules;
+    struct sums sums; // so far
+    double largest;   // |v| so far
 };
 
 // ---- bounds -------------------------------------------------------------------------------------
 
 #define HALF_ULP 0x1p-24
 
-// Of an operation on codes.
-static double code_error(const weft_accumulator *a)
+static struct rules rules_of(const struct weft_accumulator_params *p, double whole)
 {
-    return a->params.rounding == WEFT_TREE_TRUNCATE ? WEFT_ACCUM_TRUNCATE_ERROR : WEFT_ACCUM_ERROR;
+    return (struct rules){
+        .bits = p->bits,
+        .code_error =
+            p->rounding == WEFT_TREE_TRUNCATE ? WEFT_ACCUM_TRUNCATE_ERROR : WEFT_ACCUM_ERROR,
+        .whole = whole,
+        .range = weft_value_range_of(p),
+    };
 }
 
 // Multiplied by C / C': the factor and the product are rounded.
-static double error_multiplied(const weft_accumulator *a, const struct sums *s, double factor)
+static double error_multiplied(const struct rules *r, const struct sums *s, double factor)
 {
     const double values = (s->positive + s->negative) / s->whole;
     const double error = factor * s->error;
-    if (a->params.bits == 16)
-        return error + code_error(a);
+    if (r->bits == 16)
+        return error + r->code_error;
     return error + 2.01 * HALF_ULP * (factor * values + error);
 }
 
 // The weight and the product are rounded, and of floats the value, where it is an integer, and the
 // sum; t was wrong from the beginning.
-static double error_added(const weft_accumulator *a, const struct weft_value_range *range,
-                          const struct sums *s, double weight)
+static double error_added(const struct rules *r, const struct sums *s, double weight)
 {
     const double share = fabs(weight) / s->whole, values = (s->positive + s->negative) / s->whole;
-    if (a->params.bits == 16)
-        return s->error + code_error(a) + 32767.0 * range->error * share;
+    if (r->bits == 16)
+        return s->error + r->code_error + 32767.0 * r->range.error * share;
     return s->error + 3.01 * HALF_ULP * share + 1.01 * HALF_ULP * (values + s->error);
 }
 
 // Counts a weight; returns what the buffer has to be multiplied by before.
-static double count_weight(const weft_accumulator *a, const struct method *m, double weight,
-                           struct sums *s)
+static double count_weight(const struct rules *r, double weight, struct sums *s)
 {
-    double factor = 1.0, whole = m->known.whole;
+    double factor = 1.0;
     struct sums next = *s;
     *(weight > 0.0 ? &next.positive : &next.negative) += fabs(weight);
-    if (!whole)
-        whole = fmax(next.positive, next.negative);
-    if (s->whole && s->whole != whole) {
-        factor = s->whole / whole;
-        next.error = error_multiplied(a, s, factor);
+    next.whole = r->whole > 0.0 ? r->whole : fmax(next.positive, next.negative);
+    if (s->whole > 0.0 && s->whole != next.whole) {
+        factor = s->whole / next.whole;
+        next.error = error_multiplied(r, s, factor);
     }
-    next.whole = whole;
-    next.error = error_added(a, &m->range, &next, weight);
+    next.error = error_added(r, &next, weight);
     *s = next;
     return factor;
 }
 
-static double bound_of(const weft_accumulator *a, const struct method *m, const struct sums *s,
-                       double largest)
+static double bound_of(const struct rules *r, const struct sums *s, double largest)
 {
     const double total = fabs(s->positive - s->negative);
     const double gain = s->whole / total, values = (s->positive + s->negative) / total;
-    const double extent = a->params.bits == 16 ? m->range.extent : largest;
-    const double unit = a->params.bits == 16 ? m->range.size / 32767.0 : largest;
+    const double extent = r->bits == 16 ? r->range.extent : largest;
+    const double unit = r->bits == 16 ? r->range.size / 32767.0 : largest;
     const double result = HALF_ULP * extent * values; // rounded to a float
     return total > 0.0 ? (gain * s->error * unit + result) * (1.0 + 0x1p-20) + 0x1p-120 : INFINITY;
 }
 
-static struct sums expected(const weft_accumulator *a, const struct method *m)
+static double expect(const struct weft_accumulator_params *p, int64_t frames)
 {
+    const struct rules r = rules_of(p, p->frame_count > 0 ? (double)frames : 0.0);
     struct sums s = {0};
-    for (int64_t i = 0; i < a->params.frame_count; i++)
-        if (a->weight[i] != 0.0)
-            count_weight(a, m, a->weight[i], &s);
-    return s;
+    for (int64_t i = 0; i < frames; i++)
+        count_weight(&r, 1.0, &s);
+    return p->bits == 16 || p->bits == 32 ? bound_of(&r, &s, r.range.extent) : INFINITY;
 }
 
 // ---- the method ---------------------------------------------------------------------------------
@@ -127,10 +135,10 @@ static enum weft_result create(weft_accumulator *a)
         weft_error(p->log, "accumulate: not enough memory");
         return WEFT_ERR_MEMORY;
     }
-    m->range = weft_value_range_of(p);
+    double positive = 0.0, negative = 0.0;
     for (int64_t i = 0; i < p->frame_count; i++)
-        *(a->weight[i] > 0.0 ? &m->known.positive : &m->known.negative) += fabs(a->weight[i]);
-    m->known.whole = fmax(m->known.positive, m->known.negative);
+        *(a->weight[i] > 0.0 ? &positive : &negative) += fabs(a->weight[i]);
+    m->rules = rules_of(p, fmax(positive, negative));
     return weft_accum_buffer_create(
         &(struct weft_accum_buffer_params){
             .width = p->width,
@@ -167,11 +175,11 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     if (res != WEFT_OK)
         return res;
     struct sums sums = m->sums;
-    const double factor = count_weight(a, m, weight, &sums);
+    const double factor = count_weight(&m->rules, weight, &sums);
     if (factor != 1.0)
         res = weft_accum_buffer_mult(m->buffer, factor);
     if (res == WEFT_OK)
-        res = weft_accum_buffer_accum_within(m->buffer, planes, codes ? &m->range : NULL,
+        res = weft_accum_buffer_accum_within(m->buffer, planes, codes ? &m->rules.range : NULL,
                                              weight / sums.whole);
     m->sums = sums;
     m->largest = fmax(m->largest, largest);
@@ -187,7 +195,8 @@ static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_
         weft_error(a->params.log, "accumulate: the weights so far add up to 0");
         return WEFT_ERR_ARGUMENT;
     }
-    return weft_accum_buffer_read(m->buffer, m->sums.whole / total * (codes ? m->range.size : 1.0),
+    return weft_accum_buffer_read(m->buffer,
+                                  m->sums.whole / total * (codes ? m->rules.range.size : 1.0),
                                   codes ? a->params.low : 0.0, channel, out, stride);
 }
 
@@ -197,12 +206,35 @@ static void report(const weft_accumulator *a, struct weft_accumulator_report *ou
     size_t bytes;
     weft_accum_buffer_values(m->buffer, &bytes);
     out->bytes += bytes;
-    if (a->counted) {
-        out->bound = bound_of(a, m, &m->sums, m->largest);
-    } else {
-        const struct sums sums = expected(a, m);
-        out->bound = bound_of(a, m, &sums, m->range.extent);
-    }
+    struct sums s = m->sums;
+    for (int64_t i = 0; a->counted == 0 && i < a->params.frame_count; i++)
+        if (a->weight[i] != 0.0)
+            count_weight(&m->rules, a->weight[i], &s);
+    out->bound = bound_of(&m->rules, &s, a->counted ? m->largest : m->rules.range.extent);
+}
+
+// ---- states -------------------------------------------------------------------------------------
+
+static enum weft_result save(weft_accumulator *a, weft_state *state)
+{
+    const struct method *m = a->own;
+    size_t bytes;
+    const void *values = weft_accum_buffer_values(m->buffer, &bytes);
+    weft_state_put(state, &m->sums, sizeof m->sums);
+    weft_state_put(state, &m->largest, sizeof m->largest);
+    weft_state_put(state, values, bytes);
+    return WEFT_OK;
+}
+
+static enum weft_result load(weft_accumulator *a, weft_state *state)
+{
+    struct method *m = a->own;
+    size_t bytes;
+    void *values = weft_accum_buffer_values(m->buffer, &bytes);
+    weft_state_take(state, &m->sums, sizeof m->sums);
+    weft_state_take(state, &m->largest, sizeof m->largest);
+    weft_state_take(state, values, bytes);
+    return WEFT_OK;
 }
 
 const struct weft_accumulate_way weft_accumulate_buffer = {
@@ -212,5 +244,8 @@ const struct weft_accumulate_way weft_accumulate_buffer = {
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .expect = expect,
     .report = report,
+    .save = save,
+    .load = load,
 };

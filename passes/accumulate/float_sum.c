@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "passes/accumulate/blend_target.h"
+#include "passes/accumulate/sums/state.h"
 
 struct progress {
     double sum;       // of the weights, scaled
@@ -21,8 +22,8 @@ struct progress {
 
 struct method {
     weft_blend_target *target;
-    int exponent; // weights are scaled by 2^-exponent
-    bool scaled;  // by the largest weight, or if they are not known by the first one
+    int32_t exponent; // weights are scaled by 2^-exponent,
+    int32_t scaled;   // 1: by the largest weight, or if they are not known by the first one
     struct progress progress;
     double largest; // |v| so far
 };
@@ -32,9 +33,9 @@ struct method {
 #define ULP 0x1p-23
 
 // A product is w v rounded, of a w that is rounded, and of a v that may be an integer.
-static float count_weight(const struct method *m, double weight, struct progress *s)
+static float count_weight(int32_t exponent, double weight, struct progress *s)
 {
-    const double scaled = ldexp(weight, -m->exponent);
+    const double scaled = ldexp(weight, -exponent);
     const float used = (float)scaled;
     const double change = fabs((double)used - scaled);
     s->sum += scaled;
@@ -55,13 +56,13 @@ static double bound_of(const struct progress *s, double largest)
     return (s->error * largest + smallest + result) / fabs(s->sum) * (1.0 + 0x1p-20) + 0x1p-140;
 }
 
-static struct progress expected(const weft_accumulator *a, const struct method *m)
+static double expect(const struct weft_accumulator_params *p, int64_t frames)
 {
+    const struct weft_value_range range = weft_value_range_of(p);
     struct progress s = {0};
-    for (int64_t i = 0; i < a->params.frame_count; i++)
-        if (a->weight[i] != 0.0)
-            count_weight(m, a->weight[i], &s);
-    return s;
+    for (int64_t i = 0; i < frames; i++)
+        count_weight(0, 1.0, &s);
+    return bound_of(&s, range.extent);
 }
 
 // A scale by which weights lie in [1, 2).
@@ -130,14 +131,14 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
         return res;
     if (!m->scaled)
         m->exponent = exponent_of(weight);
-    m->scaled = true;
+    m->scaled = 1;
     res = check_sum(a, m, weight, largest);
     if (res != WEFT_OK)
         return res;
     const struct weft_blend_step step = {
         .operation = WEFT_BLEND_SUM,
         .constant = 1.0f,
-        .weight = count_weight(m, weight, &m->progress),
+        .weight = count_weight(m->exponent, weight, &m->progress),
     };
     m->largest = fmax(m->largest, largest);
     return weft_blend_target_add(a, m->target, frame, &step);
@@ -157,15 +158,34 @@ static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_
 static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
 {
     const struct method *m = a->own;
+    const bool begun = m->progress.count > 0.0;
     struct progress s = m->progress;
-    double largest = m->largest;
     weft_blend_target_report(a, m->target, out);
-    if (s.count == 0.0) {
-        s = expected(a, m);
-        largest = weft_blend_target_range(m->target)->extent;
-    }
-    out->bound = bound_of(&s, largest);
+    for (int64_t i = 0; !begun && i < a->params.frame_count; i++)
+        if (a->weight[i] != 0.0)
+            count_weight(m->exponent, a->weight[i], &s);
+    out->bound = bound_of(&s, begun ? m->largest : weft_blend_target_range(m->target)->extent);
     out->weight_change = s.change;
+}
+
+static enum weft_result save(weft_accumulator *a, weft_state *state)
+{
+    const struct method *m = a->own;
+    weft_state_put(state, &m->exponent, sizeof m->exponent);
+    weft_state_put(state, &m->scaled, sizeof m->scaled);
+    weft_state_put(state, &m->progress, sizeof m->progress);
+    weft_state_put(state, &m->largest, sizeof m->largest);
+    return weft_blend_target_save(a, m->target, state);
+}
+
+static enum weft_result load(weft_accumulator *a, weft_state *state)
+{
+    struct method *m = a->own;
+    weft_state_take(state, &m->exponent, sizeof m->exponent);
+    weft_state_take(state, &m->scaled, sizeof m->scaled);
+    weft_state_take(state, &m->progress, sizeof m->progress);
+    weft_state_take(state, &m->largest, sizeof m->largest);
+    return weft_blend_target_load(a, m->target, state);
 }
 
 const struct weft_accumulate_way weft_accumulate_float = {
@@ -175,5 +195,8 @@ const struct weft_accumulate_way weft_accumulate_float = {
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .expect = expect,
     .report = report,
+    .save = save,
+    .load = load,
 };

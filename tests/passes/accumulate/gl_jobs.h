@@ -4,6 +4,7 @@
 #ifndef WEFT_TESTS_PASSES_ACCUMULATE_GL_JOBS_H
 #define WEFT_TESTS_PASSES_ACCUMULATE_GL_JOBS_H
 
+#include "passes/accumulate/accumulate_impl.h"
 #include "tests/passes/accumulate/frames.h"
 #include "tests/support/contexts.h"
 
@@ -79,6 +80,30 @@ static inline double compare_runs(const struct gl_job *j, const struct frames *f
     return worst;
 }
 
+// Every run goes on from the state of the next one, on GL or emulated.
+static inline void pass_states_on(const struct gl_job *j, const struct frames *f, int count,
+                                  weft_accumulator *runs[RUNS])
+{
+    weft_accumulator *next[RUNS];
+    struct weft_accumulator_report before, after;
+    assert_int_equal(create_runs(j, f, next), count);
+    for (int r = 0; r < count; r++) {
+        void *state = NULL;
+        size_t size = 0;
+        assert_int_equal(weft_accumulator_save(runs[(r + 1) % count], &state, &size), WEFT_OK);
+        assert_int_equal(weft_accumulator_load(next[r], state, size), WEFT_OK);
+        weft_accumulator_get_report(runs[r], &before);
+        weft_accumulator_get_report(next[r], &after);
+        assert_true(before.bound == after.bound && before.counted == after.counted &&
+                    before.weight_change == after.weight_change);
+        free(state);
+    }
+    for (int r = 0; r < count; r++) {
+        weft_accumulator_destroy(&runs[r]);
+        runs[r] = next[r];
+    }
+}
+
 // Runs a job; returns its largest error / bound.
 static inline double run_gl_job(const struct gl_job *j, uint64_t seed)
 {
@@ -92,6 +117,11 @@ static inline double run_gl_job(const struct gl_job *j, uint64_t seed)
     weft_accumulator_get_report(runs[0], &report);
     assert_true(j->known ? isfinite(report.bound) : isinf(report.bound));
     const double predicted = report.bound;
+    const struct weft_accumulator_params params = gl_job_params(j, &f);
+    const double expected = runs[0]->way->expect(&params, j->n);
+    assert_true(expected > 0.0 && isfinite(expected));
+    if (j->known && j->weighing == EQUAL)
+        assert_near(expected, predicted, 1e-9 * predicted, "the bound that is expected");
     for (int k = 0; k < j->n; k++) {
         for (int r = 0; r < count; r++)
             assert_int_equal(
@@ -99,6 +129,8 @@ static inline double run_gl_job(const struct gl_job *j, uint64_t seed)
                     runs[r], &(struct weft_frame){.plane = &f.plane[k * j->channels]}, f.weight[k]),
                 WEFT_OK);
         sum_frame(&f, k);
+        if (k == j->n / 2)
+            pass_states_on(j, &f, count, runs);
         if (k % 5 && k != j->n - 1)
             continue;
         const double error = compare_runs(j, &f, count, runs);

@@ -13,6 +13,7 @@
 #define GL_GLEXT_PROTOTYPES // for their types
 #include <GL/osmesa.h>
 
+#include "passes/accumulate/accumulate_impl.h"
 #include "passes/accumulate/buffer.h"
 #include "tests/passes/accumulate/frames.h"
 
@@ -389,43 +390,70 @@ struct job {
     double low, high;
 };
 
-// Largest error / bound, of every prefix that is looked at.
-static double run_job(const struct job *j, uint64_t seed)
+enum { JOB_WIDTH = 9, JOB_HEIGHT = 5, JOB_CHANNELS = 2, JOB_PIXELS = JOB_WIDTH * JOB_HEIGHT };
+
+static weft_accumulator *create_job(const struct job *j, const struct frames *f)
 {
-    enum { W = 9, H = 5, CHANNELS = 2 };
-    struct frames f;
-    float out[W * H];
-    double worst = 0.0;
     weft_accumulator *a = NULL;
-    struct weft_accumulator_report report;
-    make_frames(&f, j->n, CHANNELS, W * H, j->type, j->low, j->high, seed);
-    weigh_frames(&f, j->weighing, seed + 1);
     assert_int_equal(
         weft_accumulator_create(
-            weft_accumulator_params(.width = W, .height = H, .channel_count = CHANNELS,
-                                    .method = WEFT_ACCUMULATE_BUFFER, .bits = j->bits,
-                                    .rounding =
-                                        j->truncate ? WEFT_TREE_TRUNCATE : WEFT_TREE_NEAREST,
-                                    .frame_count = j->known ? j->n : 0,
-                                    .weight = j->known ? f.weight : NULL, .low = j->low,
-                                    .high = j->high, .log = &log_to_stderr),
+            weft_accumulator_params(
+                    .width = JOB_WIDTH, .height = JOB_HEIGHT, .channel_count = JOB_CHANNELS,
+                    .method = WEFT_ACCUMULATE_BUFFER, .bits = j->bits,
+                    .rounding = j->truncate ? WEFT_TREE_TRUNCATE : WEFT_TREE_NEAREST,
+                    .frame_count = j->known ? j->n : 0, .weight = j->known ? f->weight : NULL,
+                    .low = j->low, .high = j->high, .log = &log_to_stderr),
             &a),
         WEFT_OK);
+    return a;
+}
+
+// Goes on from its own state.
+static void pass_state_on(const struct job *j, const struct frames *f, weft_accumulator **a)
+{
+    void *state = NULL;
+    size_t size = 0;
+    weft_accumulator *next = create_job(j, f);
+    assert_int_equal(weft_accumulator_save(*a, &state, &size), WEFT_OK);
+    assert_int_equal(weft_accumulator_load(next, state, size), WEFT_OK);
+    free(state);
+    weft_accumulator_destroy(a);
+    *a = next;
+}
+
+// Largest error / bound, of every prefix that is looked at; another run goes through a state.
+static double run_job(const struct job *j, uint64_t seed)
+{
+    struct frames f;
+    float out[2][JOB_PIXELS];
+    double worst = 0.0;
+    struct weft_accumulator_report report;
+    make_frames(&f, j->n, JOB_CHANNELS, JOB_PIXELS, j->type, j->low, j->high, seed);
+    weigh_frames(&f, j->weighing, seed + 1);
+    weft_accumulator *a = create_job(j, &f), *resumed = create_job(j, &f);
     weft_accumulator_get_report(a, &report);
     assert_true(j->known ? isfinite(report.bound) : isinf(report.bound));
     const double predicted = report.bound;
+    const double expected = a->way->expect(&a->params, j->n);
+    if (j->known && j->weighing == EQUAL)
+        assert_near(expected, predicted, 1e-9 * predicted, "the bound that is expected");
     for (int k = 0; k < j->n; k++) {
-        assert_int_equal(weft_accumulator_add(
-                             a, &(struct weft_frame){.plane = &f.plane[k * CHANNELS]}, f.weight[k]),
-                         WEFT_OK);
+        const struct weft_frame frame = {.plane = &f.plane[k * JOB_CHANNELS]};
+        assert_int_equal(weft_accumulator_add(a, &frame, f.weight[k]), WEFT_OK);
+        assert_int_equal(weft_accumulator_add(resumed, &frame, f.weight[k]), WEFT_OK);
         sum_frame(&f, k);
+        if (k == j->n / 2)
+            pass_state_on(j, &f, &resumed);
         if (k % 7 && k != j->n - 1)
             continue;
         weft_accumulator_get_report(a, &report);
-        for (int c = 0; c < CHANNELS; c++) {
-            assert_int_equal(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, c, out, 0),
+        for (int c = 0; c < JOB_CHANNELS; c++) {
+            assert_int_equal(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, c, out[0], 0),
                              WEFT_OK);
-            const double error = mean_error(&f, c, out);
+            assert_int_equal(weft_accumulator_current(resumed, WEFT_ACCUMULATED_MEAN, c, out[1], 0),
+                             WEFT_OK);
+            assert_memory_equal(out[0], out[1], sizeof out[0]);
+            const double error = mean_error(&f, c, out[0]);
             if (!(error <= report.bound))
                 fail_msg("%d of %d frames, %d bits, weighing %d%s: error %g, bound %g", k + 1, j->n,
                          j->bits, (int)j->weighing, j->known ? "" : ", not known", error,
@@ -439,6 +467,7 @@ static double run_job(const struct job *j, uint64_t seed)
     if (j->known)
         assert_true(report.bound <= predicted * 1.0001);
     weft_accumulator_destroy(&a);
+    weft_accumulator_destroy(&resumed);
     free_frames(&f);
     return worst;
 }
