@@ -57,12 +57,23 @@ static double *copy_weights(const struct accumulate_job *job)
     return weight;
 }
 
-// Frames that may be left out make running means of all methods that know all weights beforehand.
-static enum weft_result create_accumulator(struct accumulate_job *job)
+// Whether which frames will come is said beforehand. Where some may be left out, methods that make
+// use of it keep running means. Where others may come in a later run, those that need not know are
+// not told.
+static bool is_known(const struct accumulate_job *job)
+{
+    const struct option_value *o = job->option;
+    const enum weft_accumulate_method method = job->request.method;
+    const bool grows = job->joins || o[ACCUMULATE_RESUME].given;
+    return !o[ACCUMULATE_SKIP_BAD].given && !o[ACCUMULATE_UNTIL].given &&
+           !(grows && method != WEFT_ACCUMULATE_BLEND && method != WEFT_ACCUMULATE_BUFFER);
+}
+
+enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator **out)
 {
     const struct option_value *o = job->option;
     const struct accumulate_request *r = &job->request;
-    const bool known = !o[ACCUMULATE_SKIP_BAD].given && !o[ACCUMULATE_UNTIL].given;
+    const bool known = is_known(job);
     double *weight = copy_weights(job);
     if (!weight) {
         report_error("out of memory for %lld weights", (long long)job->counting);
@@ -83,7 +94,7 @@ static enum weft_result create_accumulator(struct accumulate_job *job)
         .high = r->high,
         .max_error = r->max_error,
         .nonfinite = r->nonfinite,
-        .keep = o[ACCUMULATE_STDERR].given || o[ACCUMULATE_UNTIL].given ? WEFT_KEEP_VARIANCE : 0,
+        .keep = job->keeps_variance ? WEFT_KEEP_VARIANCE : 0,
         .batch = r->batch,
         .context = job->context,
         .emulate = o[ACCUMULATE_EMULATE].given || o[ACCUMULATE_EXPLAIN].given,
@@ -92,7 +103,7 @@ static enum weft_result create_accumulator(struct accumulate_job *job)
     };
     for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
         params.level_branching[i] = r->level_branching[i];
-    const enum weft_result res = weft_accumulator_create(&params, &job->accumulator);
+    const enum weft_result res = weft_accumulator_create(&params, out);
     free(weight);
     return res;
 }
@@ -110,11 +121,14 @@ enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound
 
 enum weft_result accumulate_begin(struct accumulate_job *job)
 {
+    const struct option_value *o = job->option;
+    if (!job->joins)
+        job->keeps_variance = o[ACCUMULATE_STDERR].given || o[ACCUMULATE_UNTIL].given;
     enum weft_result res = check_branching(job);
     if (res == WEFT_OK)
         res = create_context(job);
     if (res == WEFT_OK)
-        res = create_accumulator(job);
+        res = accumulate_create(job, &job->accumulator);
     if (res != WEFT_OK) {
         job->over_budget = res == WEFT_ERR_UNSUPPORTED && job->request.max_error > 0.0 &&
                            job->request.method == WEFT_ACCUMULATE_AUTO;

@@ -144,7 +144,7 @@ static enum weft_result take_over(struct accumulate_job *job, const struct weft_
     const size_t count = frame->image.channel_count;
     const bool all = job->option[ACCUMULATE_AVERAGE_ALL].given;
     job->kind = frame->kind;
-    job->reference = job->sequence[frame->index];
+    job->reference = job->joins ? job->first : job->sequence[frame->index];
     job->channel = calloc(count, sizeof *job->channel);
     job->plane = calloc(count, sizeof *job->plane);
     if (!copy_image(&frame->image, &job->image) || !job->channel || !job->plane) {
@@ -208,11 +208,17 @@ static void warn_of_parts(const struct accumulate_job *job)
                        job->frame[job->reference].path, job->image.part_count, job->image.name);
 }
 
+static const char *name_of(void *priv, int64_t i)
+{
+    const struct accumulate_job *job = priv;
+    return job->joins ? job->substitute : job->frame[job->sequence[i]].path;
+}
+
 // Those that are named are found in the first frame.
 static enum weft_result find_part(struct accumulate_job *job)
 {
     const struct option_value *part = &job->option[ACCUMULATE_PART];
-    const char *path = job->frame[job->sequence[0]].path;
+    const char *path = name_of(job, 0);
     struct weft_image_list list = {0};
     size_t found = 0;
     if (!part->given || parts_number(part->text) >= 0) {
@@ -228,12 +234,6 @@ static enum weft_result find_part(struct accumulate_job *job)
     return res;
 }
 
-static const char *name_of(void *priv, int64_t i)
-{
-    const struct accumulate_job *job = priv;
-    return job->frame[job->sequence[i]].path;
-}
-
 enum weft_result accumulate_look(struct accumulate_job *job)
 {
     const struct weft_image_frame *frame = NULL;
@@ -242,9 +242,9 @@ enum weft_result accumulate_look(struct accumulate_job *job)
     enum weft_result res = find_part(job);
     if (res == WEFT_OK)
         res = weft_image_sequence_create(
-            weft_image_sequence_params(.count = job->counting, .name = name_of, .priv = job,
-                                       .readers = 1, .memory_bytes = 1, .part = job->request.part,
-                                       .log = report_log()),
+            weft_image_sequence_params(.count = job->joins ? 1 : job->counting, .name = name_of,
+                                       .priv = job, .readers = 1, .memory_bytes = 1,
+                                       .part = job->request.part, .log = report_log()),
             &sequence);
     while (res == WEFT_OK) {
         res = weft_image_sequence_next(sequence, &frame);
@@ -307,8 +307,8 @@ static enum weft_result match_windows(const struct accumulate_job *job,
     return WEFT_ERR_FORMAT;
 }
 
-// The wider of two types; integers among others are floats.
-static enum weft_pixel_type wider(enum weft_pixel_type a, enum weft_pixel_type b)
+// Integers among others are floats.
+enum weft_pixel_type accumulate_wider(enum weft_pixel_type a, enum weft_pixel_type b)
 {
     return a == b ? a : WEFT_PIXEL_FLOAT;
 }
@@ -348,7 +348,7 @@ void accumulate_widen(struct accumulate_job *job, const struct weft_image *image
 {
     for (size_t c = 0; c < job->image.channel_count; c++) {
         const size_t at = accumulate_find_channel(image, job->image.channels[c].name);
-        job->channel[c].widest = wider(job->channel[c].widest, image->channels[at].type);
+        job->channel[c].widest = accumulate_wider(job->channel[c].widest, image->channels[at].type);
     }
 }
 
@@ -386,4 +386,35 @@ enum weft_result accumulate_copy(struct accumulate_job *job, const struct weft_i
             copy_integers(plane, &job->image, channel->integers);
     }
     return WEFT_OK;
+}
+
+static const char *name_of_first(void *priv, int64_t i)
+{
+    const struct accumulate_job *job = priv;
+    (void)i;
+    return job->joins ? job->substitute : job->frame[job->first].path;
+}
+
+enum weft_result accumulate_copy_again(struct accumulate_job *job)
+{
+    const struct weft_image_frame *frame = NULL;
+    weft_image_sequence *sequence = NULL;
+    if (job->averaged_count == (int)job->image.channel_count)
+        return WEFT_OK;
+    enum weft_result res = weft_image_sequence_create(
+        weft_image_sequence_params(.count = 1, .name = name_of_first, .priv = job, .readers = 1,
+                                   .part = job->request.part, .log = report_log()),
+        &sequence);
+    if (res == WEFT_OK)
+        res = weft_image_sequence_next(sequence, &frame);
+    if (res == WEFT_OK && frame->result != WEFT_OK) {
+        report_error("%s", frame->message);
+        res = frame->result;
+    }
+    if (res == WEFT_OK)
+        res = accumulate_match(job, frame);
+    if (res == WEFT_OK)
+        res = accumulate_copy(job, frame);
+    weft_image_sequence_destroy(&sequence);
+    return res;
 }

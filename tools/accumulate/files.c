@@ -25,11 +25,13 @@ static const char *problem_of(const char *path)
 }
 
 // Names the first that is not there, and tells how many are not.
-static enum weft_result check_frames(const struct accumulate_job *job)
+enum weft_result accumulate_check_frames(struct accumulate_job *job)
 {
     const char *first = NULL;
     char why[ACCUMULATE_TEXT] = "";
     int64_t problems = 0;
+    if (job->joins || job->option[ACCUMULATE_SKIP_BAD].given)
+        return WEFT_OK;
     for (int64_t i = 0; i < job->counting; i++) {
         const char *path = job->frame[job->sequence[i]].path;
         const char *problem = problem_of(path);
@@ -52,9 +54,10 @@ static enum weft_result check_frames(const struct accumulate_job *job)
 
 struct output {
     const char *option, *path;
+    bool goes_on; // from what is there
     struct paths_identity identity;
 };
-enum { OUTPUTS = 3 };
+enum { OUTPUTS = 4 };
 
 static size_t list_outputs(const struct accumulate_job *job, struct output out[OUTPUTS])
 {
@@ -63,13 +66,15 @@ static size_t list_outputs(const struct accumulate_job *job, struct output out[O
         const char *name;
     } outputs[OUTPUTS] = {{ACCUMULATE_OUTPUT, "-o"},
                           {ACCUMULATE_STDERR, "--stderr"},
-                          {ACCUMULATE_PREVIEW, "--preview"}};
+                          {ACCUMULATE_PREVIEW, "--preview"},
+                          {ACCUMULATE_RESUME, "--resume"}};
     size_t count = 0;
     for (int i = 0; i < OUTPUTS; i++) {
         const struct option_value *value = &job->option[outputs[i].option];
         if (value->given)
-            out[count++] =
-                (struct output){outputs[i].name, value->text, paths_identify(value->text)};
+            out[count++] = (struct output){outputs[i].name, value->text,
+                                           outputs[i].option == ACCUMULATE_RESUME,
+                                           paths_identify(value->text)};
     }
     return count;
 }
@@ -86,7 +91,7 @@ static enum weft_result check_input(const struct output *output, size_t count, c
     return WEFT_OK;
 }
 
-static enum weft_result check_outputs(const struct accumulate_job *job)
+enum weft_result accumulate_check_outputs(struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
     struct output output[OUTPUTS];
@@ -103,17 +108,12 @@ static enum weft_result check_outputs(const struct accumulate_job *job)
     }
     for (int64_t i = 0; i < job->frame_count && res == WEFT_OK; i++)
         res = check_input(output, count, job->frame[i].path);
+    for (int i = 0; job->joins && job->operands[i] && res == WEFT_OK; i++)
+        res = check_input(output, count, job->operands[i]);
     if (res == WEFT_OK && o[ACCUMULATE_WEIGHTS].given)
         res = check_input(output, count, o[ACCUMULATE_WEIGHTS].text);
     for (size_t i = 0; i < count && res == WEFT_OK && !o[ACCUMULATE_EXPLAIN].given; i++)
-        res = paths_check_output(output[i].path, o[ACCUMULATE_NO_CLOBBER].given);
-    return res;
-}
-
-enum weft_result accumulate_check_files(struct accumulate_job *job)
-{
-    enum weft_result res = check_outputs(job);
-    if (res == WEFT_OK && !job->option[ACCUMULATE_SKIP_BAD].given)
-        res = check_frames(job);
+        res = paths_check_output(output[i].path,
+                                 o[ACCUMULATE_NO_CLOBBER].given && !output[i].goes_on);
     return res;
 }

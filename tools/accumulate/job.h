@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_ACCUMULATE_JOB_H
 #define WEFT_TOOLS_ACCUMULATE_JOB_H
 
+#include "tools/accumulate/state_file.h"
 #include "tools/common/json.h"
 #include "tools/common/kernels.h"
 #include "tools/common/options.h"
@@ -14,6 +15,8 @@ enum accumulate_option {
     ACCUMULATE_PREVIEW,
     ACCUMULATE_FRAMES,
     ACCUMULATE_SKIP_BAD,
+    ACCUMULATE_RESUME,
+    ACCUMULATE_EVERY,
     ACCUMULATE_PART,
     ACCUMULATE_WEIGHTS,
     ACCUMULATE_METHOD,
@@ -77,7 +80,10 @@ struct accumulate_request {
 struct accumulate_frame {
     char *path;
     double weight;
-    char *problem; // why it was left out by --skip-bad; NULL: it was not
+    char *problem;            // why it was left out by --skip-bad; NULL: it was not
+    bool done;                // it was looked at: added, or left out
+    struct state_stamp stamp; // of its file, then
+    int state;                // of joined states that which has it
 };
 
 // A channel of the frames.
@@ -98,8 +104,21 @@ struct accumulate_decoder {
     bool told_profile;                   // that ICC profiles are not applied
 };
 
+// What --resume needs between its stages. (state.c)
+struct accumulate_kept {
+    struct state_file file; // as it was read, until its sums are taken over
+    char *first;
+    size_t first_size;              // the file of the first frame; NULL: it was not read yet
+    int64_t held;                   // frames that the file holds, added and left out
+    int64_t resumed;                // of these, from an earlier run
+    int64_t saves;                  // in this one
+    double saved_at, cost, seconds; // monotonic; of the last time it was saved, and of all
+    bool warned;                    // that it cannot be
+};
+
 struct accumulate_job {
     const struct option_value *option; // [ACCUMULATE_OPTION_COUNT]
+    const struct option_spec *spec;    // likewise
     const char *const *operands;       // NULL-ended
     struct accumulate_request request;
 
@@ -121,6 +140,19 @@ struct accumulate_job {
     struct accumulate_channel *channel; // [image.channel_count]
     int averaged_count;
     struct weft_plane *plane; // [averaged_count], of the frame that is added
+
+    bool keeps_variance; // of the frames, for --stderr and --until
+    struct accumulate_kept kept;
+    struct {
+        double at;     // monotonic seconds: the mean so far was written, or reading began
+        int64_t added; // of so many frames; 0: not yet
+    } every;
+    unsigned written; // outputs that this run has written, as 1 << option
+    // The operands are states: their options hold, and the first frame's file is the first one's.
+    bool joins;
+    struct option_value adopted[ACCUMULATE_OPTION_COUNT];
+    int substitute_fd;   // + 1; 0: none
+    char substitute[32]; // its path
 
     weft_context *context; // NULL: the method needs none
     weft_accumulator *accumulator;
@@ -161,12 +193,16 @@ enum weft_result accumulate_read_options(struct accumulate_job *job);
 enum weft_result accumulate_list_frames(struct accumulate_job *job);
 // Their weights. (weights.c)
 enum weft_result accumulate_set_weights(struct accumulate_job *job);
-// That frames are there, and outputs can be written and are no inputs. (files.c)
-enum weft_result accumulate_check_files(struct accumulate_job *job);
+// That outputs can be written and are no inputs. (files.c)
+enum weft_result accumulate_check_outputs(struct accumulate_job *job);
+// That frames are there. (files.c)
+enum weft_result accumulate_check_frames(struct accumulate_job *job);
 // What frames have in common, by the first readable one. (channels.c)
 enum weft_result accumulate_look(struct accumulate_job *job);
 // The accumulator for them, and a context where it needs one. (begin.c)
 enum weft_result accumulate_begin(struct accumulate_job *job);
+// Another accumulator for them.
+enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator **out);
 // Adds all frames from job->next on. (read.c)
 enum weft_result accumulate_read(struct accumulate_job *job);
 // The mean so far as job->result: may be called at any time after the first frame was added, again
@@ -193,8 +229,11 @@ enum weft_result accumulate_match(const struct accumulate_job *job,
                                   const struct weft_image_frame *frame);
 // Takes over the types of a frame that counts.
 void accumulate_widen(struct accumulate_job *job, const struct weft_image *image);
+enum weft_pixel_type accumulate_wider(enum weft_pixel_type a, enum weft_pixel_type b);
 // Copies the channels that are not averaged, once. Returns WEFT_ERR_MEMORY.
 enum weft_result accumulate_copy(struct accumulate_job *job, const struct weft_image_frame *frame);
+// The same of the first frame that was added, by an earlier run.
+enum weft_result accumulate_copy_again(struct accumulate_job *job);
 
 // Fills job->plane from a frame that matches: its own planes, or what they stand for. Returns
 // WEFT_ERR_UNSUPPORTED (a transfer function) or WEFT_ERR_MEMORY. (transfer.c)
@@ -209,6 +248,8 @@ const char *accumulate_transfer_text(const struct accumulate_transfer *transfer,
 // an error line. (begin.c)
 enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound);
 
+// Whether what has the output's name already is kept: not what this run has written.
+bool accumulate_keeps(const struct accumulate_job *job, enum accumulate_option output);
 // In colour where there are R, G and B. (preview.c)
 enum weft_result accumulate_save_preview(struct accumulate_job *job);
 

@@ -242,6 +242,8 @@ static enum weft_result warn_of_repeats(const struct accumulate_job *job)
 
 enum weft_result accumulate_list_frames(struct accumulate_job *job)
 {
+    if (job->joins)
+        return WEFT_OK;
     enum weft_result res = check_operands(job);
     for (const char *const *operand = job->operands; res == WEFT_OK && *operand; operand++)
         res = strcmp(*operand, "-") == 0 ? add_list(job)

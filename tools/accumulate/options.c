@@ -70,9 +70,9 @@ const char *accumulate_conflict(const struct accumulate_job *job, char text[ACCU
         return "--batch is of the standard error: it needs --stderr or --until";
     if (!is_given(job, ACCUMULATE_OUTPUT) && !is_given(job, ACCUMULATE_STDERR) &&
         !is_given(job, ACCUMULATE_PREVIEW) && !is_given(job, ACCUMULATE_EXPLAIN) &&
-        !is_given(job, ACCUMULATE_JSON))
-        return "nothing to do: give -o OUT.exr, --stderr OUT.exr, --preview OUT.png, --json or "
-               "--explain";
+        !is_given(job, ACCUMULATE_JSON) && !is_given(job, ACCUMULATE_RESUME))
+        return "nothing to do: give -o OUT.exr, --stderr OUT.exr, --preview OUT.png, --resume "
+               "STATE, --json or --explain";
     return method_conflict(job, text);
 }
 

@@ -19,6 +19,11 @@ static const float *grey_plane(const struct accumulate_job *job)
     return plane;
 }
 
+bool accumulate_keeps(const struct accumulate_job *job, enum accumulate_option output)
+{
+    return job->option[ACCUMULATE_NO_CLOBBER].given && !(job->written & 1u << output);
+}
+
 enum weft_result accumulate_save_preview(struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
@@ -26,7 +31,8 @@ enum weft_result accumulate_save_preview(struct accumulate_job *job)
     const struct preview_options options = {.preview = o[ACCUMULATE_PREVIEW].text,
                                             .range = &o[ACCUMULATE_RANGE],
                                             .colour_map = &o[ACCUMULATE_COLOUR_MAP],
-                                            .no_clobber = o[ACCUMULATE_NO_CLOBBER].given};
+                                            .no_clobber =
+                                                accumulate_keeps(job, ACCUMULATE_PREVIEW)};
     struct weft_colour_preview_params colour = {
         .path = options.preview,
         .no_clobber = options.no_clobber,
@@ -38,15 +44,20 @@ enum weft_result accumulate_save_preview(struct accumulate_job *job)
         .threads = job->request.threads,
         .log = report_log(),
     };
-    if (!colour.red || !colour.green || !colour.blue || job->request.colour_map)
-        return preview_save(&options, job->request.colour_map, image->width, image->height,
-                            grey_plane(job), job->preview_range);
-    if (options.range->given) {
-        colour.low = (float)options.range->number[0];
-        colour.high = (float)options.range->number[1];
+    enum weft_result res;
+    if (!colour.red || !colour.green || !colour.blue || job->request.colour_map) {
+        res = preview_save(&options, job->request.colour_map, image->width, image->height,
+                           grey_plane(job), job->preview_range);
+    } else {
+        if (options.range->given) {
+            colour.low = (float)options.range->number[0];
+            colour.high = (float)options.range->number[1];
+        }
+        report_stage("writing", options.preview);
+        job->preview_range[0] = colour.low;
+        job->preview_range[1] = options.range->given ? colour.high : 1.0f;
+        res = weft_colour_preview_save(&colour);
     }
-    report_stage("writing", options.preview);
-    job->preview_range[0] = colour.low;
-    job->preview_range[1] = options.range->given ? colour.high : 1.0f;
-    return weft_colour_preview_save(&colour);
+    job->written |= res == WEFT_OK ? 1u << ACCUMULATE_PREVIEW : 0;
+    return res;
 }

@@ -5,23 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/accumulate/job.h"
+#include "tools/accumulate/every.h"
+#include "tools/accumulate/state.h"
 #include "tools/common/report.h"
 
 // ---- told ---------------------------------------------------------------------------------------
-
-static void set_last_words(const struct accumulate_job *job)
-{
-    report_set_last_words("weft: ended after %lld of %lld frames, nothing is written",
-                          (long long)job->next, (long long)job->counting);
-}
 
 // Returns false once an interrupt that was deferred has come.
 static bool show_progress(struct accumulate_job *job)
 {
     snprintf(job->doing, sizeof job->doing, "frame %lld of %lld", (long long)job->next,
              (long long)job->counting);
-    set_last_words(job);
+    state_set_last_words(job);
     return report_progress(job->doing)->report(NULL, (double)job->next / (double)job->counting);
 }
 
@@ -153,21 +148,34 @@ static enum weft_result take_frame(struct accumulate_job *job, const struct weft
         accumulate_widen(job, &frame->image);
         job->first = job->first < 0 ? job->sequence[job->next] : job->first;
         job->added++;
+        named->stamp = (struct state_stamp){(int64_t)frame->file_bytes, frame->changed_ns};
     } else if (job->option[ACCUMULATE_SKIP_BAD].given && is_bad(res)) {
+        named->stamp = state_file_stamp(named->path);
         res = skip(job, named);
     }
+    named->done = res == WEFT_OK;
     job->next += res == WEFT_OK;
     return res;
 }
 
-// Now and then, at numbers of frames that depend on nothing else: after the least number, and
-// whenever a sixteenth has come on top.
+// Numbers of frames that depend on nothing else: the least one, and whenever a sixteenth has come
+// on top.
+static int64_t next_judged(const struct accumulate_job *job)
+{
+    const int64_t least = job->request.until.least ? job->request.until.least : 16;
+    return job->judged < least ? least : job->judged + job->judged / 16 + 1;
+}
+
+// Of frames that an earlier run has added: all that was judged but for the last, which may end it.
+static void remember_judged(struct accumulate_job *job)
+{
+    for (int64_t next; (next = next_judged(job)) < job->added;)
+        job->judged = next;
+}
+
 static enum weft_result judge(struct accumulate_job *job)
 {
-    const struct weft_until *until = &job->request.until;
-    const int64_t least = until->least ? until->least : 16;
-    if (!job->option[ACCUMULATE_UNTIL].given || job->added < least ||
-        job->added < job->judged + job->judged / 16 + 1)
+    if (!job->option[ACCUMULATE_UNTIL].given || job->added < next_judged(job))
         return WEFT_OK;
     const double start = report_now_seconds();
     const enum weft_result res = WEFT_ERR_UNSUPPORTED; // until weft_accumulator_judge is there
@@ -188,25 +196,44 @@ static enum weft_result read_next(struct accumulate_job *job, weft_image_sequenc
         return WEFT_ERR_CANCELLED;
     enum weft_result res = weft_image_sequence_next(sequence, &frame);
     job->read_seconds += report_now_seconds() - start;
-    if (res != WEFT_OK || !frame)
-        return res;
-    res = take_frame(job, frame);
-    if (res == WEFT_OK)
+    *more = frame || res == WEFT_ERR_CANCELLED;
+    if (res == WEFT_ERR_CANCELLED) // the mean was asked for: the same frame comes the next time
+        res = WEFT_OK;
+    else if (frame)
+        res = take_frame(job, frame);
+    if (res == WEFT_OK && frame)
         res = judge(job);
-    *more = !job->stopped;
+    if (res == WEFT_OK && every_is_due(job))
+        every_write(job);
+    if (res == WEFT_OK && frame)
+        state_save_now_and_then(job);
+    *more = *more && !job->stopped;
     return res;
+}
+
+static bool asks_for_mean(void *priv)
+{
+    return every_is_due(priv);
 }
 
 static enum weft_result read_all(struct accumulate_job *job)
 {
     weft_image_sequence *sequence = NULL;
-    bool more = job->next < job->counting;
-    if (!more)
-        return WEFT_OK;
+    enum weft_result res = WEFT_OK;
+    every_begin(job);
+    if (job->added > 0) {
+        remember_judged(job);
+        res = accumulate_copy_again(job);
+        if (res == WEFT_OK && !job->joins)
+            res = judge(job);
+    }
+    bool more = job->next < job->counting && !job->stopped;
+    if (!more || res != WEFT_OK)
+        return res;
     job->begun = job->next;
-    enum weft_result res = weft_image_sequence_create(
+    res = weft_image_sequence_create(
         weft_image_sequence_params(.count = job->counting - job->begun, .name = name_of,
-                                   .priv = job,
+                                   .stop = asks_for_mean, .priv = job,
                                    .readers = job->request.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
                                                   ? job->request.threads
                                                   : WEFT_IMAGE_SEQUENCE_MAX_READERS,

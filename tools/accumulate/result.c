@@ -162,12 +162,13 @@ static void warn_of_losses(const struct accumulate_job *job)
         report_warning("%s: not kept: tiles (lines are written)", path);
 }
 
-static enum weft_result save(const struct accumulate_job *job, const struct weft_image *image,
-                             const char *path, struct weft_image_save_report *saved)
+static enum weft_result save(struct accumulate_job *job, const struct weft_image *image,
+                             enum accumulate_option option, struct weft_image_save_report *saved)
 {
+    const char *path = job->option[option].text;
     const struct weft_image_save_params params = {
         .path = path,
-        .no_clobber = job->option[ACCUMULATE_NO_CLOBBER].given,
+        .no_clobber = accumulate_keeps(job, option),
         .threads = job->request.threads,
         .progress = report_writing(path),
         .log = report_log(),
@@ -175,6 +176,7 @@ static enum weft_result save(const struct accumulate_job *job, const struct weft
     const enum weft_result res = weft_image_save_parts(image, 1, &params, saved);
     if (res == WEFT_OK)
         saved_warn(path, saved);
+    job->written |= res == WEFT_OK ? 1u << option : 0;
     return res;
 }
 
@@ -186,9 +188,9 @@ enum weft_result accumulate_save(struct accumulate_job *job)
     if (o[ACCUMULATE_OUTPUT].given)
         warn_of_losses(job);
     if (o[ACCUMULATE_OUTPUT].given)
-        res = save(job, &job->result, o[ACCUMULATE_OUTPUT].text, &job->saved);
+        res = save(job, &job->result, ACCUMULATE_OUTPUT, &job->saved);
     if (res == WEFT_OK && o[ACCUMULATE_STDERR].given)
-        res = save(job, &job->error, o[ACCUMULATE_STDERR].text, &job->error_saved);
+        res = save(job, &job->error, ACCUMULATE_STDERR, &job->error_saved);
     if (res == WEFT_OK && o[ACCUMULATE_PREVIEW].given)
         res = accumulate_save_preview(job);
     job->write_seconds += report_now_seconds() - start;

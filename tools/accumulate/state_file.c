@@ -16,7 +16,7 @@
 enum { FORMAT = 1, BYTE_ORDER_MARK = 0x01020304, ALIGNMENT = 8 };
 static const char magic[8] = {'W', 'E', 'F', 'T', 'M', 'E', 'A', 'N'};
 
-enum part { SETTINGS, FRAMES, FIRST, PROGRESS, SUMS, PARTS };
+enum part { SETTINGS, FRAMES, FIRST, CARRIED, SUMS, PARTS };
 
 // What is checked by itself, and what the checksum is of.
 struct mark {
@@ -31,7 +31,7 @@ struct header {
 struct frame_record {
     int64_t size, changed_ns;
     double weight;
-    uint32_t kind, name_length; // without the NUL that ends it
+    uint32_t name_length, problem_length; // without the NULs that end them
 };
 
 static size_t padding(size_t size)
@@ -86,12 +86,13 @@ static void put_frames(FILE *out, const struct state_content *content)
     static const char zero[ALIGNMENT];
     for (size_t i = 0; i < content->frame_count; i++) {
         const struct state_frame *f = &content->frames[i];
-        const size_t length = strlen(f->name);
-        const struct frame_record record = {f->stamp.size, f->stamp.changed_ns, f->weight, f->kind,
-                                            (uint32_t)length};
+        const size_t name = strlen(f->name), problem = strlen(f->problem);
+        const struct frame_record record = {f->stamp.size, f->stamp.changed_ns, f->weight,
+                                            (uint32_t)name, (uint32_t)problem};
         fwrite(&record, sizeof record, 1, out);
-        fwrite(f->name, length + 1, 1, out);
-        fwrite(zero, padding(length + 1), 1, out);
+        fwrite(f->name, name + 1, 1, out);
+        fwrite(f->problem, problem + 1, 1, out);
+        fwrite(zero, padding(name + problem + 2), 1, out);
     }
 }
 
@@ -146,7 +147,7 @@ enum weft_result state_file_write(const char *path, const struct state_content *
         res = write_parts(path, (struct weft_bytes[]){[SETTINGS] = settings,
                                                       [FRAMES] = frames,
                                                       [FIRST] = content->first,
-                                                      [PROGRESS] = content->progress,
+                                                      [CARRIED] = content->carried,
                                                       [SUMS] = content->sums});
     if (res == WEFT_ERR_MEMORY)
         report_error("%s: out of memory for a state of %zu frames", path, content->frame_count);
@@ -254,13 +255,14 @@ static bool take_frame(const struct weft_bytes *part, size_t *at, struct state_f
         return false;
     memcpy(&r, (const char *)part->data + *at, sizeof r);
     *at += sizeof r;
-    const size_t length = (size_t)r.name_length + 1, room = length + padding(length);
-    const char *name = (const char *)part->data + *at;
-    if (part->size - *at < room || r.kind >= STATE_FRAME_KIND_COUNT ||
-        strnlen(name, length) != r.name_length)
+    const size_t length = (size_t)r.name_length + r.problem_length + 2;
+    const char *name = (const char *)part->data + *at, *problem = name + r.name_length + 1;
+    if (part->size - *at < length + padding(length) ||
+        strnlen(name, r.name_length + 1) != r.name_length ||
+        strnlen(problem, r.problem_length + 1) != r.problem_length)
         return false;
-    *at += room;
-    *out = (struct state_frame){name, {r.size, r.changed_ns}, r.weight, r.kind};
+    *at += length + padding(length);
+    *out = (struct state_frame){name, {r.size, r.changed_ns}, r.weight, problem};
     return true;
 }
 
@@ -315,7 +317,7 @@ static enum weft_result read_open(const char *path, FILE *file, uint64_t size,
         res = take_frames(path, &part[FRAMES], out);
     if (res == WEFT_OK) {
         out->content.first = part[FIRST];
-        out->content.progress = part[PROGRESS];
+        out->content.carried = part[CARRIED];
         out->content.sums = part[SUMS];
     }
     return res;

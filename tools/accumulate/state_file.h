@@ -4,9 +4,9 @@
 //     magic "WEFTMEAN", format (uint32), byte order (uint32), size of the file (uint64),
 //     XXH3 (64 bits) of all that follows, weft's version (32 bytes), sizes of five parts (uint64),
 //     settings  name and value of each, all ended by NUL, after the folder in which weft was run
-//     frames    of each size, time, weight, kind, length of the name, the name
-//     template  the file of the first frame, as it was
-//     progress  what the command carries from frame to frame
+//     frames    of each size, time, weight, lengths of name and problem, and these two
+//     first     the file of the first frame that was added, as it was
+//     carried   what the command carries from frame to frame (settings.h)
 //     sums      weft_accumulator_save's bytes
 // Each part starts at a multiple of 8 bytes.
 #ifndef WEFT_TOOLS_ACCUMULATE_STATE_FILE_H
@@ -19,13 +19,6 @@ struct state_setting {
     const char *name, *value; // "--method", "exact"
 };
 
-// What became of a frame.
-enum state_frame_kind {
-    STATE_FRAME_COUNTED,
-    STATE_FRAME_WEIGHTLESS, // of weight 0: it was not looked at
-    STATE_FRAME_BAD,        // skipped, with --skip-bad
-    STATE_FRAME_KIND_COUNT
-};
 // What a file was when it was consumed: other bytes under its name are told by these.
 struct state_stamp {
     int64_t size;       // -1: there was no file
@@ -35,7 +28,7 @@ struct state_frame {
     const char *name; // as it was given
     struct state_stamp stamp;
     double weight;
-    enum state_frame_kind kind;
+    const char *problem; // why it was left out, with --skip-bad; "": it was added
 };
 
 // All of a state; what it points to is borrowed.
@@ -44,7 +37,7 @@ struct state_content {
     size_t setting_count, frame_count;
     const struct state_setting *settings;
     const struct state_frame *frames; // in the order in which they were given
-    struct weft_bytes first, progress, sums;
+    struct weft_bytes first, carried, sums;
 };
 
 // Returns whether the file is a state, by its magic. Names of what is no file are none.

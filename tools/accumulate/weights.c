@@ -232,6 +232,8 @@ static enum weft_result check_negative(const struct accumulate_job *job)
 enum weft_result accumulate_set_weights(struct accumulate_job *job)
 {
     const struct option_value *weights = &job->option[ACCUMULATE_WEIGHTS];
+    if (job->joins)
+        return sum_up(job);
     snprintf(job->weights.text, sizeof job->weights.text, "%s",
              weights->given ? weights->text : "uniform");
     enum weft_result res = set_by_text(job, job->weights.text);

@@ -10,7 +10,7 @@
 static const int ending_signals[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGPIPE,   SIGALRM, SIGTERM,
                                      SIGUSR1, SIGUSR2, SIGXCPU, SIGVTALRM, SIGPROF, SIGXFSZ};
 
-static volatile sig_atomic_t child, deferred, due;
+static volatile sig_atomic_t child, deferred, due, noting, requested;
 static void (*clean_up_screen)(void);
 
 static void die(int number)
@@ -27,6 +27,10 @@ static void on_signal(int number)
 {
     if (number == SIGINT && deferred && !due) {
         due = 1;
+        return;
+    }
+    if (number == SIGUSR1 && noting) {
+        requested = 1;
         return;
     }
     if (child)
@@ -69,6 +73,23 @@ void ending_defer_interrupt(void)
 bool ending_is_due(void)
 {
     return due;
+}
+
+void ending_note_requests(void)
+{
+    noting = 1;
+}
+
+bool ending_has_request(void)
+{
+    return requested;
+}
+
+bool ending_take_request(void)
+{
+    const bool had = requested;
+    requested = 0;
+    return had;
 }
 
 void ending_finish(void)

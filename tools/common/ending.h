@@ -27,4 +27,10 @@ void ending_defer_interrupt(void);
 bool ending_is_due(void);
 void ending_finish(void);
 
+// For a verb that tells on request what it has so far: SIGUSR1 is only noted from now on.
+void ending_note_requests(void);
+// Whether one was noted; taking it forgets it.
+bool ending_has_request(void);
+bool ending_take_request(void);
+
 #endif

@@ -2,7 +2,9 @@
 // weft accumulate: the weighted mean of any number of frames.
 #include <stddef.h>
 
-#include "tools/accumulate/job.h"
+#include "tools/accumulate/every.h"
+#include "tools/accumulate/join.h"
+#include "tools/accumulate/state.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
 #include "tools/methods/engine_options.h"
@@ -47,6 +49,20 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                              "go on without frames that are missing, cannot be read, have another "
                              "size or other channels, or values that are refused; the exit code "
                              "is then 3"},
+    [ACCUMULATE_RESUME] =
+        {.name = "resume",
+         0,
+         OPTION_TEXT,
+         "STATE",
+         "keep what was accumulated in this file, saved now and then and at the end, and go on "
+         "from "
+         "it where it is there already: the bytes of one run, whatever ended those before"},
+    [ACCUMULATE_EVERY] = {.name = "every",
+                          0,
+                          OPTION_NUMBER,
+                          "SECONDS",
+                          "write the mean so far into the outputs, so often; SIGUSR1 does it at "
+                          "once"},
     [ACCUMULATE_PART] = {.name = "part",
                          0,
                          OPTION_TEXT,
@@ -171,25 +187,38 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
 
 typedef enum weft_result (*stage)(struct accumulate_job *job);
 
+// A state that cannot be saved costs no result.
+static enum weft_result save(struct accumulate_job *job)
+{
+    const enum weft_result state = state_save(job), res = accumulate_save(job);
+    return res == WEFT_OK ? state : res;
+}
+
 static enum weft_result run_stages(struct accumulate_job *job)
 {
-    static const stage planning[] = {accumulate_read_options,
+    static const stage planning[] = {join_open,
+                                     accumulate_read_options,
+                                     every_check,
                                      accumulate_list_frames,
                                      accumulate_set_weights,
-                                     accumulate_check_files,
+                                     accumulate_check_outputs,
+                                     state_open,
+                                     accumulate_check_frames,
                                      accumulate_look,
                                      accumulate_begin,
+                                     join_take,
+                                     state_take,
                                      NULL};
-    static const stage computing[] = {accumulate_read, accumulate_make_result, accumulate_save,
-                                      NULL};
+    static const stage computing[] = {accumulate_read, accumulate_make_result, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
     job->plan_seconds = report_now_seconds() - job->start;
-    for (const stage *s = computing; *s && res == WEFT_OK && !job->option[ACCUMULATE_EXPLAIN].given;
-         s++)
+    if (job->option[ACCUMULATE_EXPLAIN].given)
+        return res;
+    for (const stage *s = computing; *s && res == WEFT_OK; s++)
         res = (*s)(job);
-    return res;
+    return res == WEFT_OK ? save(job) : res;
 }
 
 static enum weft_result tell(const struct accumulate_job *job)
@@ -208,8 +237,11 @@ static enum weft_result tell(const struct accumulate_job *job)
 
 static int run(const char *const *operands, const struct option_value *values)
 {
-    struct accumulate_job job = {
-        .option = values, .operands = operands, .first = -1, .start = report_now_seconds()};
+    struct accumulate_job job = {.option = values,
+                                 .spec = options,
+                                 .operands = operands,
+                                 .first = -1,
+                                 .start = report_now_seconds()};
     report_set_level(values[ACCUMULATE_QUIET].given, values[ACCUMULATE_VERBOSE].given);
     if (preview_help(&values[ACCUMULATE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
@@ -217,6 +249,8 @@ static int run(const char *const *operands, const struct option_value *values)
     if (res == WEFT_OK)
         res = tell(&job);
     const bool over_budget = job.over_budget, skipped = job.skipped > 0;
+    join_clear(&job);
+    state_clear(&job);
     accumulate_clear(&job);
     const int code = report_finish(res);
     return over_budget ? EXIT_CODE_FAILED : res == WEFT_OK && skipped ? EXIT_CODE_INPUT : code;

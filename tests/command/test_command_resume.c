@@ -1,0 +1,749 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft accumulate --resume: killed at any moment and started again it comes to the same bytes;
+// states that do not fit are refused and stay as they are; halves can be joined; the mean so far is
+// written on request. WEFT_KILLS=N kills N times instead of a few.
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <xxhash.h>
+
+#include "tests/support/command.h"
+#include "weft.h"
+
+enum { FILES = 6, FRAMES = 240, WIDTH = 160, HEIGHT = 120, CHANNELS = 4 };
+enum { MAX_ARGUMENTS = 24 };
+
+static struct command_result result;
+
+// ---- frames and files ---------------------------------------------------------------------------
+
+static uint32_t next_random(uint32_t *seed)
+{
+    *seed ^= *seed << 13;
+    *seed ^= *seed >> 17;
+    *seed ^= *seed << 5;
+    return *seed;
+}
+
+// Half floats from 0 to 1: any method takes them.
+static void make_frame(const char *path, uint32_t seed)
+{
+    static float plane[CHANNELS][WIDTH * HEIGHT];
+    static const char *const names[CHANNELS] = {"A", "B", "G", "R"};
+    struct weft_image_channel channel[CHANNELS] = {{.sampling = {0, 0}}};
+    for (int c = 0; c < CHANNELS; c++) {
+        snprintf(channel[c].name, sizeof channel[c].name, "%s", names[c]);
+        channel[c].type = WEFT_PIXEL_HALF;
+        channel[c].plane = plane[c];
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            plane[c][i] = (float)(next_random(&seed) >> 8) * 0x1p-24f;
+    }
+    const struct weft_image image = {
+        .width = WIDTH, .height = HEIGHT, .channel_count = CHANNELS, .channels = channel};
+    assert_int_equal(weft_image_save(&image, weft_image_save_params(.path = path)), WEFT_OK);
+}
+
+static bool exists(const char *path)
+{
+    return access(path, F_OK) == 0;
+}
+
+static void assert_same_file(const char *a, const char *b)
+{
+    size_t size_a, size_b;
+    char *of_a = command_read_file(a, &size_a), *of_b = command_read_file(b, &size_b);
+    if (size_a != size_b || memcmp(of_a, of_b, size_a) != 0)
+        fail_msg("%s (%zu bytes) and %s (%zu bytes) differ", a, size_a, b, size_b);
+    free(of_a);
+    free(of_b);
+}
+
+static void copy_file(const char *from, const char *to)
+{
+    size_t size;
+    char *bytes = command_read_file(from, &size);
+    command_write_file(to, bytes, size);
+    free(bytes);
+}
+
+static void remove_all(const char *const *paths)
+{
+    for (; *paths; paths++)
+        unlink(*paths);
+}
+
+// Files that only a run that was cut short could have left.
+static int count_hidden(void)
+{
+    int count = 0;
+    DIR *dir = opendir(".");
+    assert_non_null(dir);
+    for (struct dirent *entry; (entry = readdir(dir));)
+        count += entry->d_name[0] == '.' && strcmp(entry->d_name, ".") != 0 &&
+                 strcmp(entry->d_name, "..") != 0;
+    closedir(dir);
+    return count;
+}
+
+// Many names for a few files, and what one run makes of them by each method.
+static const struct method {
+    const char *name, *output, *error; // error: of the standard error; NULL: there is none
+    const char *options[6];
+} methods[] = {
+    {"exact", "exact.exr", "exact_error.exr", {"--stderr", "NEW_ERROR"}},
+    {"weighted", "weighted.exr", NULL, {"--weights", "gauss"}},
+};
+enum { METHODS = sizeof methods / sizeof *methods };
+
+// "weft accumulate l_%04d.exr -o OUT ..." with more up to NULL; names of the standard error's file
+// for NEW_ERROR.
+static void make_command(const char *argv[MAX_ARGUMENTS], const struct method *m, const char *out,
+                         const char *error, const char *const *more)
+{
+    int argc = 0;
+    argv[argc++] = "weft";
+    argv[argc++] = "accumulate";
+    argv[argc++] = "l_%04d.exr";
+    argv[argc++] = "-o";
+    argv[argc++] = out;
+    for (int i = 0; i < 6 && m->options[i]; i++)
+        argv[argc++] = strcmp(m->options[i], "NEW_ERROR") == 0 ? error : m->options[i];
+    for (; *more; more++) {
+        assert_true(argc < MAX_ARGUMENTS - 1);
+        argv[argc++] = *more;
+    }
+    argv[argc] = NULL;
+}
+
+static double seconds_of_a_run; // with a state
+
+static double now_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void succeed(const char *const *argv)
+{
+    command_run_list(&result, argv);
+    if (result.code != 0)
+        fail_msg("%s %s ...: code %d, %s", argv[0], argv[1], result.code, result.err);
+}
+
+static int setup(void **state)
+{
+    if (command_setup_folder(state) != 0)
+        return -1;
+    for (int i = 0; i < FILES; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "f%d.exr", i);
+        make_frame(path, 77 + (uint32_t)i);
+    }
+    for (int i = 0; i < FRAMES; i++) {
+        char path[32], to[32];
+        snprintf(to, sizeof to, "f%d.exr", i % FILES);
+        snprintf(path, sizeof path, "l_%04d.exr", i);
+        if (symlink(to, path) != 0)
+            return -1;
+    }
+    for (size_t i = 0; i < METHODS; i++) {
+        const char *argv[MAX_ARGUMENTS];
+        make_command(argv, &methods[i], methods[i].output, methods[i].error,
+                     (const char *[]){NULL});
+        succeed(argv);
+    }
+    const char *argv[MAX_ARGUMENTS];
+    make_command(argv, &methods[0], "s.exr", "e.exr",
+                 (const char *[]){"--resume", "s.state", NULL});
+    const double start = now_seconds();
+    succeed(argv);
+    seconds_of_a_run = now_seconds() - start;
+    remove_all((const char *[]){"s.exr", "e.exr", "s.state", NULL});
+    return 0;
+}
+
+// ---- killed and started again -------------------------------------------------------------------
+
+static int kill_count(int normally)
+{
+    const char *text = getenv("WEFT_KILLS");
+    return text ? atoi(text) : normally;
+}
+
+static void pause_seconds(double seconds)
+{
+    usleep((useconds_t)(1e6 * seconds));
+}
+
+// Starts it, sends the signal at some moment of its run, and returns whether it died of that.
+static bool run_and_signal(const char *const *argv, int signal, double seconds, int err)
+{
+    const pid_t pid = command_start(-1, err, argv);
+    int status;
+    pause_seconds(seconds);
+    command_signal(pid, signal, &status);
+    if (!WIFSIGNALED(status) && WEXITSTATUS(status) != 0)
+        fail_msg("ended with code %d", WEXITSTATUS(status));
+    return WIFSIGNALED(status);
+}
+
+// How many frames a run that ended by itself found in the state; -1: it does not say.
+static int frames_held(const char *text)
+{
+    int held = -1;
+    const char *at = strstr(text, "s.state holds ");
+    return at && (sscanf(at, "s.state holds all %d", &held) == 1 ||
+                  sscanf(at, "s.state holds %d", &held) == 1)
+               ? held
+               : -1;
+}
+
+static void a_kill_at_any_moment_costs_nothing(void **state)
+{
+    (void)state;
+    uint32_t seed = 5;
+    int killed = 0, saved = 0;
+    for (size_t i = 0; i < METHODS; i++) {
+        const struct method *m = &methods[i];
+        const char *argv[MAX_ARGUMENTS];
+        make_command(argv, m, "new.exr", "new_error.exr",
+                     (const char *[]){"--resume", "s.state", "-v", NULL});
+        for (int k = 0; k < kill_count(6); k++) {
+            const double share = (double)(next_random(&seed) % 1000) / 1000.0;
+            const bool died = run_and_signal(argv, SIGKILL, 0.01 + share * seconds_of_a_run, -1);
+            // Either file is whole or is not there.
+            killed += died;
+            saved += exists("s.state");
+            if (!died)
+                assert_same_file("new.exr", m->output);
+            if (exists("new.exr"))
+                command_succeeds("info", "new.exr");
+            if (k % 4 == 3 || !died)
+                remove_all((const char *[]){"s.state", "new.exr", "new_error.exr", NULL});
+        }
+        succeed(argv);
+        assert_same_file("new.exr", m->output);
+        if (m->error)
+            assert_same_file("new_error.exr", m->error);
+        remove_all((const char *[]){"s.state", "new.exr", "new_error.exr", NULL});
+    }
+    assert_true(killed > 0 && saved > 0);
+}
+
+// With a state in the middle, so that the rest is read by another process.
+static void a_rest_is_added_to_what_is_held(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < METHODS; i++) {
+        const struct method *m = &methods[i];
+        const char *argv[MAX_ARGUMENTS];
+        int held = -1, tries = 0;
+        make_command(argv, m, "new.exr", "new_error.exr",
+                     (const char *[]){"--resume", "s.state", "-v", NULL});
+        while (!exists("s.state") && tries++ < 200)
+            run_and_signal(argv, SIGKILL, 0.02 * tries, -1);
+        assert_false(exists("new.exr"));
+        succeed(argv);
+        held = frames_held(result.err);
+        if (held <= 0 || held >= FRAMES)
+            fail_msg("%s: %d frames were held: %s", m->name, held, result.err);
+        assert_same_file("new.exr", m->output);
+        // All of it is there now: the same command only writes the result.
+        unlink("new.exr");
+        succeed(argv);
+        assert_int_equal(frames_held(result.err), FRAMES);
+        assert_non_null(strstr(result.err, "only the result is written"));
+        assert_same_file("new.exr", m->output);
+        if (m->error)
+            assert_same_file("new_error.exr", m->error);
+        remove_all((const char *[]){"s.state", "new.exr", "new_error.exr", NULL});
+    }
+}
+
+// ---- signals ------------------------------------------------------------------------------------
+
+static char *read_text(const char *path)
+{
+    size_t size;
+    char *text = command_read_file(path, &size);
+    text[size] = 0;
+    return text;
+}
+
+static void interrupts_write_nothing_and_say_how_far_it_came(void **state)
+{
+    (void)state;
+    static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+    int ended = 0, with_state = 0;
+    for (int i = 0; i < 9; i++) {
+        const char *argv[MAX_ARGUMENTS];
+        const bool resumes = i % 3 != 1;
+        make_command(argv, &methods[0], "new.exr", "new_error.exr",
+                     resumes ? (const char *[]){"--resume", "s.state", NULL}
+                             : (const char *[]){NULL});
+        const int before = command_folder_size();
+        const int err = open("messages", O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        if (run_and_signal(argv, signals[i % 3], 0.1 * seconds_of_a_run * (1 + i % 8), err)) {
+            char *text = read_text("messages");
+            assert_int_equal(command_folder_size(), before + 1 + exists("s.state"));
+            if (strstr(text, "of 240 frames")) {
+                ended++;
+                assert_non_null(strstr(text, "weft: ended after "));
+                with_state += exists("s.state") && strstr(text, "s.state holds ");
+                assert_true(!resumes == !strstr(text, "s.state"));
+            }
+            free(text);
+        }
+        close(err);
+        if (exists("s.state")) {
+            succeed(argv);
+            assert_same_file("new.exr", methods[0].output);
+        }
+        remove_all((const char *[]){"s.state", "new.exr", "new_error.exr", "messages", NULL});
+    }
+    assert_true(ended > 0 && with_state > 0);
+}
+
+// Waits for a file of the run; false: the run has ended before.
+static bool wait_for_file(const char *path, pid_t pid)
+{
+    int status;
+    for (int i = 0; i < 1000; i++, pause_seconds(0.005)) {
+        if (exists(path))
+            return true;
+        if (waitid(P_PID, (id_t)pid, &(siginfo_t){.si_pid = 0}, WEXITED | WNOHANG | WNOWAIT) != 0)
+            return false;
+        siginfo_t info = {.si_pid = 0};
+        waitid(P_PID, (id_t)pid, &info, WEXITED | WNOHANG | WNOWAIT);
+        if (info.si_pid == pid)
+            return false;
+    }
+    (void)status;
+    return false;
+}
+
+static void a_request_writes_the_mean_so_far(void **state)
+{
+    (void)state;
+    int written = 0;
+    for (int i = 0; i < 4; i++) {
+        const char *argv[MAX_ARGUMENTS];
+        make_command(argv, &methods[0], "new.exr", "new_error.exr",
+                     (const char *[]){"--preview", "new.png", i % 2 ? "--no-clobber" : NULL, NULL});
+        const int err = open("messages", O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        const pid_t pid = command_start(-1, err, argv);
+        int status;
+        pause_seconds((0.3 + 0.1 * i) * seconds_of_a_run);
+        kill(pid, SIGUSR1);
+        if (wait_for_file("new.png", pid)) {
+            command_succeeds("info", "new.exr");
+            char *text = read_text("messages");
+            written += strstr(text, "its mean is written") != NULL;
+            free(text);
+        }
+        kill(pid, SIGUSR1);
+        assert_int_equal(waitpid(pid, &status, 0), pid);
+        if (status != 0)
+            fail_msg("status %x: %s", (unsigned)status, read_text("messages"));
+        close(err);
+        assert_same_file("new.exr", methods[0].output);
+        assert_same_file("new_error.exr", methods[0].error);
+        remove_all((const char *[]){"new.exr", "new_error.exr", "new.png", "messages", NULL});
+    }
+    assert_true(written > 0);
+}
+
+static void every_so_often_the_mean_is_written(void **state)
+{
+    (void)state;
+    const char *argv[MAX_ARGUMENTS];
+    make_command(argv, &methods[0], "new.exr", "new_error.exr",
+                 (const char *[]){"--every", "0.02", NULL});
+    const pid_t pid = command_start(-1, -1, argv);
+    struct stat st;
+    ino_t last = 0;
+    int status, replaced = 0;
+    while (waitpid(pid, &status, WNOHANG) == 0) {
+        if (stat("new.exr", &st) == 0 && st.st_ino != last) {
+            last = st.st_ino;
+            replaced++;
+        }
+        pause_seconds(0.001);
+    }
+    assert_int_equal(status, 0);
+    if (replaced < 3)
+        fail_msg("the mean was written %d times", replaced);
+    assert_same_file("new.exr", methods[0].output);
+    assert_same_file("new_error.exr", methods[0].error);
+    assert_int_equal(count_hidden(), 0);
+    remove_all((const char *[]){"new.exr", "new_error.exr", NULL});
+    command_fails(2, "must be more than 0", "accumulate", "f0.exr", "-o", "x.exr", "--every", "0");
+    command_fails(2, "must be more than 0", "accumulate", "f0.exr", "-o", "x.exr", "--every=-1");
+    command_fails(2, "which /dev/stdout cannot be", "accumulate", "f0.exr", "-o", "-", "--every",
+                  "1");
+    command_fails(2, "--every needs -o", "accumulate", "f0.exr", "--json", "--every", "1");
+}
+
+// ---- refusals -----------------------------------------------------------------------------------
+
+// The command fails with this line, and the state is as it was.
+#define refused(code, text, ...)                                                                   \
+    do {                                                                                           \
+        copy_file("s.state", "before.state");                                                      \
+        command_fails(code, text, "accumulate", __VA_ARGS__, "--resume", "s.state");               \
+        assert_same_file("s.state", "before.state");                                               \
+        unlink("before.state");                                                                    \
+    } while (0)
+
+static void other_arguments_are_refused(void **state)
+{
+    (void)state;
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "f2.exr", "-o", "x.exr", "--resume",
+                     "s.state");
+#define with(code, text, ...)                                                                      \
+    refused(code, text, "f0.exr", "f1.exr", "f2.exr", "-o", "y.exr", __VA_ARGS__)
+    with(2, "--method: auto when it was saved, and buffer now", "--method", "buffer");
+    with(2, "--nonfinite: error when it was saved, and skip now", "--nonfinite", "skip");
+    with(2, "--average-all: not given when it was saved, and given now", "--average-all");
+    with(2, "--transfer: auto when it was saved, and linear now", "--transfer", "linear");
+    with(2, "what is kept of frames: their mean when it was saved", "--stderr", "z.exr");
+    with(2, "what is kept of frames: their mean when it was saved", "--until", "1e-3");
+    command_write_file("weights", "1\n2\n3\n", 6);
+    with(2, "f1.exr had the weight 1 and has 2 now", "--weights", "weights");
+    command_write_file("weights", "0\n1\n1\n", 6);
+    with(2, "f0.exr, which it holds, is not among the frames", "--weights", "weights");
+#undef with
+    refused(2, "f2.exr, which it holds, is not among the frames", "f0.exr", "f1.exr", "-o",
+            "y.exr");
+    refused(2, "f2.exr, which it holds, is not among the frames", "f0.exr", "f1.exr", "./f2.exr",
+            "-o", "y.exr");
+    refused(2, "f3.exr comes before f0.exr", "f3.exr", "f0.exr", "f1.exr", "f2.exr", "-o", "y.exr");
+    // What decides nothing of the sums may be another.
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "f2.exr", "-o", "y.exr", "--resume",
+                     "s.state", "--type", "float", "--compression", "none", "--threads", "1");
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "f2.exr", "-o", "z.exr", "--type", "float",
+                     "--compression", "none");
+    assert_same_file("y.exr", "z.exr");
+    remove_all((const char *[]){"s.state", "x.exr", "y.exr", "z.exr", "weights", NULL});
+}
+
+static void other_files_are_refused(void **state)
+{
+    (void)state;
+    copy_file("f0.exr", "a.exr");
+    copy_file("f1.exr", "b.exr");
+    command_succeeds("accumulate", "a.exr", "b.exr", "-o", "x.exr", "--resume", "s.state");
+    copy_file("f1.exr", "b.exr"); // the same bytes at another time: nobody looks at them
+    refused(3, "b.exr has changed since it was added", "a.exr", "b.exr", "-o", "x.exr");
+    copy_file("f2.exr", "b.exr");
+    refused(3, "b.exr has changed since it was added", "a.exr", "b.exr", "-o", "x.exr");
+    unlink("b.exr");
+    refused(3, "b.exr, which it holds, is gone", "a.exr", "b.exr", "-o", "x.exr");
+    remove_all((const char *[]){"s.state", "a.exr", "x.exr", NULL});
+}
+
+// Where members of the file are, as state_file.h has it.
+enum { AT_FORMAT = 8, AT_ORDER = 12, AT_SIZE = 16, AT_CHECKSUM = 24, AT_VERSION = 32 };
+
+static void write_state(const char *bytes, size_t size, bool right)
+{
+    char *copy = malloc(size + 1);
+    memcpy(copy, bytes, size);
+    const uint64_t checksum = XXH3_64bits(copy + AT_VERSION, size - AT_VERSION);
+    if (right)
+        memcpy(copy + AT_CHECKSUM, &checksum, sizeof checksum);
+    command_write_file("s.state", copy, size);
+    free(copy);
+}
+
+static void damaged_states_are_refused(void **state)
+{
+    (void)state;
+    size_t size;
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "-o", "x.exr", "--resume", "s.state");
+    char *good = command_read_file("s.state", &size), *bytes = malloc(size + 1);
+#define refused_as(code, text) refused(code, text, "f0.exr", "f1.exr", "-o", "x.exr")
+    const size_t cuts[] = {0, 1, 8, 31, 32, 71, 72, 1000, size / 2, size - 1};
+    for (size_t i = 0; i < sizeof cuts / sizeof *cuts; i++) {
+        command_write_file("s.state", good, cuts[i]);
+        refused_as(3, cuts[i] < AT_FORMAT ? "no state of weft accumulate" : "the state is cut");
+    }
+    uint32_t seed = 99;
+    for (int i = 0; i < 40; i++) {
+        memcpy(bytes, good, size);
+        const size_t at = i < 20 ? AT_CHECKSUM + (size_t)i * 4 : next_random(&seed) % size;
+        if (at < AT_CHECKSUM)
+            continue;
+        bytes[at] ^= (char)(1 << i % 8);
+        command_write_file("s.state", bytes, size);
+        refused_as(3, "the state is damaged: its checksum is another one");
+    }
+    memcpy(bytes, good, size);
+    bytes[size] = 0;
+    command_write_file("s.state", bytes, size + 1);
+    refused_as(3, "more bytes are there than it tells");
+    bytes[AT_FORMAT]++;
+    write_state(bytes, size, true);
+    refused_as(3, "the state is of format 2, from a newer weft");
+    memcpy(bytes, good, size);
+    memcpy(bytes + AT_ORDER, "\1\2\3\4", 4);
+    write_state(bytes, size, true);
+    refused_as(3, "of a machine with another byte order");
+    memcpy(bytes, good, size);
+    memcpy(bytes + AT_VERSION, "9.9.9", 6);
+    write_state(bytes, size, true);
+    refused_as(3, "the state is of weft 9.9.9: this is " WEFT_TEST_VERSION);
+    command_write_file("s.state", "hello", 5);
+    refused_as(3, "no state of weft accumulate");
+    free(good);
+    free(bytes);
+    remove_all((const char *[]){"s.state", "x.exr", NULL});
+}
+
+// Bytes that are wrong, with a checksum that is right: no crash, and one line.
+static void forged_states_are_survived(void **state)
+{
+    (void)state;
+    size_t size;
+    uint32_t seed = 7;
+    int refused_count = 0;
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "-o", "x.exr", "--resume", "s.state");
+    char *good = command_read_file("s.state", &size), *bytes = malloc(size);
+    for (int i = 0; i < 60; i++) {
+        memcpy(bytes, good, size);
+        const size_t at = AT_VERSION + next_random(&seed) % (i < 40 ? 700 : size - AT_VERSION);
+        bytes[at] = (char)next_random(&seed);
+        write_state(bytes, size, true);
+        command_run(&result, "weft", "accumulate", "f0.exr", "f1.exr", "-o", "x.exr", "--resume",
+                    "s.state");
+        if (result.code != 0 && result.code != 2 && result.code != 3)
+            fail_msg("byte %zu: code %d, %s", at, result.code, result.err);
+        refused_count += result.code != 0;
+    }
+    assert_true(refused_count > 20);
+    free(good);
+    free(bytes);
+    remove_all((const char *[]){"s.state", "x.exr", NULL});
+}
+
+static void a_state_goes_where_it_can_be_written(void **state)
+{
+    (void)state;
+    command_fails(4, "no.folder/s.state", "accumulate", "f0.exr", "-o", "x.exr", "--resume",
+                  "no.folder/s.state");
+    assert_int_equal(mkdir("s.folder", 0700), 0);
+    command_fails(4, "s.folder", "accumulate", "f0.exr", "-o", "x.exr", "--resume", "s.folder");
+    rmdir("s.folder");
+    command_fails(2, "the same file", "accumulate", "f0.exr", "-o", "x.exr", "--resume", "x.exr");
+    command_fails(2, "is the input f0.exr", "accumulate", "f0.exr", "-o", "x.exr", "--resume",
+                  "f0.exr");
+    command_fails(2, "must be a file", "accumulate", "f0.exr", "-o", "x.exr", "--resume",
+                  "/dev/null");
+}
+
+// ---- a sequence that grows ----------------------------------------------------------------------
+
+static void more_frames_may_come(void **state)
+{
+    (void)state;
+    static const char *const options[][4] = {{"--method", "exact", NULL}};
+    for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+        const char *argv[MAX_ARGUMENTS] = {"weft",  "accumulate", "f0.exr",  "f2.exr", "-o",
+                                           "x.exr", "--resume",   "s.state", NULL};
+        int argc = 8;
+        for (int j = 0; options[i][j]; j++)
+            argv[argc++] = options[i][j];
+        argv[argc] = NULL;
+        succeed(argv);
+        // Behind what it holds.
+        argv[4] = "f3.exr", argv[5] = "f4.exr", argv[6] = "-o", argv[7] = "y.exr";
+        argv[argc++] = "--resume", argv[argc++] = "s.state", argv[argc] = NULL;
+        succeed(argv);
+        argv[argc - 2] = NULL;
+        argv[7] = "z.exr";
+        succeed(argv);
+        assert_same_file("y.exr", "z.exr");
+        // Between: the order of exact sums decides nothing.
+        argv[7] = "y.exr", argv[4] = "f1.exr", argv[5] = "f3.exr", argv[6] = "f4.exr";
+        const char *between[MAX_ARGUMENTS] = {"weft",   "accumulate", "f0.exr", "f1.exr", "f2.exr",
+                                              "f3.exr", "f4.exr",     "-o",     "y.exr"};
+        argc = 9;
+        for (int j = 0; options[i][j]; j++)
+            between[argc++] = options[i][j];
+        between[argc] = "--resume", between[argc + 1] = "s.state";
+        if (i > 0) {
+            command_fails_list(__FILE__, __LINE__, 2, "f1.exr comes before f4.exr", between);
+        } else {
+            succeed(between);
+            between[8] = "z.exr", between[argc] = NULL;
+            succeed(between);
+            assert_same_file("y.exr", "z.exr");
+        }
+        remove_all((const char *[]){"s.state", "x.exr", "y.exr", "z.exr", NULL});
+    }
+}
+
+// A frame that could not be read is looked at again once it is another file.
+static void bad_frames_may_mend(void **state)
+{
+    (void)state;
+    command_write_file("bad.exr", "no image", 8);
+#define accumulate(expected, ...)                                                                  \
+    do {                                                                                           \
+        command_run(&result, "weft", "accumulate", "f0.exr", "bad.exr", "f1.exr", "--skip-bad",    \
+                    __VA_ARGS__);                                                                  \
+        assert_int_equal(result.code, expected);                                                   \
+    } while (0)
+    accumulate(3, "-o", "x.exr", "--resume", "s.state");
+    accumulate(3, "-o", "y.exr", "--resume", "s.state");
+    assert_same_file("x.exr", "y.exr");
+    refused(3, "bad.exr is neither", "f0.exr", "bad.exr", "f1.exr", "-o", "y.exr");
+    copy_file("f2.exr", "bad.exr");
+    accumulate(0, "-o", "y.exr", "--resume", "s.state");
+    accumulate(0, "-o", "x.exr");
+    assert_same_file("x.exr", "y.exr");
+#undef accumulate
+}
+
+// ---- joining ------------------------------------------------------------------------------------
+
+static void halves_are_joined_to_the_bytes_of_one_run(void **state)
+{
+    (void)state;
+    command_succeeds("accumulate", "l_%04d.exr", "--frames", "0-99", "-o", "x.exr", "--stderr",
+                     "y.exr", "--resume", "a.state");
+    command_succeeds("accumulate", "l_%04d.exr", "--frames", "100-229", "-o", "x.exr", "--stderr",
+                     "y.exr", "--resume", "b.state");
+    command_succeeds("accumulate", "l_%04d.exr", "--frames", "230-239", "-o", "x.exr", "--stderr",
+                     "y.exr", "--resume", "c.state");
+    command_succeeds("accumulate", "a.state", "b.state", "c.state", "-o", "x.exr", "--stderr",
+                     "y.exr", "--resume", "all.state");
+    assert_same_file("x.exr", methods[0].output);
+    assert_same_file("y.exr", methods[0].error);
+    // What was joined is a state like others.
+    command_succeeds("accumulate", "all.state", "-o", "z.exr");
+    assert_same_file("z.exr", methods[0].output);
+    command_succeeds("accumulate", "l_%04d.exr", "--frames", "0-99", "-o", "x.exr");
+    command_succeeds("accumulate", "a.state", "-o", "z.exr");
+    assert_same_file("z.exr", "x.exr");
+    // The frames need not be there.
+    assert_int_equal(rename("f0.exr", "away"), 0);
+    command_succeeds("accumulate", "a.state", "b.state", "c.state", "-o", "z.exr");
+    assert_same_file("z.exr", methods[0].output);
+    assert_int_equal(rename("away", "f0.exr"), 0);
+
+    command_fails(2, "l_0000.exr is in a.state and in all.state", "accumulate", "a.state",
+                  "all.state", "-o", "z2.exr");
+    command_fails(2, "f0.exr is none", "accumulate", "a.state", "f0.exr", "-o", "z2.exr");
+    command_fails(2, "--resume b.state: it exists", "accumulate", "a.state", "-o", "z2.exr",
+                  "--resume", "b.state");
+    command_fails(2, "--method: the frames of states are accumulated already", "accumulate",
+                  "a.state", "--method", "exact", "-o", "z2.exr");
+    command_fails(2, "--weights is of frames", "accumulate", "a.state", "--weights", "tent", "-o",
+                  "z2.exr");
+    copy_file("a.state", "y.exr"); // a state by its content, whatever its name
+    command_fails(2, "the output y.exr is the input y.exr", "accumulate", "y.exr", "-o", "y.exr");
+    remove_all((const char *[]){"a.state", "b.state", "c.state", "all.state", "x.exr", "y.exr",
+                                "z.exr", NULL});
+}
+
+static void states_that_do_not_fit_are_not_joined(void **state)
+{
+    (void)state;
+    command_succeeds("accumulate", "f0.exr", "f1.exr", "-o", "x.exr", "--resume", "a.state");
+    command_succeeds("accumulate", "f2.exr", "-o", "x.exr", "--nonfinite", "skip", "--resume",
+                     "b.state");
+    command_fails(2,
+                  "a.state and b.state cannot be joined: --nonfinite: error there, and skip here",
+                  "accumulate", "a.state", "b.state", "-o", "y.exr");
+    command_fails(2, "--stderr: a.state keeps the mean", "accumulate", "a.state", "-o", "y.exr",
+                  "--stderr", "z.exr");
+    unlink("b.state");
+    command_succeeds("accumulate", "f2.exr", "-o", "x.exr", "--stderr", "z.exr", "--resume",
+                     "b.state");
+    command_fails(2, "cannot be joined: what is kept of frames", "accumulate", "a.state", "b.state",
+                  "-o", "y.exr");
+}
+
+// ---- disks that are full ------------------------------------------------------------------------
+
+// The mean is not lost where the state cannot be saved, and what was saved before stays.
+static void a_full_disk_is_told(void **state)
+{
+    (void)state;
+    assert_int_equal(mkdir("full", 0700), 0);
+    if (unshare(geteuid() == 0 ? CLONE_NEWNS : CLONE_NEWUSER | CLONE_NEWNS) != 0 ||
+        mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
+        mount("weft-test", "full", "tmpfs", 0, "size=256k,mode=777") != 0) {
+        print_message("no file system can be mounted here: %s\n", strerror(errno));
+        rmdir("full");
+        skip();
+    }
+    command_run(&result, "weft", "accumulate", "l_%04d.exr", "-o", "x.exr", "--stderr", "y.exr",
+                "--resume", "full/s.state");
+    assert_int_equal(result.code, 4);
+    assert_non_null(strstr(result.err, "No space left on device"));
+    assert_same_file("x.exr", methods[0].output);
+    assert_false(exists("full/s.state"));
+    assert_int_equal(umount("full"), 0);
+    if (mount("weft-test", "full", "tmpfs", MS_RDONLY, "size=64k") == 0) {
+        command_fails(4, "full/s.state", "accumulate", "f0.exr", "-o", "z.exr", "--resume",
+                      "full/s.state");
+        umount("full");
+    }
+    remove_all((const char *[]){"x.exr", "y.exr", NULL});
+    rmdir("full");
+}
+
+// What a test that failed left.
+static int clean_up(void **state)
+{
+    (void)state;
+    remove_all((const char *[]){"s.state", "before.state", "a.state", "b.state", "c.state",
+                                "all.state", "x.exr", "y.exr", "z.exr", "new.exr", "new_error.exr",
+                                "new.png", "messages", "a.exr", "b.exr", "bad.exr", "weights",
+                                NULL});
+    rename("away", "f0.exr");
+    return 0;
+}
+
+#define TEST(f) cmocka_unit_test_teardown(f, clean_up)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(a_kill_at_any_moment_costs_nothing),
+        TEST(a_rest_is_added_to_what_is_held),
+        TEST(interrupts_write_nothing_and_say_how_far_it_came),
+        TEST(a_request_writes_the_mean_so_far),
+        TEST(every_so_often_the_mean_is_written),
+        TEST(other_arguments_are_refused),
+        TEST(other_files_are_refused),
+        TEST(damaged_states_are_refused),
+        TEST(forged_states_are_survived),
+        TEST(a_state_goes_where_it_can_be_written),
+        TEST(more_frames_may_come),
+        TEST(bad_frames_may_mend),
+        TEST(halves_are_joined_to_the_bytes_of_one_run),
+        TEST(states_that_do_not_fit_are_not_joined),
+        TEST(a_full_disk_is_told),
+    };
+    return cmocka_run_group_tests(tests, setup, command_teardown);
+}
