@@ -210,23 +210,28 @@ WEFT_API void weft_accumulator_get_report(const weft_accumulator *accumulator,
 // When the mean is good enough. A pixel's standard error is judged by the mean variance of its
 // neighbourhood, as its own is not known well from few frames: a pixel that saw no light yet has
 // none. It has converged where standard error <= max(absolute, relative * |mean of the
-// neighbourhood|) in every channel.
+// neighbourhood|) in every channel. What no frame has shown in a whole neighbourhood cannot be
+// known: let `least` and `radius` grow with how rare what matters is.
 struct weft_until {
     double absolute; // in the frames' values, >= 0 (default 0)
     double relative; // to the mean, >= 0 (default 0); one of the two is > 0
     double share;    // of pixels that must have converged, in (0, 1] (default 0.99)
     int64_t least;   // frames that count before it is judged, >= 2 (default 16)
-    int radius;      // of the neighbourhood, a square of 2 radius + 1 pixels (default 2; -1: the
-                     // pixel alone)
+    int radius;      // of the neighbourhood, a square of 2 radius + 1 pixels, to
+                     // WEFT_UNTIL_MAX_RADIUS (default 2; -1: the pixel alone)
 };
-// What was found.
+enum { WEFT_UNTIL_MAX_RADIUS = 64 };
+// What was found, of the pixels that have a mean in every channel.
 struct weft_convergence {
     bool enough;            // until is met
     double share;           // of pixels that have converged
-    double largest, median; // standard errors of the pixels' worst channels, in the frames' values
+    double largest, median; // standard errors of the pixels' worst channels, in the frames' values;
+                            // NAN where none is known
 };
-// Judges what was accumulated with WEFT_KEEP_VARIANCE. Returns WEFT_ERR_ARGUMENT (a range, no
-// variance is kept) or WEFT_ERR_MEMORY.
+// Judges what was accumulated with WEFT_KEEP_VARIANCE. It costs about as much as adding ten frames:
+// judge when the number of frames has grown by a twentieth or so, since errors fall with its square
+// root. Returns WEFT_ERR_ARGUMENT (a range, no variance is kept, no frame that counts),
+// WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_accumulator_judge(weft_accumulator *accumulator,
                                                  const struct weft_until *until,
                                                  struct weft_convergence *out);
