@@ -366,6 +366,176 @@ static void test_data_is_copied(void **state)
     weft_image_clear(&image);
 }
 
+// ---- PNG ----------------------------------------------------------------------------------------
+
+static uint16_t code_of(int frame, int c, int i, int largest)
+{
+    return (uint16_t)lrint((double)value_of(frame, c, i) * largest);
+}
+
+static void fail_png(png_structp png, png_const_charp message)
+{
+    (void)png;
+    fail_msg("libpng: %s", message);
+}
+
+// Codes of 8 or 16 bits; gamma 0: none is said.
+static void make_png(const char *path, int frame, int bits, int colour_type, double gamma)
+{
+    static png_byte rows[HEIGHT][WIDTH * 8];
+    const int channels = colour_type == PNG_COLOR_TYPE_RGB_ALPHA ? 4
+                         : colour_type == PNG_COLOR_TYPE_RGB     ? 3
+                                                                 : 1;
+    FILE *out = fopen(path, "wb");
+    assert_non_null(out);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, fail_png, NULL);
+    png_infop info = png_create_info_struct(png);
+    png_init_io(png, out);
+    png_set_IHDR(png, info, WIDTH, HEIGHT, bits, colour_type, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (gamma > 0.0)
+        png_set_gAMA(png, info, gamma);
+    png_write_info(png, info);
+    for (int y = 0; y < HEIGHT; y++) {
+        png_byte *at = rows[y];
+        for (int k = 0; k < WIDTH * channels; k++) {
+            const uint16_t code =
+                code_of(frame, k % channels, y * WIDTH + k / channels, bits == 8 ? 255 : 65535);
+            if (bits == 16)
+                *at++ = (png_byte)(code >> 8);
+            *at++ = (png_byte)code;
+        }
+        png_write_row(png, rows[y]);
+    }
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    assert_int_equal(fclose(out), 0);
+}
+
+static double srgb(double c)
+{
+    return c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4);
+}
+
+// exponent 0: sRGB.
+static double light_of(int frame, int c, int i, int largest, double exponent)
+{
+    const double code = (double)code_of(frame, c, i, largest) / largest;
+    return exponent == 0.0 ? srgb(code) : pow(code, exponent);
+}
+
+// The mean of frames 1 to 3, of `names` up to alpha: within the roundings of each frame's light,
+// of its product with alpha, and of the mean.
+static void check_png_mean(const char *path, const char *const *names, int largest, double exponent)
+{
+    struct weft_image image;
+    int checked = 0;
+    load(path, &image);
+    const bool alpha = names[1] && names[3];
+    for (int c = 0; names[c]; c++) {
+        const struct weft_image_channel *channel = channel_of(&image, names[c]);
+        assert_int_equal(channel->type, WEFT_PIXEL_FLOAT);
+        for (int i = 0; i < PIXELS; i++) {
+            double mean = 0.0;
+            for (int f = 1; f <= 3; f++) {
+                const double a = (double)code_of(f, 3, i, largest) / largest;
+                mean += c == 3 ? a / 3 : light_of(f, c, i, largest, exponent) * (alpha ? a : 1) / 3;
+            }
+            if (!(fabs((double)channel->plane[i] - mean) <= 3 * 0x1p-25))
+                fail_msg("%s, %s, value %d: %.9g, not %.9g", path, names[c], i,
+                         (double)channel->plane[i], mean);
+            checked++;
+        }
+    }
+    assert_int_equal(checked, (int)image.channel_count * PIXELS);
+    weft_image_clear(&image);
+}
+
+static void make_pngs(int bits, int colour_type, double gamma)
+{
+    for (int f = 1; f <= 3; f++) {
+        char path[32];
+        snprintf(path, sizeof path, "p%d.png", f);
+        make_png(path, f, bits, colour_type, gamma);
+    }
+}
+
+static void test_png(void **state)
+{
+    (void)state;
+    static const char *const rgba[] = {"R", "G", "B", "A", NULL}, *const grey[] = {"Y", NULL};
+    make_pngs(8, PNG_COLOR_TYPE_RGB_ALPHA, 0.0);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr");
+    check_png_mean("mean.exr", rgba, 255, 0.0);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr", "--transfer", "linear");
+    check_png_mean("mean.exr", rgba, 255, 1.0);
+    make_pngs(16, PNG_COLOR_TYPE_RGB_ALPHA, 0.0);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr");
+    check_png_mean("mean.exr", rgba, 65535, 0.0);
+    make_pngs(8, PNG_COLOR_TYPE_RGB, 1 / 1.8);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr");
+    check_png_mean("mean.exr", rgb, 255, 1 / 0.55556); // the chunk has five decimals
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr", "--transfer", "gamma:2.5");
+    check_png_mean("mean.exr", rgb, 255, 2.5);
+    make_pngs(8, PNG_COLOR_TYPE_GRAY, 0.0);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr");
+    check_png_mean("mean.exr", grey, 255, 0.0);
+    make_pngs(16, PNG_COLOR_TYPE_GRAY, 1.0);
+    command_succeeds("accumulate", "p%d.png", "-o", "mean.exr");
+    check_png_mean("mean.exr", grey, 65535, 1.0);
+}
+
+// Pixels of the picture are the mean's light in sRGB.
+static void test_preview(void **state)
+{
+    (void)state;
+    struct weft_image image;
+    png_image png = {.version = PNG_IMAGE_VERSION};
+    uint8_t pixels[3 * PIXELS];
+    make_frames(3);
+    assert_string_equal(command_succeeds("accumulate", "f_%04d.exr", "-o", "mean.exr", "--preview",
+                                         "p.png", "--range", "0,0.5"),
+                        "p.png: values from 0 to 0.5\n");
+    load("mean.exr", &image);
+    assert_true(png_image_begin_read_from_file(&png, "p.png"));
+    png.format = PNG_FORMAT_RGB;
+    assert_true(png_image_finish_read(&png, NULL, pixels, 0, NULL));
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        const float light = channel_of(&image, rgb[i % 3])->plane[i / 3];
+        assert_true(fabs(srgb(pixels[i] / 255.0) - fmin(2.0 * (double)light, 1.0)) <= 0.006);
+    }
+    weft_image_clear(&image);
+    // One channel has a colour map, and grey as default.
+    command_succeeds("accumulate", "f_%04d.exr", "--preview", "p.png", "--colour-map", "viridis");
+}
+
+// ---- statistics ---------------------------------------------------------------------------------
+
+static void test_standard_error(void **state)
+{
+    (void)state;
+    struct weft_image image;
+    make_frames(6);
+    command_succeeds("accumulate", "f_%04d.exr", "-o", "mean.exr", "--stderr", "error.exr");
+    load("error.exr", &image);
+    assert_int_equal(image.channel_count, 3);
+    for (int c = 0; c < 3; c++) {
+        const struct weft_image_channel *channel = channel_of(&image, rgb[c]);
+        for (int i = 0; i < PIXELS; i++) {
+            double sum = 0.0, squares = 0.0;
+            for (int f = 1; f <= 6; f++) {
+                sum += (double)value_of(f, c, i);
+                squares += (double)value_of(f, c, i) * (double)value_of(f, c, i);
+            }
+            const double error = sqrt((squares - sum * sum / 6) / 5 / 6);
+            if (!(fabs((double)channel->plane[i] - error) <= 1e-7 * error + 1e-12))
+                fail_msg("%s, value %d: %.9g, not %.9g", rgb[c], i, (double)channel->plane[i],
+                         error);
+        }
+    }
+    weft_image_clear(&image);
+}
+
 // ---- reports ------------------------------------------------------------------------------------
 
 static void test_json(void **state)
@@ -420,8 +590,9 @@ int main(void)
         TEST(test_names),          TEST(test_repeats_count),
         TEST(test_skip_bad),       TEST(test_weights),
         TEST(test_shapes),         TEST(test_types_and_windows),
-        TEST(test_data_is_copied), TEST(test_json),
-        TEST(test_explain),
+        TEST(test_data_is_copied), TEST(test_png),
+        TEST(test_preview),        TEST(test_standard_error),
+        TEST(test_json),           TEST(test_explain),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
 }

@@ -243,7 +243,7 @@ enum weft_result accumulate_look(struct accumulate_job *job)
     if (res == WEFT_OK)
         res = weft_image_sequence_create(
             weft_image_sequence_params(.count = job->joins ? 1 : job->counting, .name = name_of,
-                                       .priv = job, .readers = 1, .memory_bytes = 1,
+                                       .priv = job, .readers = 1, .info_only = true,
                                        .part = job->request.part, .log = report_log()),
             &sequence);
     while (res == WEFT_OK) {
