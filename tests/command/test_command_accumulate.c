@@ -536,6 +536,60 @@ static void test_standard_error(void **state)
     weft_image_clear(&image);
 }
 
+// ---- methods ------------------------------------------------------------------------------------
+
+// Errors stay within the bound that is told, and are there where it says so.
+static void check_method(const char *const *arguments, bool exact_method)
+{
+    const char *argv[24] = {"weft", "accumulate", "f_%04d.exr", "-o", "mean.exr", "--json"};
+    int count = 6;
+    while (*arguments)
+        argv[count++] = *arguments++;
+    struct command_result result;
+    struct weft_image image;
+    command_run_list(&result, argv);
+    if (result.code != 0)
+        fail_msg("%s", result.err);
+    json_t *root = parse(result.out);
+    const double bound = number(json_object_get(root, "method"), "bound");
+    double largest = 0.0;
+    json_decref(root);
+    load("mean.exr", &image);
+    for (int c = 0; c < 3; c++) {
+        for (int i = 0; i < PIXELS; i++) {
+            double mean = 0.0;
+            for (int f = 1; f <= 11; f++)
+                mean += (double)value_of(f, c, i) / 11.0;
+            largest = fmax(largest, fabs((double)channel_of(&image, rgb[c])->plane[i] - mean));
+        }
+    }
+    weft_image_clear(&image);
+    if (!(largest <= bound && (exact_method || largest > 0.0)))
+        fail_msg("%s %s: error %.3g, bound %.3g", argv[6], argv[7], largest, bound);
+}
+
+static void test_methods(void **state)
+{
+    (void)state;
+    static const char *const methods[][8] = {
+        {"--method", "exact"},
+        {"--method", "buffer"},
+        {"--method", "tree", "--emulate"},
+        {"--method", "tree", "--emulate", "--branching", "2x3x2", "--rounding", "unbiased"},
+        {"--method", "tree", "--emulate", "--bits", "16"},
+        {"--method", "tree", "--emulate", "--bits", "32"},
+        {"--method", "blend", "--emulate", "--bits", "16"},
+        {"--method", "blend", "--emulate", "--bits", "half"},
+        {"--method", "float", "--emulate"},
+    };
+    make_frames(11);
+    for (size_t m = 0; m < COUNT(methods); m++)
+        check_method(methods[m], m == 0);
+    command_fails(1, "--max-error 0.0001: the bound of --method tree is", "accumulate",
+                  "f_%04d.exr", "-o", "mean.exr", "--method", "tree", "--emulate", "--max-error",
+                  "1e-4");
+}
+
 // ---- reports ------------------------------------------------------------------------------------
 
 static void test_json(void **state)
@@ -592,7 +646,8 @@ int main(void)
         TEST(test_shapes),         TEST(test_types_and_windows),
         TEST(test_data_is_copied), TEST(test_png),
         TEST(test_preview),        TEST(test_standard_error),
-        TEST(test_json),           TEST(test_explain),
+        TEST(test_methods),        TEST(test_json),
+        TEST(test_explain),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
 }
