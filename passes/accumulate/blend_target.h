@@ -5,7 +5,7 @@
 #define WEFT_PASSES_ACCUMULATE_BLEND_TARGET_H
 
 #include "passes/accumulate/accumulate_impl.h"
-#include "passes/accumulate/blend_emulate.h"
+#include "passes/accumulate/blend/emulate.h"
 #include "passes/accumulate/values.h"
 
 WEFT_BEGIN_DECLS

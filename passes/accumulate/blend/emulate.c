@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/accumulate/blend_emulate.h"
+#include "passes/accumulate/blend/emulate.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/accumulate/blend_emulate.h - what the blending unit of Mesa's software renderer, llvmpipe,
+// passes/accumulate/blend/emulate.h - what the blending unit of Mesa's software renderer, llvmpipe,
 // does to a target, bit for bit (not installed). Measured with Mesa 22.3.6, for all pairs of codes:
 // - 8 and 16 bits, L being the largest code: the frame's value is clamped to [0, 1] and becomes the
 //   nearest code s, and so does the constant c; p(a, b) = (a b + (a b >> n) + 2^(n - 1)) >> n in n
