@@ -14,6 +14,7 @@
 #include "tests/support/files.h"
 #include "tests/support/plan_runs.h"
 #include "filter/check.h"
+#include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/tree/tree.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/multipass/multipass.h"
@@ -348,6 +349,55 @@ static enum weft_result run_tree(void)
     return res;
 }
 
+static enum weft_accumulate_method accumulate_method;
+
+// Halves, then floats with a value of no number, which makes sums wide and marks; a state on the
+// way. One thread: the failing allocation is anybody's.
+static enum weft_result accumulate(void)
+{
+    enum { COUNT = 16 };
+    static const float floats[COUNT] = {1.0f, NAN}, numbers[COUNT] = {0.5f};
+    static const uint16_t halves[COUNT] = {0x3c00};
+    const bool exact = accumulate_method == WEFT_ACCUMULATE_EXACT;
+    const struct weft_plane planes[] = {{.values = halves, .type = WEFT_PLANE_HALF},
+                                        {.values = exact ? floats : numbers}};
+    const struct weft_accumulator_params params = {.width = 4,
+                                                   .height = 4,
+                                                   .channel_count = 1,
+                                                   .method = accumulate_method,
+                                                   .emulate = true,
+                                                   .keep = WEFT_KEEP_VARIANCE | WEFT_KEEP_EXTREMES,
+                                                   .nonfinite = exact ? WEFT_NONFINITE_SKIP
+                                                                      : WEFT_NONFINITE_ERROR,
+                                                   .batch = 2,
+                                                   .cpu.threads = 1,
+                                                   .log = &test_log};
+    weft_accumulator *a = NULL, *b = NULL;
+    void *state = NULL;
+    size_t size = 0;
+    float out[COUNT];
+    struct weft_convergence found;
+    enum weft_result res = weft_accumulator_create(&params, &a);
+    for (int f = 0; f < 2 && res == WEFT_OK; f++)
+        res = weft_accumulator_add(a, &(struct weft_frame){.plane = &planes[f]}, 1.0);
+    if (res == WEFT_OK)
+        res = weft_accumulator_judge(a, &(struct weft_until){.absolute = 1.0}, &found);
+    if (res == WEFT_OK)
+        res = weft_accumulator_save(a, &state, &size);
+    if (res == WEFT_OK)
+        res = weft_accumulator_create(&params, &b);
+    if (res == WEFT_OK)
+        res = weft_accumulator_load(b, state, size);
+    if (res == WEFT_OK && exact)
+        res = weft_accumulator_join(b, a);
+    if (res == WEFT_OK)
+        res = weft_accumulator_current(b, WEFT_ACCUMULATED_MEAN, 0, out, 0);
+    free(state);
+    weft_accumulator_destroy(&a);
+    weft_accumulator_destroy(&b);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -463,6 +513,10 @@ static void test_plans(void **state)
     }
     weft_context_destroy(&context);
     run("weft_tree", run_tree);
+    for (int m = WEFT_ACCUMULATE_EXACT; m < WEFT_ACCUMULATE_METHOD_COUNT; m++) {
+        accumulate_method = (enum weft_accumulate_method)m;
+        run(weft_accumulate_method_names[m], accumulate);
+    }
 }
 
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)

@@ -858,6 +858,161 @@ static void accum_buffers(void)
     weft_accum_buffer_destroy(NULL);
 }
 
+static enum weft_result make_accumulator(const struct weft_accumulator_params *p)
+{
+    weft_accumulator *a = NULL;
+    const enum weft_result res = weft_accumulator_create(p, &a);
+    weft_accumulator_destroy(&a);
+    return res;
+}
+
+static const struct weft_accumulator_params usual_accumulator = {.width = 2,
+                                                                 .height = 2,
+                                                                 .channel_count = 1,
+                                                                 .method = WEFT_ACCUMULATE_EXACT,
+                                                                 .keep = WEFT_KEEP_VARIANCE,
+                                                                 .log = &logger};
+
+static void accumulators(void)
+{
+    struct weft_accumulator_params good = usual_accumulator;
+    static const double weights[2] = {1.0, -1.0};
+#define CALL make_accumulator(&p)
+    for (int i = -1; i <= 0; i++) {
+        SET_REFUSED(good, width, i, CALL);
+        SET_REFUSED(good, height, i, CALL);
+        SET_REFUSED(good, channel_count, i, CALL);
+    }
+    BAD_ENUM(good, method, CALL);
+    BAD_ENUM(good, nonfinite, CALL);
+    BAD_ENUM(good, rounding, CALL);
+    BAD_ENUM(good, cpu.instructions, CALL);
+    SET_REFUSED(good, frame_count, -1, CALL);
+    SET_REFUSED(good, frame_count, INT64_MAX, CALL);
+    SET_REFUSED(good, weight, weights, CALL); // of how many frames?
+    SET_REFUSED(good, keep, 4, CALL);
+    SET_REFUSED(good, batch, -1, CALL);
+    SET_REFUSED(good, cpu.threads, -1, CALL);
+    for (int method = 0; method < WEFT_ACCUMULATE_METHOD_COUNT; method++) {
+        struct weft_accumulator_params emulated = good;
+        emulated.method = (enum weft_accumulate_method)method;
+        emulated.emulate = true;
+        TRUE(make_accumulator(&emulated) == WEFT_OK);
+        ANY_INT(emulated, branching, CALL);
+        ANY_INT(emulated, level_branching[0], CALL);
+        ANY_INT(emulated, level_branching[WEFT_TREE_MAX_LEVELS - 1], CALL);
+        ANY_INT(emulated, bits, CALL);
+        ANY_NUMBER(emulated, low, CALL);
+        ANY_NUMBER(emulated, high, CALL);
+        ANY_NUMBER(emulated, max_error, CALL);
+        emulated.frame_count = 2;
+        SET_REFUSED(emulated, weight, weights, CALL); // adds up to 0
+        emulated.emulate = false;
+        emulated.weight = NULL;
+        const bool on_gl = method == WEFT_ACCUMULATE_TREE || method == WEFT_ACCUMULATE_BLEND ||
+                           method == WEFT_ACCUMULATE_FLOAT;
+        TRUE((make_accumulator(&emulated) != WEFT_OK) == on_gl); // there is no context
+        lines = 0;
+    }
+#undef CALL
+}
+
+static void accumulations(void)
+{
+    static const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f};
+    const struct weft_plane plane = {.values = values}, empty = {.values = NULL};
+    struct weft_plane unknown = plane;
+    const struct weft_frame frame = {.plane = &plane}, none = {.plane = NULL};
+    struct weft_accumulator_report report;
+    weft_accumulator *a = NULL;
+    float out[4];
+    TRUE(weft_accumulator_create(&usual_accumulator, &a) == WEFT_OK);
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 0)); // no frame
+    REFUSED(weft_accumulator_finish(a));
+    REFUSED(weft_accumulator_add(a, NULL, 1.0));
+    REFUSED(weft_accumulator_add(a, &none, 1.0));
+    REFUSED(weft_accumulator_add(a, &(struct weft_frame){.plane = &empty}, 1.0));
+    REFUSED(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane, .texture = 1}, 1.0));
+    REFUSED(weft_accumulator_add(a, &(struct weft_frame){.texture = 1}, 1.0));
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        unknown.type = (enum weft_plane_type)bad_enums[i];
+        REFUSED(weft_accumulator_add(a, &(struct weft_frame){.plane = &unknown}, 1.0));
+    }
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++)
+        SURVIVED(weft_accumulator_add(a, &frame, numbers[i]));
+    TRUE(weft_accumulator_add(a, &frame, 1.0) == WEFT_OK);
+    TRUE(weft_accumulator_add(a, &frame, 5.0) == WEFT_OK);
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
+        REFUSED(weft_accumulator_current(a, (enum weft_accumulated)bad_enums[i], 0, out, 0));
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MINIMUM, 0, out, 0)); // is not kept
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, -1, out, 0));
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 1, out, 0));
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 1));
+    REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, NULL, 0));
+    TRUE(weft_accumulator_finish(a) == WEFT_OK && weft_accumulator_finish(a) == WEFT_OK);
+    REFUSED(weft_accumulator_add(a, &frame, 1.0));
+    TRUE(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 0) == WEFT_OK);
+    weft_accumulator_get_report(a, &report);
+    TRUE(report.method == WEFT_ACCUMULATE_EXACT && report.counted >= 2);
+    weft_accumulator_destroy(&a);
+    weft_accumulator_destroy(&a);
+    weft_accumulator_destroy(NULL);
+}
+
+static void accumulator_judgements(void)
+{
+    static const float values[4] = {1.0f, 2.0f, 3.0f, 4.0f};
+    const struct weft_plane plane = {.values = values};
+    struct weft_until good = {.absolute = 1.0};
+    struct weft_accumulator_params plain = usual_accumulator;
+    struct weft_convergence found;
+    weft_accumulator *a = NULL;
+    TRUE(weft_accumulator_create(&plain, &a) == WEFT_OK);
+    REFUSED(weft_accumulator_judge(a, &good, &found)); // no frame
+    TRUE(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0) == WEFT_OK);
+#define CALL weft_accumulator_judge(a, &p, &found)
+    SET_REFUSED(good, absolute, 0.0, CALL);
+    ANY_NUMBER(good, absolute, CALL);
+    ANY_NUMBER(good, relative, CALL);
+    ANY_NUMBER(good, share, CALL);
+    SET_REFUSED(good, share, 1.5, CALL);
+    SET_REFUSED(good, least, 1, CALL);
+    SET_REFUSED(good, least, INT64_MIN, CALL);
+    ANY_INT(good, radius, CALL);
+#undef CALL
+    weft_accumulator_destroy(&a);
+    plain.keep = 0;
+    TRUE(weft_accumulator_create(&plain, &a) == WEFT_OK);
+    TRUE(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0) == WEFT_OK);
+    REFUSED(weft_accumulator_judge(a, &good, &found));
+    weft_accumulator_destroy(&a);
+}
+
+static void accumulator_states(void)
+{
+    weft_accumulator *a = NULL, *b = NULL;
+    struct weft_accumulator_params buffer = usual_accumulator;
+    static const unsigned char nonsense[200];
+    void *state = NULL;
+    size_t size = 0;
+    buffer.method = WEFT_ACCUMULATE_BUFFER;
+    TRUE(weft_accumulator_create(&usual_accumulator, &a) == WEFT_OK);
+    TRUE(weft_accumulator_create(&buffer, &b) == WEFT_OK);
+    REFUSED(weft_accumulator_join(a, a));
+    REFUSED(weft_accumulator_join(a, b));
+    REFUSED(weft_accumulator_join(b, a));
+    REFUSED(weft_accumulator_join(a, NULL));
+    REFUSED(weft_accumulator_load(a, NULL, 0));
+    REFUSED(weft_accumulator_load(a, nonsense, 0));
+    REFUSED(weft_accumulator_load(a, nonsense, sizeof nonsense));
+    TRUE(weft_accumulator_save(a, &state, &size) == WEFT_OK);
+    REFUSED(weft_accumulator_load(b, state, size));
+    TRUE(weft_accumulator_load(a, state, size) == WEFT_OK);
+    free(state);
+    weft_accumulator_destroy(&a);
+    weft_accumulator_destroy(&b);
+}
+
 static enum weft_result make_tree(const struct weft_tree_params *p)
 {
     weft_tree *tree = NULL;
@@ -2058,6 +2213,12 @@ static const struct {
     {accum_buffers,
      {F(accum_buffer_create), F(accum_buffer_destroy), F(accum_buffer_load), F(accum_buffer_accum),
       F(accum_buffer_add), F(accum_buffer_mult), F(accum_buffer_return), F(accum_buffer_read)}},
+    {accumulators, {F(accumulator_create), F(accumulator_destroy)}},
+    {accumulations,
+     {F(accumulator_add), F(accumulator_current), F(accumulator_finish),
+      F(accumulator_get_report)}},
+    {accumulator_judgements, {F(accumulator_judge)}},
+    {accumulator_states, {F(accumulator_save), F(accumulator_load), F(accumulator_join)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
     {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
     {plan_questions,
