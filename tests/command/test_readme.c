@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every command that README.md shows is run as it stands there, in a folder with a smoke.vdb and a
-// photo.exr, and must end with 0, or with 1 where its remark says so.
+// Every command that README.md shows is run as it stands there, in a folder with a smoke.vdb, a
+// photo.exr and frames of both kinds, and must end with 0, or with 1 where its remark says so.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -53,6 +53,8 @@ static void prepare(void)
     command_succeeds("make", "chirp", "-o", "puff_0001.vdb", "--size", "64");
     command_succeeds("make", "chirp", "-o", "puff_0002.vdb", "--size", "64");
     command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--size", "320x240");
+    command_succeeds("slice", "smoke.vdb", "-o", "render_%04d.exr", "--preview", "photo_%04d.png",
+                     "--frames", "1-20", "--at", "10..40", "--size", "64x48");
 }
 
 static void every_command_works(void **state)
