@@ -9,15 +9,6 @@
 #include "passes/accumulate/frame.h"
 #include "passes/accumulate/moments.h"
 
-static const struct weft_accumulate_way *const ways[] = {
-    NULL,
-    &weft_accumulate_exact,
-    &weft_accumulate_tree,
-    &weft_accumulate_buffer,
-    &weft_accumulate_blend,
-    &weft_accumulate_float,
-};
-
 // ---- checks -------------------------------------------------------------------------------------
 
 static enum weft_result check_params(const struct weft_accumulator_params *p)
@@ -98,26 +89,25 @@ static enum weft_result copy_weights(weft_accumulator *a)
     return res;
 }
 
-static void fill_in(struct weft_accumulator_params *p)
-{
-    if (p->bits == 0)
-        p->bits = p->method == WEFT_ACCUMULATE_BUFFER ? 16 : 8;
-    if (p->low == 0.0 && p->high == 0.0)
-        p->high = 1.0;
-    if (p->batch == 0)
-        p->batch = 1;
-}
-
 // ---- accumulators -------------------------------------------------------------------------------
 
-// Exact sums are as accurate as any result can be, and where frames lie in memory the fastest.
-static void choose(weft_accumulator *a)
+static enum weft_result choose(weft_accumulator *a)
 {
+    const weft_context *context = a->params.context;
+    struct weft_accumulate_choice choice;
     a->why = "asked for";
-    if (a->params.method != WEFT_ACCUMULATE_AUTO)
-        return;
-    a->params.method = WEFT_ACCUMULATE_EXACT;
-    a->why = "frames are in memory";
+    if (a->params.method == WEFT_ACCUMULATE_AUTO) {
+        const enum weft_result res = weft_accumulate_choose(
+            &a->params, context && weft_context_get_info(context)->hardware, &choice);
+        if (res != WEFT_OK)
+            return res;
+        a->params.method = choice.method;
+        a->params.bits = choice.bits;
+        a->why = choice.why;
+    }
+    weft_accumulate_fill_in(&a->params);
+    a->way = weft_accumulate_way_of(a->params.method);
+    return WEFT_OK;
 }
 
 // What the method cannot do with frames.
@@ -153,9 +143,11 @@ enum weft_result weft_accumulator_create(const struct weft_accumulator_params *p
         return WEFT_ERR_MEMORY;
     }
     a->params = *params;
-    choose(a);
-    fill_in(&a->params);
-    a->way = ways[a->params.method];
+    res = choose(a);
+    if (res != WEFT_OK) {
+        free(a);
+        return res;
+    }
     res = weft_cpu_resolve(params->log, &params->cpu, &a->params.cpu);
     if (res == WEFT_OK)
         res = check_method(a);

@@ -23,9 +23,10 @@ WEFT_BEGIN_DECLS
 
 // How frames become a mean. Default: auto.
 enum weft_accumulate_method {
-    // The cheapest whose bound is within max_error: exact where frames lie in memory or GL is a
-    // software renderer, on GPUs the first of float and trees of 8, 16 and 32 bits that is. The
-    // report says which, and why.
+    // The cheapest whose bound is within max_error: exact where frames lie in memory, GL is a
+    // software renderer or frame_count is not known, on GPUs the first of float and trees of 8, 16
+    // and 32 bits that is. Bounds are those of frames of equal weight with values from low to high.
+    // The report says which, and why.
     WEFT_ACCUMULATE_AUTO,
     // On the CPU, without GL: sums in integers that lose nothing (see weft_accumulator_report).
     // Any real weights. The same bytes whatever the order of frames, the number of threads, or the

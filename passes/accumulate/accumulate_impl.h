@@ -47,6 +47,25 @@ struct weft_accumulate_way {
 extern const struct weft_accumulate_way weft_accumulate_exact, weft_accumulate_tree,
     weft_accumulate_buffer, weft_accumulate_blend, weft_accumulate_float;
 
+// ---- choosing (choose.c) ------------------------------------------------------------------------
+
+const struct weft_accumulate_way *weft_accumulate_way_of(enum weft_accumulate_method method);
+// Fills in the defaults, once the method is known.
+void weft_accumulate_fill_in(struct weft_accumulator_params *params);
+
+// What auto comes to.
+struct weft_accumulate_choice {
+    enum weft_accumulate_method method;
+    int bits; // of its targets; 0: none
+    const char *why;
+};
+// Chooses for checked params, by bounds of frame_count frames of equal weight. `hardware`: the
+// context is on a GPU. Returns WEFT_ERR_UNSUPPORTED, with the best bound in the log.
+enum weft_result weft_accumulate_choose(const struct weft_accumulator_params *params, bool hardware,
+                                        struct weft_accumulate_choice *out);
+
+// ---- accumulators -------------------------------------------------------------------------------
+
 struct weft_moments; // moments.h
 
 struct weft_accumulator {
