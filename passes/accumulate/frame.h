@@ -58,7 +58,7 @@ uint64_t weft_frame_bytes(const weft_accumulator *a); // of what is kept for fra
 // with the context's own vertex array.
 void weft_frame_reset_state(const GladGLContext *gl, GLuint vertex_array);
 
-// ---- rows of planes (frame_rows.c) --------------------------------------------------------------
+// ---- rows of texels -----------------------------------------------------------------------------
 
 // The smallest of unorm8, unorm16, half and float that holds the types of `count` planes.
 enum weft_plane_type weft_frame_common_type(const struct weft_plane *planes, int count);

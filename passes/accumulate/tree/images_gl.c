@@ -130,12 +130,12 @@ static void draw(struct weft_tree_images *images, const struct weft_gl_target *o
 }
 
 static void set_node(const GladGLContext *gl, const struct weft_tree_program *program,
-                     const struct weft_tree_node *node, bool codes, bool small)
+                     const struct weft_tree_node *node, uint32_t one, bool small)
 {
     GLfloat factor[WEFT_TREE_MAX_INPUTS];
     const int count = node->input_count;
     gl->UseProgram(program->program);
-    if (!codes) {
+    if (!one) {
         gl->Uniform1fv(program->factor, count, node->factor);
         return;
     }
@@ -147,7 +147,7 @@ static void set_node(const GladGLContext *gl, const struct weft_tree_program *pr
         return;
     }
     for (int k = 0; k < count; k++)
-        factor[k] = (GLfloat)node->numerator[k];
+        factor[k] = (GLfloat)(node->numerator[k] * one);
     gl->Uniform1fv(program->factor, count, factor);
     gl->Uniform1f(program->add, (GLfloat)node->add + 0.5f);
 }
@@ -156,13 +156,12 @@ enum weft_result weft_tree_gl_combine(struct weft_tree_images *images, const int
                                       const struct weft_tree_node *node, int out)
 {
     const GladGLContext *gl = &images->params.context->gl;
-    const bool codes = images->one > 0;
-    const bool small = (uint64_t)node->denominator * (images->one + 1) <= 1 << 21;
+    const bool small = (uint64_t)node->denominator * (images->one + 1) <= 1 << 18;
     const struct weft_tree_program *program = NULL;
     const enum weft_result res = find_node(images, node->input_count, small, &program);
     if (res != WEFT_OK)
         return res;
-    set_node(gl, program, node, codes, small);
+    set_node(gl, program, node, images->one, small);
     for (int g = 0; g < images->params.groups; g++) {
         for (int k = 0; k < node->input_count; k++) {
             gl->ActiveTexture(GL_TEXTURE0 + (GLenum)k);
@@ -172,6 +171,18 @@ enum weft_result weft_tree_gl_combine(struct weft_tree_images *images, const int
     }
     gl->ActiveTexture(GL_TEXTURE0);
     return weft_gl_check(images->params.log, gl, "averaging frames");
+}
+
+// Without a pass: in memory on software renderers.
+static bool copies(const struct weft_tree_images *images, const struct weft_gl_target *out,
+                   const struct weft_gl_target *texture)
+{
+    const GladGLContext *gl = &images->params.context->gl;
+    if (!gl->CopyImageSubData || texture->format != out->format)
+        return false;
+    gl->CopyImageSubData(texture->texture, GL_TEXTURE_2D, 0, 0, 0, 0, out->texture, GL_TEXTURE_2D,
+                         0, 0, 0, 0, images->params.width, images->params.height, 1);
+    return true;
 }
 
 // Texels that are as they have to be are copied: codes of as many bits, and floats into floats.
@@ -184,6 +195,8 @@ enum weft_result weft_tree_gl_load(struct weft_tree_images *images,
     const uint32_t source = one_of(texture->format);
     const bool copy = source == images->one && !(images->one && p->ranged);
     const struct weft_tree_program *program = NULL;
+    if (copy && copies(images, out, texture))
+        return weft_gl_check(p->log, gl, "copying a frame");
     const enum weft_result res = find_leaf(images, source, copy, &program);
     if (res != WEFT_OK)
         return res;

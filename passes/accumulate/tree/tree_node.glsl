@@ -1,6 +1,6 @@
 // Fragment shader: a node of an accumulation tree, as struct weft_tree_node has it.
 // Defined: INPUTS (2 to 16), ONE (the largest code; 0: floats), SMALL (1: the denominator times
-// (ONE + 1) is at most 2^21).
+// (ONE + 1) is at most 2^18).
 out vec4 value;
 
 uniform sampler2D inputs[INPUTS];
@@ -9,12 +9,8 @@ uniform float inverse; // 1 / denominator, to nearest
 uniform uint factor[INPUTS], denominator, add;
 #define SUM uvec4
 #define TERM(i) uvec4(texelFetch(inputs[i], pixel, 0) * float(ONE) + 0.5) * factor[i]
-#elif ONE
-uniform float factor[INPUTS], add;
-#define SUM vec4
-#define TERM(i) floor(texelFetch(inputs[i], pixel, 0) * float(ONE) + 0.5) * factor[i]
 #else
-uniform float factor[INPUTS];
+uniform float factor[INPUTS], add; // of codes: numerator * ONE
 #define SUM vec4
 #define TERM(i) texelFetch(inputs[i], pixel, 0) * factor[i]
 #endif
@@ -81,9 +77,11 @@ void main()
     quotient += uvec4(greaterThanEqual(rest, uvec4(denominator)));
     value = vec4(quotient) / float(ONE);
 #elif ONE
-    // The same in floats. `add` has 1/2 more, so that the quotient of integers, which floor() is
-    // for, is at least 1 / (2 denominator) from any integer; the sum is below 2^22 and exact, and
-    // two roundings of 2^-24 take less than (ONE + 1) 2^-23 <= 1 / (4 denominator).
+    // The same in floats, u = 2^-24: texels are within 4 u of code / ONE, products round once and
+    // sums at most 16 times, so that the sum is off by less than 22 u denominator ONE, which is at
+    // most 0.35. The exact one, as `add` has 1/2 more, is no nearer than 1/2 to multiples of the
+    // denominator, between which the quotient's floor is the same. Its own roundings take 2 u
+    // (ONE + 1), less than 0.04 / denominator.
     value = floor((sum + add) * inverse) / float(ONE);
 #else
     value = sum;

@@ -204,7 +204,7 @@ static void sweep_frames(struct sweep *sweep, int n, bool all)
                 params = params_of(&f, bits[b], 0);
                 params.rounding = turn % WEFT_TREE_ROUNDING_COUNT;
                 set_shape(&params, shape);
-                check_case(sweep, &params, &f, kind, all || turn % (n > 16 ? 41 : 17) == 0);
+                check_case(sweep, &params, &f, kind, turn % (all ? 11 : n > 16 ? 41 : 17) == 0);
                 free_frames(&f);
             }
 }
@@ -563,8 +563,10 @@ static void test_kinds_of_frames(void **state)
                 assert_int_equal(p.calls, count_weights(&f));
                 weft_accumulator_get_report(textures, &reports[0]);
                 weft_accumulator_get_report(drawn, &reports[1]);
-                const uint64_t copies = ranged && bits < 32 ? (uint64_t)p.calls : 0;
-                assert_int_equal(reports[0].passes, reports[1].passes + (uint64_t)p.calls - copies);
+                // A texture of the images' format is copied, by a pass before GL 4.3.
+                const bool pass = !(ranged && bits < 32) && !contexts[k]->gl.CopyImageSubData;
+                assert_int_equal(reports[0].passes,
+                                 reports[1].passes + (pass ? (uint64_t)p.calls : 0));
                 assert_int_equal(reports[1].passes, in_memory.passes);
                 assert_true(reports[1].textures <= stack_size_of(&params, p.calls) + 2);
                 weft_accumulator_destroy(&textures);
