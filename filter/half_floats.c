@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Many floats as halves: F16C rounds eight at once where the processor has it.
+// Many floats as halves and back: F16C converts eight at once where the processor has it.
 #include <math.h>
 
 #include "filter/half.h"
@@ -61,4 +61,33 @@ void weft_half_from_floats(const float *values, size_t count, uint16_t *out,
     }
 #endif
     convert_plain(values, count, out, losses);
+}
+
+static void widen_plain(const uint16_t *halves, size_t count, float *out)
+{
+    for (size_t i = 0; i < count; i++)
+        out[i] = weft_half_to_float(halves[i]);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2,f16c"))) static void widen_f16c(const uint16_t *halves, size_t count,
+                                                            float *out)
+{
+    enum { LANES = 8 };
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES)
+        _mm256_storeu_ps(out + i, _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(halves + i))));
+    widen_plain(halves + i, count - i, out + i);
+}
+#endif
+
+void weft_half_to_floats(const uint16_t *halves, size_t count, float *out)
+{
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2")) {
+        widen_f16c(halves, count, out);
+        return;
+    }
+#endif
+    widen_plain(halves, count, out);
 }

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "filter/half.h"
-#include "filter/threads.h"
 #include "passes/accumulate/frame.h"
+#include "passes/accumulate/sums/blocks.h"
 #include "passes/accumulate/sums/state.h"
 #include "passes/gl/program.h"
 
@@ -266,8 +266,6 @@ static enum weft_result add_on_gl(weft_accumulator *a, weft_blend_target *t,
 
 // ---- emulation ----------------------------------------------------------------------------------
 
-enum { CHUNK = WEFT_VALUE_CHUNK, ROWS = 16 }; // of a part
-
 struct emulation {
     weft_accumulator *a;
     weft_blend_target *target;
@@ -284,31 +282,22 @@ static enum weft_plane_type texel_type(const struct emulation *e, int channel)
                                   rest < WEFT_FRAME_GROUP ? rest : WEFT_FRAME_GROUP);
 }
 
-static void blend_chunk(const struct emulation *e, int channel, int32_t x, int32_t y, int32_t count)
+static bool blend_block(void *priv, int thread, const struct weft_block *block)
 {
-    weft_blend_target *t = e->target;
-    const size_t at =
-        (size_t)channel * pixel_count(e->a) + (size_t)y * (size_t)e->a->params.width + (size_t)x;
-    float values[CHUNK];
-    weft_value_chunk(&e->planes[channel], e->a->params.width, x, y, count, values);
-    weft_blend_fetch(texel_type(e, channel), values, (size_t)count);
-    weft_value_range_apply(&t->range, values, (size_t)count);
-    if (e->step->weight != 1.0f)
-        weft_blend_weigh(e->step->weight, values, (size_t)count);
-    weft_blend_emulate(t->bits, e->step, values, (size_t)count,
-                       (char *)t->emulated + at * value_size(t));
-}
-
-static bool blend_part(void *priv, int thread, size_t i)
-{
-    (void)thread;
     const struct emulation *e = priv;
-    const struct weft_accumulator_params *p = &e->a->params;
-    const int64_t first = (int64_t)i * ROWS;
-    for (int channel = 0; channel < p->channel_count; channel++)
-        for (int32_t y = (int32_t)first; y < first + ROWS && y < p->height; y++)
-            for (int32_t x = 0; x < p->width; x += CHUNK)
-                blend_chunk(e, channel, x, y, p->width - x < CHUNK ? p->width - x : CHUNK);
+    weft_blend_target *t = e->target;
+    const size_t at = (size_t)block->channel * pixel_count(e->a) + block->at;
+    float values[WEFT_BLOCK_VALUES];
+    const float *fetched = weft_block_floats(block, values);
+    (void)thread;
+    if (fetched != values)
+        memcpy(values, fetched, block->count * sizeof *values);
+    weft_blend_fetch(texel_type(e, block->channel), values, block->count);
+    weft_value_range_apply(&t->range, values, block->count);
+    if (e->step->weight != 1.0f)
+        weft_blend_weigh(e->step->weight, values, block->count);
+    weft_blend_emulate(t->bits, e->step, values, block->count,
+                       (char *)t->emulated + at * value_size(t));
     return true;
 }
 
@@ -318,9 +307,9 @@ static enum weft_result add_emulated(weft_accumulator *a, weft_blend_target *t,
 {
     struct emulation e = {.a = a, .target = t, .step = step};
     const enum weft_result res = weft_frame_planes(a, frame, &e.planes);
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
     if (res == WEFT_OK)
-        weft_threads_run(a->params.cpu.threads, ((size_t)a->params.height + ROWS - 1) / ROWS,
-                         blend_part, &e);
+        weft_blocks_run(&shape, e.planes, NULL, blend_block, &e);
     t->passes += res == WEFT_OK ? (uint64_t)weft_frame_groups(a) : 0;
     return res;
 }

@@ -7,14 +7,11 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "filter/threads.h"
+#include "passes/accumulate/sums/blocks.h"
+#include "passes/accumulate/sums/codes.h"
 #include "passes/accumulate/values.h"
 
 const char *const weft_accum_rounding_names[] = {"nearest", "truncate", NULL};
-
-enum { LARGEST = 32767 }; // code
-enum { PART = 1 << 16 };  // values of a part of the work, at least
-enum { CHUNK = WEFT_VALUE_CHUNK };
 
 struct weft_accum_buffer {
     struct weft_accum_buffer_params params;
@@ -88,55 +85,6 @@ void *weft_accum_buffer_values(const weft_accum_buffer *b, size_t *bytes)
     return b->values;
 }
 
-// ---- codes --------------------------------------------------------------------------------------
-
-// Adding this rounds |x| < 2^22 to an integer, halves to even; taking it away leaves the integer.
-#define TO_INTEGER 0x1.8p23f
-
-// A product as a change of a code, which needs no more than twice the range. NAN: the least.
-static inline int32_t code_of(float x, bool truncate)
-{
-    const float most = 2.0f * LARGEST;
-    x = x > -most ? x : -most;
-    x = x < most ? x : most;
-    return (int32_t)(truncate ? x : (x + TO_INTEGER) - TO_INTEGER);
-}
-
-static inline int16_t in_range(int32_t code)
-{
-    code = code > -LARGEST ? code : -LARGEST;
-    return (int16_t)(code < LARGEST ? code : LARGEST);
-}
-
-// Loops whose `truncate` is known when they are compiled.
-#define BOTH_ROUNDINGS(loop)                                                                       \
-    if (truncate)                                                                                  \
-        for (size_t i = 0; i < count; i++)                                                         \
-            loop(true);                                                                            \
-    else                                                                                           \
-        for (size_t i = 0; i < count; i++)                                                         \
-        loop(false)
-
-static void add_frame_codes(const float *v, float scale, bool truncate, int16_t *a, size_t count)
-{
-#define ADD(rounding) a[i] = in_range(a[i] + code_of(v[i] * scale, rounding))
-    BOTH_ROUNDINGS(ADD);
-#undef ADD
-}
-
-static void multiply_codes(float value, bool truncate, int16_t *a, size_t count)
-{
-#define MULTIPLY(rounding) a[i] = in_range(code_of((float)a[i] * value, rounding))
-    BOTH_ROUNDINGS(MULTIPLY);
-#undef MULTIPLY
-}
-
-static void add_codes(int32_t code, int16_t *a, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        a[i] = in_range(a[i] + code);
-}
-
 // ---- operations ---------------------------------------------------------------------------------
 
 enum operation { LOAD, ACCUM, ADD, MULT };
@@ -147,122 +95,106 @@ struct work {
     const struct weft_plane *planes;      // LOAD, ACCUM
     const struct weft_value_range *range; // of them; NULL: as they are
     double value;
-    int32_t rows; // of a part
-    size_t bands; // of a plane
 };
 
 // Codes of frames stay what they are: what one stands for is part of the scale, but where Mesa's
-// arithmetic is wanted.
-static double frame_values(const struct work *w, const struct weft_plane *plane, int32_t x,
-                           int32_t y, int32_t count, float *out)
+// arithmetic is wanted. Returns values in `memory`, or as they lie in the block.
+static const float *frame_values(const struct work *w, const struct weft_block *block,
+                                 float *memory, double *one)
 {
     const struct weft_accum_buffer_params *p = &w->buffer->params;
-    const bool bytes = plane->type == WEFT_PLANE_UNORM8;
-    if ((!bytes && plane->type != WEFT_PLANE_UNORM16) || w->range) {
-        weft_value_chunk(plane, p->width, x, y, count, out);
-        if (w->range)
-            weft_value_range_apply(w->range, out, (size_t)count);
-        return 1.0;
-    }
-    const size_t step = plane->step ? plane->step : 1;
-    const size_t stride = plane->stride ? plane->stride : (size_t)p->width * step;
-    const size_t first = (size_t)y * stride + (size_t)x * step;
-    const float one = bytes ? 1.0f / 255.0f : 1.0f / 65535.0f;
     const bool mesa = p->bits == 16 && p->rounding == WEFT_ACCUM_TRUNCATE;
-    const float factor = mesa ? one : 1.0f;
-    if (bytes) {
-        const uint8_t *codes = (const uint8_t *)plane->values + first;
-        for (int32_t i = 0; i < count; i++)
-            out[i] = (float)codes[(size_t)i * step] * factor;
-    } else {
-        const uint16_t *codes = (const uint16_t *)plane->values + first;
-        for (int32_t i = 0; i < count; i++)
-            out[i] = (float)codes[(size_t)i * step] * factor;
+    const bool bytes = block->type == WEFT_PLANE_UNORM8;
+    const float largest = bytes ? 255.0f : 65535.0f, factor = mesa ? 1.0f / largest : 1.0f;
+    *one = 1.0;
+    if (w->range || (!bytes && block->type != WEFT_PLANE_UNORM16)) {
+        const float *values = weft_block_floats(block, memory);
+        if (!w->range)
+            return values;
+        if (values != memory)
+            memcpy(memory, values, block->count * sizeof *memory);
+        weft_value_range_apply(w->range, memory, block->count);
+        return memory;
     }
-    return mesa ? 1.0 : bytes ? 1.0 / 255.0 : 1.0 / 65535.0;
+    for (size_t i = 0; bytes && i < block->count; i++)
+        memory[i] = (float)((const uint8_t *)block->values)[i] * factor;
+    for (size_t i = 0; !bytes && i < block->count; i++)
+        memory[i] = (float)((const uint16_t *)block->values)[i] * factor;
+    *one = mesa ? 1.0 : 1.0 / (double)largest;
+    return memory;
 }
 
-static void work_on_codes(const struct work *w, const float *v, double one, int16_t *a,
-                          size_t count)
+static float code_scale(const struct work *w, double one)
 {
-    const bool truncate = w->buffer->params.rounding == WEFT_ACCUM_TRUNCATE;
-    const float value = (float)w->value, scale = value * (float)LARGEST;
-    switch (w->operation) {
-    case LOAD:
-        memset(a, 0, count * sizeof *a); // fall through
-    case ACCUM:
-        add_frame_codes(v, truncate ? scale : (float)(w->value * one * LARGEST), truncate, a,
-                        count);
-        return;
-    case ADD:
-        add_codes(code_of(truncate ? scale : (float)(w->value * LARGEST), truncate), a, count);
-        return;
-    case MULT:
-        multiply_codes(value, truncate, a, count);
-        return;
-    }
+    if (w->buffer->params.rounding == WEFT_ACCUM_TRUNCATE)
+        return (float)w->value * (float)WEFT_CODE_LARGEST;
+    return (float)(w->value * one * WEFT_CODE_LARGEST);
 }
 
-static void work_on_floats(const struct work *w, const float *v, double one, float *a, size_t count)
+static bool add_block(void *priv, int thread, const struct weft_block *block)
 {
-    const float value = (float)w->value, scale = (float)(w->value * one);
-    switch (w->operation) {
-    case LOAD:
-        for (size_t i = 0; i < count; i++)
-            a[i] = v[i] * scale;
-        return;
-    case ACCUM:
-        for (size_t i = 0; i < count; i++)
-            a[i] += v[i] * scale;
-        return;
-    case ADD:
-        for (size_t i = 0; i < count; i++)
-            a[i] += value;
-        return;
-    case MULT:
-        for (size_t i = 0; i < count; i++)
-            a[i] *= value;
-        return;
-    }
-}
-
-static void work_on_chunk(const struct work *w, int channel, int32_t x, int32_t y, int32_t count)
-{
-    weft_accum_buffer *b = w->buffer;
-    const size_t at = (size_t)channel * b->plane + (size_t)y * (size_t)b->params.width + (size_t)x;
-    float v[CHUNK];
-    double one = 1.0;
-    if (w->planes)
-        one = frame_values(w, &w->planes[channel], x, y, count, v);
-    if (b->params.bits == 16)
-        work_on_codes(w, v, one, (int16_t *)b->values + at, (size_t)count);
-    else
-        work_on_floats(w, v, one, (float *)b->values + at, (size_t)count);
-}
-
-static bool work_on_part(void *priv, int thread, size_t i)
-{
-    (void)thread;
     const struct work *w = priv;
-    const struct weft_accum_buffer_params *p = &w->buffer->params;
-    const int channel = (int)(i / w->bands);
-    const int64_t first = (int64_t)(i % w->bands) * w->rows, end = first + w->rows;
-    for (int32_t y = (int32_t)first; y < end && y < p->height; y++)
-        for (int32_t x = 0; x < p->width; x += CHUNK)
-            work_on_chunk(w, channel, x, y, p->width - x < CHUNK ? p->width - x : CHUNK);
+    const weft_accum_buffer *b = w->buffer;
+    const size_t at = (size_t)block->channel * b->plane + block->at;
+    const bool load = w->operation == LOAD;
+    float memory[WEFT_BLOCK_VALUES];
+    double one;
+    const float *v = frame_values(w, block, memory, &one);
+    (void)thread;
+    if (b->params.bits == 16) {
+        int16_t *a = (int16_t *)b->values + at;
+        if (load)
+            memset(a, 0, block->count * sizeof *a);
+        weft_codes_add(v, code_scale(w, one), b->params.rounding == WEFT_ACCUM_TRUNCATE, a,
+                       block->count);
+    } else {
+        float *a = (float *)b->values + at;
+        const float scale = (float)(w->value * one);
+        for (size_t i = 0; load && i < block->count; i++)
+            a[i] = v[i] * scale;
+        for (size_t i = 0; !load && i < block->count; i++)
+            a[i] += v[i] * scale;
+    }
     return true;
 }
 
-// A thread costs as much as some part of the work.
-static int threads_worth(const weft_accum_buffer *b)
+static void change_codes(const struct work *w, int16_t *a, size_t count)
 {
-    const size_t worth = b->plane * (size_t)b->params.channel_count / PART + 1;
-    return worth < (size_t)b->params.cpu.threads ? (int)worth : b->params.cpu.threads;
+    const bool truncate = w->buffer->params.rounding == WEFT_ACCUM_TRUNCATE;
+    if (w->operation == ADD)
+        weft_codes_shift(code_scale(w, 1.0), truncate, a, count);
+    else
+        weft_codes_multiply((float)w->value, truncate, a, count);
+}
+
+static void change_floats(const struct work *w, float *a, size_t count)
+{
+    const float value = (float)w->value;
+    for (size_t i = 0; w->operation == ADD && i < count; i++)
+        a[i] += value;
+    for (size_t i = 0; w->operation == MULT && i < count; i++)
+        a[i] *= value;
+}
+
+static bool change_pixels(void *priv, int thread, size_t first, size_t end)
+{
+    const struct work *w = priv;
+    const weft_accum_buffer *b = w->buffer;
+    (void)thread;
+    for (int c = 0; c < b->params.channel_count; c++) {
+        const size_t at = (size_t)c * b->plane + first;
+        if (b->params.bits == 16)
+            change_codes(w, (int16_t *)b->values + at, end - first);
+        else
+            change_floats(w, (float *)b->values + at, end - first);
+    }
+    return true;
 }
 
 static enum weft_result operate(struct work *w)
 {
     const struct weft_accum_buffer_params *p = &w->buffer->params;
+    const struct weft_frame_shape shape = {p->width, p->height, p->channel_count, p->cpu.threads};
     const bool frames = w->operation == LOAD || w->operation == ACCUM;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, isfinite((float)w->value));
@@ -270,10 +202,10 @@ static enum weft_result operate(struct work *w)
         weft_require(p->log, w->planes[c].values != NULL);
         weft_require_enum(p->log, w->planes[c].type, WEFT_PLANE_TYPE_COUNT - 1);
     }
-    w->rows = PART / p->width > 1 ? PART / p->width : 1;
-    w->bands = ((size_t)p->height + (size_t)w->rows - 1) / (size_t)w->rows;
-    weft_threads_run(threads_worth(w->buffer), w->bands * (size_t)p->channel_count, work_on_part,
-                     w);
+    if (frames)
+        weft_blocks_run(&shape, w->planes, NULL, add_block, w);
+    else
+        weft_pixels_run(&shape, change_pixels, w);
     res = WEFT_OK;
 fail:
     return res;
@@ -327,7 +259,7 @@ struct result {
 static void write_row(const weft_accum_buffer *b, const struct result *r, size_t first, float *out)
 {
     const bool codes = b->params.bits == 16;
-    const double scale = codes ? r->scale / LARGEST : r->scale;
+    const double scale = codes ? r->scale / WEFT_CODE_LARGEST : r->scale;
     for (size_t x = 0; x < (size_t)b->params.width; x++) {
         const double a =
             codes ? ((const int16_t *)b->values)[first + x] : ((const float *)b->values)[first + x];

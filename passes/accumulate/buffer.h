@@ -4,8 +4,8 @@
 // SIGGRAPH 1990) to images of any number of channels.
 //
 // A value a of the buffer is a signed code of 16 bits that stands for a / 32767, so that the range
-// is [-1, 1], or a float. Where a result has no code, OpenGL leaves it undefined; here it becomes
-// the nearest one, -32767 or 32767. Floats have no limits. As OpenGL says, values are clamped to
+// is [-1, 1], or a float. Where a product or a sum has no code, OpenGL leaves it undefined; here it
+// becomes the nearest one, -32767 or 32767. Floats have no limits. As OpenGL says, values are clamped to
 // [0, 1] where they are returned, and nowhere else.
 //
 // A whole frame goes through each call, on several threads: the same bytes whatever their number.
@@ -64,7 +64,7 @@ WEFT_API void weft_accum_buffer_destroy(weft_accum_buffer **buffer); // accepts 
 // The operations, a being each value of the buffer and v the frame's: channel_count planes of any
 // types, which are borrowed until the call returns. `value` is a float of GL: it is rounded to one.
 // Each returns WEFT_ERR_ARGUMENT, with the buffer as it was, where `value` is not finite or beyond
-// a float, or a plane is none. In 16 bits a v that is NAN counts as one far below 0.
+// a float, or a plane is none. In 16 bits a product that is NAN counts as -1.
 // a = v value
 WEFT_API enum weft_result weft_accum_buffer_load(weft_accum_buffer *buffer,
                                                  const struct weft_plane *planes, double value);

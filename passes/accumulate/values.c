@@ -6,33 +6,17 @@
 #include <stdatomic.h>
 #include <string.h>
 
-#include "filter/threads.h"
-#include "passes/accumulate/frame.h"
-
-void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, int32_t y,
-                      int32_t count, float *out)
-{
-    const size_t step = plane->step ? plane->step : 1;
-    struct weft_plane part = *plane;
-    part.values =
-        (const char *)plane->values + (size_t)x * step * weft_plane_type_size(plane->type);
-    part.stride = plane->stride ? plane->stride : (size_t)width * step;
-    weft_plane_row(&part, y, count, out, 1);
-}
+#include "passes/accumulate/sums/blocks.h"
 
 // ---- checks -------------------------------------------------------------------------------------
-
-enum { PART = 1 << 16, CHUNK = WEFT_VALUE_CHUNK }; // values of a part, and of a step of it
 
 struct check {
     const weft_accumulator *a;
     const struct weft_plane *planes;
     const struct weft_value_limits *limits;
     float low, high;
-    int32_t rows; // of a part
-    size_t bands; // of a plane
     _Atomic uint64_t nonfinite;
-    _Atomic uint32_t largest; // as bits, which are in the order of the values
+    _Atomic int32_t largest; // as bits
     _Atomic bool bad;
 };
 
@@ -50,51 +34,64 @@ static bool need_none(const struct check *c, enum weft_plane_type type)
     return codes && (!c->limits || (c->low <= 0.0f && c->high >= 1.0f));
 }
 
-// Without branches, so that it is made in vectors; what is bad is looked for where there is any.
+static inline uint32_t bits_of(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+enum { SIZE = 0x7fffffff, INFINITE = 0x7f800000 };
+
+// Largest |value| as bits, which are in the order of sizes; *beyond: a sign where any value is not
+// within the limits. Without branches, so that it is made in vectors.
+static int32_t look_at(const struct check *c, const float *values, size_t count, uint32_t *beyond)
+{
+    const float low = c->low, high = c->high;
+    int32_t largest = 0;
+    uint32_t signs = 0;
+    for (size_t i = 0; i < count; i++) {
+        const int32_t size = (int32_t)(bits_of(values[i]) & SIZE);
+        largest = size > largest ? size : largest;
+        signs |= bits_of(values[i] - low + 0.0f) | bits_of(high - values[i] + 0.0f); // no -0
+    }
+    *beyond = signs;
+    return largest;
+}
+
+static void raise_largest(struct check *c, int32_t size)
+{
+    int32_t known = atomic_load_explicit(&c->largest, memory_order_relaxed);
+    while (size > known && !atomic_compare_exchange_weak(&c->largest, &known, size))
+        ;
+}
+
 static void check_floats(struct check *c, const float *values, size_t count)
 {
-    uint32_t largest = 0, nonfinite = 0, beyond = 0;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        bits &= 0x7fffffffu;
-        const uint32_t finite = bits < 0x7f800000u;
-        nonfinite += !finite;
-        beyond |= !(values[i] >= c->low) | !(values[i] <= c->high);
-        bits = finite ? bits : 0;
-        largest = bits > largest ? bits : largest;
+    uint32_t beyond;
+    int32_t largest = look_at(c, values, count, &beyond);
+    if (largest >= INFINITE) {
+        largest = 0;
+        for (size_t i = 0; i < count; i++) {
+            const int32_t size = (int32_t)(bits_of(values[i]) & SIZE);
+            c->nonfinite += size >= INFINITE;
+            largest = size < INFINITE && size > largest ? size : largest;
+        }
+        if (c->limits || c->a->params.nonfinite != WEFT_NONFINITE_PROPAGATE)
+            c->bad = true;
     }
-    uint32_t known = atomic_load_explicit(&c->largest, memory_order_relaxed);
-    while (largest > known && !atomic_compare_exchange_weak(&c->largest, &known, largest))
-        ;
-    if (nonfinite)
-        c->nonfinite += nonfinite;
-    if (c->limits ? beyond : nonfinite && c->a->params.nonfinite != WEFT_NONFINITE_PROPAGATE)
+    if (c->limits && beyond >> 31)
         c->bad = true;
+    raise_largest(c, largest);
 }
 
-// Pixels x to x + CHUNK of a row, or to its end.
-static size_t chunk_of(const struct check *c, int channel, int32_t y, int32_t x, float *out)
+static bool check_block(void *priv, int thread, const struct weft_block *block)
 {
-    const struct weft_accumulator_params *p = &c->a->params;
-    const int32_t count = p->width - x < CHUNK ? p->width - x : CHUNK;
-    weft_value_chunk(&c->planes[channel], p->width, x, y, count, out);
-    return (size_t)count;
-}
-
-static bool check_part(void *priv, int thread, size_t i)
-{
-    (void)thread;
     struct check *c = priv;
-    const struct weft_accumulator_params *p = &c->a->params;
-    const int channel = (int)(i / c->bands);
-    const int64_t first = (int64_t)(i % c->bands) * c->rows, end = first + c->rows;
-    float values[CHUNK];
-    if (need_none(c, c->planes[channel].type))
-        return true;
-    for (int32_t y = (int32_t)first; y < end && y < p->height; y++)
-        for (int32_t x = 0; x < p->width; x += CHUNK)
-            check_floats(c, values, chunk_of(c, channel, y, x, values));
+    float memory[WEFT_BLOCK_VALUES];
+    (void)thread;
+    if (!need_none(c, block->type))
+        check_floats(c, weft_block_floats(block, memory), block->count);
     return true;
 }
 
@@ -115,50 +112,50 @@ static void log_refused(const struct check *c, int channel, int32_t x, int32_t y
 static void find_refused(const struct check *c)
 {
     const struct weft_accumulator_params *p = &c->a->params;
-    float values[CHUNK];
-    for (int channel = 0; channel < p->channel_count; channel++)
-        for (int32_t y = 0; y < p->height && !need_none(c, c->planes[channel].type); y++)
-            for (int32_t x = 0; x < p->width; x += CHUNK) {
-                const size_t count = chunk_of(c, channel, y, x, values);
-                for (size_t i = 0; i < count; i++)
-                    if (is_refused(c, values[i])) {
-                        log_refused(c, channel, x + (int32_t)i, y, values[i]);
-                        return;
-                    }
+    for (int channel = 0; channel < p->channel_count; channel++) {
+        struct weft_plane pixel = c->planes[channel];
+        const size_t step = pixel.step ? pixel.step : 1;
+        for (int32_t y = 0; y < p->height; y++)
+            for (int32_t x = 0; x < p->width; x++) {
+                float value;
+                pixel.values = (const char *)weft_plane_line(&c->planes[channel], y, p->width) +
+                               (size_t)x * step * weft_plane_type_size(pixel.type);
+                weft_plane_row(&pixel, 0, 1, &value, 1);
+                if (!is_refused(c, value))
+                    continue;
+                log_refused(c, channel, x, y, value);
+                return;
             }
+    }
 }
 
 enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes,
                                   const struct weft_value_limits *limits, double *largest)
 {
-    const struct weft_accumulator_params *p = &a->params;
-    const int32_t rows = PART / p->width > 1 ? PART / p->width : 1;
+    const struct weft_frame_shape shape = weft_accumulator_shape(a);
     struct check c = {
         .a = a,
         .planes = planes,
         .limits = limits,
         .low = limits ? (float)limits->low : -INFINITY,
         .high = limits ? (float)limits->high : INFINITY,
-        .rows = rows,
-        .bands = ((size_t)p->height + (size_t)rows - 1) / (size_t)rows,
     };
     float value = 0.0f;
-    const size_t values = (size_t)p->width * (size_t)p->height * (size_t)p->channel_count;
-    const int threads =
-        values / PART + 1 < (size_t)p->cpu.threads ? (int)(values / PART + 1) : p->cpu.threads;
-    weft_threads_run(threads, c.bands * (size_t)p->channel_count, check_part, &c);
-    const uint32_t bits = c.largest;
+    bool codes = false, others = false;
+    for (int i = 0; i < shape.channel_count; i++)
+        *(need_none(&c, planes[i].type) ? &codes : &others) = true;
+    if (others)
+        weft_blocks_run(&shape, planes, NULL, check_block, &c);
+    const int32_t bits = c.largest;
     memcpy(&value, &bits, sizeof value);
-    for (int i = 0; i < p->channel_count; i++)
-        if (need_none(&c, planes[i].type) && value < 1.0f)
-            value = 1.0f;
     if (largest)
-        *largest = value;
+        *largest = codes && value < 1.0f ? 1.0 : (double)value;
     if (c.bad) {
         find_refused(&c);
         return WEFT_ERR_FORMAT;
     }
-    a->nonfinite += c.nonfinite;
+    if (!a->scan)
+        a->nonfinite += c.nonfinite;
     return WEFT_OK;
 }
 

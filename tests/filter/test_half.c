@@ -36,6 +36,25 @@ static void test_every_half(void **state)
     }
 }
 
+// Many at once, from any place in a line: the same.
+static void test_lines_of_halves(void **state)
+{
+    (void)state;
+    enum { COUNT = 0x10000 };
+    static uint16_t halves[COUNT];
+    static float values[COUNT];
+    for (int i = 0; i < COUNT; i++)
+        halves[i] = (uint16_t)i;
+    for (size_t first = 0; first < 9; first++) {
+        weft_half_to_floats(halves + first, COUNT - first, values + first);
+        for (size_t i = first; i < COUNT; i++) {
+            const float one = weft_half_to_float(halves[i]);
+            assert_true(isnan(one) ? isnan(values[i]) && !signbit(one) == !signbit(values[i])
+                                   : memcmp(&one, &values[i], sizeof one) == 0);
+        }
+    }
+}
+
 // Between neighbours: the middle goes to the even one, what is beside it to the nearer one.
 static void test_between_halves(void **state)
 {
@@ -103,6 +122,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_half),
+        cmocka_unit_test(test_lines_of_halves),
         cmocka_unit_test(test_between_halves),
         cmocka_unit_test(test_lines),
     };

@@ -43,6 +43,32 @@ static size_t clean(const struct weft_block *block, void *out, uint16_t *bad)
     return count;
 }
 
+const float *weft_block_floats(const struct weft_block *block, float *memory)
+{
+    const uint8_t *bytes = block->values;
+    const uint16_t *words = block->values;
+    const uint32_t *integers = block->values;
+    switch (block->type) {
+    case WEFT_PLANE_HALF:
+        weft_half_to_floats(words, block->count, memory);
+        return memory;
+    case WEFT_PLANE_UNORM8:
+        for (size_t i = 0; i < block->count; i++)
+            memory[i] = (float)bytes[i] / 255.0f;
+        return memory;
+    case WEFT_PLANE_UNORM16:
+        for (size_t i = 0; i < block->count; i++)
+            memory[i] = (float)words[i] / 65535.0f;
+        return memory;
+    case WEFT_PLANE_UINT:
+        for (size_t i = 0; i < block->count; i++)
+            memory[i] = (float)integers[i];
+        return memory;
+    default:
+        return block->values;
+    }
+}
+
 // ---- parts --------------------------------------------------------------------------------------
 
 struct run {

@@ -41,6 +41,10 @@ bool weft_blocks_run(const struct weft_frame_shape *shape, const struct weft_pla
                      bool (*use)(void *priv, int thread, const struct weft_block *block),
                      void *priv);
 
+// Returns a block's values as floats, in `memory` (of WEFT_BLOCK_VALUES) unless they are: halves
+// are exact, codes are code / largest code rounded once, integers beyond 2^24 the nearest float.
+const float *weft_block_floats(const struct weft_block *block, float *memory);
+
 // Calls use() for pixels first ... end - 1 of [y][x], on several threads; of every channel.
 bool weft_pixels_run(const struct weft_frame_shape *shape,
                      bool (*use)(void *priv, int thread, size_t first, size_t end), void *priv);
@@ -55,8 +59,8 @@ struct weft_place {
     int32_t x, y;
     double value;
 };
-// Finds the first value of a channel that is not finite
-// or whose size is above a limit. There is one. Codes count as 1.
+// Finds the first value of a channel that is not finite or whose size is above a limit. There is
+// one. Codes count as 1.
 struct weft_place weft_scan_find(const struct weft_frame_shape *shape,
                                  const struct weft_plane *planes, int channel, double limit);
 

@@ -402,7 +402,7 @@ static void refuses_what_it_cannot_take(void **state)
         int bits;
         float good, bad;
     } values[] = {
-        {8, 1.0f, 1.001f}, {16, 0.0f, -0.001f}, {WEFT_ACCUMULATE_HALF, 65504.0f, 65505.0f}};
+        {8, 1.0f, 1.001f}, {16, -0.0f, -0.001f}, {WEFT_ACCUMULATE_HALF, 65504.0f, 65505.0f}};
     for (size_t i = 0; i < WEFT_COUNT(values); i++) {
         struct weft_accumulator_params p = good;
         p.bits = values[i].bits;

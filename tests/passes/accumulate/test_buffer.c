@@ -317,6 +317,52 @@ static void takes_planes_of_all_types(void **state)
     }
 }
 
+// Many values at once give what one by one gives: rows of all lengths, beside the definition in
+// double, with values around halves of codes, beyond all codes and NAN.
+static void codes_are_the_same_in_any_place(void **state)
+{
+    (void)state;
+    enum { MOST = 41 };
+    float values[MOST], out[MOST];
+    uint64_t seed = 8;
+    int halves = 0;
+    for (int rounding = 0; rounding < WEFT_ACCUM_ROUNDING_COUNT; rounding++)
+        for (int width = 1; width <= MOST; width++) {
+            const struct weft_plane plane = {.values = values};
+            weft_accum_buffer *buffer = NULL;
+            assert_int_equal(
+                weft_accum_buffer_create(
+                    weft_accum_buffer_params(.width = width, .height = 1, .channel_count = 1,
+                                             .rounding = (enum weft_accum_rounding)rounding),
+                    &buffer),
+                WEFT_OK);
+            for (int i = 0; i < width; i++) {
+                const double code = (double)(next_random(&seed) % 65536) - 32768.0;
+                values[i] = (float)((code + 0.5) / 32767.0);
+                if (next_random(&seed) % 8 == 0)
+                    values[i] = i % 3 == 0 ? NAN : i % 3 == 1 ? INFINITY : -1e30f;
+            }
+            assert_int_equal(weft_accum_buffer_load(buffer, &plane, 1.0), WEFT_OK);
+            assert_int_equal(weft_accum_buffer_accum(buffer, &plane, -0.25), WEFT_OK);
+            assert_int_equal(weft_accum_buffer_mult(buffer, -0.5), WEFT_OK);
+            assert_int_equal(weft_accum_buffer_read(buffer, 32767.0, 0.0, 0, out, 0), WEFT_OK);
+            for (int i = 0; i < width; i++) {
+                const bool down = rounding == WEFT_ACCUM_TRUNCATE;
+                const double most = 32767.0, v = (double)values[i];
+                // Products in single precision.
+                double load = (double)(values[i] * 32767.0f), half = 0.0;
+                double add = (double)(values[i] * (-0.25f * 32767.0f));
+                halves += load - floor(load) == 0.5;
+                load = isnan(v) ? -most : fmax(-most, fmin(most, down ? trunc(load) : rint(load)));
+                add = isnan(v) ? -most : fmax(-most, fmin(most, down ? trunc(add) : rint(add)));
+                half = -0.5 * fmax(-most, fmin(most, load + add));
+                assert_true((double)out[i] == (down ? trunc(half) : rint(half)));
+            }
+            weft_accum_buffer_destroy(&buffer);
+        }
+    assert_true(halves > 100);
+}
+
 // Rounding to nearest has no bias where truncation loses half a code in each operation.
 static void rounds_without_bias(void **state)
 {
@@ -582,6 +628,7 @@ int main(void)
         cmocka_unit_test(loses_what_mesa_loses),
         cmocka_unit_test(clamps_where_opengl_says),
         cmocka_unit_test(takes_planes_of_all_types),
+        cmocka_unit_test(codes_are_the_same_in_any_place),
         cmocka_unit_test(rounds_without_bias),
         cmocka_unit_test(is_the_same_on_any_number_of_threads),
         cmocka_unit_test(is_within_its_bound),
