@@ -148,6 +148,18 @@ static json_t *seconds_json(const struct accumulate_job *job)
                               report_now_seconds() - job->start);
 }
 
+// resumed: frames of earlier runs.
+static json_t *state_json(const struct accumulate_job *job)
+{
+    const struct accumulate_kept *kept = &job->kept;
+    return json_pack("{s:o,s:I,s:I,s:I,s:I,s:o,s:o}", "file",
+                     json_text(job->option[ACCUMULATE_RESUME].text), "bytes",
+                     (json_int_t)state_file_stamp(job->option[ACCUMULATE_RESUME].text).size, "held",
+                     (json_int_t)kept->held, "resumed", (json_int_t)kept->resumed, "saves",
+                     (json_int_t)kept->saves, "seconds", json_number(kept->seconds), "last_seconds",
+                     json_number(kept->saves ? kept->cost : 0.0));
+}
+
 static void set_outputs(json_t *root, const struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
@@ -159,6 +171,8 @@ static void set_outputs(json_t *root, const struct accumulate_job *job)
         json_object_update_new(root, json_pack("{s:o,s:o}", "stderr",
                                                json_text(o[ACCUMULATE_STDERR].text), "stderr_file",
                                                saved_json(&job->error_saved)));
+    if (o[ACCUMULATE_RESUME].given)
+        json_object_set_new(root, "state", state_json(job));
     if (o[ACCUMULATE_PREVIEW].given)
         json_object_set_new(root, "preview",
                             run_report_preview(o[ACCUMULATE_PREVIEW].text, job->preview_range));
@@ -277,6 +291,10 @@ static void note_times(const struct accumulate_job *job)
                 job->add_seconds, job->judge_seconds, job->result_seconds, job->write_seconds,
                 report_now_seconds() - job->start,
                 (double)job->added / (report_now_seconds() - job->start));
+    if (job->kept.saves)
+        report_note("%s: saved %lld times in %.3f s, the last time in %.3f s",
+                    job->option[ACCUMULATE_RESUME].text, (long long)job->kept.saves,
+                    job->kept.seconds, job->kept.cost);
     report_note("method %s: %s; bound %.3g", weft_accumulate_method_names[job->report.method],
                 job->report.why, job->report.bound);
 }
