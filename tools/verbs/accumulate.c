@@ -281,7 +281,21 @@ static const char *const epilogue[] = {
     "or --until, blend and buffer keep running means, as they do not know all weights beforehand.",
     "--until looks at the frames at numbers that depend on nothing but the numbers: after the "
     "least, and whenever a sixteenth has come on top.",
+    "--resume saves the state whenever 50 times the seconds that this takes have passed, and at "
+    "the "
+    "end, whole or not at all. A run goes on from it where the options that decide the mean, "
+    "weft's "
+    "version, and name, size, time of change and weight of the frames that it holds are as they "
+    "were; "
+    "otherwise it says what differs, and the state stays as it is. Frames may be added behind "
+    "those "
+    "that it holds, for exact sums anywhere behind the first. What is complete stays, and the same "
+    "command then writes the result alone.",
+    "States in the place of FRAMES are joined, to the bytes of one run over their frames in that "
+    "order: exact sums only, of disjoint frames and one set of options, which are not given again; "
+    "with --resume NEW into a state of their own. States and frames cannot be mixed.",
     "weft accumulate render_%04d.exr -o mean.exr --stderr error.exr --preview mean.png",
+    "weft accumulate a.state b.state -o mean.exr",
     NULL,
 };
 
