@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -53,6 +54,21 @@ static struct slot *slot_at(weft_image_sequence *s, int i)
 
 // ---- creating and destroying --------------------------------------------------------------------
 
+// Each takes two descriptors; others are needed now and then, and by the caller.
+static int choose_readers(const struct weft_image_sequence_params *p)
+{
+    enum { OTHERS = 20 };
+    struct rlimit files;
+    int64_t readers = p->readers ? p->readers : weft_threads_available();
+    if (readers > WEFT_IMAGE_SEQUENCE_MAX_READERS)
+        readers = WEFT_IMAGE_SEQUENCE_MAX_READERS;
+    if (readers > p->count)
+        readers = p->count;
+    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < (rlim_t)(OTHERS + 2 * readers))
+        readers = ((int64_t)files.rlim_cur - OTHERS) / 2;
+    return readers < 1 ? 1 : (int)readers;
+}
+
 enum weft_result weft_image_sequence_create(const struct weft_image_sequence_params *params,
                                             weft_image_sequence **out)
 {
@@ -67,14 +83,11 @@ enum weft_result weft_image_sequence_create(const struct weft_image_sequence_par
     s = calloc(1, sizeof *s);
     if (!s)
         goto fail;
-    int readers = p->readers ? p->readers : weft_threads_available();
-    if (readers > WEFT_IMAGE_SEQUENCE_MAX_READERS)
-        readers = WEFT_IMAGE_SEQUENCE_MAX_READERS;
     s->params = *p;
     s->exr_program = exr_program;
     s->pool.log = p->log;
     s->pool.limits = p->limits;
-    s->pool.readers = p->count < readers ? (int)p->count : readers;
+    s->pool.readers = choose_readers(p);
     s->pool.memory_bytes = p->memory_bytes ? p->memory_bytes : UINT64_C(256) << 20;
     s->capacity = s->pool.readers * WEFT_WIRE_ROOMS;
     s->ring = calloc((size_t)s->capacity, sizeof *s->ring);

@@ -65,8 +65,10 @@ struct weft_image_sequence_params {
     // Asked while a call waits, at least ten times a second and after every signal: true ends the
     // call, which returns WEFT_ERR_CANCELLED. Default NULL: waits go on.
     bool (*stop)(void *priv);
-    void *priv;  // handed to both as it is
-    int readers; // up to WEFT_IMAGE_SEQUENCE_MAX_READERS (default 0: one for each core)
+    void *priv; // handed to both as it is
+    // Up to WEFT_IMAGE_SEQUENCE_MAX_READERS (default 0: one for each core). Fewer start where the
+    // limit of open files leaves no two for each.
+    int readers;
     // Of frames that are decoded before they are asked for; the one that is asked for and the one
     // that the caller has come on top. Default 0: 256 MiB.
     uint64_t memory_bytes;

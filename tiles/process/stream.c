@@ -116,23 +116,30 @@ static double seconds_left(const struct weft_stream *stream)
 
 bool weft_streams_wait(const struct weft_stream *streams, int count, double seconds, bool *ready)
 {
+    // Those that are asked alone: poll takes no more entries than the process may have descriptors.
     struct pollfd polled[2 * MOST_STREAMS];
+    nfds_t used = 0;
     double left = seconds < 0.0 ? 1e6 : seconds;
     for (int i = 0; i < count; i++) {
         const struct weft_stream *s = &streams[i];
-        const bool waits = s->pending > 0;
-        polled[2 * i] = (struct pollfd){waits ? s->reader->socket : -1, POLLIN, 0};
-        polled[2 * i + 1] = (struct pollfd){waits ? s->reader->pidfd : -1, POLLIN, 0};
-        if (waits && seconds_left(s) < left)
+        if (!s->pending)
+            continue;
+        polled[used++] = (struct pollfd){s->reader->socket, POLLIN, 0};
+        polled[used++] = (struct pollfd){s->reader->pidfd, POLLIN, 0};
+        if (seconds_left(s) < left)
             left = seconds_left(s);
     }
-    const int n = poll(polled, 2 * (nfds_t)count, left > 0.0 ? (int)(left * 1e3) + 1 : 0);
+    const int n = poll(polled, used, left > 0.0 ? (int)(left * 1e3) + 1 : 0);
+    const struct pollfd *next = polled;
     bool any = false;
     for (int i = 0; i < count; i++) {
-        ready[i] = streams[i].pending > 0 &&
-                   ((n > 0 && (polled[2 * i].revents || polled[2 * i + 1].revents)) ||
-                    (n == 0 && seconds_left(&streams[i]) <= 0.0));
+        ready[i] = false;
+        if (!streams[i].pending)
+            continue;
+        ready[i] =
+            n > 0 ? next[0].revents || next[1].revents : n == 0 && seconds_left(&streams[i]) <= 0.0;
         any |= ready[i];
+        next += 2;
     }
     return any;
 }
