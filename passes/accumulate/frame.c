@@ -118,8 +118,7 @@ void weft_frame_begin(weft_accumulator *a)
         a->source->has_textures = a->source->has_planes = false;
 }
 
-// ---- rows of texels
-// ------------------------------------------------------------------------------
+// ---- rows of texels -----------------------------------------------------------------------------
 
 static size_t step_of(const struct weft_plane *plane)
 {

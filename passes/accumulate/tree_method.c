@@ -394,7 +394,7 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
 // ---- results ------------------------------------------------------------------------------------
 
 // Carries up a copy of the stack. Images of the stack itself are only read; those of the copy's own
-// nodes are given back.
+// nodes are given back, and the result is good until another is taken.
 static enum weft_result carry_up(weft_accumulator *a, int *out)
 {
     struct method *m = a->own;
@@ -410,9 +410,10 @@ static enum weft_result carry_up(weft_accumulator *a, int *out)
         for (int i = 0; i < m->stack.count; i++)
             m->images->image[m->image[i]].used = true;
     }
+    for (int i = 0; i < m->images->alive; i++)
+        if (!kept[i])
+            weft_tree_images_give(m->images, i);
     *out = image[0];
-    if (res == WEFT_OK && !kept[image[0]])
-        weft_tree_images_give(m->images, image[0]);
     return res;
 }
 
@@ -557,23 +558,6 @@ static enum weft_result save(weft_accumulator *a, weft_state *state)
     return res;
 }
 
-// What the functions of stacks rely on.
-static bool can_be(const weft_accumulator *a)
-{
-    const struct method *m = a->own;
-    const struct weft_tree_stack *stack = &m->stack;
-    bool sound = stack->leaves == a->counted && (stack->count > 0) == (stack->leaves > 0) &&
-                 stack->most >= stack->count && stack->most <= WEFT_TREE_MAX_PARTS;
-    for (int i = 0; i < stack->count && sound; i++) {
-        const struct weft_tree_part *part = &stack->part[i];
-        sound = part->weight.value > 0 && part->weight.value >> 127 == 0 &&
-                part->weight.exponent > -2000 && part->weight.exponent < 2000 && part->level >= 0 &&
-                part->level < WEFT_TREE_MAX_DEPTH - 1 &&
-                (i == 0 || part->level <= stack->part[i - 1].level);
-    }
-    return sound;
-}
-
 static enum weft_result load_images(weft_accumulator *a, weft_state *state)
 {
     struct method *m = a->own;
@@ -593,13 +577,12 @@ static enum weft_result load_state(weft_accumulator *a, weft_state *state)
 {
     struct method *m = a->own;
     EACH_MEMBER(weft_state_take, state, m);
-    bool sound = m->stack.count >= 0 && m->stack.count <= WEFT_TREE_MAX_PARTS;
+    const bool sound = m->stack.count >= 0 && m->stack.count <= WEFT_TREE_MAX_PARTS;
     for (int i = 0; sound && i < m->stack.count; i++)
         EACH_PART_MEMBER(weft_state_take, state, &m->stack.part[i]);
     if (state->failed)
         return WEFT_OK;
-    sound = sound && can_be(a);
-    if (!sound) {
+    if (!sound || m->stack.leaves != a->counted || !weft_tree_stack_is_sound(&m->stack)) {
         weft_error(a->params.log, "accumulate: the state is damaged: its stack cannot be");
         return WEFT_ERR_FORMAT;
     }

@@ -8,15 +8,21 @@
 
 WEFT_BEGIN_DECLS
 
+// Values of a step: what converts and sums up values goes from one array of so many to the next.
+enum { WEFT_VALUE_CHUNK = 1024 };
+// `count` pixels of a plane of rows of `width` pixels from (x, y) on, as weft_plane_row.
+void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, int32_t y,
+                      int32_t count, float *out);
+
 // What values may be.
 struct weft_value_limits {
     double low, high;
 };
 // Checks a frame that lies in memory, on params.cpu.threads: values beyond the limits (NULL: none)
 // are refused, and so are those that are not finite, unless params.nonfinite is to propagate. What
-// is not finite counts in a->nonfinite, unless a->scan counts it. *largest (may be NULL) is the largest |finite value|, or 1
-// where codes need no check. Returns WEFT_ERR_FORMAT: the log names the first such value's frame,
-// channel, pixel and itself.
+// is not finite counts in a->nonfinite, unless a->scan has counted it. *largest (may be NULL) is
+// the largest |finite value|, or 1 where codes need no check. Returns WEFT_ERR_FORMAT: the log
+// names the first such value's frame, channel, pixel and itself.
 enum weft_result weft_frame_check(weft_accumulator *a, const struct weft_plane *planes,
                                   const struct weft_value_limits *limits, double *largest);
 

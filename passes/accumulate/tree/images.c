@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passes/accumulate/tree/images.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -148,15 +149,21 @@ static void add_codes(uint32_t factor, const void *in, bool bytes, uint32_t *sum
             sums[i] += factor * ((const uint16_t *)in)[i];
 }
 
+// What is too small for a normal number is 0, as it is to Mesa's software renderer.
+static inline float flushed(float v)
+{
+    return fabsf(v) < FLT_MIN ? copysignf(0.0f, v) : v;
+}
+
 // Products and their sums are rounded apart.
 static void add_floats(float factor, const float *in, bool first, float *sums, size_t count)
 {
     if (first)
         for (size_t i = 0; i < count; i++)
-            sums[i] = in[i] * factor;
+            sums[i] = flushed(in[i] * factor);
     else
         for (size_t i = 0; i < count; i++)
-            sums[i] += in[i] * factor;
+            sums[i] = flushed(sums[i] + flushed(in[i] * factor));
 }
 
 // Part i of the work: CHUNK values, of all groups one after another.

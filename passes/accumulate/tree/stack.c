@@ -357,6 +357,37 @@ void weft_tree_stack_combine(struct weft_tree_stack *stack, int count, struct we
     stack->count -= count - 1;
 }
 
+static bool is_weight(const struct weft_tree_weight *w)
+{
+    return w->value > 0 && bits_of(w->value) <= VALUE_BITS + 1 && w->exponent > -2000 &&
+           w->exponent < 2000;
+}
+
+// Between frames all parts are complete, fewer than a node on each level: the digits of the number
+// of leaves.
+bool weft_tree_stack_is_sound(const struct weft_tree_stack *stack)
+{
+    int64_t left = stack->leaves, span = 1;
+    int i = stack->count - 1;
+    if (stack->count < 0 || left < 0 || stack->most < stack->count ||
+        stack->most > WEFT_TREE_MAX_PARTS)
+        return false;
+    for (int level = 0; level < WEFT_TREE_MAX_DEPTH && left > 0; level++) {
+        const int inputs = branching_of(&stack->shape, level), most = inputs ? inputs - 1 : 1;
+        for (int k = 0; i >= 0 && stack->part[i].level == level; i--, k++) {
+            left -= span;
+            if (k == most || left < 0 || !is_weight(&stack->part[i].weight))
+                return false;
+        }
+        if (inputs == 0 || __builtin_mul_overflow(span, inputs, &span))
+            break;
+    }
+    for (int level = 0; level < WEFT_TREE_MAX_DEPTH; level++)
+        if (stack->nodes[level] < 0 || stack->nodes[level] > stack->leaves)
+            return false;
+    return left == 0 && i < 0;
+}
+
 struct weft_tree_part weft_tree_stack_preview(const struct weft_tree_stack *stack)
 {
     struct weft_tree_stack copy = *stack;

@@ -91,6 +91,10 @@ int weft_tree_stack_carry(struct weft_tree_stack *stack);
 // Replaces the uppermost `count` parts by a node of theirs.
 void weft_tree_stack_combine(struct weft_tree_stack *stack, int count, struct weft_tree_node *out);
 
+// Whether a stack that was read from elsewhere is one that pushing could have left: its functions
+// rely on that. `count` is at most WEFT_TREE_MAX_PARTS.
+bool weft_tree_stack_is_sound(const struct weft_tree_stack *stack);
+
 // Carries up all of a copy, whose nodes nobody draws: what the result of the leaves so far would
 // be. There is a leaf.
 struct weft_tree_part weft_tree_stack_preview(const struct weft_tree_stack *stack);

@@ -632,6 +632,52 @@ static void test_range(void **state)
         }
 }
 
+// Values so small that GL may take them, or what becomes of them, for 0: within the bound.
+static void test_small_values(void **state)
+{
+    static const double sizes[] = {0x1p-100, 0x1p-124, 0x1p-130, 0x1p-140};
+    static float out[MAX_CHANNELS][PIXELS], expected[MAX_CHANNELS][PIXELS];
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(sizes); i++)
+        for (int k = 0; k < 3; k++) {
+            weft_context *context = k < 2 ? contexts[k] : NULL;
+            struct frames f;
+            if (k == 1 && !context)
+                continue;
+            make_frames(&f, 29, 3, PIXELS, WEFT_PLANE_FLOAT, -sizes[i], sizes[i], 61);
+            weigh(&f, UNIFORM, 3);
+            sum_all(&f);
+            const struct weft_accumulator_params params = params_of(&f, 32, 4);
+            const struct weft_accumulator_report report = run(&params, &f, context, out);
+            assert_true(report.bound < 1e-6 * sizes[i] + 0x1p-115);
+            for (int c = 0; c < 3; c++)
+                assert_true(mean_error(&f, c, out[c]) <= report.bound);
+            run(&params, &f, NULL, expected);
+            assert_memory_equal(out, expected, 3 * sizeof out[0]);
+            free_frames(&f);
+        }
+}
+
+// Small halves are not lost on their way.
+static void test_small_halves(void **state)
+{
+    static float out[MAX_CHANNELS][PIXELS], expected[MAX_CHANNELS][PIXELS];
+    (void)state;
+    for (int k = 0; k < 2 && contexts[k]; k++) {
+        struct frames f;
+        make_frames(&f, 3, 3, PIXELS, WEFT_PLANE_HALF, -0x1p-15, 0x1p-15, 61);
+        weigh(&f, ONES, 3);
+        sum_all(&f);
+        const struct weft_accumulator_params params = params_of(&f, 32, 4);
+        const struct weft_accumulator_report report = run(&params, &f, contexts[k], out);
+        assert_true(report.bound < 1e-6 * 0x1p-15);
+        check_bound(&f, out, report.bound);
+        run(&params, &f, NULL, expected);
+        assert_memory_equal(out, expected, 3 * sizeof out[0]);
+        free_frames(&f);
+    }
+}
+
 // ---- states -------------------------------------------------------------------------------------
 
 static void test_states(void **state)
@@ -676,6 +722,42 @@ static void test_states(void **state)
         }
     }
     free_frames(&f);
+}
+
+// What no accumulator could have left is not taken for a stack.
+static void test_unsound_stacks(void **state)
+{
+    struct weft_tree_stack stack = {.shape = {.branching = 3, .level_branching = {2, 3, 2}}};
+    struct weft_tree_node node;
+    int sound = 0, unsound = 0, count;
+    (void)state;
+    for (int n = 1; n <= 12; n++) {
+        weft_tree_stack_push(&stack, weft_tree_weight_from(n), 0.0);
+        while ((count = weft_tree_stack_ready(&stack)) > 0)
+            weft_tree_stack_combine(&stack, count, &node);
+        assert_true(weft_tree_stack_is_sound(&stack));
+        sound++;
+        for (int i = 0; i < stack.count; i++)
+            for (int level = -1; level <= WEFT_TREE_MAX_DEPTH + 1; level++) {
+                struct weft_tree_stack other = stack;
+                other.part[i].level = level;
+                if (level == stack.part[i].level)
+                    continue;
+                assert_false(weft_tree_stack_is_sound(&other));
+                unsound++;
+            }
+        for (int kind = 0; kind < 7; kind++) {
+            struct weft_tree_stack other = stack;
+            other.leaves += kind == 0 ? 1 : kind == 1 ? -1 : 0;
+            other.count += kind == 2 ? 1 : 0;
+            other.nodes[2] = kind == 3 ? INT64_MAX : kind == 4 ? -1 : other.nodes[2];
+            other.part[0].weight.value = kind == 5 ? 0 : other.part[0].weight.value;
+            other.part[0].weight.exponent = kind == 6 ? INT32_MAX : 0;
+            assert_false(weft_tree_stack_is_sound(&other));
+            unsound++;
+        }
+    }
+    assert_true(sound == 12 && unsound >= 500);
 }
 
 // ---- what is refused ----------------------------------------------------------------------------
@@ -781,6 +863,9 @@ static void test_nan_propagates(void **state)
         run(&params, &f, context, expected);
         ((float *)f.values)[3 * PIXELS + 4] = NAN;
         params.nonfinite = WEFT_NONFINITE_PROPAGATE;
+        params.keep = WEFT_KEEP_EXTREMES;
+        assert_int_equal(run(&params, &f, context, out).nonfinite, 1);
+        params.keep = 0;
         assert_int_equal(run(&params, &f, context, out).nonfinite, 1);
         for (int c = 0; c < 3; c++)
             for (int i = 0; i < PIXELS; i++)
@@ -828,7 +913,10 @@ int main(void)
         cmocka_unit_test(test_kinds_of_frames),
         cmocka_unit_test(test_drawn_and_kept),
         cmocka_unit_test(test_range),
+        cmocka_unit_test(test_small_values),
+        cmocka_unit_test(test_small_halves),
         cmocka_unit_test(test_states),
+        cmocka_unit_test(test_unsound_stacks),
         cmocka_unit_test(test_params_refused),
         cmocka_unit_test(test_frames_refused),
         cmocka_unit_test(test_nan_propagates),
