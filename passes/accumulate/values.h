@@ -8,12 +8,6 @@
 
 WEFT_BEGIN_DECLS
 
-// Values of a step: what converts and sums up values goes from one array of so many to the next.
-enum { WEFT_VALUE_CHUNK = 1024 };
-// `count` pixels of a plane of rows of `width` pixels from (x, y) on, as weft_plane_row.
-void weft_value_chunk(const struct weft_plane *plane, int32_t width, int32_t x, int32_t y,
-                      int32_t count, float *out);
-
 // What values may be.
 struct weft_value_limits {
     double low, high;
