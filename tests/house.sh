@@ -11,7 +11,8 @@ most_entries=28 least_comment=0.9
 # Each room may use those before it.
 rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume
 tiles/image tiles/readers passes/cpu passes/gl passes/accumulate/sums passes/accumulate/tree
-passes/accumulate/blend passes/accumulate passes/separable passes/positions passes/plan passes/fused/lines
+passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/positions passes/plan
+passes/fused/lines
 passes/fused passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
 passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json
 tools/resample tools/accumulate tools/slice tools/table tools/chart tools/verbs tools'

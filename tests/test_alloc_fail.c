@@ -17,6 +17,7 @@
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/tree/tree.h"
 #include "passes/fused/resident_impl.h"
+#include "passes/jitter/discrepancy.h"
 #include "passes/multipass/multipass.h"
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
@@ -398,6 +399,21 @@ static enum weft_result accumulate(void)
     return res;
 }
 
+static enum weft_result judge_samples(void)
+{
+    struct weft_jitter set;
+    struct weft_discrepancy d;
+    enum weft_result res = weft_jitter_create(
+        weft_jitter_params(.info = weft_jitter_find("halton"), .log = &test_log), &set);
+    if (res == WEFT_OK)
+        res = weft_discrepancy_compute(
+            weft_discrepancy_params(.points = (const double(*)[2])set.points, .count = set.count,
+                                    .log = &test_log),
+            &d);
+    weft_jitter_clear(&set);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -513,6 +529,7 @@ static void test_plans(void **state)
     }
     weft_context_destroy(&context);
     run("weft_tree", run_tree);
+    run("weft_jitter, weft_discrepancy", judge_samples);
     for (int m = WEFT_ACCUMULATE_EXACT; m < WEFT_ACCUMULATE_METHOD_COUNT; m++) {
         accumulate_method = (enum weft_accumulate_method)m;
         run(weft_accumulate_method_names[m], accumulate);

@@ -858,6 +858,159 @@ static void accum_buffers(void)
     weft_accum_buffer_destroy(NULL);
 }
 
+// ---- effects by accumulation --------------------------------------------------------------------
+
+static enum weft_result make_jitter(const struct weft_jitter_params *p)
+{
+    struct weft_jitter set;
+    const enum weft_result res = weft_jitter_create(p, &set);
+    TRUE((res == WEFT_OK) == (set.points != NULL));
+    weft_jitter_clear(&set);
+    return res;
+}
+
+static void jitters(void)
+{
+    struct weft_jitter_params good = {.info = weft_jitter_find("grid"), .log = &logger};
+    const struct weft_jitter_info *info, none = {0};
+    int count;
+    SET_REFUSED(good, info, NULL, make_jitter(&p));
+    SET_REFUSED(good, info, &none, make_jitter(&p));
+    BAD_ENUM(good, shape, make_jitter(&p));
+    ANY_INT(good, count, make_jitter(&p));
+    ANY_NUMBER(good, size, make_jitter(&p));
+    SET_REFUSED(good, count, -1, make_jitter(&p));
+    SET_REFUSED(good, count, INT_MAX, make_jitter(&p));
+    weft_jitter_clear(NULL);
+    TRUE(weft_jitter_find(NULL) == NULL && weft_jitter_find("") == NULL);
+    REFUSED(weft_jitter_parse(&logger, "", &info, &count));
+    REFUSED(weft_jitter_parse(&logger, ":", &info, &count));
+    REFUSED(weft_jitter_parse(&logger, "grid:99999999999999999999", &info, &count));
+    REFUSED(weft_jitter_parse(&logger, "grid:1\n", &info, &count));
+    TRUE(isnan(weft_jitter_radical_inverse(0, 0)) && isnan(weft_jitter_radical_inverse(1, 5)));
+    TRUE(weft_jitter_radical_inverse(1u << 26, UINT64_MAX) < 1.0);
+}
+
+static void discrepancies(void)
+{
+    static const double points[2][2] = {{0.0, 0.1}, {0.2, 0.0}};
+    static const double beyond[2][2] = {{0.0, 0.1}, {DBL_MAX, -DBL_MAX}};
+    struct weft_discrepancy_params good = {.points = points, .count = 2, .log = &logger};
+    struct weft_discrepancy d;
+#define CALL weft_discrepancy_compute(&p, &d)
+    SET_REFUSED(good, points, NULL, CALL);
+    BAD_ENUM(good, shape, CALL);
+    ANY_NUMBER(good, size, CALL);
+    const int counts[] = {INT_MIN, -1, 0, WEFT_DISCREPANCY_MAX + 1, INT_MAX};
+    for (size_t i = 0; i < WEFT_COUNT(counts); i++)
+        SET_REFUSED(good, count, counts[i], CALL);
+    struct weft_discrepancy_params far = good;
+    far.points = beyond;
+    SURVIVED(weft_discrepancy_compute(&far, &d));
+#undef CALL
+}
+
+static void edges(void)
+{
+    struct weft_edge_value v;
+    const double normal[2] = {0.6, 0.8};
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
+        const double n[2] = {numbers[i], 1.0}, share = weft_edge_square(normal, numbers[i]);
+        TRUE(isnan(numbers[i]) ? isnan(share) : share >= 0.0 && share <= 1.0);
+        const double disc = weft_edge_disc(numbers[i]);
+        TRUE(isnan(numbers[i]) ? isnan(disc) : disc >= 0.0 && disc <= 1.0);
+        weft_edge_square(n, 0.1);
+        const struct weft_kernel kernel = named("mitchell");
+        SURVIVED(weft_edge_kernel(&logger, &kernel, 0.0, n, 0.1, &v));
+        SURVIVED(weft_edge_kernel(&logger, &kernel, 0.0, normal, numbers[i], &v));
+        SURVIVED(weft_edge_kernel(&logger, &kernel, numbers[i], normal, 0.1, &v));
+    }
+    for (int i = 0; i < BAD_KERNELS; i++) {
+        const struct weft_kernel kernel = bad_kernel(i);
+        REFUSED(weft_edge_kernel(&logger, &kernel, 0.0, normal, 0.1, &v));
+    }
+}
+
+static void frame_weights(void)
+{
+    static const double points[2][2] = {{0.0, 0.1}, {0.2, 0.0}};
+    static const double beyond[2][2] = {{0.0, 0.1}, {DBL_MAX, -DBL_MAX}};
+    struct weft_weights_kernel_params good = {.points = points, .count = 2, .log = &logger};
+    double weights[2];
+#define CALL weft_weights_kernel(&p, weights, NULL)
+    SET_REFUSED(good, points, NULL, CALL);
+    SET_REFUSED(good, count, 0, CALL);
+    SET_REFUSED(good, count, INT_MIN, CALL);
+    ANY_NUMBER(good, width, CALL);
+    for (int i = 1; i < BAD_KERNELS; i++)
+        SET_REFUSED(good, kernel, bad_kernel(i), CALL);
+#undef CALL
+    good.points = beyond;
+    SURVIVED(weft_weights_kernel(&good, weights, NULL));
+    REFUSED(weft_weights_even(&logger, 0, weights, NULL));
+    REFUSED(weft_weights_even(&logger, INT_MIN, weights, NULL));
+    REFUSED(weft_weights_even(&logger, 2, NULL, NULL));
+}
+
+static void shutters(void)
+{
+    struct weft_shutter good = WEFT_SHUTTER_BOX, out;
+    double weights[3];
+#define CALL weft_shutter_weights(&logger, &p, 3, NULL, weights, NULL)
+    BAD_ENUM(good, shape, CALL);
+    ANY_NUMBER(good, open, CALL);
+    ANY_NUMBER(good, close, CALL);
+    good.shape = WEFT_SHUTTER_GAUSS;
+    ANY_NUMBER(good, sigma, CALL);
+#undef CALL
+    good = (struct weft_shutter)WEFT_SHUTTER_TENT;
+    REFUSED(weft_shutter_weights(&logger, &good, 0, NULL, weights, NULL));
+    REFUSED(weft_shutter_weights(&logger, &good, INT_MIN, NULL, weights, NULL));
+    REFUSED(weft_shutter_parse(&logger, "", &out));
+    REFUSED(weft_shutter_parse(&logger, ":", &out));
+    REFUSED(weft_shutter_parse(&logger, "gauss:1e999", &out));
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
+        TRUE(isnan(weft_shutter_light(&good, numbers[i])) == isnan(numbers[i]));
+        TRUE(isnan(weft_shutter_share(&good, numbers[i])) == isnan(numbers[i]));
+        TRUE(weft_frames_for_motion(numbers[i]) == -1 || weft_frames_for_motion(numbers[i]) >= 1);
+        TRUE(weft_frames_for_circle(numbers[i]) == -1 || weft_frames_for_circle(numbers[i]) >= 1);
+        const int64_t frames = weft_frames_for_penumbra(numbers[i], numbers[i]);
+        TRUE(frames == -1 || frames >= 1);
+    }
+}
+
+static void cameras(void)
+{
+    struct weft_camera good = {WEFT_CAMERA_DEFAULTS};
+    struct weft_camera_frame frame = {.size = {4, 3}, .lens = {0.1, 0.0}, .focus = 2.0};
+    struct weft_camera_matrices m;
+#define CALL weft_camera_compute(&logger, &p, &frame, &m)
+    ANY_NUMBER(good, fovy_degrees, CALL);
+    ANY_NUMBER(good, aspect, CALL);
+    ANY_NUMBER(good, near_distance, CALL);
+    ANY_NUMBER(good, far_distance, CALL);
+    ANY_NUMBER(good, eye[1], CALL);
+    ANY_NUMBER(good, target[2], CALL);
+    ANY_NUMBER(good, up[0], CALL);
+    SET_REFUSED(good, up[1], 0.0, CALL);
+#undef CALL
+#define CALL weft_camera_compute(&logger, &good, &p, &m)
+    ANY_INT(frame, size[0], CALL);
+    ANY_NUMBER(frame, move[0], CALL);
+    ANY_NUMBER(frame, lens[1], CALL);
+    ANY_NUMBER(frame, focus, CALL);
+    SET_REFUSED(frame, size[1], 0, CALL);
+    SET_REFUSED(frame, focus, 0.0, CALL);
+#undef CALL
+    TRUE(isnan(weft_camera_circle(&good, frame.size, -1.0, 2.0, 3.0)));
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
+        const double sample[2] = {numbers[i], numbers[i]};
+        double move[2];
+        weft_camera_move_to(sample, move);
+        weft_camera_circle(&good, frame.size, 1.0, 2.0, numbers[i]);
+    }
+}
+
 static enum weft_result make_accumulator(const struct weft_accumulator_params *p)
 {
     weft_accumulator *a = NULL;
@@ -2220,6 +2373,16 @@ static const struct {
     {accumulator_judgements, {F(accumulator_judge)}},
     {accumulator_states, {F(accumulator_save), F(accumulator_load), F(accumulator_join)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},
+    {jitters,
+     {F(jitter_create), F(jitter_clear), F(jitter_find), F(jitter_parse),
+      F(jitter_radical_inverse)}},
+    {discrepancies, {F(discrepancy_compute)}},
+    {edges, {F(edge_square), F(edge_disc), F(edge_kernel)}},
+    {frame_weights, {F(weights_even), F(weights_kernel)}},
+    {shutters,
+     {F(shutter_parse), F(shutter_light), F(shutter_share), F(shutter_weights),
+      F(frames_for_motion), F(frames_for_circle), F(frames_for_penumbra)}},
+    {cameras, {F(camera_compute), F(camera_move_to), F(camera_circle)}},
     {plans, {F(pass_plan_create), F(pass_plan_destroy)}},
     {plan_questions,
      {F(pass_plan_get_info), F(tile_name_of), F(tile_name_find), F(tile_name_format),

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "passes/jitter/weights.h"
+
+#include <math.h>
+
+#include "filter/check.h"
+#include "passes/jitter/weights_impl.h"
+
+void weft_weights_normalise(int count, double *weights, struct weft_weights_report *report)
+{
+    struct weft_weights_report r = {.sum = 0.0};
+    double squares = 0.0, negative = 0.0;
+    for (int i = 0; i < count; i++)
+        r.sum += weights[i];
+    for (int i = 0; i < count; i++) {
+        weights[i] /= r.sum;
+        const double size = fabs(weights[i]);
+        r.gain += size;
+        negative += weights[i] < 0.0 ? size : 0.0;
+        r.largest = fmax(r.largest, size);
+        squares += size * size;
+        r.zeros += size == 0.0;
+    }
+    r.negative = negative / r.gain;
+    r.effective = 1.0 / squares;
+    if (report)
+        *report = r;
+}
+
+enum weft_result weft_weights_even(const struct weft_log *log, int count, double *weights,
+                                   struct weft_weights_report *report)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    if (report)
+        *report = WEFT_WEIGHTS_NONE;
+    weft_require(log, count > 0 && weights);
+    for (int i = 0; i < count; i++)
+        weights[i] = 1.0;
+    weft_weights_normalise(count, weights, report);
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+// ---- kernels
+// --------------------------------------------------------------------------------------
+
+static enum weft_result resolve(const struct weft_weights_kernel_params *params,
+                                struct weft_kernel *kernel)
+{
+    *kernel = params->kernel;
+    if (!kernel->info)
+        return weft_kernel_create(params->log, weft_kernel_find("nearest"), NULL, kernel);
+    const enum weft_result res = weft_kernel_check(params->log, kernel);
+    if (res != WEFT_OK)
+        return res;
+    if (kernel->info->derivation > 0) {
+        weft_error(params->log, "kernel %s is a derivative: its weights add up to 0",
+                   kernel->info->name);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (kernel->radial || kernel->prefiltered) {
+        weft_error(params->log, "samples are not weighed by %s kernels (%s)",
+                   kernel->radial ? "radial" : "prefiltered", kernel->info->name);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    return WEFT_OK;
+}
+
+// h at a sample's place, with both ends of its support in it, as far as rounding goes.
+static double weigh_axis(const struct weft_kernel *kernel, double x)
+{
+    const double r = kernel->support;
+    const bool on_rim = fabs(x) >= r && fabs(x) <= r * (1.0 + 0x1p-50);
+    return weft_kernel_weight(kernel, on_rim ? copysign(nextafter(r, 0.0), x) : x);
+}
+
+static double weigh(const struct weft_kernel *kernel, double scale, const double point[2])
+{
+    return weigh_axis(kernel, -point[0] / scale) * weigh_axis(kernel, -point[1] / scale);
+}
+
+static bool check_points(const struct weft_weights_kernel_params *params)
+{
+    for (int i = 0; i < params->count; i++)
+        if (!isfinite(params->points[i][0]) || !isfinite(params->points[i][1])) {
+            weft_error(params->log, "sample %d of %d is (%g, %g): not finite", i, params->count,
+                       params->points[i][0], params->points[i][1]);
+            return false;
+        }
+    return true;
+}
+
+enum weft_result weft_weights_kernel(const struct weft_weights_kernel_params *params,
+                                     double *weights, struct weft_weights_report *report)
+{
+    const struct weft_log *log = params ? params->log : NULL;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    struct weft_kernel kernel;
+    if (report)
+        *report = WEFT_WEIGHTS_NONE;
+    weft_require(log, params && params->points && params->count > 0 && weights);
+    if (params->width != 0.0 && !(params->width >= 0x1p-20 && params->width <= 0x1p20)) {
+        weft_error(log, "a filter is %g pixels wide: it must be 2^-20 to 2^20", params->width);
+        goto fail;
+    }
+    res = resolve(params, &kernel);
+    if (res != WEFT_OK)
+        goto fail;
+    res = WEFT_ERR_ARGUMENT;
+    if (!check_points(params))
+        goto fail;
+    const double scale = params->width == 0.0 ? 1.0 : params->width / (2.0 * kernel.support);
+    double sum = 0.0, magnitude = 0.0;
+    for (int i = 0; i < params->count; i++) {
+        const double weight = weigh(&kernel, scale, params->points[i]);
+        sum += weight;
+        magnitude += fabs(weight);
+    }
+    if (!(sum > 0.0 && sum >= 1e-3 * magnitude)) {
+        weft_error(log,
+                   "the weights of %d samples by kernel %s add up to %g, their magnitudes to %g",
+                   params->count, kernel.info->name, sum, magnitude);
+        goto fail;
+    }
+    for (int i = 0; i < params->count; i++)
+        weights[i] = weigh(&kernel, scale, params->points[i]);
+    weft_weights_normalise(params->count, weights, report);
+    res = WEFT_OK;
+fail:
+    return res;
+}
