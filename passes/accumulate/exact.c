@@ -192,18 +192,36 @@ static float *place_of(const struct reading *r, size_t i)
     return &r->out[i / width * r->stride + i % width];
 }
 
+static float mean_at(const struct reading *r, size_t i)
+{
+    const enum weft_sum_kind kind = weft_sums_widened(r->channel->sums.kind);
+    const int factor = kind == WEFT_SUM_MIXED ? WEFT_SUM_LARGEST_CODE : 1;
+    if (r->channel->poisoned && r->channel->poisoned[i])
+        return NAN;
+    return weft_wide_quotient(weft_sums_get(&r->channel->sums, i, kind), weight_at(r, i) * factor);
+}
+
+// Most are sure from a product of doubles, which is off by 6 * 2^-53 at most.
 static bool read_mean(void *priv, int thread, size_t first, size_t end)
 {
+    enum { CHUNK = 512 };
     const struct reading *r = priv;
     const struct weft_plane_sums *sums = &r->channel->sums;
-    const enum weft_sum_kind kind = weft_sums_widened(sums->kind);
-    const int factor = kind == WEFT_SUM_MIXED ? WEFT_SUM_LARGEST_CODE : 1;
+    const bool marked = r->channel->missing || r->channel->poisoned;
+    const double factor =
+        weft_sums_widened(sums->kind) == WEFT_SUM_MIXED ? WEFT_SUM_LARGEST_CODE : 1.0;
+    const double unit = weft_sums_widening(sums->kind) / ((double)r->a->weights.total * factor);
+    double read[CHUNK];
     (void)thread;
-    for (size_t i = first; i < end; i++)
-        *place_of(r, i) =
-            r->channel->poisoned && r->channel->poisoned[i]
-                ? NAN
-                : weft_wide_quotient(weft_sums_get(sums, i, kind), weight_at(r, i) * factor);
+    for (size_t at = first; at < end; at += CHUNK) {
+        const size_t count = end - at < CHUNK ? end - at : CHUNK;
+        weft_sums_read(sums, at, count, read);
+        for (size_t i = 0; i < count; i++) {
+            float *out = place_of(r, at + i);
+            if (marked || !weft_wide_is_near(read[i] * unit, out))
+                *out = mean_at(r, at + i);
+        }
+    }
     return true;
 }
 

@@ -200,13 +200,28 @@ static void add_to_batch(const weft_accumulator *a, const struct channel *channe
         weft_squares_fold(&channel->square, &channel->first, block->at, terms, block->count);
 }
 
+// A half's exponent and mantissa, where a float has them, are the half but for the exponents' bias.
+static void read_halves(const uint16_t *half, size_t count, float *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t bits = (uint32_t)(half[i] & 0x7fff) << 13;
+        float size;
+        memcpy(&size, &bits, sizeof size);
+        size *= 0x1p112f;
+        out[i] = half[i] & 0x8000 ? -size : size;
+    }
+}
+
 // Adding 0 makes the negative one positive, so that it does not matter which of them came first.
 static void widen_extremes(const struct channel *channel, const struct weft_block *block)
 {
     const struct weft_plane plane = {block->values, block->type, 0, 0};
     float *least = channel->least + block->at, *largest = channel->largest + block->at;
     float values[WEFT_BLOCK_VALUES];
-    weft_plane_row(&plane, 0, (int32_t)block->count, values, 1);
+    if (block->type == WEFT_PLANE_HALF)
+        read_halves(block->values, block->count, values);
+    else
+        weft_plane_row(&plane, 0, (int32_t)block->count, values, 1);
     for (size_t i = 0; i < block->bad_count; i++)
         values[block->bad[i]] = NAN; // compares as false
     for (size_t i = 0; i < block->count; i++) {

@@ -130,19 +130,42 @@ static void fold_integers(weft_uwide *square, int64_t *sum, const int64_t *term,
     }
 }
 
+static void increase(uint64_t *limb, weft_uwide low, uint64_t high)
+{
+    const weft_uwide added = (weft_uwide)limb[0] + (uint64_t)low;
+    const weft_uwide carried = (weft_uwide)limb[1] + (uint64_t)(low >> 64) + (added >> 64);
+    limb[0] = (uint64_t)added;
+    limb[1] = (uint64_t)carried;
+    limb[2] += high + (uint64_t)(carried >> 64);
+}
+
+// The square of high * 2^64 + low with high < 2^20, that is of values below 2^20, in units of
+// 2^-104: of its three parts only that of low * low has bits below these.
+static inline void add_square(uint64_t *limb, uint64_t high, uint64_t low)
+{
+    const weft_uwide half = (weft_uwide)1 << (DROPPED_BITS - 1);
+    const weft_uwide lows = ((weft_uwide)low * low + half) >> DROPPED_BITS;
+    const weft_uwide mixed = (weft_uwide)high * low << (65 - DROPPED_BITS);
+    const weft_uwide highs = (weft_uwide)(high * high) << (128 - DROPPED_BITS);
+    const uint64_t beyond = high * high >> DROPPED_BITS;
+    weft_uwide sum;
+    const bool carry = __builtin_add_overflow(lows + mixed, highs, &sum);
+    increase(limb, sum, beyond + carry);
+}
+
 static void fold_wide(uint64_t *square, weft_wide *sum, const weft_wide *term, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         const weft_uwide size = weft_wide_magnitude(term[i]);
+        uint64_t *limb = &square[i * LIMBS];
+        sum[i] += term[i];
+        if (size >> 84 == 0) {
+            add_square(limb, (uint64_t)(size >> 64), (uint64_t)size);
+            continue;
+        }
         const struct weft_wide256 added =
             shifted_right(weft_wide256_product(size, size), DROPPED_BITS);
-        weft_uwide carry = 0;
-        sum[i] += term[i];
-        for (int l = 0; l < LIMBS; l++) {
-            carry += (weft_uwide)square[i * LIMBS + (size_t)l] + added.limb[l];
-            square[i * LIMBS + (size_t)l] = (uint64_t)carry;
-            carry >>= 64;
-        }
+        increase(limb, (weft_uwide)added.limb[1] << 64 | added.limb[0], added.limb[2]);
     }
 }
 

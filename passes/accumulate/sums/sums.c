@@ -118,6 +118,33 @@ weft_wide weft_sums_get(const struct weft_plane_sums *sums, size_t at, enum weft
     return stored(sums, at) * factor_between(sums->kind, kind);
 }
 
+static double size_of(weft_wide value)
+{
+    const weft_uwide size = weft_wide_magnitude(value);
+    const double read = (double)(uint64_t)(size >> 64) * 0x1p64 + (double)(uint64_t)size;
+    return value < 0 ? -read : read;
+}
+
+void weft_sums_read(const struct weft_plane_sums *sums, size_t first, size_t count, double *out)
+{
+    const size_t size = weft_sums_size(sums->kind);
+    const void *sum = (const char *)sums->sum + first * size;
+    if (size == sizeof(int32_t))
+        for (size_t i = 0; i < count; i++)
+            out[i] = ((const int32_t *)sum)[i];
+    else if (size == sizeof(int64_t))
+        for (size_t i = 0; i < count; i++)
+            out[i] = (double)((const int64_t *)sum)[i];
+    else
+        for (size_t i = 0; i < count; i++)
+            out[i] = size_of(((const weft_wide *)sum)[i]);
+}
+
+double weft_sums_widening(enum weft_sum_kind kind)
+{
+    return (double)factor_between(kind, weft_sums_widened(kind));
+}
+
 void weft_sums_join(const struct weft_plane_sums *sums, const struct weft_plane_sums *other,
                     size_t first, size_t end)
 {
@@ -251,9 +278,10 @@ static inline struct term term_of(const void *values, enum weft_plane_type type,
 }
 
 // Weight times value, rounded to a unit: |fixed| <= 2^84 and |integer| < 2^41, and whoever adds has
-// seen to it that the product fits.
-static inline void add_general(weft_wide *sum, const struct weft_sums_addend *a, weft_wide fixed,
-                               enum weft_plane_type type, int32_t factor)
+// seen to it that the product fits. Type and factor are known when it is compiled.
+static inline __attribute__((always_inline)) void
+add_general(weft_wide *sum, const struct weft_sums_addend *a, weft_wide fixed,
+            enum weft_plane_type type, int32_t factor)
 {
     for (size_t i = 0; i < a->count; i++) {
         const struct term term = term_of(a->values, type, i);
@@ -263,49 +291,73 @@ static inline void add_general(weft_wide *sum, const struct weft_sums_addend *a,
 
 // Products that a double holds: their integer parts in units of 2^-32, then what is left, of which
 // only the latter is rounded, to even. So it is the rounding of add_general.
-static void add_floats(weft_wide *sum, const float *value, size_t count, double weight,
-                       int32_t factor)
+static inline __attribute__((always_inline)) void
+add_doubles(weft_wide *sum, const struct weft_sums_addend *a, double weight, int32_t factor)
 {
-    for (size_t i = 0; i < count; i++) {
+    const float *value = a->values;
+    for (size_t i = 0; i < a->count; i++) {
         const double product = (double)value[i] * weight * 0x1p32;
         const int64_t high = llrint(product), low = llrint((product - (double)high) * 0x1p32);
         sum[i] += (high * ((weft_wide)1 << 32) + low) * factor;
     }
 }
 
-static bool fits_double(const struct weft_sums_addend *a, const struct weft_weight *weight)
+// Other weights are the sum of two that have 24 and 29 bits, so that doubles hold both products.
+// What is left of these, each within a half, is rounded together, to nearest; ties, and what might
+// be one, are left to the integers.
+static inline __attribute__((always_inline)) void add_pairs(weft_wide *sum,
+                                                            const struct weft_sums_addend *a,
+                                                            weft_wide fixed, double weight,
+                                                            int32_t factor)
 {
-    return a->type == WEFT_PLANE_FLOAT && (double)(float)weight->scaled == weight->scaled &&
-           ldexp((double)weight->fixed, -WEFT_WEIGHT_BITS) == weight->scaled &&
-           a->largest * fabs(weight->scaled) < 0x1p30;
+    const float *value = a->values;
+    const double first = (double)(float)weight, second = weight - first;
+    for (size_t i = 0; i < a->count; i++) {
+        const double product = (double)value[i] * first * 0x1p32;
+        const double small = (double)value[i] * second * 0x1p64;
+        const int64_t high = llrint(product);
+        const double middle = (product - (double)high) * 0x1p32;
+        const int64_t low = llrint(middle), lowest = llrint(small);
+        const double rest = (middle - (double)low) + (small - (double)lowest);
+        weft_wide term = high * ((weft_wide)1 << 32) + low + lowest + (rest > 0.5) - (rest < -0.5);
+        if (fabs(rest) == 0.5) {
+            const struct term t = term_of(value, WEFT_PLANE_FLOAT, i);
+            term = weft_wide_round(fixed * t.integer, -t.log2);
+        }
+        sum[i] += term * factor;
+    }
+}
+
+static inline __attribute__((always_inline)) void add_values(weft_wide *sum,
+                                                             const struct weft_sums_addend *a,
+                                                             const struct weft_weight *weight,
+                                                             int32_t factor)
+{
+    const double counted = ldexp((double)weight->fixed, -WEFT_WEIGHT_BITS);
+    if (a->type == WEFT_PLANE_HALF)
+        add_general(sum, a, weight->fixed, WEFT_PLANE_HALF, factor);
+    else if (a->type == WEFT_PLANE_UINT)
+        add_general(sum, a, weight->fixed, WEFT_PLANE_UINT, factor);
+    else if (!(a->largest * fabs(counted) < 0x1p20)) // for add_pairs' integers of 64 bits
+        add_general(sum, a, weight->fixed, WEFT_PLANE_FLOAT, factor);
+    else if ((double)(float)counted == counted)
+        add_doubles(sum, a, counted, factor);
+    else
+        add_pairs(sum, a, weight->fixed, counted, factor);
 }
 
 static void add_wide(const struct weft_plane_sums *sums, const struct weft_sums_addend *a,
                      const struct weft_weight *weight)
 {
     weft_wide *sum = (weft_wide *)sums->sum + a->at;
-    const int32_t factor = sums->kind == WEFT_SUM_MIXED ? WEFT_SUM_LARGEST_CODE : 1;
-    if (fits_double(a, weight)) {
-        add_floats(sum, a->values, a->count, weight->scaled, factor);
-        return;
-    }
-    switch (a->type) {
-    case WEFT_PLANE_UNORM8:
+    if (a->type == WEFT_PLANE_UNORM8)
         add_general(sum, a, weight->fixed, WEFT_PLANE_UNORM8, 1);
-        return;
-    case WEFT_PLANE_UNORM16:
+    else if (a->type == WEFT_PLANE_UNORM16)
         add_general(sum, a, weight->fixed, WEFT_PLANE_UNORM16, 1);
-        return;
-    case WEFT_PLANE_HALF:
-        add_general(sum, a, weight->fixed, WEFT_PLANE_HALF, factor);
-        return;
-    case WEFT_PLANE_UINT:
-        add_general(sum, a, weight->fixed, WEFT_PLANE_UINT, factor);
-        return;
-    default:
-        add_general(sum, a, weight->fixed, WEFT_PLANE_FLOAT, factor);
-        return;
-    }
+    else if (sums->kind == WEFT_SUM_MIXED)
+        add_values(sum, a, weight, WEFT_SUM_LARGEST_CODE);
+    else
+        add_values(sum, a, weight, 1);
 }
 
 void weft_sums_add(const struct weft_plane_sums *sums, const struct weft_sums_addend *addend,

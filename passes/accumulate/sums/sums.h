@@ -58,6 +58,10 @@ void weft_sums_add(const struct weft_plane_sums *sums, const struct weft_sums_ad
 
 // Sum `at` as one of another kind, at least the sums' own.
 weft_wide weft_sums_get(const struct weft_plane_sums *sums, size_t at, enum weft_sum_kind kind);
+// Sums `first` and those behind as doubles, within 2^-51 of them, in their own units; and what sums
+// of a wide kind have more of these in a value.
+void weft_sums_read(const struct weft_plane_sums *sums, size_t first, size_t count, double *out);
+double weft_sums_widening(enum weft_sum_kind kind);
 // Adds other sums, of a kind that is not above.
 void weft_sums_join(const struct weft_plane_sums *sums, const struct weft_plane_sums *other,
                     size_t first, size_t end);

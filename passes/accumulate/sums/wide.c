@@ -38,12 +38,9 @@ float weft_wide_quotient(weft_wide numerator, weft_wide denominator)
 {
     if (numerator == 0 || denominator == 0)
         return denominator == 0 ? (float)NAN : 0.0f;
-    // Two conversions and a division are off by 3 * 2^-53 at most: where floats on both sides of
-    // that agree, so does the nearest one.
-    const double guess = (double)numerator / (double)denominator;
-    const float low = (float)(guess * (1.0 - 0x1p-50)), high = (float)(guess * (1.0 + 0x1p-50));
-    if (low == high)
-        return low;
+    float near;
+    if (weft_wide_is_near((double)numerator / (double)denominator, &near))
+        return near;
     const float size = divide(weft_wide_magnitude(numerator), weft_wide_magnitude(denominator));
     return (numerator < 0) != (denominator < 0) ? -size : size;
 }

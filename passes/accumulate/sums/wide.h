@@ -35,6 +35,14 @@ static inline weft_wide weft_wide_round(weft_wide value, int bits)
 // are 0, infinite where the denominator alone is.
 float weft_wide_quotient(weft_wide numerator, weft_wide denominator);
 
+// A guess at it that is within 2^-51: whether it is good enough to be sure of the nearest float,
+// which it then is.
+static inline bool weft_wide_is_near(double guess, float *out)
+{
+    *out = (float)(guess * (1.0 - 0x1p-50)) + 0.0f; // no negative zero
+    return *out == (float)(guess * (1.0 + 0x1p-50));
+}
+
 // Limbs from the lowest up; never negative.
 struct weft_wide256 {
     uint64_t limb[4];

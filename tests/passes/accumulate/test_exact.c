@@ -335,11 +335,177 @@ static void test_real_weights(void **state)
     forget_pictures();
 }
 
+// ---- how products are made does not matter ------------------------------------------------------
+
+// A large value elsewhere makes the others' products go another way: they are the same, also where
+// they are ties between units.
+static void test_ways_of_products(void **state)
+{
+    (void)state;
+    enum { FRAMES = 40 };
+    float values[PIXELS], few[PIXELS], many[PIXELS];
+    const struct weft_plane plane = {.values = values};
+    const double real[] = {0.3,       1.0 / 3.0, 1.0 + 0x1p-30, 0.5 + 0x1p-41,
+                           1234.5678, 0x1.8p-11, 3e-6};
+    int differ = 0;
+    for (size_t w = 0; w < WEFT_COUNT(real); w++) {
+        weft_accumulator *a = make(usual()), *b = make(usual());
+        for (int f = 0; f < FRAMES; f++) {
+            for (size_t i = 0; i < PIXELS; i++)
+                values[i] = ldexpf((float)(int64_t)(next_bits() >> 40) - 0x1p23f,
+                                   -(int)(next_bits() % 80) - (i % 2 ? 23 : 40));
+            for (int large = 0; large < 2; large++) {
+                values[0] = large ? 3e11f : 0.0f;
+                assert_int_equal(weft_accumulator_add(
+                                     large ? b : a, &(struct weft_frame){.plane = &plane}, real[w]),
+                                 WEFT_OK);
+            }
+        }
+        get(a, WEFT_ACCUMULATED_MEAN, few);
+        get(b, WEFT_ACCUMULATED_MEAN, many);
+        assert_memory_equal(few + 1, many + 1, sizeof few - sizeof *few);
+        differ += few[0] != many[0];
+        weft_accumulator_destroy(&a);
+        weft_accumulator_destroy(&b);
+    }
+    assert_int_equal(differ, WEFT_COUNT(real));
+}
+
+// ---- threads ------------------------------------------------------------------------------------
+
+enum { WIDE = 640, HIGH = 301, LARGE = WIDE * HIGH, KINDS = 3 };
+
+// All results of frames that are large enough for several threads.
+static void accumulate_large(int threads, enum weft_instruction_set instructions, float *out)
+{
+    static float floats[LARGE];
+    static uint16_t halves[LARGE];
+    static uint8_t codes[4 * LARGE];
+    const struct weft_plane planes[KINDS] = {
+        {.values = floats},
+        {.values = halves, .type = WEFT_PLANE_HALF},
+        {.values = codes, .type = WEFT_PLANE_UNORM8, .step = 4}};
+    struct weft_accumulator_params params = usual();
+    params.width = WIDE;
+    params.height = HIGH;
+    params.channel_count = KINDS;
+    params.nonfinite = WEFT_NONFINITE_SKIP;
+    params.keep = WEFT_KEEP_VARIANCE | WEFT_KEEP_EXTREMES;
+    params.cpu.threads = threads;
+    params.cpu.instructions = instructions;
+    random_state = 77;
+    weft_accumulator *a = make(params);
+    for (int f = 0; f < 4; f++) {
+        for (size_t i = 0; i < LARGE; i++) {
+            const uint64_t bits = next_bits();
+            floats[i] = (float)(int32_t)bits * 0x1p-30f;
+            halves[i] = (uint16_t)(bits >> 32);
+            codes[4 * i] = (uint8_t)(bits >> 48);
+        }
+        floats[f * 1000] = NAN;
+        assert_int_equal(
+            weft_accumulator_add(a, &(struct weft_frame){.plane = planes}, f == 3 ? 0.7 : 2.0),
+            WEFT_OK);
+    }
+    for (int what = 0; what < WEFT_ACCUMULATED_COUNT; what++)
+        for (int c = 0; c < KINDS; c++, out += LARGE)
+            assert_int_equal(weft_accumulator_current(a, (enum weft_accumulated)what, c, out, 0),
+                             WEFT_OK);
+    weft_accumulator_destroy(&a);
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    static const int threads[] = {1, 2, 3, 7};
+    const size_t count = (size_t)WEFT_ACCUMULATED_COUNT * KINDS * LARGE;
+    float *first = malloc(count * sizeof *first), *other = malloc(count * sizeof *other);
+    assert_true(first && other);
+    accumulate_large(1, WEFT_INSTRUCTIONS_PLAIN, first);
+    for (size_t t = 0; t < WEFT_COUNT(threads); t++) {
+        accumulate_large(threads[t], WEFT_INSTRUCTIONS_AUTO, other);
+        assert_memory_equal(first, other, count * sizeof *first);
+    }
+    free(first);
+    free(other);
+}
+
+// ---- limits -------------------------------------------------------------------------------------
+
+// What is too much is refused with its place, and changes nothing.
+static void test_limits(void **state)
+{
+    (void)state;
+    struct message kept = {0};
+    const struct weft_log log = {keep_message, &kept};
+    struct weft_accumulator_params params = usual();
+    float values[PIXELS] = {1.0f, 2.0f}, before[PIXELS], after[PIXELS];
+    uint8_t codes[PIXELS] = {255};
+    const struct weft_plane plane = {.values = values};
+    const struct weft_plane coded = {.values = codes, .type = WEFT_PLANE_UNORM8};
+    params.log = &log;
+    weft_accumulator *a = make(params);
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0), WEFT_OK);
+    values[WIDTH + 3] = 4e18f;
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0), WEFT_OK);
+    get(a, WEFT_ACCUMULATED_MEAN, before);
+    assert_true(before[WIDTH + 3] == 2e18f && before[1] == 2.0f);
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0),
+                     WEFT_ERR_LIMIT);
+    assert_non_null(strstr(kept.text, "frame 2, channel 0, pixel (3, 1) is 4e+18"));
+    // Codes beside floats leave less room.
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &coded}, 1.0),
+                     WEFT_ERR_LIMIT);
+    values[WIDTH + 3] = NAN;
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1.0),
+                     WEFT_ERR_FORMAT);
+    assert_non_null(strstr(kept.text, "frame 2, channel 0, pixel (3, 1) is nan"));
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, 1e7),
+                     WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(kept.text, "above 1.04858e+06 have to be announced"));
+    assert_int_equal(kept.count, 4);
+    get(a, WEFT_ACCUMULATED_MEAN, after);
+    assert_same(before, after);
+    values[WIDTH + 3] = 0.0f;
+    assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, -2.0), WEFT_OK);
+    assert_int_equal(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, after, 0),
+                     WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(kept.text, "the weights add up to 0"));
+    weft_accumulator_destroy(&a);
+}
+
+// Announced frames may be left out; others may not come.
+static void test_left_out(void **state)
+{
+    (void)state;
+    struct message kept = {0};
+    const struct weft_log log = {keep_message, &kept};
+    const float values[PIXELS] = {3.0f};
+    const struct weft_plane plane = {.values = values};
+    const struct weft_frame frame = {.plane = &plane};
+    const double announced[] = {1.0, 2.0, 3.0};
+    struct weft_accumulator_params params = usual();
+    float out[PIXELS];
+    params.frame_count = 3;
+    params.weight = announced;
+    params.log = &log;
+    weft_accumulator *a = make(params);
+    assert_int_equal(weft_accumulator_add(a, &frame, 1.0), WEFT_OK);
+    assert_int_equal(weft_accumulator_add(a, &frame, 1.5), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_accumulator_add(a, &frame, 0.0), WEFT_OK);
+    assert_int_equal(weft_accumulator_add(a, &frame, 3.0), WEFT_OK);
+    assert_int_equal(weft_accumulator_add(a, &frame, 3.0), WEFT_ERR_LIMIT);
+    get(a, WEFT_ACCUMULATED_MEAN, out);
+    assert_true(out[0] == 3.0f && out[1] == 0.0f);
+    weft_accumulator_destroy(&a);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_integer_weights),
-        cmocka_unit_test(test_real_weights),
+        cmocka_unit_test(test_integer_weights),  cmocka_unit_test(test_real_weights),
+        cmocka_unit_test(test_ways_of_products), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_limits),           cmocka_unit_test(test_left_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
