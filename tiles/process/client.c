@@ -253,6 +253,18 @@ static bool known_result(int32_t result)
     return false;
 }
 
+// A reader that ends with questions unread resets the connection, which is told once, before the
+// answers that it had sent.
+static ssize_t receive_message(int socket, void *out, size_t size)
+{
+    ssize_t got;
+    int resets = 0;
+    do
+        got = recv(socket, out, size, MSG_DONTWAIT | MSG_TRUNC);
+    while (got < 0 && (errno == EINTR || (errno == ECONNRESET && !resets++)));
+    return got;
+}
+
 enum weft_result weft_reader_receive(weft_reader *reader, struct weft_wire_answer *answer)
 {
     switch (wait_for_answer(reader)) {
@@ -265,10 +277,7 @@ enum weft_result weft_reader_receive(weft_reader *reader, struct weft_wire_answe
     case ARRIVED:
         break;
     }
-    ssize_t size;
-    do
-        size = recv(reader->socket, answer, sizeof *answer, MSG_DONTWAIT | MSG_TRUNC);
-    while (size < 0 && errno == EINTR);
+    const ssize_t size = receive_message(reader->socket, answer, sizeof *answer);
     if (size <= 0)
         return report_death(reader);
     if (size != (ssize_t)sizeof *answer)
