@@ -3,12 +3,12 @@
 //
 // The bound. In codes, unit = (high - low) / largest code:
 // - A frame becomes codes: not at all where it is of as many bits and stands for 0 to 1; otherwise
-//   to the nearest, by 1/2 and by what single precision costs (leaf_error).
-// - Nodes: see bound_codes in tree/stack.c, which has the rounding of results and what shares are
+//   to the nearest, by 1/2 and by what single precision costs (codes_error).
+// - Nodes: see make_codes in tree/stack.c, which has the rounding of results and what shares are
 //   off by.
 // - The result, low + code * unit, is rounded to a float: half a unit in the last place.
 // In floats everything is relative to the largest magnitude of all frames: codes that become floats
-// are rounded twice, large integers once; nodes: bound_floats. Products that are too small for
+// are rounded twice, large integers once; nodes: make_floats. Products that are too small for
 // floats lose 2^-126 each, 33 of them a node and 26 nodes above a leaf: below 2^-116 together.
 #include <inttypes.h>
 #include <math.h>
@@ -187,6 +187,15 @@ static enum weft_result no_memory(const weft_accumulator *a)
     return WEFT_ERR_MEMORY;
 }
 
+// Frames that will count, where they are known.
+static int64_t count_leaves(const weft_accumulator *a)
+{
+    int64_t count = 0;
+    for (int64_t i = 0; a->weight && i < a->params.frame_count; i++)
+        count += a->weight[i] != 0.0;
+    return count;
+}
+
 static enum weft_result create(weft_accumulator *a)
 {
     const struct weft_accumulator_params *p = &a->params;
@@ -196,10 +205,10 @@ static enum weft_result create(weft_accumulator *a)
         res = weft_tree_shape_check(p->log, &shape);
     if (res != WEFT_OK)
         return res;
-    if (p->frame_count > weft_tree_shape_capacity(&shape)) {
+    if (count_leaves(a) > weft_tree_shape_capacity(&shape)) {
         weft_error(p->log,
                    "accumulate: %" PRId64 " frames, but the branching factors multiply to %" PRId64,
-                   p->frame_count, weft_tree_shape_capacity(&shape));
+                   count_leaves(a), weft_tree_shape_capacity(&shape));
         return WEFT_ERR_ARGUMENT;
     }
     struct method *m = calloc(1, sizeof *m);

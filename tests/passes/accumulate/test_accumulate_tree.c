@@ -539,7 +539,7 @@ static void test_kinds_of_frames(void **state)
                 const struct weft_accumulator_report in_memory =
                     run(&params, &f, contexts[k], expected);
                 weft_accumulator *textures = make(params, contexts[k]),
-                                 *drawn = make(params, contexts[k]);
+                                 *drawn = make(params, contexts[k]), *emulated = NULL;
                 struct painter p = {.gl = &contexts[k]->gl, .f = &f};
                 for (int i = 0; i < FRAMES; i++) {
                     const GLuint texture = make_texture(contexts[k], &f, i);
@@ -555,6 +555,20 @@ static void test_kinds_of_frames(void **state)
                     contexts[k]->gl.DeleteTextures(1, &texture);
                     weft_context_leave(contexts[k]);
                 }
+                // Read back, and then as in memory.
+                struct painter other = p;
+                params.emulate = true;
+                params.context = contexts[k];
+                assert_int_equal(weft_accumulator_create(&params, &emulated), WEFT_OK);
+                for (int i = 0; i < FRAMES; i++)
+                    assert_int_equal(
+                        weft_accumulator_add(emulated,
+                                             &(struct weft_frame){.draw = paint, .priv = &other},
+                                             f.weight[i]),
+                        WEFT_OK);
+                read_mean(emulated, 4, out);
+                assert_memory_equal(out, expected, 4 * sizeof out[0]);
+                weft_accumulator_destroy(&emulated);
                 struct weft_accumulator_report reports[2];
                 read_mean(textures, 4, out);
                 assert_memory_equal(out, expected, 4 * sizeof out[0]);
@@ -794,6 +808,27 @@ static void test_params_refused(void **state)
     }
 }
 
+// Frames of weight 0 are no leaves.
+static void test_leaves_are_frames_that_count(void **state)
+{
+    static const double weight[9] = {1, 1, 0, 1, 1, 1, 1, 1, 1};
+    static float out[MAX_CHANNELS][PIXELS];
+    struct frames f;
+    (void)state;
+    make_frames(&f, 9, 1, PIXELS, WEFT_PLANE_UNORM8, 0.0, 1.0, 41);
+    memcpy(f.weight, weight, sizeof weight);
+    sum_all(&f);
+    struct weft_accumulator_params params = params_of(&f, 8, 0);
+    params.level_branching[0] = 2;
+    params.level_branching[1] = 4;
+    params.frame_count = f.count;
+    params.weight = f.weight;
+    const struct weft_accumulator_report report = run(&params, &f, NULL, out);
+    check_bound(&f, out, report.bound);
+    assert_int_equal(report.counted, 8);
+    free_frames(&f);
+}
+
 // A frame that is refused leaves all as it was.
 static void test_frames_refused(void **state)
 {
@@ -918,6 +953,7 @@ int main(void)
         cmocka_unit_test(test_states),
         cmocka_unit_test(test_unsound_stacks),
         cmocka_unit_test(test_params_refused),
+        cmocka_unit_test(test_leaves_are_frames_that_count),
         cmocka_unit_test(test_frames_refused),
         cmocka_unit_test(test_nan_propagates),
         cmocka_unit_test(test_expected_bound),
