@@ -505,6 +505,17 @@ static void test_preview(void **state)
         assert_true(fabs(srgb(pixels[i] / 255.0) - fmin(2.0 * (double)light, 1.0)) <= 0.006);
     }
     weft_image_clear(&image);
+    // A layer's colours, where there are no others; data do not count.
+    static const char *const layers[] = {"crypto00.R", "crypto00.G", "crypto00.B", "left.R",
+                                         "left.G",     "left.B",     NULL};
+    make_frame("l.exr", 1, &(struct recipe){.names = layers});
+    command_succeeds("accumulate", "l.exr", "-q", "--preview", "p.png");
+    png = (png_image){.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&png, "p.png"));
+    png.format = PNG_FORMAT_RGB;
+    assert_true(png_image_finish_read(&png, NULL, pixels, 0, NULL));
+    for (int i = 0; i < 3 * PIXELS; i++)
+        assert_true(fabs(srgb(pixels[i] / 255.0) - (double)value_of(1, 3 + i % 3, i / 3)) <= 0.006);
     // One channel has a colour map, and grey as default.
     command_succeeds("accumulate", "f_%04d.exr", "--preview", "p.png", "--colour-map", "viridis");
 }
@@ -534,6 +545,38 @@ static void test_standard_error(void **state)
         }
     }
     weft_image_clear(&image);
+}
+
+// Noise around one half, of a standard deviation of 0.1: some 100 frames bring the error to 0.01.
+static void make_noise(int count)
+{
+    static const char *const y[] = {"Y", NULL};
+    for (int f = 1; f <= count; f++) {
+        char path[32];
+        snprintf(path, sizeof path, "n_%03d.exr", f);
+        make_frame(path, f, &(struct recipe){.names = y, .scale = 0.34641});
+    }
+}
+
+static void test_until(void **state)
+{
+    (void)state;
+    enum { FRAMES = 200 };
+    struct command_result result;
+    make_noise(FRAMES);
+    command_run(&result, "weft", "accumulate", "n_%03d.exr", "-o", "mean.exr", "--until",
+                "0.01,share=95%,least=8", "--json", "--stderr", "error.exr");
+    assert_int_equal(result.code, 0);
+    assert_non_null(strstr(result.err, "weft: info: --until 0.01,share=95%,least=8 is met after "));
+    json_t *root = parse(result.out);
+    const json_t *until = json_object_get(root, "until");
+    assert_true(json_is_true(json_object_get(until, "stopped")));
+    assert_in_range((int)number(root, "added"), 90, 150);
+    assert_true(number(until, "share") >= 0.95);
+    json_decref(root);
+    command_run(&result, "weft", "accumulate", "n_%03d.exr", "-o", "mean.exr", "--until", "0.1%");
+    assert_int_equal(result.code, 0);
+    assert_non_null(strstr(result.err, "is not met by all 200 frames"));
 }
 
 // ---- methods ------------------------------------------------------------------------------------
@@ -582,9 +625,27 @@ static void test_methods(void **state)
         {"--method", "blend", "--emulate", "--bits", "half"},
         {"--method", "float", "--emulate"},
     };
+    static const char *const drawn[][4] = {{"--method", "tree", "--bits", "8"},
+                                           {"--method", "blend", "--bits", "16"},
+                                           {"--method", "float"}};
     make_frames(11);
     for (size_t m = 0; m < COUNT(methods); m++)
         check_method(methods[m], m == 0);
+    for (size_t m = 0; m < COUNT(drawn) && command_has_gl(); m++) {
+        struct weft_image gl, emulated;
+        const char *const *o = drawn[m];
+        command_succeeds("accumulate", "f_%04d.exr", "-o", "gl.exr", "--weights", "tent", o[0],
+                         o[1], o[2], o[3]);
+        command_succeeds("accumulate", "f_%04d.exr", "-o", "emulated.exr", "--emulate", "--weights",
+                         "tent", o[0], o[1], o[2], o[3]);
+        load("gl.exr", &gl);
+        load("emulated.exr", &emulated);
+        for (size_t c = 0; c < 3; c++)
+            assert_memory_equal(gl.channels[c].plane, emulated.channels[c].plane,
+                                PIXELS * sizeof(float));
+        weft_image_clear(&gl);
+        weft_image_clear(&emulated);
+    }
     command_fails(1, "--max-error 0.0001: the bound of --method tree is", "accumulate",
                   "f_%04d.exr", "-o", "mean.exr", "--method", "tree", "--emulate", "--max-error",
                   "1e-4");
@@ -622,6 +683,12 @@ static void test_explain(void **state)
     assert_non_null(strstr(text, "accumulate 9 frames, from f_0001.exr: EXR, 19 x 13\n"));
     assert_non_null(strstr(text, "averaged: B, G, R\n"));
     assert_non_null(strstr(text, "method: exact"));
+    assert_non_null(strstr(text, "memory: about 0.0119 MB of sums")); // 19 x 13 x 3 x 16 bytes
+    text = command_succeeds("accumulate", "f_%04d.exr", "--explain", "--method", "tree",
+                            "--branching", "3", "--bits", "16");
+    assert_non_null(strstr(text, "method: tree of 16 bits, branching 3 (asked for)\n"));
+    // 9 leaves, 3 nodes and their node, (b - 1) log_b N + 1 textures.
+    assert_non_null(strstr(text, "passes: 13, of 9 frames and 4 nodes, on a stack of 5 textures"));
     assert_int_equal(command_folder_size(), before);
 }
 
@@ -646,8 +713,8 @@ int main(void)
         TEST(test_shapes),         TEST(test_types_and_windows),
         TEST(test_data_is_copied), TEST(test_png),
         TEST(test_preview),        TEST(test_standard_error),
-        TEST(test_methods),        TEST(test_json),
-        TEST(test_explain),
+        TEST(test_until),          TEST(test_methods),
+        TEST(test_json),           TEST(test_explain),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
 }

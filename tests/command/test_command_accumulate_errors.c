@@ -57,6 +57,28 @@ static void make_png(const char *path)
     assert_true(png_image_write_to_file(&png, path, 0, pixels, 0, NULL));
 }
 
+// The same with code points (ITU-T H.273) of BT.2020 and a transfer function.
+static void put_cicp(const char *path, png_byte function)
+{
+    const png_byte points[4] = {9, function, 0, 1};
+    png_byte row[WIDTH] = {0};
+    FILE *out = fopen(path, "wb");
+    assert_non_null(out);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
+    png_infop info = png_create_info_struct(png);
+    png_init_io(png, out);
+    png_set_IHDR(png, info, WIDTH, HEIGHT, 8, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info_before_PLTE(png, info);
+    png_write_chunk(png, (png_const_bytep) "cICP", points, sizeof points);
+    png_write_info(png, info);
+    for (int y = 0; y < HEIGHT; y++)
+        png_write_row(png, row);
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    assert_int_equal(fclose(out), 0);
+}
+
 // f_1.exr to f_N.exr
 static void make_frames(int count)
 {
@@ -158,6 +180,16 @@ static void test_disagreements(void **state)
           "f_1.exr", "shown.exr", "-o", "m.exr");
     fails(3, "named.exr has no channel Y, which f_1.exr has", "f_1.exr", "named.exr", "-o",
           "m.exr");
+    fails(2, "grey.png is PNG, and f_1.exr is EXR: all frames must be of one kind", "f_1.exr",
+          "grey.png", "-o", "m.exr");
+    put_cicp("grey.png", 16);
+    fails(3, "grey.png has the transfer function 16 of H.273 (cICP), which weft does not know",
+          "grey.png", "-o", "m.exr");
+    command_succeeds("accumulate", "grey.png", "-o", "m.exr", "--transfer", "gamma:2.4");
+    put_cicp("grey.png", 13);
+    command_succeeds("accumulate", "grey.png", "-o", "m.exr");
+    fails(2, "f_1.exr is EXR, and grey.png is PNG", "grey.png", "f_1.exr", "-o", "m.exr",
+          "--skip-bad");
     fails(2, "--part", "f_1.exr", "--part", "-o", "m.exr");
     fails(2, "f_1.exr has no part 'left'; there are: 0", "f_1.exr", "--part", "left", "-o",
           "m.exr");
@@ -206,6 +238,17 @@ static void test_values(void **state)
           "-o", "m.exr");
     // Pixels are counted as the data window has them.
     fails(3, "inf.exr: channel Y is inf at pixel (13, 0)", "inf.exr", "-o", "m.exr");
+    fails(3,
+          "low.exr: channel Y is -0.25 at pixel (3, 0), beyond the range of the targets of 8 bits, "
+          "0 to 1",
+          "f_1.exr", "low.exr", "-o", "m.exr", "--method", "tree", "--emulate");
+    fails(3,
+          "high.exr: channel Y is 1.5 at pixel (3, 0), beyond the range of the targets of 16 bits, "
+          "-1 to 1",
+          "f_1.exr", "low.exr", "high.exr", "-o", "m.exr", "--method", "blend", "--bits", "16",
+          "--emulate", "--source-range", "-1,1");
+    command_succeeds("accumulate", "f_1.exr", "high.exr", "-o", "m.exr", "--method", "tree",
+                     "--emulate", "--source-range", "0,2");
     command_succeeds("accumulate", "f_1.exr", "nan.exr", "-o", "m.exr", "--nonfinite", "skip");
     struct weft_image image;
     assert_int_equal(weft_image_load(weft_image_load_params(.path = "m.exr"), &image), WEFT_OK);
@@ -297,8 +340,14 @@ static void test_options(void **state)
         command_fails(2, cases[i].message, "accumulate", "f_%d.exr", "-o", "m.exr", o[0], o[1],
                       o[1] ? o[2] : NULL, o[1] && o[2] ? o[3] : NULL);
     }
-    fails(1, "--max-error 1e-12: the bound of --method exact is", "f_%d.exr", "-o", "m.exr",
+    fails(1, "no method is within 1e-12 for values from 0 to 1", "f_%d.exr", "-o", "m.exr",
           "--max-error", "1e-12");
+    fails(1, "--max-error 0.001: the bound of --method tree is 0.00", "f_%d.exr", "-o", "m.exr",
+          "--max-error", "1e-3", "--method", "tree", "--emulate");
+    // Floats around 20,000 are 1 / 512 apart.
+    make("large.exr", &(struct recipe){.at_3 = 20000.0f});
+    fails(1, "--max-error 0.0001: the bound of --method exact is 0.000977", "large.exr", "-o",
+          "m.exr", "--max-error", "1e-4");
 }
 
 // ---- outputs ------------------------------------------------------------------------------------

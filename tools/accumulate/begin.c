@@ -135,6 +135,6 @@ enum weft_result accumulate_begin(struct accumulate_job *job)
         return res;
     }
     weft_accumulator_get_report(job->accumulator, &job->planned);
-    // Where it is not known before the frames are, it is looked at again afterwards.
+    // It is looked at again once the frames are known.
     return isfinite(job->planned.bound) ? accumulate_check_bound(job, job->planned.bound) : WEFT_OK;
 }

@@ -1,18 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The picture of `weft accumulate`: in colour where there are R, G and B.
+#include <stdio.h>
+#include <string.h>
+
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
 
-static const float *plane_named(const struct weft_image *image, const char *name)
+static const float *plane_named(const struct weft_image *image, int layer, const char *of,
+                                const char *name)
 {
-    const size_t c = accumulate_find_channel(image, name);
+    char whole[600];
+    snprintf(whole, sizeof whole, "%.*s%s", layer, of, name);
+    const size_t c = accumulate_find_channel(image, whole);
     return c < image->channel_count ? image->channels[c].plane : NULL;
+}
+
+// Those without a layer, or else of the first layer that has all three.
+static bool find_colours(const struct accumulate_job *job, struct weft_colour_preview_params *out)
+{
+    const struct weft_image *image = &job->result;
+    for (size_t i = 0; i <= image->channel_count; i++) {
+        const char *name = i ? image->channels[i - 1].name : "", *dot = strrchr(name, '.');
+        const int layer = dot ? (int)(dot - name) + 1 : 0;
+        if (i && (!dot || job->channel[i - 1].averaged < 0))
+            continue;
+        out->red = plane_named(image, layer, name, "R");
+        out->green = plane_named(image, layer, name, "G");
+        out->blue = plane_named(image, layer, name, "B");
+        if (out->red && out->green && out->blue)
+            return true;
+    }
+    return false;
 }
 
 // Y, or else the first channel that holds colour.
 static const float *grey_plane(const struct accumulate_job *job)
 {
-    const float *plane = plane_named(&job->result, "Y");
+    const float *plane = plane_named(&job->result, 0, "", "Y");
     for (size_t c = 0; !plane && c < job->image.channel_count; c++)
         if (job->channel[c].averaged >= 0)
             plane = job->result.channels[c].plane;
@@ -38,14 +62,11 @@ enum weft_result accumulate_save_preview(struct accumulate_job *job)
         .no_clobber = options.no_clobber,
         .width = image->width,
         .height = image->height,
-        .red = plane_named(image, "R"),
-        .green = plane_named(image, "G"),
-        .blue = plane_named(image, "B"),
         .threads = job->request.threads,
         .log = report_log(),
     };
     enum weft_result res;
-    if (!colour.red || !colour.green || !colour.blue || job->request.colour_map) {
+    if (job->request.colour_map || !find_colours(job, &colour)) {
         res = preview_save(&options, job->request.colour_map, image->width, image->height,
                            grey_plane(job), job->preview_range);
     } else {

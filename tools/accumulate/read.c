@@ -14,7 +14,7 @@
 // Returns false once an interrupt that was deferred has come.
 static bool show_progress(struct accumulate_job *job)
 {
-    snprintf(job->doing, sizeof job->doing, "frame %lld of %lld", (long long)job->next,
+    snprintf(job->doing, sizeof job->doing, "reading frame %lld of %lld", (long long)job->next,
              (long long)job->counting);
     state_set_last_words(job);
     return report_progress(job->doing)->report(NULL, (double)job->next / (double)job->counting);
@@ -178,7 +178,8 @@ static enum weft_result judge(struct accumulate_job *job)
     if (!job->option[ACCUMULATE_UNTIL].given || job->added < next_judged(job))
         return WEFT_OK;
     const double start = report_now_seconds();
-    const enum weft_result res = WEFT_ERR_UNSUPPORTED; // until weft_accumulator_judge is there
+    const enum weft_result res =
+        weft_accumulator_judge(job->accumulator, &job->request.until, &job->convergence);
     job->judged = job->added;
     job->stopped = res == WEFT_OK && job->convergence.enough && job->next < job->counting;
     job->judge_seconds += report_now_seconds() - start;

@@ -221,8 +221,24 @@ static void explain_channels(const struct accumulate_job *job, bool averaged)
     putchar('\n');
 }
 
-// Of each group of four channels: frames that are put in, and nodes.
-static void explain_tree(const struct accumulate_job *job, int groups)
+// Sums and stacks are made with the first frame: exact ones are of 128 bits for floats and of 64
+// for others, and a stack has `textures` of RGBA.
+static double planned_bytes(const struct accumulate_job *job, int textures)
+{
+    const double pixels = (double)job->image.width * (double)job->image.height;
+    double bytes = (double)job->planned.bytes;
+    for (size_t c = 0; job->planned.method == WEFT_ACCUMULATE_EXACT && c < job->image.channel_count;
+         c++)
+        if (job->channel[c].averaged >= 0)
+            bytes += pixels * (job->kind == WEFT_IMAGE_FILE_EXR &&
+                                       job->image.channels[c].type == WEFT_PIXEL_FLOAT
+                                   ? 16.0
+                                   : 8.0);
+    return bytes + textures * pixels * 4.0 * job->planned.bits / 8.0;
+}
+
+// Of each group of four channels: frames that are put in, and nodes. Returns how many textures.
+static int explain_tree(const struct accumulate_job *job, int groups)
 {
     struct weft_tree_params params = {.leaf_count = (int)job->counting,
                                       .branching = job->request.branching};
@@ -230,29 +246,34 @@ static void explain_tree(const struct accumulate_job *job, int groups)
     for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
         params.level_branching[i] = job->request.level_branching[i];
     if (job->counting > WEFT_TREE_MAX_LEAVES || weft_tree_create(&params, &tree) != WEFT_OK)
-        return;
+        return 0;
     const struct weft_tree_info *info = weft_tree_get_info(tree);
     printf("passes: %d, of %d frames and %d nodes, on a stack of %d textures\n",
            groups * info->step_count, info->leaf_count, info->node_count,
            groups * info->stack_size);
+    const int textures = groups * info->stack_size;
     weft_tree_destroy(&tree);
+    return textures;
 }
 
 static void explain_passes(const struct accumulate_job *job)
 {
     const int groups = (job->averaged_count + 3) / 4;
+    int textures = 0;
     switch (job->planned.method) {
     case WEFT_ACCUMULATE_TREE:
-        explain_tree(job, groups);
-        return;
+        textures = explain_tree(job, groups);
+        break;
     case WEFT_ACCUMULATE_BLEND:
     case WEFT_ACCUMULATE_FLOAT:
         printf("passes: %lld, one a frame%s\n", (long long)(groups * job->counting),
                groups > 1 ? " and four channels" : "");
-        return;
+        break;
     default:
         puts("passes: none, all is done by the CPU");
     }
+    printf("memory: about %.3g MB of sums, and up to %d MB of frames that are decoded ahead\n",
+           1e-6 * planned_bytes(job, textures), ACCUMULATE_AHEAD_MB);
 }
 
 void accumulate_explain(const struct accumulate_job *job)
@@ -278,8 +299,6 @@ void accumulate_explain(const struct accumulate_job *job)
         printf("bound: %.3g in the frames' values\n", r->bound);
     else
         puts("bound: not known before the frames are");
-    printf("memory: %.3g MB of sums, and up to %d MB of frames that are decoded ahead\n",
-           1e-6 * (double)r->bytes, ACCUMULATE_AHEAD_MB);
     explain_passes(job);
 }
 

@@ -109,7 +109,8 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                               OPTION_NUMBER,
                               "E",
                               "how wrong the mean may be, in the frames' values: a method whose "
-                              "bound is larger is refused"},
+                              "bound is larger is refused, before the frames are read and, as "
+                              "bounds grow with values, after that; nothing is written then"},
     [ACCUMULATE_NONFINITE] = {.name = "nonfinite",
                               0,
                               OPTION_CHOICE,
@@ -194,6 +195,12 @@ static enum weft_result save(struct accumulate_job *job)
     return res == WEFT_OK ? state : res;
 }
 
+// It is known now for the frames' own values, and nothing is written where it is too large.
+static enum weft_result check_bound(struct accumulate_job *job)
+{
+    return accumulate_check_bound(job, job->report.bound);
+}
+
 static enum weft_result run_stages(struct accumulate_job *job)
 {
     static const stage planning[] = {join_open,
@@ -209,7 +216,7 @@ static enum weft_result run_stages(struct accumulate_job *job)
                                      join_take,
                                      state_take,
                                      NULL};
-    static const stage computing[] = {accumulate_read, accumulate_make_result, NULL};
+    static const stage computing[] = {accumulate_read, accumulate_make_result, check_bound, NULL};
     enum weft_result res = WEFT_OK;
     for (const stage *s = planning; *s && res == WEFT_OK; s++)
         res = (*s)(job);
