@@ -104,9 +104,20 @@ static int count_hidden(void)
 // Many names for a few files, and what one run makes of them by each method.
 static const struct method {
     const char *name, *output, *error; // error: of the standard error; NULL: there is none
-    const char *options[6];
+    const char *options[8];
 } methods[] = {
     {"exact", "exact.exr", "exact_error.exr", {"--stderr", "NEW_ERROR"}},
+    {"tree", "tree.exr", NULL, {"--method", "tree", "--emulate"}},
+    {"weighted tree",
+     "tree16.exr",
+     NULL,
+     {"--method", "tree", "--emulate", "--bits", "16", "--weights", "tent"}},
+    {"buffer", "buffer.exr", NULL, {"--method", "buffer"}},
+    {"blend", "blend.exr", NULL, {"--method", "blend", "--emulate", "--bits", "16"}},
+    {"float",
+     "float.exr",
+     "float_error.exr",
+     {"--method", "float", "--emulate", "--stderr", "NEW_ERROR"}},
     {"weighted", "weighted.exr", NULL, {"--weights", "gauss"}},
 };
 enum { METHODS = sizeof methods / sizeof *methods };
@@ -122,7 +133,7 @@ static void make_command(const char *argv[MAX_ARGUMENTS], const struct method *m
     argv[argc++] = "l_%04d.exr";
     argv[argc++] = "-o";
     argv[argc++] = out;
-    for (int i = 0; i < 6 && m->options[i]; i++)
+    for (int i = 0; i < 8 && m->options[i]; i++)
         argv[argc++] = strcmp(m->options[i], "NEW_ERROR") == 0 ? error : m->options[i];
     for (; *more; more++) {
         assert_true(argc < MAX_ARGUMENTS - 1);
@@ -225,7 +236,7 @@ static void a_kill_at_any_moment_costs_nothing(void **state)
         const char *argv[MAX_ARGUMENTS];
         make_command(argv, m, "new.exr", "new_error.exr",
                      (const char *[]){"--resume", "s.state", "-v", NULL});
-        for (int k = 0; k < kill_count(6); k++) {
+        for (int k = 0; k < kill_count(3); k++) {
             const double share = (double)(next_random(&seed) % 1000) / 1000.0;
             const bool died = run_and_signal(argv, SIGKILL, 0.01 + share * seconds_of_a_run, -1);
             // Either file is whole or is not there.
@@ -302,7 +313,10 @@ static void interrupts_write_nothing_and_say_how_far_it_came(void **state)
         const int err = open("messages", O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
         if (run_and_signal(argv, signals[i % 3], 0.1 * seconds_of_a_run * (1 + i % 8), err)) {
             char *text = read_text("messages");
-            assert_int_equal(command_folder_size(), before + 1 + exists("s.state"));
+            const bool writing = strstr(text, "240 of 240 frames, while outputs were written");
+            assert_int_equal(command_folder_size() - exists("new.exr") - exists("new_error.exr"),
+                             before + 1 + exists("s.state"));
+            assert_true(writing || !exists("new.exr"));
             if (strstr(text, "of 240 frames")) {
                 ended++;
                 assert_non_null(strstr(text, "weft: ended after "));
@@ -560,44 +574,66 @@ static void a_state_goes_where_it_can_be_written(void **state)
 
 // ---- a sequence that grows ----------------------------------------------------------------------
 
+// "weft accumulate FRAME ... -o OUT METHOD ..." of the numbers in `frames`, with the state or
+// without.
+static void accumulate_some(const char *frames, const char *out, const char *const *method,
+                            bool resume)
+{
+    static char name[8][8];
+    const char *argv[MAX_ARGUMENTS] = {"weft", "accumulate"};
+    int argc = 2;
+    for (int i = 0; frames[i]; i++) {
+        snprintf(name[i], sizeof name[i], "f%c.exr", frames[i]);
+        argv[argc++] = name[i];
+    }
+    argv[argc++] = "-o", argv[argc++] = out;
+    for (; *method; method++)
+        argv[argc++] = *method;
+    if (resume)
+        argv[argc++] = "--resume", argv[argc++] = "s.state";
+    command_run_list(&result, argv);
+}
+
+static void assert_grown(const char *before, const char *after, const char *const *method)
+{
+    accumulate_some(before, "x.exr", method, true);
+    assert_int_equal(result.code, 0);
+    accumulate_some(after, "y.exr", method, true);
+    if (result.code != 0)
+        fail_msg("%s after %s: %s", after, before, result.err);
+    accumulate_some(after, "z.exr", method, false);
+    assert_int_equal(result.code, 0);
+    assert_same_file("y.exr", "z.exr");
+    unlink("s.state");
+}
+
+static void assert_not_grown(const char *before, const char *after, const char *const *method,
+                             const char *text)
+{
+    accumulate_some(before, "x.exr", method, true);
+    assert_int_equal(result.code, 0);
+    copy_file("s.state", "before.state");
+    accumulate_some(after, "y.exr", method, true);
+    if (result.code != 2 || !strstr(result.err, text))
+        fail_msg("%s after %s: code %d, %s", after, before, result.code, result.err);
+    assert_same_file("s.state", "before.state");
+    unlink("s.state");
+}
+
 static void more_frames_may_come(void **state)
 {
     (void)state;
-    static const char *const options[][4] = {{"--method", "exact", NULL}};
-    for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
-        const char *argv[MAX_ARGUMENTS] = {"weft",  "accumulate", "f0.exr",  "f2.exr", "-o",
-                                           "x.exr", "--resume",   "s.state", NULL};
-        int argc = 8;
-        for (int j = 0; options[i][j]; j++)
-            argv[argc++] = options[i][j];
-        argv[argc] = NULL;
-        succeed(argv);
-        // Behind what it holds.
-        argv[4] = "f3.exr", argv[5] = "f4.exr", argv[6] = "-o", argv[7] = "y.exr";
-        argv[argc++] = "--resume", argv[argc++] = "s.state", argv[argc] = NULL;
-        succeed(argv);
-        argv[argc - 2] = NULL;
-        argv[7] = "z.exr";
-        succeed(argv);
-        assert_same_file("y.exr", "z.exr");
-        // Between: the order of exact sums decides nothing.
-        argv[7] = "y.exr", argv[4] = "f1.exr", argv[5] = "f3.exr", argv[6] = "f4.exr";
-        const char *between[MAX_ARGUMENTS] = {"weft",   "accumulate", "f0.exr", "f1.exr", "f2.exr",
-                                              "f3.exr", "f4.exr",     "-o",     "y.exr"};
-        argc = 9;
-        for (int j = 0; options[i][j]; j++)
-            between[argc++] = options[i][j];
-        between[argc] = "--resume", between[argc + 1] = "s.state";
-        if (i > 0) {
-            command_fails_list(__FILE__, __LINE__, 2, "f1.exr comes before f4.exr", between);
-        } else {
-            succeed(between);
-            between[8] = "z.exr", between[argc] = NULL;
-            succeed(between);
-            assert_same_file("y.exr", "z.exr");
-        }
-        remove_all((const char *[]){"s.state", "x.exr", "y.exr", "z.exr", NULL});
-    }
+    const char *const exact[] = {NULL}, *const tree[] = {"--method", "tree", "--emulate", NULL};
+    const char *const sums[] = {"--method", "float", "--emulate", NULL};
+    const char *const buffer[] = {"--method", "buffer", NULL};
+    assert_grown("02", "0234", exact);
+    assert_grown("024", "01234", exact); // between: the order of exact sums decides nothing
+    assert_grown("01", "01234", tree);
+    assert_grown("01", "01234", sums);
+    assert_not_grown("12", "012", exact, "f0.exr comes before f1.exr, which it holds");
+    assert_not_grown("024", "01234", tree, "f1.exr comes before f4.exr, which it holds");
+    // It has other weights where all are known beforehand.
+    assert_not_grown("01", "012", buffer, "frame_count is 2, here 3");
 }
 
 // A frame that could not be read is looked at again once it is another file.
@@ -618,6 +654,103 @@ static void bad_frames_may_mend(void **state)
     copy_file("f2.exr", "bad.exr");
     accumulate(0, "-o", "y.exr", "--resume", "s.state");
     accumulate(0, "-o", "x.exr");
+    assert_same_file("x.exr", "y.exr");
+#undef accumulate
+}
+
+// ---- what is not averaged, and PNG --------------------------------------------------------------
+
+// Half, float and integers: the last two are copied from the first frame, where the name says so.
+static void make_layers(const char *path, uint32_t seed)
+{
+    enum { SIZE = 24 };
+    static const char *const names[] = {"G", "Z", "id"};
+    static float plane[3][SIZE * SIZE];
+    static uint32_t integers[SIZE * SIZE];
+    struct weft_image_channel channel[3] = {{.type = WEFT_PIXEL_HALF},
+                                            {.type = WEFT_PIXEL_FLOAT},
+                                            {.type = WEFT_PIXEL_UINT, .integers = integers}};
+    for (int c = 0; c < 3; c++) {
+        snprintf(channel[c].name, sizeof channel[c].name, "%s", names[c]);
+        channel[c].plane = plane[c];
+        for (int i = 0; i < SIZE * SIZE; i++)
+            plane[c][i] = (float)(next_random(&seed) >> 8) * 0x1p-24f;
+    }
+    for (int i = 0; i < SIZE * SIZE; i++)
+        integers[i] = next_random(&seed);
+    const struct weft_image image = {.x = -3,
+                                     .y = 5,
+                                     .width = SIZE,
+                                     .height = SIZE,
+                                     .display_min = {-8, -8},
+                                     .display_max = {40, 40},
+                                     .channel_count = 3,
+                                     .channels = channel};
+    assert_int_equal(weft_image_save(&image, weft_image_save_params(.path = path)), WEFT_OK);
+}
+
+static void assert_in_parts(const char *const frame[3], const char *more)
+{
+    const char *const option = more ? more : "--threads=1";
+    command_succeeds("accumulate", frame[0], frame[1], frame[2], option, "-o", "x.exr");
+    command_succeeds("accumulate", frame[0], option, "--resume", "s.state");
+    command_succeeds("accumulate", frame[0], frame[1], frame[2], option, "-o", "y.exr", "--resume",
+                     "s.state");
+    assert_same_file("x.exr", "y.exr");
+    command_succeeds("accumulate", frame[0], frame[1], frame[2], option, "-o", "y.exr", "--resume",
+                     "s.state");
+    assert_same_file("x.exr", "y.exr");
+    command_succeeds("accumulate", frame[0], option, "--resume", "a.state");
+    command_succeeds("accumulate", frame[1], frame[2], option, "--resume", "b.state");
+    command_succeeds("accumulate", "a.state", "b.state", "-o", "z.exr");
+    assert_same_file("x.exr", "z.exr");
+    remove_all((const char *[]){"s.state", "a.state", "b.state", "x.exr", "y.exr", "z.exr", NULL});
+}
+
+static void what_is_copied_and_decoded_is_the_same(void **state)
+{
+    (void)state;
+    const char *const layers[] = {"a.exr", "b.exr", "c.exr"};
+    const char *const png[] = {"a.png", "b.png", "c.png"};
+    for (int i = 0; i < 3; i++) {
+        char frame[8];
+        make_layers(layers[i], 1 + (uint32_t)i);
+        snprintf(frame, sizeof frame, "f%d.exr", i);
+        command_succeeds("accumulate", frame, "--preview", png[i]);
+    }
+    assert_in_parts(layers, NULL);
+    assert_in_parts(layers, "--average-all");
+    assert_in_parts(png, NULL);
+    assert_in_parts(png, "--transfer=gamma:2.2");
+    remove_all((const char *[]){"a.exr", "b.exr", "c.exr", "a.png", "b.png", "c.png", NULL});
+}
+
+// It stops where one run does, however often it was ended before.
+static void until_stops_at_the_same_frame(void **state)
+{
+    (void)state;
+#define accumulate(...)                                                                            \
+    command_succeeds("accumulate", "l_%04d.exr", "--until", "0.03", "-q", __VA_ARGS__)
+    accumulate("-o", "x.exr");
+    for (int last = 20; last < FRAMES; last += 20) {
+        char frames[16];
+        snprintf(frames, sizeof frames, "0-%d", last);
+        accumulate("--frames", frames, "--resume", "s.state");
+    }
+    for (int i = 0; i < 2; i++) {
+        accumulate("-o", "y.exr", "--resume", "s.state");
+        assert_same_file("x.exr", "y.exr");
+        unlink("y.exr");
+    }
+    // It did stop, and goes on where it shall be better.
+    command_run(&result, "weft", "accumulate", "l_%04d.exr", "--until", "0.02", "-v", "--resume",
+                "s.state");
+    const int held = frames_held(result.err);
+    if (result.code != 0 || held < 60 || held > 140)
+        fail_msg("code %d, held %d: %s", result.code, held, result.err);
+    command_succeeds("accumulate", "l_%04d.exr", "--until", "0.02", "-q", "-o", "x.exr");
+    command_succeeds("accumulate", "l_%04d.exr", "--until", "0.02", "-q", "-o", "y.exr", "--resume",
+                     "s.state");
     assert_same_file("x.exr", "y.exr");
 #undef accumulate
 }
@@ -680,6 +813,14 @@ static void states_that_do_not_fit_are_not_joined(void **state)
                      "b.state");
     command_fails(2, "cannot be joined: what is kept of frames", "accumulate", "a.state", "b.state",
                   "-o", "y.exr");
+    unlink("b.state");
+    for (int i = 0; i < 2; i++) {
+        const char *name = i ? "b.state" : "c.state", *frame = i ? "f2.exr" : "f3.exr";
+        command_succeeds("accumulate", frame, "-o", "x.exr", "--method", "tree", "--emulate",
+                         "--resume", name);
+    }
+    command_fails(2, "accumulate: tree cannot be joined", "accumulate", "b.state", "c.state", "-o",
+                  "y.exr");
 }
 
 // ---- disks that are full ------------------------------------------------------------------------
@@ -716,10 +857,11 @@ static void a_full_disk_is_told(void **state)
 static int clean_up(void **state)
 {
     (void)state;
-    remove_all((const char *[]){"s.state", "before.state", "a.state", "b.state", "c.state",
-                                "all.state", "x.exr", "y.exr", "z.exr", "new.exr", "new_error.exr",
-                                "new.png", "messages", "a.exr", "b.exr", "bad.exr", "weights",
-                                NULL});
+    remove_all((const char *[]){
+        "s.state",  "before.state", "a.state", "b.state", "c.state",       "all.state",
+        "x.exr",    "y.exr",        "z.exr",   "new.exr", "new_error.exr", "new.png",
+        "messages", "a.exr",        "b.exr",   "c.exr",   "a.png",         "b.png",
+        "c.png",    "bad.exr",      "weights", NULL});
     rename("away", "f0.exr");
     return 0;
 }
@@ -741,6 +883,8 @@ int main(void)
         TEST(a_state_goes_where_it_can_be_written),
         TEST(more_frames_may_come),
         TEST(bad_frames_may_mend),
+        TEST(what_is_copied_and_decoded_is_the_same),
+        TEST(until_stops_at_the_same_frame),
         TEST(halves_are_joined_to_the_bytes_of_one_run),
         TEST(states_that_do_not_fit_are_not_joined),
         TEST(a_full_disk_is_told),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/accumulate/every.h"
 
+#include "tools/accumulate/state.h"
 #include "tools/common/ending.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
@@ -62,14 +63,18 @@ bool every_is_due(const struct accumulate_job *job)
 static enum weft_result write_outputs(struct accumulate_job *job)
 {
     struct report_held held = {.count = 0};
+    job->writing = true;
+    state_set_last_words(job);
     report_hold(&held);
     enum weft_result res = accumulate_make_result(job);
     if (res == WEFT_OK)
         res = accumulate_save(job);
     report_hold(NULL);
+    job->writing = false;
     if (res == WEFT_OK)
         job->every.added = job->added;
-    else
+    state_set_last_words(job);
+    if (res != WEFT_OK)
         report_warning("the mean so far is not written: %s",
                        held.count ? held.line[held.count - 1] : weft_result_text(res));
     return res;

@@ -147,6 +147,7 @@ struct accumulate_job {
         double at;     // monotonic seconds: the mean so far was written, or reading began
         int64_t added; // of so many frames; 0: not yet
     } every;
+    bool writing;     // outputs, just now
     unsigned written; // outputs that this run has written, as 1 << option
     // The operands are states: their options hold, and the first frame's file is the first one's.
     bool joins;

@@ -395,15 +395,17 @@ void state_save_now_and_then(struct accumulate_job *job)
 
 void state_set_last_words(const struct accumulate_job *job)
 {
-    char means[64] = "nothing", held[REPORT_LINE / 4] = "";
-    if (job->every.added)
-        snprintf(means, sizeof means, "the mean of %" PRId64, job->every.added);
+    char means[64] = "nothing is written", held[REPORT_LINE / 4] = "";
+    if (job->writing)
+        snprintf(means, sizeof means, "while outputs were written");
+    else if (job->every.added)
+        snprintf(means, sizeof means, "the mean of %" PRId64 " is written", job->every.added);
     if (state_path(job) && job->kept.held)
         snprintf(held, sizeof held, ", %.160s holds %" PRId64, state_path(job), job->kept.held);
     else if (state_path(job))
-        snprintf(held, sizeof held, ", nor is %.160s", state_path(job));
-    report_set_last_words("weft: ended after %" PRId64 " of %" PRId64 " frames, %s is written%s",
-                          job->next, job->counting, means, held);
+        snprintf(held, sizeof held, ", %.160s holds none", state_path(job));
+    report_set_last_words("weft: ended after %" PRId64 " of %" PRId64 " frames, %s%s", job->next,
+                          job->counting, means, held);
 }
 
 void state_clear(struct accumulate_job *job)

@@ -191,7 +191,10 @@ typedef enum weft_result (*stage)(struct accumulate_job *job);
 // A state that cannot be saved costs no result.
 static enum weft_result save(struct accumulate_job *job)
 {
-    const enum weft_result state = state_save(job), res = accumulate_save(job);
+    const enum weft_result state = state_save(job);
+    job->writing = true;
+    state_set_last_words(job);
+    const enum weft_result res = accumulate_save(job);
     return res == WEFT_OK ? state : res;
 }
 
