@@ -24,6 +24,7 @@
 #include "passes/slice/slice.h"
 #include "passes/verify/verify.h"
 #include "tiles/image/image.h"
+#include "tiles/image/sequence.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output_file.h"
 #include "tiles/volume/volume.h"
@@ -87,6 +88,28 @@ static enum weft_result load_parts(void)
     struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
     enum weft_result res = weft_image_list_load(&params, &list);
     weft_image_list_clear(&list);
+    return res;
+}
+
+static const char *input_name(void *priv, int64_t i)
+{
+    (void)i;
+    return priv;
+}
+
+static enum weft_result load_sequence(void)
+{
+    weft_image_sequence *sequence = NULL;
+    const struct weft_image_frame *frame = NULL;
+    char name[512];
+    snprintf(name, sizeof name, "%s", test_path("in.exr"));
+    enum weft_result res = weft_image_sequence_create(
+        weft_image_sequence_params(.count = 3, .name = input_name, .priv = name, .readers = 1,
+                                   .log = &test_log),
+        &sequence);
+    for (int i = 0; res == WEFT_OK && i < 4; i++)
+        res = weft_image_sequence_next(sequence, &frame);
+    weft_image_sequence_destroy(&sequence);
     return res;
 }
 
@@ -462,6 +485,7 @@ static void test_load(void **state)
     assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
     run("weft_image_load", load_image);
     run("weft_image_list_load", load_parts);
+    run("weft_image_sequence", load_sequence);
 }
 
 static void test_tiles(void **state)

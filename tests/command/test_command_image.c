@@ -409,6 +409,29 @@ static void slices_are_read_back(void **state)
                "s.exr: read back, all 1200 values are those computed\n"));
 }
 
+static void png_files_are_told_of(void **state)
+{
+    (void)state;
+    const struct weft_image image = picture();
+    assert_int_equal(
+        weft_preview_save(weft_preview_params(.path = "p.png", .width = WIDTH, .height = HEIGHT,
+                                              .plane = image.channels[0].plane),
+                          NULL),
+        WEFT_OK);
+    assert_non_null(
+        strstr(command_succeeds("info", "p.png"), "p.png: PNG, 16 x 12 pixels, 8 bits"));
+    json_t *root = parse(command_succeeds("info", "p.png", "--json"));
+    assert_string_equal(json_string_value(json_object_get(root, "format")), "png");
+    assert_int_equal(json_integer_value(json_object_get(root, "height")), HEIGHT);
+    assert_int_equal(json_integer_value(json_object_get(root, "bits")), 8);
+    assert_int_equal(json_array_size(json_object_get(root, "channels")), 1);
+    json_decref(root);
+    command_write_file("cut.png", "\x89PNG\r\n\x1a\n", 8);
+    command_fails(3, "cut.png: it is cut short", "info", "cut.png");
+    command_write_file("other", "GIF89a", 6);
+    command_fails(3, "neither a VDB, an EXR nor a PNG file", "info", "other");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -421,6 +444,7 @@ int main(void)
         cmocka_unit_test(compression_is_kept),
         cmocka_unit_test(all_parts_are_resampled),
         cmocka_unit_test(slices_are_read_back),
+        cmocka_unit_test(png_files_are_told_of),
     };
     return cmocka_run_group_tests(tests, command_setup, command_teardown);
 }

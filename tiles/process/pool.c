@@ -146,7 +146,8 @@ static enum weft_result ask(struct weft_pool *pool, struct weft_job *job, int fd
         .room = (uint32_t)place->room,
         .room_bytes = place->room_bytes,
         .info_only = job->info_only};
-    const enum weft_result res = weft_stream_ask(&pool->stream[i], &request, fd, job->path);
+    const enum weft_result res =
+        weft_stream_ask(&pool->stream[i], pool->log, &request, fd, job->path);
     if (res != WEFT_OK)
         return res;
     pool->asked[i][pool->count[i]++] = job;

@@ -75,19 +75,21 @@ static int make_memory(size_t size, const void **map)
     return fd;
 }
 
-enum weft_result weft_stream_ask(struct weft_stream *stream, struct weft_wire_request *request,
-                                 int fd, const char *path)
+enum weft_result weft_stream_ask(struct weft_stream *stream, const struct weft_log *log,
+                                 struct weft_wire_request *request, int fd, const char *path)
 {
     struct weft_room *room = &stream->room[request->room];
     int fds[2] = {fd, -1};
     char *copy = strdup(path);
-    if (!copy)
+    if (!copy) {
+        weft_error(log, "%s: out of memory for a name", path);
         return WEFT_ERR_MEMORY;
+    }
     if (!room->known || room->size < request->room_bytes) {
         release_room(room);
         fds[1] = make_memory(request->room_bytes, &room->data);
         if (fds[1] < 0) {
-            weft_error(stream->reader->log, "%s: no shared memory of %llu bytes: %s", path,
+            weft_error(log, "%s: no shared memory of %llu bytes: %s", path,
                        (unsigned long long)request->room_bytes, strerror(errno));
             free(copy);
             return WEFT_ERR_MEMORY;

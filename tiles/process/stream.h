@@ -37,9 +37,9 @@ void weft_stream_clear(struct weft_stream *stream);
 
 // Asks for a FRAME of a file, which is open, into request->room, which gets new memory of
 // request->room_bytes where it has less; there are fewer than WEFT_WIRE_ROOMS questions. A reader
-// that is gone is found when it is to answer. Returns WEFT_ERR_MEMORY.
-enum weft_result weft_stream_ask(struct weft_stream *stream, struct weft_wire_request *request,
-                                 int fd, const char *path);
+// that is gone is found when it is to answer. Returns WEFT_ERR_MEMORY, after a line in the log.
+enum weft_result weft_stream_ask(struct weft_stream *stream, const struct weft_log *log,
+                                 struct weft_wire_request *request, int fd, const char *path);
 
 // Waits until one of these has something to tell, a signal comes, or so many seconds are over
 // (< 0: as long as the limits of those that are asked allow). Returns whether one has; ready[i]

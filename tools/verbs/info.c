@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft info: the grids of a VDB file, the channels of an EXR file.
+// weft info: the grids of a VDB file, the channels of an EXR file, the codes of a PNG file.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -350,6 +350,72 @@ static enum weft_result inform_exr(const char *path, bool json)
     return res;
 }
 
+// ---- PNG ----------------------------------------------------------------------------------------
+
+static const char *only_name(void *priv, int64_t i)
+{
+    (void)i;
+    return priv;
+}
+
+static json_t *png_json(const char *path, const struct weft_image_frame *frame)
+{
+    const struct weft_png_info *png = &frame->png;
+    const int32_t cicp[] = {png->cicp[0], png->cicp[1], png->cicp[2], png->cicp[3]};
+    const bool points = cicp[0] || cicp[1] || cicp[2] || cicp[3];
+    json_t *channels = json_array();
+    for (size_t c = 0; c < frame->image.channel_count; c++)
+        json_array_append_new(channels, json_text(frame->image.channels[c].name));
+    return json_pack("{s:o,s:s,s:i,s:i,s:o,s:i,s:b,s:b,s:b,s:b,s:b,s:o,s:o}", "file",
+                     json_text(path), "format", "png", "width", frame->image.width, "height",
+                     frame->image.height, "channels", channels, "bits", png->bits, "palette",
+                     png->palette, "alpha", png->alpha, "interlaced", png->interlaced, "srgb",
+                     png->srgb, "icc", png->icc, "gamma",
+                     png->gamma > 0.0 ? json_number(png->gamma) : json_null(), "cicp",
+                     points ? json_counts(cicp, 4) : json_null());
+}
+
+static void print_png(const char *path, const struct weft_image_frame *frame)
+{
+    const struct weft_png_info *png = &frame->png;
+    const uint8_t *cicp = png->cicp;
+    report_line("%s: PNG, %d x %d pixels, %d bits%s%s", path, frame->image.width,
+                frame->image.height, png->bits, png->palette ? ", palette" : "",
+                png->interlaced ? ", interlaced" : "");
+    for (size_t c = 0; c < frame->image.channel_count; c++)
+        report_line("  %s%s", c ? "               " : "channels       ",
+                    frame->image.channels[c].name);
+    if (png->gamma > 0.0)
+        printf("  gamma          %.9g%s\n", png->gamma, png->srgb ? " (sRGB)" : "");
+    if (png->icc)
+        puts("  profile        ICC, which weft does not apply");
+    if (cicp[0] || cicp[1] || cicp[2] || cicp[3])
+        printf("  cICP           primaries %d, transfer %d, matrix %d, range %d\n", cicp[0],
+               cicp[1], cicp[2], cicp[3]);
+}
+
+static enum weft_result inform_png(const char *path, bool json)
+{
+    weft_image_sequence *sequence = NULL;
+    const struct weft_image_frame *frame = NULL;
+    enum weft_result res = weft_image_sequence_create(
+        weft_image_sequence_params(.count = 1, .name = only_name, .priv = (void *)(uintptr_t)path,
+                                   .info_only = true, .log = report_log()),
+        &sequence);
+    if (res == WEFT_OK)
+        res = weft_image_sequence_next(sequence, &frame);
+    if (res == WEFT_OK && frame->result != WEFT_OK) {
+        res = frame->result;
+        report_error("%s", frame->message);
+    } else if (res == WEFT_OK && json) {
+        res = json_print(png_json(path, frame));
+    } else if (res == WEFT_OK) {
+        print_png(path, frame);
+    }
+    weft_image_sequence_destroy(&sequence);
+    return res;
+}
+
 // ---- which of them ------------------------------------------------------------------------------
 
 // Reads up to size bytes; -1 with an error line.
@@ -368,6 +434,7 @@ static enum weft_result inform(const char *path, bool json)
 {
     static const unsigned char vdb_magic[] = {' ', 'B', 'D', 'V', 0, 0, 0, 0};
     static const unsigned char exr_magic[] = {0x76, 0x2f, 0x31, 0x01};
+    static const unsigned char png_magic[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     unsigned char start[8] = {0};
     ssize_t count = read_start(path, start, sizeof start);
     if (count < 0)
@@ -380,7 +447,10 @@ static enum weft_result inform(const char *path, bool json)
         return inform_vdb(path, json);
     if (memcmp(start, exr_magic, sizeof exr_magic) == 0)
         return inform_exr(path, json);
-    report_error("%s is neither a VDB nor an EXR file: it starts with bytes %02x %02x %02x %02x",
+    if (memcmp(start, png_magic, sizeof png_magic) == 0)
+        return inform_png(path, json);
+    report_error("%s is neither a VDB, an EXR nor a PNG file: it starts with bytes %02x %02x %02x "
+                 "%02x",
                  path, start[0], start[1], start[2], start[3]);
     return WEFT_ERR_FORMAT;
 }
@@ -398,12 +468,12 @@ static int run(const char *const *operands, const struct option_value *values)
 
 const struct verb verb_info = {
     .name = "info",
-    .summary = "what is in a VDB or EXR file",
+    .summary = "what is in a VDB, EXR or PNG file",
     .usage = "FILE [--json]",
     .description = "Lists the grids of a VDB file (type, class, active box, transform, memory, "
-                   "metadata) or the channels, windows and attributes of each part of an EXR file. "
-                   "What a file "
-                   "is is told by its content, not by its name.",
+                   "metadata), the channels, windows and attributes of each part of an EXR file, "
+                   "or the size, bits and colour space of a PNG file. What a file is is told by "
+                   "its content, not by its name.",
     .options = options,
     .option_count = INFO_OPTION_COUNT,
     .run = run,
