@@ -197,11 +197,13 @@ struct weft_accumulator_report {
     // by the largest remainder, blending on codes has 8 or 16 bits of them.
     double weight_change;
     uint64_t nonfinite; // values that were not finite
-    int textures;       // alive at most so far, beside frames that the caller has
-    uint64_t bytes;     // of textures and memory now
-    uint64_t passes;    // that were drawn
-    double bias;        // of trees: expected mean of result - exact mean over random codes, in
-                        // the frames' values
+    // Alive at most so far, beside frames that the caller has; of trees the stack, what a node is
+    // drawn into, and one more where results so far were read.
+    int textures;
+    uint64_t bytes;  // of textures and memory now
+    uint64_t passes; // that were drawn
+    double bias;     // of trees: expected mean of result - exact mean over random codes, in
+                     // the frames' values
 };
 WEFT_API void weft_accumulator_get_report(const weft_accumulator *accumulator,
                                           struct weft_accumulator_report *out);

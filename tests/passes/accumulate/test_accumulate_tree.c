@@ -285,6 +285,35 @@ static void test_current(void **state)
     free_frames(&f);
 }
 
+// In memory, on any number of threads, and on GL: more pixels than a thread does at once.
+static void test_threads(void **state)
+{
+    enum { WIDE = 211, HIGH = 23, MANY = WIDE * HIGH, CHANNELS = 5 };
+    static float out[MANY], expected[CHANNELS][MANY];
+    struct frames f;
+    (void)state;
+    make_frames(&f, 13, CHANNELS, MANY, WEFT_PLANE_HALF, 0.0, 1.0, 71);
+    weigh(&f, UNIFORM, 3);
+    for (int bits = 8; bits <= 32; bits *= 2)
+        for (int threads = 1; threads <= 6; threads++) {
+            struct weft_accumulator_params params = params_of(&f, bits, 3);
+            params.width = WIDE;
+            params.height = HIGH;
+            params.cpu.threads = threads;
+            weft_accumulator *a = make(params, threads == 6 ? contexts[0] : NULL);
+            add_frames(a, &f, 0, f.count);
+            for (int c = 0; c < CHANNELS; c++) {
+                assert_int_equal(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, c,
+                                                          threads == 1 ? expected[c] : out, 0),
+                                 WEFT_OK);
+                if (threads > 1)
+                    assert_memory_equal(out, expected[c], sizeof out);
+            }
+            weft_accumulator_destroy(&a);
+        }
+    free_frames(&f);
+}
+
 // ---- shares -------------------------------------------------------------------------------------
 
 // A stack's nodes, followed leaf by leaf.
@@ -941,6 +970,7 @@ int main(void)
         cmocka_unit_test(test_any_number_of_frames),
         cmocka_unit_test(test_textures),
         cmocka_unit_test(test_current),
+        cmocka_unit_test(test_threads),
         cmocka_unit_test(test_shares),
         cmocka_unit_test(test_filled_stacks),
         cmocka_unit_test(test_identical_frames),
