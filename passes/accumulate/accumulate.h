@@ -51,7 +51,9 @@ WEFT_API extern const char *const weft_accumulate_method_names[];
 
 // What becomes of frames' values that are NaN or infinite. Default: an error.
 enum weft_accumulate_nonfinite {
-    WEFT_NONFINITE_ERROR,     // weft_accumulator_add refuses the frame and names channel and pixel
+    // weft_accumulator_add refuses the frame and names channel and pixel. Textures and drawings of
+    // floats are read back for it, which takes longer than to add them.
+    WEFT_NONFINITE_ERROR,
     WEFT_NONFINITE_SKIP,      // the value does not count; the others of the pixel do (exact only)
     WEFT_NONFINITE_PROPAGATE, // the mean is NaN there (exact, float, tree and blend of 32 bits)
     WEFT_NONFINITE_COUNT
@@ -87,12 +89,14 @@ struct weft_accumulator_params {
     // beyond the product of level_branching are refused.
     int branching; // default 4
     int level_branching[WEFT_TREE_MAX_LEVELS];
-    enum weft_tree_rounding rounding; // of 8 and 16 bits (default: to nearest)
+    enum weft_tree_rounding rounding; // of trees on 8 and 16 bits, and to nearest or truncating of
+                                      // the buffer on 16 (default: to nearest)
     // Of targets of tree, blend and buffer: 8, 16 (normalised codes; of the buffer 16 signed bits)
     // or 32 (floats); blend also WEFT_ACCUMULATE_HALF. Default 8; for the buffer 16.
     int bits;
     // What codes 0 and the largest one stand for, in targets of 8 and 16 bits. Values beyond it are
-    // refused where frames lie in memory, and clamp in textures. Default (both 0): 0 to 1.
+    // refused where frames lie in memory, and clamp in textures. Of floats it says where values of
+    // frames on GL are, so that there is a bound. Default (both 0): 0 to 1.
     double low, high;
     double max_error;  // of auto: the bound that is wanted, in the frames' values (default 0: the
                        // exact method's, half a unit in the last place of a float)

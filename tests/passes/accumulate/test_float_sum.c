@@ -90,6 +90,7 @@ static void integers_are_exact(void **state)
 
 // A frame that is drawn, and the same one in a texture: one colour a pixel.
 struct scene {
+    weft_context *context;
     const GladGLContext *gl;
     struct weft_gl_target texture;
     float pixels[4][4]; // 2 x 2, RGBA
@@ -108,89 +109,121 @@ static enum weft_result draw(void *priv, int64_t index, const struct weft_draw_t
         s->gl->ClearColor(s->pixels[i][0], s->pixels[i][1], s->pixels[i][2], s->pixels[i][3]);
         s->gl->Clear(GL_COLOR_BUFFER_BIT);
     }
-    s->drawn++;
+    s->drawn += s->result == WEFT_OK;
     return s->result;
+}
+
+static void make_scene(struct scene *s, weft_context *context)
+{
+    *s = (struct scene){.context = context, .gl = &context->gl};
+    assert_int_equal(weft_context_enter(context), WEFT_OK);
+    assert_int_equal(weft_gl_target_create(&log_to_stderr, s->gl, GL_RGBA32F, 2, 2, &s->texture),
+                     WEFT_OK);
+    weft_context_leave(context);
+}
+
+static void destroy_scene(struct scene *s)
+{
+    assert_int_equal(weft_context_enter(s->context), WEFT_OK);
+    weft_gl_target_destroy(s->gl, &s->texture);
+    weft_context_leave(s->context);
 }
 
 static void upload(struct scene *s)
 {
+    assert_int_equal(weft_context_enter(s->context), WEFT_OK);
     s->gl->BindTexture(GL_TEXTURE_2D, s->texture.texture);
     s->gl->TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 2, 2, GL_RGBA, GL_FLOAT, s->pixels);
+    weft_context_leave(s->context);
+}
+
+enum { KINDS = 3 };
+
+static void compare_kinds(weft_accumulator *a[KINDS])
+{
+    float out[KINDS][4];
+    for (int channel = 0; channel < 4; channel++)
+        for (int k = 0; k < KINDS; k++) {
+            assert_int_equal(
+                weft_accumulator_current(a[k], WEFT_ACCUMULATED_MEAN, channel, out[k], 0), WEFT_OK);
+            assert_memory_equal(out[0], out[k], sizeof out[0]);
+        }
+}
+
+// What is refused leaves no trace: values that are not finite in planes and textures, and frames
+// that their owner does not draw.
+static void refuse_kinds(struct scene *s, weft_accumulator *a[KINDS],
+                         const struct weft_frame *frames, struct message *message)
+{
+    struct weft_accumulator_report report;
+    s->pixels[3][1] = NAN;
+    upload(s);
+    s->result = WEFT_ERR_CANCELLED;
+    for (int k = 0; k < KINDS; k++) {
+        const int before = s->drawn;
+        assert_int_equal(weft_accumulator_add(a[k], &frames[k], 1.0),
+                         k == 2 ? WEFT_ERR_CANCELLED : WEFT_ERR_FORMAT);
+        if (k < 2)
+            assert_non_null(strstr(message->text, "frame 9, channel 1, pixel (1, 1): nan"));
+        assert_int_equal(s->drawn, before);
+        weft_accumulator_get_report(a[k], &report);
+        assert_int_equal(report.frames, 9);
+    }
+    s->result = WEFT_OK;
+    compare_kinds(a);
 }
 
 // Planes, textures and drawings of the same values: the same bits.
+static void run_kinds(weft_context *context, enum weft_accumulate_method method, bool emulate)
+{
+    struct message message = {.count = 0};
+    const struct weft_log log = {keep_message, &message};
+    struct scene s;
+    struct weft_plane planes[4];
+    weft_accumulator *a[KINDS];
+    uint64_t seed = 12;
+    make_scene(&s, context);
+    for (int k = 0; k < KINDS; k++)
+        assert_int_equal(
+            weft_accumulator_create(weft_accumulator_params(.width = 2, .height = 2,
+                                                            .channel_count = 4, .method = method,
+                                                            .bits = 32, .emulate = emulate,
+                                                            .context = context, .log = &log),
+                                    &a[k]),
+            WEFT_OK);
+    for (int channel = 0; channel < 4; channel++)
+        planes[channel] = (struct weft_plane){.values = &s.pixels[0][channel], .step = 4};
+    const struct weft_frame frames[KINDS] = {
+        {.plane = planes}, {.texture = s.texture.texture}, {.draw = draw, .priv = &s}};
+    for (int n = 0; n < 9; n++) {
+        for (int i = 0; i < 16; i++)
+            s.pixels[i / 4][i % 4] = (float)(next_uniform(&seed) * 3.0 - 1.0);
+        upload(&s);
+        for (int k = 0; k < KINDS; k++)
+            assert_int_equal(weft_accumulator_add(a[k], &frames[k], 1.0 + n), WEFT_OK);
+    }
+    assert_int_equal(s.drawn, 9);
+    compare_kinds(a);
+    refuse_kinds(&s, a, frames, &message);
+    // A frame of weight 0 is not drawn.
+    for (int k = 0; k < KINDS; k++)
+        assert_int_equal(weft_accumulator_add(a[k], &frames[k], 0.0), WEFT_OK);
+    assert_int_equal(s.drawn, 9);
+    compare_kinds(a);
+    for (int k = 0; k < KINDS; k++)
+        weft_accumulator_destroy(&a[k]);
+    destroy_scene(&s);
+}
+
 static void kinds_of_frames_agree(void **state)
 {
     (void)state;
-    enum { N = 9, KINDS = 3 };
-    struct message message = {.count = 0};
-    const struct weft_log log = {keep_message, &message};
+    static const enum weft_accumulate_method methods[] = {
+        WEFT_ACCUMULATE_FLOAT, WEFT_ACCUMULATE_BLEND, WEFT_ACCUMULATE_BUFFER};
     for (int c = 0; c < 2; c++)
-        for (int emulate = 0; emulate < 2; emulate++) {
-            weft_context *context = contexts[c];
-            if (!context)
-                continue;
-            struct scene s = {.gl = &context->gl};
-            struct weft_plane planes[4];
-            weft_accumulator *a[KINDS];
-            float out[KINDS][4];
-            uint64_t seed = 12;
-            assert_int_equal(weft_context_enter(context), WEFT_OK);
-            assert_int_equal(weft_gl_target_create(&log, s.gl, GL_RGBA32F, 2, 2, &s.texture),
-                             WEFT_OK);
-            weft_context_leave(context);
-            for (int k = 0; k < KINDS; k++)
-                a[k] = create((struct weft_accumulator_params){
-                    .width = 2,
-                    .height = 2,
-                    .channel_count = 4,
-                    .emulate = emulate,
-                    .context = context,
-                    .log = &log,
-                });
-            for (int channel = 0; channel < 4; channel++)
-                planes[channel] = (struct weft_plane){.values = &s.pixels[0][channel], .step = 4};
-            const struct weft_frame frames[KINDS] = {
-                {.plane = planes}, {.texture = s.texture.texture}, {.draw = draw, .priv = &s}};
-            for (int n = 0; n < N; n++) {
-                for (int i = 0; i < 16; i++)
-                    s.pixels[i / 4][i % 4] = (float)(next_uniform(&seed) * 3.0 - 1.0);
-                assert_int_equal(weft_context_enter(context), WEFT_OK);
-                upload(&s);
-                weft_context_leave(context);
-                for (int k = 0; k < KINDS; k++)
-                    assert_int_equal(weft_accumulator_add(a[k], &frames[k], 1.0 + n), WEFT_OK);
-            }
-            assert_int_equal(s.drawn, N);
-            // A frame of weight 0 is not drawn, and one that fails leaves no trace.
-            assert_int_equal(weft_accumulator_add(a[2], &frames[2], 0.0), WEFT_OK);
-            assert_int_equal(s.drawn, N);
-            for (int channel = 0; channel < 4; channel++) {
-                for (int k = 0; k < KINDS; k++)
-                    assert_int_equal(
-                        weft_accumulator_current(a[k], WEFT_ACCUMULATED_MEAN, channel, out[k], 0),
-                        WEFT_OK);
-                assert_memory_equal(out[0], out[1], sizeof out[0]);
-                assert_memory_equal(out[0], out[2], sizeof out[0]);
-            }
-            // Values that are not finite are found in textures, too.
-            s.pixels[3][1] = NAN;
-            assert_int_equal(weft_context_enter(context), WEFT_OK);
-            upload(&s);
-            weft_context_leave(context);
-            for (int k = 0; k < 2; k++) {
-                struct weft_accumulator_report report;
-                assert_int_equal(weft_accumulator_add(a[k], &frames[k], 1.0), WEFT_ERR_FORMAT);
-                weft_accumulator_get_report(a[k], &report);
-                assert_int_equal(report.frames, N);
-                assert_non_null(strstr(message.text, "frame 9, channel 1, pixel (1, 1): nan"));
-            }
-            for (int k = 0; k < KINDS; k++)
-                weft_accumulator_destroy(&a[k]);
-            assert_int_equal(weft_context_enter(context), WEFT_OK);
-            weft_gl_target_destroy(s.gl, &s.texture);
-            weft_context_leave(context);
-        }
+        for (size_t m = 0; m < WEFT_COUNT(methods) && contexts[c]; m++)
+            for (int emulate = 0; emulate < 2; emulate++)
+                run_kinds(contexts[c], methods[m], emulate);
 }
 
 static void sums_that_are_no_floats(void **state)
