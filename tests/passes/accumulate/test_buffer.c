@@ -56,6 +56,7 @@ static bool start_mesa(GLenum type)
                              type, WIDTH, HEIGHT))
         return false;
     GL(GetIntegerv)(GL_ACCUM_RED_BITS, &bits);
+    GL(Clear)(GL_ACCUM_BUFFER_BIT); // its content is undefined before
     return bits == 16;
 }
 
