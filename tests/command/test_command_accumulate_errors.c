@@ -107,6 +107,7 @@ static void test_no_frames(void **state)
 {
     (void)state;
     fails(2, "no frames given: weft accumulate FRAMES...", "-o", "m.exr");
+    command_fails(2, "no frames given: weft accumulate FRAMES...", "accumulate");
     fails(2, "nothing to do: give -o OUT.exr, --stderr", "f.exr");
     put("list", "");
     command_input("list");

@@ -195,10 +195,7 @@ static enum weft_result check_operands(const struct accumulate_job *job)
         lists += strcmp(*operand, "-") == 0;
         patterns += is_pattern(*operand);
     }
-    if (!job->operands[0])
-        report_error("no frames given: weft accumulate FRAMES... -o OUT.exr (see weft help "
-                     "accumulate)");
-    else if (lists > 1)
+    if (lists > 1)
         report_error("-, the list of frames on standard input, is given %d times", lists);
     else if (job->option[ACCUMULATE_FRAMES].given && !patterns)
         report_error("--frames needs a name with the frame's number, as frame_%%04d.exr");

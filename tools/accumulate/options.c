@@ -55,6 +55,8 @@ static const char *method_conflict(const struct accumulate_job *job, char text[A
 
 const char *accumulate_conflict(const struct accumulate_job *job, char text[ACCUMULATE_TEXT])
 {
+    if (!job->operands[0])
+        return "no frames given: weft accumulate FRAMES... -o OUT.exr (see weft help accumulate)";
     if (is_given(job, ACCUMULATE_QUIET) && is_given(job, ACCUMULATE_VERBOSE))
         return "-q and -v exclude each other";
     if (!is_given(job, ACCUMULATE_PREVIEW) &&
