@@ -11,7 +11,6 @@ extern const char weft_shader_combine[];
 extern const char weft_shader_convolve[];
 extern const char weft_shader_full_target[];
 extern const char weft_shader_hardware[];
-extern const char weft_shader_naive_frame[];
 extern const char weft_shader_naive_slice[];
 extern const char weft_shader_rectangles[];
 extern const char weft_shader_sampler[];

@@ -10,7 +10,10 @@
 extern const struct weft_stability_case weft_stability_order_2d, weft_stability_order_3d,
     weft_stability_gradient_bias, weft_stability_ripple_2d, weft_stability_ripple_3d;
 extern const struct weft_stability_case weft_stability_blend_8, weft_stability_mean_8,
-    weft_stability_half_sum, weft_stability_half_passes, weft_stability_half_overflow;
+    weft_stability_half_sum, weft_stability_buffer_16, weft_stability_tree_bias,
+    weft_stability_float_mean, weft_stability_srgb_mean, weft_stability_id_mean,
+    weft_stability_nan_frame;
+extern const struct weft_stability_case weft_stability_half_passes, weft_stability_half_overflow;
 extern const struct weft_stability_case weft_stability_filter_weights, weft_stability_texel_centres,
     weft_stability_same_size, weft_stability_odd_width;
 extern const struct weft_stability_case weft_stability_far_away, weft_stability_one_voxel,
@@ -108,16 +111,5 @@ enum weft_naive_mistake {
 enum weft_result weft_naive_convolve(const struct weft_log *log,
                                      const struct weft_stability_slice *slice,
                                      enum weft_naive_mistake mistake, float *pixels);
-
-// Frames of `width` pixels, one after the other, blended into a target.
-struct weft_naive_blend {
-    GLenum target;
-    const float *frames; // [frame][x]
-    int width, frame_count;
-    // Each times the factor, added; 0: frame k is mixed in by 1 / k.
-    double factor;
-};
-enum weft_result weft_naive_blend_run(const struct weft_stability_params *params,
-                                      const struct weft_naive_blend *blend, float *pixels);
 
 #endif

@@ -45,7 +45,6 @@ static enum weft_result read_back(const struct weft_stability_params *params,
 
 static void clear(const GladGLContext *gl, struct target *t)
 {
-    gl->Disable(GL_BLEND);
     weft_gl_target_destroy(gl, &t->drawn);
     gl->DeleteTextures(1, &t->source);
 }
@@ -137,49 +136,5 @@ enum weft_result weft_naive_slice_run(const struct weft_stability_params *params
     weft_context_leave(params->context);
 fail:
     free(mapped);
-    return res;
-}
-
-// ---- blending -----------------------------------------------------------------------------------
-
-static void draw_frames(const GladGLContext *gl, const struct weft_naive_blend *blend,
-                        GLuint program)
-{
-    gl->Uniform1i(weft_gl_location(gl, program, "frames"), 0);
-    gl->Enable(GL_BLEND);
-    gl->BlendEquation(GL_FUNC_ADD);
-    if (blend->factor > 0.0)
-        gl->BlendFunc(GL_CONSTANT_ALPHA, GL_ONE);
-    else
-        gl->BlendFunc(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
-    for (int k = 0; k < blend->frame_count; k++) {
-        const double factor = blend->factor > 0.0 ? blend->factor : 1.0 / (k + 1);
-        gl->BlendColor(0.0f, 0.0f, 0.0f, (float)factor);
-        gl->Uniform1i(weft_gl_location(gl, program, "frame"), k);
-        gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    }
-}
-
-enum weft_result weft_naive_blend_run(const struct weft_stability_params *params,
-                                      const struct weft_naive_blend *blend, float *pixels)
-{
-    const GladGLContext *gl = &params->context->gl;
-    struct target target = {0};
-    GLuint program = 0;
-    enum weft_result res = weft_context_enter(params->context);
-    if (res != WEFT_OK)
-        return res;
-    res = set_up(params, "naive frame", "", weft_shader_naive_frame, blend->target, blend->width, 1,
-                 &target, &program);
-    if (res == WEFT_OK) {
-        gl->BindTexture(GL_TEXTURE_2D, target.source);
-        gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-        gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, blend->width, blend->frame_count, 0, GL_RED,
-                       GL_FLOAT, blend->frames);
-        draw_frames(gl, blend, program);
-        res = read_back(params, &target, pixels);
-    }
-    clear(gl, &target);
-    weft_context_leave(params->context);
     return res;
 }
