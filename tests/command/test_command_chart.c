@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 #include <jansson.h>
+#include <math.h>
 
 #include "tests/support/command.h"
 #include "weft.h"
@@ -39,6 +40,14 @@ static void wrong_requests_are_refused(void **state)
     command_fails(2, "--plane", "chart", "--truth", "--plane", "x");
     command_fails(2, "impulse", "chart", "impulse");
     command_fails(2, "--grid", "chart", "ramp", "--grid", "density");
+    command_fails(2, "its own frames", "chart", "--accumulate", "ramp");
+    command_fails(2, "of slices", "chart", "--accumulate", "--kernel", "linear");
+    command_fails(2, "of slices", "chart", "--accumulate", "--truth");
+    command_fails(2, "of --accumulate", "chart", "--frames", "4,8");
+    command_fails(2, "ascending", "chart", "--accumulate", "--frames", "8,4");
+    command_fails(2, "ascending", "chart", "--accumulate", "--frames", "0");
+    command_fails(2, "ascending", "chart", "--accumulate", "--frames", "4,");
+    command_fails(2, "ascending", "chart", "--accumulate", "--frames", "16777217");
     command_fails(3, "line 2", "chart", "--points", "few.csv");
     command_fails(3, "no points", "chart", "--points", "none.csv");
     command_fails(3, "line 1", "chart", "--points", "head.csv");
@@ -131,6 +140,53 @@ static void files_agree(void **state)
     json_decref(root);
 }
 
+// Of frames: no other point of as many frames is both as fast and as accurate.
+static bool frames_beaten(const json_t *all, const json_t *point)
+{
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *other = json_array_get(all, i);
+        const double faster = number(point, "seconds") - number(other, "seconds");
+        const double better = number(point, "max_error") - number(other, "max_error");
+        if (number(point, "frames") == number(other, "frames") && faster >= 0.0 && better >= 0.0 &&
+            (faster > 0.0 || better > 0.0))
+            return true;
+    }
+    return false;
+}
+
+static void averages_of_frames_agree(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    const char *out =
+        command_succeeds("chart", "--accumulate", "--quick", "--size", "24x16", "--frames", "4,9",
+                         "--csv", "frames.csv", "--json", "frames.json");
+    assert_non_null(strstr(out, "averages of frames of 24 x 16 pixels"));
+    json_error_t error;
+    json_t *root = json_load_file("frames.json", 0, &error);
+    const json_t *frames = json_object_get(root, "frames");
+    const json_t *all = json_object_get(frames, "points");
+    // Exact, float, two buffers, four blends and trees of four branchings: two roundings of 8 bits,
+    // 16 bits, floats.
+    const json_t *skipped = json_object_get(frames, "skipped"); // where time was up
+    assert_int_equal(json_array_size(all) + json_array_size(skipped), 2 * (1 + 1 + 2 + 4 + 4 * 4));
+    assert_true(json_array_size(all) > 0);
+    for (size_t i = 0; i < json_array_size(skipped); i++)
+        assert_non_null(strstr(
+            json_string_value(json_object_get(json_array_get(skipped, i), "reason")), "are over"));
+    assert_int_equal(count_lines("frames.csv"), 1 + json_array_size(all));
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *p = json_array_get(all, i);
+        assert_true(number(p, "seconds") > 0.0);
+        assert_true(number(p, "max_error") <= number(p, "bound"));
+        assert_true(number(p, "rms_error") <= number(p, "max_error"));
+        assert_true(fabs(number(p, "mean_error")) <= number(p, "rms_error"));
+        assert_int_equal(json_boolean_value(json_object_get(p, "front")), !frames_beaten(all, p));
+    }
+    json_decref(root);
+}
+
 static void the_script_stays_without_gnuplot(void **state)
 {
     (void)state;
@@ -149,6 +205,11 @@ static void the_script_stays_without_gnuplot(void **state)
     assert_non_null(strstr(text, "EOD\n"));
     free(text);
     assert_int_not_equal(access("alone.svg", F_OK), 0);
+    command_environment("PATH=/nonexistent");
+    command_run(&result, "weft", "chart", "--accumulate", "--quick", "-q", "--size", "8x8",
+                "--frames", "4", "-o", "frames.svg");
+    assert_int_equal(result.code, 1);
+    assert_int_equal(access("frames.svg.gp", F_OK), 0);
 }
 
 // However far it comes: what there is is written whole.
@@ -175,6 +236,7 @@ int main(void)
         cmocka_unit_test(wrong_requests_are_refused),
         cmocka_unit_test(a_missing_volume_is_one_line),
         cmocka_unit_test(files_agree),
+        cmocka_unit_test(averages_of_frames_agree),
         cmocka_unit_test(the_script_stays_without_gnuplot),
         cmocka_unit_test(interruption_keeps_results),
     };

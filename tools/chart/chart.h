@@ -2,12 +2,15 @@
 // tools/chart/chart.h - one `weft chart`: speed charted against accuracy.
 // A chart is a list of points, each a method of computing one slice, measured. The first chart has
 // the error that a method makes of its kernel; the second one the error that method, kernel and
-// sampling make of a signal that is known.
+// sampling make of a signal that is known. The chart of --accumulate has methods of averaging
+// frames instead, over the number of frames.
 #ifndef WEFT_TOOLS_CHART_CHART_H
 #define WEFT_TOOLS_CHART_CHART_H
 
 #include <stdio.h>
 
+#include "tools/common/cells.h"
+#include "tools/common/json.h"
 #include "tools/common/options.h"
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
@@ -19,6 +22,8 @@ enum chart_option {
     CHART_JSON,
     CHART_SCRIPT,
     CHART_TRUTH,
+    CHART_ACCUMULATE,
+    CHART_FRAMES,
     CHART_GRID,
     CHART_PLANE,
     CHART_KERNEL,
@@ -82,12 +87,53 @@ struct chart {
     size_t skipped_count;
 };
 
+// ---- averages of frames -------------------------------------------------------------------------
+
+// What has a colour of its own.
+enum chart_frames_family {
+    CHART_EXACT,
+    CHART_FLOAT,
+    CHART_BUFFER,
+    CHART_BLEND,
+    CHART_TREE_8, // trees by their bits
+    CHART_TREE_16,
+    CHART_TREE_32,
+    CHART_FRAMES_FAMILIES
+};
+
+// One method of averaging so many frames, measured.
+struct chart_frames_point {
+    enum chart_frames_family family;
+    struct weft_accumulator_params method; // as far as it is the method's
+    int64_t frames;
+    char label[CHART_TEXT]; // "tree 4, 8 bits, unbiased"
+    double seconds;         // median of an average, from frames in memory to floats in memory
+    int runs;               // that the median is of
+    double run[CHART_RUNS]; // seconds
+    uint64_t bytes, passes; // of textures and memory; drawn
+    double max_error, rms_error, mean_error; // of values from 0 to 1; the mean has a sign
+    double bound, bias;                      // of max_error; of mean_error, as trees expect it
+    bool front;                // with as many frames nothing is both as fast and as accurate
+    char reason[CHART_REASON]; // why it was not measured; empty: it was
+};
+
+enum { CHART_MAX_COUNTS = 12 };
+
+struct chart_frames {
+    int width, height;
+    int64_t count[CHART_MAX_COUNTS]; // of frames, ascending
+    int counts;
+    struct chart_frames_point *point;
+    size_t points, measured; // with those that were skipped; without
+};
+
 struct chart_job {
-    const struct option_value *option;     // [CHART_OPTION_COUNT]
-    const struct weft_signal_info *signal; // NULL: a volume
-    const char *path;                      // of the volume
-    bool has_methods, has_truth;           // which charts are made
+    const struct option_value *option;       // [CHART_OPTION_COUNT]
+    const struct weft_signal_info *signal;   // NULL: a volume
+    const char *path;                        // of the volume
+    bool has_methods, has_truth, has_frames; // which charts are made
     struct chart methods, truth;
+    struct chart_frames frames;
     struct weft_slice_geometry geometry;     // of the first chart, in index space
     char plane[32];                          // "oblique slice", "slice across z"
     struct weft_slice_statistics statistics; // of the voxels in reach of the first chart's slice
@@ -146,10 +192,53 @@ enum weft_result chart_points_load(const char *path, struct chart *chart);
 enum weft_result chart_append(struct chart_point **list, size_t *count,
                               const struct chart_point *point);
 
+// ---- frames_measure.c, frames_report.c, frames_plot.c -------------------------------------------
+
+// Reads --frames and --size. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result chart_frames_read(struct chart_job *job);
+// As chart_measure_methods.
+enum weft_result chart_frames_measure(struct chart_job *job);
+bool chart_frames_fill_csv(const struct chart_job *job, struct cells *cells);
+json_t *chart_frames_json(const struct chart_job *job);
+enum weft_result chart_frames_print(const struct chart_job *job);
+enum exit_code chart_frames_draw(const struct chart_job *job, const char *path, bool keep_script);
+
+// ---- chart_drawing.c: what charts are drawn with ------------------------------------------------
+
+// Pixels. Two panels stand side by side, with the key on their right.
+enum {
+    CHART_HEIGHT = 840,
+    CHART_LEFT = 95,
+    CHART_BOTTOM = 135,
+    CHART_TOP = 765,
+    CHART_PANELS_WIDTH = 1500,
+    CHART_PANEL = 480,
+    CHART_PANEL_GAP = 85
+};
+
+// An axis' values, > 0. {DBL_MAX, DBL_MIN} has none yet; what is not finite is left out.
+struct chart_range {
+    double low, high;
+};
+void chart_extend_range(struct chart_range *range, double value);
+// Axes have 1, 2 and 5 of each decade named where they have up to three.
+void chart_set_axis(FILE *script, const char *axis, struct chart_range range);
+void chart_set_panel(FILE *script, int number);
+// At a place in the image, from 0 to 1.
+void chart_put_label(FILE *script, double x, double y, const char *style, const char *text);
+// `first` and the machine, below the plots of an image of that size.
+void chart_put_caption(FILE *script, const struct chart_job *job, int width, int height,
+                       const char *first);
+
+// Draws what `write` writes to an .svg or .png; keep_script: keeps gnuplot's script beside it
+// (otherwise only where gnuplot does not run).
+enum exit_code
+chart_draw_script(const struct chart_job *job, const char *path, int width, int height,
+                  enum weft_result (*write)(FILE *script, const struct chart_job *job),
+                  bool keep_script);
+
 // ---- chart_plot.c -------------------------------------------------------------------------------
 
-// Draws to an .svg or .png; script: keeps gnuplot's script there, too (NULL: only where gnuplot
-// does not run, beside the picture).
 enum exit_code chart_draw(const struct chart_job *job, const struct chart *chart, const char *path,
                           bool keep_script);
 

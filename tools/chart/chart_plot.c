@@ -10,8 +10,7 @@
 #include "tools/draw/plot.h"
 
 // Pixels. The first chart's axes lie where labels can be placed by arithmetic.
-enum { WIDTH = 1280, HEIGHT = 840, LEFT = 95, RIGHT = 960, BOTTOM = 135, TOP = 765 };
-enum { TRUTH_PANEL = 480, TRUTH_GAP = 85 };
+enum { WIDTH = 1280, RIGHT = 960 };
 
 // Fused methods are cold colours, the darker the more bits; passes are warm ones.
 static const struct {
@@ -41,63 +40,13 @@ enum {
     KERNEL_COLOURS = sizeof kernel_colours / sizeof *kernel_colours
 };
 
-struct range {
-    double low, high;
-};
-
-// ---- shared by both -----------------------------------------------------------------------------
-
-static void extend(struct range *range, double value)
-{
-    if (!(value > 0.0) || !isfinite(value))
-        return;
-    range->low = fmin(range->low, value);
-    range->high = fmax(range->high, value);
-}
-
-// Axes have 1, 2 and 5 of each decade named where they have up to three.
-static void set_axis(FILE *s, const char *axis, struct range range)
-{
-    fprintf(s, "set %srange [%.9g:%.9g]\n", axis, range.low, range.high);
-    if (range.high / range.low > 1500.0) {
-        fprintf(s, "set %stics auto\n", axis);
-        return;
-    }
-    static const double steps[] = {1.0, 2.0, 5.0};
-    const char *separator = "";
-    fprintf(s, "set %stics (", axis);
-    for (int e = (int)floor(log10(range.low)); e <= (int)floor(log10(range.high)); e++)
-        for (int i = 0; i < 3; i++, separator = ", ")
-            fprintf(s, "%s%.9g", separator, steps[i] * pow(10.0, e));
-    fputs(")\n", s);
-}
-
-static void put_label(FILE *s, double x, double y, const char *style, const char *text)
-{
-    fputs("set label ", s);
-    plot_quote(s, text);
-    fprintf(s, " at screen %.5f,%.5f %s\n", x, y, style);
-}
-
-static void put_caption(FILE *s, const struct chart_job *job, int width, int height,
-                        const char *first)
-{
-    char line[2 * CHART_REASON];
-    snprintf(line, sizeof line, "%s; %s, weft %s%s", job->machine,
-             job->context ? weft_context_get_info(job->context)->renderer
-                          : weft_instruction_set_names[job->engine.cpu.instructions],
-             weft_version(), job->interrupted ? "; INTERRUPTED: not all was measured" : "");
-    put_label(s, 20.0 / width, 40.0 / height, "left font 'sans,10' tc '#505050'", first);
-    put_label(s, 20.0 / width, 20.0 / height, "left font 'sans,10' tc '#505050'", line);
-}
-
 // ---- the first chart ----------------------------------------------------------------------------
 
 struct methods_plot {
     FILE *s;
     const struct chart_job *job;
     const struct chart *chart;
-    struct range x, y;
+    struct chart_range x, y;
 };
 
 // Where errors of 0 are drawn: below all others.
@@ -108,22 +57,22 @@ static double shown_error(const struct methods_plot *plot, const struct chart_po
 
 static void find_ranges(struct methods_plot *plot)
 {
-    plot->x = plot->y = (struct range){DBL_MAX, DBL_MIN};
+    plot->x = plot->y = (struct chart_range){DBL_MAX, DBL_MIN};
     for (size_t i = 0; i < plot->chart->count; i++) {
-        extend(&plot->x, 1e3 * plot->chart->point[i].seconds);
-        extend(&plot->y, plot->chart->point[i].max_error);
+        chart_extend_range(&plot->x, 1e3 * plot->chart->point[i].seconds);
+        chart_extend_range(&plot->y, plot->chart->point[i].max_error);
     }
     const double most = plot->y.high;
     for (size_t i = 0; i < plot->chart->count; i++) // bounds far above all errors are cut
         if (plot->chart->point[i].bound > 0.0)
-            extend(&plot->y, fmin(plot->chart->point[i].bound, 30.0 * most));
+            chart_extend_range(&plot->y, fmin(plot->chart->point[i].bound, 30.0 * most));
     if (plot->y.low > plot->y.high)
-        plot->y = (struct range){1e-9, 1.0};
-    plot->x = (struct range){plot->x.low / 1.6, plot->x.high * 1.6};
-    plot->y = (struct range){plot->y.low / 3.0, plot->y.high * 2.0};
+        plot->y = (struct chart_range){1e-9, 1.0};
+    plot->x = (struct chart_range){plot->x.low / 1.6, plot->x.high * 1.6};
+    plot->y = (struct chart_range){plot->y.low / 3.0, plot->y.high * 2.0};
 }
 
-static double to_pixels(double value, struct range range, double pixels)
+static double to_pixels(double value, struct chart_range range, double pixels)
 {
     return pixels * log(value / range.low) / log(range.high / range.low);
 }
@@ -155,21 +104,23 @@ static void set_frame(const struct methods_plot *plot)
     fprintf(s,
             "set logscale xy\nset lmargin at screen %.5f\nset rmargin at screen %.5f\nset bmargin "
             "at screen %.5f\nset tmargin at screen %.5f\n",
-            (double)LEFT / WIDTH, (double)RIGHT / WIDTH, (double)BOTTOM / HEIGHT,
-            (double)TOP / HEIGHT);
-    put_label(s, (double)LEFT / WIDTH, (TOP + 50.0) / HEIGHT, "left font 'sans,15'",
-              "Time against error: every method of computing one slice");
-    put_label(s, (double)LEFT / WIDTH, (TOP + 25.0) / HEIGHT, "left font 'sans,12'", title);
-    set_axis(s, "x", plot->x);
-    set_axis(s, "y", plot->y);
+            (double)CHART_LEFT / WIDTH, (double)RIGHT / WIDTH, (double)CHART_BOTTOM / CHART_HEIGHT,
+            (double)CHART_TOP / CHART_HEIGHT);
+    chart_put_label(s, (double)CHART_LEFT / WIDTH, (CHART_TOP + 50.0) / CHART_HEIGHT,
+                    "left font 'sans,15'",
+                    "Time against error: every method of computing one slice");
+    chart_put_label(s, (double)CHART_LEFT / WIDTH, (CHART_TOP + 25.0) / CHART_HEIGHT,
+                    "left font 'sans,12'", title);
+    chart_set_axis(s, "x", plot->x);
+    chart_set_axis(s, "y", plot->y);
     fputs("set format x '%g'\nset format y '%g'\nset xlabel 'time of a slice, ms (voxels in memory "
           "to pixels in memory)'\nset ylabel 'largest error against double precision'\n",
           s);
     set_bits_axis(plot);
     fprintf(s, "set key at screen %.5f,%.5f left top Left reverse samplen 1.2 spacing 1.25\n",
-            (RIGHT + 75.0) / WIDTH, (double)TOP / HEIGHT);
-    put_caption(
-        s, plot->job, WIDTH, HEIGHT,
+            (RIGHT + 75.0) / WIDTH, (double)CHART_TOP / CHART_HEIGHT);
+    chart_put_caption(
+        s, plot->job, WIDTH, CHART_HEIGHT,
         "Hollow: kernel weights from sampled tiles. Lines upward: to the bound that the plan "
         "promised. Step line: nothing measured is faster and as accurate, within a thousandth.");
 }
@@ -318,24 +269,25 @@ static bool has_label(const struct chart_point *p)
 static void write_label(const struct methods_plot *plot, const struct chart_label *label,
                         const struct chart_point *p)
 {
-    const double x = (LEFT + label->at_x) / WIDTH, y = (BOTTOM + label->at_y) / HEIGHT;
+    const double x = (CHART_LEFT + label->at_x) / WIDTH,
+                 y = (CHART_BOTTOM + label->at_y) / CHART_HEIGHT;
     if (hypot(label->at_x - label->x, label->at_y - label->y) > 16.0)
         fprintf(plot->s,
                 "set arrow from screen %.5f,%.5f to screen %.5f,%.5f nohead lc '#808080' lw 0.7\n",
-                (LEFT + label->x) / WIDTH, (BOTTOM + label->y) / HEIGHT, x, y);
+                (CHART_LEFT + label->x) / WIDTH, (CHART_BOTTOM + label->y) / CHART_HEIGHT, x, y);
     char style[64];
     snprintf(style, sizeof style, "%s font 'sans,11' tc '%s' front boxed",
              label->side > 0   ? "left"
              : label->side < 0 ? "right"
                                : "center",
              is_other_kernel(p) ? "#707070" : families[p->family].colour);
-    put_label(plot->s, x, y, style, label->text);
+    chart_put_label(plot->s, x, y, style, label->text);
 }
 
 static enum weft_result write_labels(const struct methods_plot *plot)
 {
     const struct chart *chart = plot->chart;
-    const double width = RIGHT - LEFT, height = TOP - BOTTOM;
+    const double width = RIGHT - CHART_LEFT, height = CHART_TOP - CHART_BOTTOM;
     double(*points)[2] = calloc(chart->count, sizeof *points);
     struct chart_label *labels = calloc(chart->count, sizeof *labels);
     const struct chart_point **of = calloc(chart->count, sizeof *of);
@@ -461,30 +413,20 @@ static void append_truth_key(FILE *s, const struct chart *chart)
                 looks[l].dash, looks[l].mark, looks[l].name);
 }
 
-static void find_truth_ranges(const struct chart *chart, struct range *time, struct range *error,
-                              struct range *voxels)
+static void find_truth_ranges(const struct chart *chart, struct chart_range *time,
+                              struct chart_range *error, struct chart_range *voxels)
 {
-    *time = *error = *voxels = (struct range){DBL_MAX, DBL_MIN};
+    *time = *error = *voxels = (struct chart_range){DBL_MAX, DBL_MIN};
     for (size_t i = 0; i < chart->count; i++) {
-        extend(time, 1e3 * chart->point[i].seconds);
-        extend(error, chart->point[i].rms_error);
-        extend(voxels, chart->point[i].voxels);
+        chart_extend_range(time, 1e3 * chart->point[i].seconds);
+        chart_extend_range(error, chart->point[i].rms_error);
+        chart_extend_range(voxels, chart->point[i].voxels);
     }
     if (error->low > error->high)
-        *error = (struct range){1e-9, 1.0};
-    *time = (struct range){time->low / 1.3, time->high * 1.3};
-    *error = (struct range){error->low / 1.5, error->high * 1.5};
-    *voxels = (struct range){voxels->low / 1.1, voxels->high * 1.1};
-}
-
-static void set_panel(FILE *s, int number)
-{
-    const int left = LEFT + number * (TRUTH_PANEL + TRUTH_GAP);
-    fprintf(s,
-            "set lmargin at screen %.5f\nset rmargin at screen %.5f\nset bmargin at screen %.5f\n"
-            "set tmargin at screen %.5f\n",
-            (double)left / (WIDTH + 220), (double)(left + TRUTH_PANEL) / (WIDTH + 220),
-            (double)BOTTOM / HEIGHT, (TOP - 20.0) / HEIGHT);
+        *error = (struct chart_range){1e-9, 1.0};
+    *time = (struct chart_range){time->low / 1.3, time->high * 1.3};
+    *error = (struct chart_range){error->low / 1.5, error->high * 1.5};
+    *voxels = (struct chart_range){voxels->low / 1.1, voxels->high * 1.1};
 }
 
 static void set_voxel_tics(FILE *s, const struct chart *chart)
@@ -518,7 +460,7 @@ static void put_eight_bits(FILE *s, const struct chart_job *job, bool named)
 static enum weft_result write_truth(FILE *s, const struct chart_job *job)
 {
     const struct chart *chart = &job->truth;
-    struct range time, error, voxels;
+    struct chart_range time, error, voxels;
     unsigned has[CHART_MAX_KERNELS] = {0};
     char title[CHART_REASON];
     const struct option_value *size = &job->option[CHART_SIZE];
@@ -526,77 +468,48 @@ static enum weft_result write_truth(FILE *s, const struct chart_job *job)
     for (int k = 0; k < chart->kernel_count; k++)
         for (int l = 0; l < TRUTH_LOOKS; l++)
             has[k] |= (unsigned)write_truth_block(s, chart, k, l) << l;
-    const double left = (double)LEFT / (WIDTH + 220);
+    const double left = (double)CHART_LEFT / CHART_PANELS_WIDTH;
     snprintf(title, sizeof title, "%s, oblique slice, %s pixels, lines over the number of samples",
              job->signal->name,
              size->given                      ? size->text
              : job->option[CHART_QUICK].given ? "256 x 256"
                                               : "512 x 512");
-    put_label(s, left, (TOP + 50.0) / HEIGHT, "left font 'sans,15'",
-              "Kernels against the signal itself: what better kernels, more samples and more bits "
-              "are worth");
-    put_label(s, left, (TOP + 25.0) / HEIGHT, "left font 'sans,12'", title);
-    put_caption(
-        s, job, WIDTH + 220, HEIGHT,
+    chart_put_label(
+        s, left, (CHART_TOP + 50.0) / CHART_HEIGHT, "left font 'sans,15'",
+        "Kernels against the signal itself: what better kernels, more samples and more bits "
+        "are worth");
+    chart_put_label(s, left, (CHART_TOP + 25.0) / CHART_HEIGHT, "left font 'sans,12'", title);
+    chart_put_caption(
+        s, job, CHART_PANELS_WIDTH, CHART_HEIGHT,
         "RMS of the total error, the kernel's own included, over all pixels. Where a dashed "
         "line leaves the solid one, bits limit; where they lie together, kernel and "
         "sampling do, and more bits do not pay.");
     fputs("set multiplot\nset logscale xy\nset format y '%g'\nset key off\n", s);
-    set_axis(s, "y", error);
+    chart_set_axis(s, "y", error);
     put_eight_bits(s, job, false);
-    set_panel(s, 0);
-    set_axis(s, "x", time);
+    chart_set_panel(s, 0);
+    chart_set_axis(s, "x", time);
     fputs("set xlabel 'time of a slice, ms'\nset ylabel 'RMS error against the signal'\n", s);
     append_truth(s, chart, 2, has, OVER_TIME);
     fputs("1/0\nunset label\nunset arrow\n", s);
-    set_panel(s, 1);
+    chart_set_panel(s, 1);
     put_eight_bits(s, job, true);
-    set_axis(s, "x", voxels);
+    chart_set_axis(s, "x", voxels);
     set_voxel_tics(s, chart);
     fputs("set xlabel 'samples of the signal'\nunset ylabel\n", s);
     fprintf(s, "set key at screen %.5f,%.5f left top Left reverse samplen 3 spacing 1.25\n",
-            (double)(LEFT + 2 * TRUTH_PANEL + TRUTH_GAP + 20) / (WIDTH + 220),
-            (double)TOP / HEIGHT);
+            (double)(CHART_LEFT + 2 * CHART_PANEL + CHART_PANEL_GAP + 20) / CHART_PANELS_WIDTH,
+            (double)CHART_TOP / CHART_HEIGHT);
     append_truth(s, chart, 1, has, OVER_SAMPLES);
     append_truth_key(s, chart);
     fputs("1/0 notitle\nunset multiplot\n", s);
     return WEFT_OK;
 }
 
-// ---- files --------------------------------------------------------------------------------------
-
-static enum exit_code keep(struct plot *plot, const char *path)
-{
-    char *name = NULL;
-    if (asprintf(&name, "%s.gp", path) < 0)
-        return (enum exit_code)report_finish(WEFT_ERR_MEMORY);
-    enum exit_code code = plot_save_script(plot, name);
-    if (code == EXIT_CODE_DONE && !plot_can_draw()) {
-        report_error("%s needs the program gnuplot (Debian package gnuplot-nox), which does not "
-                     "run here; its script and data are in %s",
-                     path, name);
-        code = EXIT_CODE_FAILED;
-    }
-    free(name);
-    return code;
-}
-
 enum exit_code chart_draw(const struct chart_job *job, const struct chart *chart, const char *path,
                           bool keep_script)
 {
-    struct plot plot;
     const bool methods = chart == &job->methods;
-    enum exit_code code = plot_begin(path, methods ? WIDTH : WIDTH + 220, HEIGHT, &plot);
-    if (code != EXIT_CODE_DONE)
-        return code;
-    enum weft_result res =
-        methods ? write_methods(plot.script, job) : write_truth(plot.script, job);
-    if (res != WEFT_OK)
-        code = (enum exit_code)report_finish(res);
-    if (code == EXIT_CODE_DONE && (keep_script || !plot_can_draw()))
-        code = keep(&plot, path);
-    if (code == EXIT_CODE_DONE)
-        return plot_finish(&plot);
-    plot_discard(&plot);
-    return code;
+    return chart_draw_script(job, path, methods ? WIDTH : CHART_PANELS_WIDTH, CHART_HEIGHT,
+                             methods ? write_methods : write_truth, keep_script);
 }

@@ -57,6 +57,8 @@ static bool fill_row(struct cells *cells, int row, const char *name, const struc
 
 static bool fill_csv(const struct chart_job *job, struct cells *cells)
 {
+    if (job->has_frames)
+        return chart_frames_fill_csv(job, cells);
     const struct chart *const charts[] = {&job->methods, &job->truth};
     int row = 1;
     bool good = cells_create(cells, (int)(job->methods.count + job->truth.count) + 1, COLUMNS);
@@ -133,9 +135,10 @@ static json_t *slice_json(const struct chart_job *job)
 
 enum weft_result chart_save_json(const struct chart_job *job, const char *path)
 {
-    json_t *root = json_pack("{s:o,s:o,s:o,s:b}", "weft", json_text(weft_version()), "source",
-                             json_text(chart_source_name(job)), "machine", json_text(job->machine),
-                             "interrupted", job->interrupted);
+    json_t *root = json_pack("{s:o,s:o,s:b}", "weft", json_text(weft_version()), "machine",
+                             json_text(job->machine), "interrupted", job->interrupted);
+    if (job->has_methods || job->has_truth)
+        json_object_set_new(root, "source", json_text(chart_source_name(job)));
     json_object_set_new(root, "renderer",
                         job->context ? json_text(weft_context_get_info(job->context)->renderer)
                                      : json_null());
@@ -148,6 +151,8 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
     }
     if (job->has_truth)
         json_object_set_new(root, "truth", chart_json(&job->truth));
+    if (job->has_frames)
+        json_object_set_new(root, "frames", chart_frames_json(job));
     char *text = json_format(root);
     if (!text)
         return WEFT_ERR_MEMORY;
@@ -220,5 +225,7 @@ enum weft_result chart_print(const struct chart_job *job)
                job->has_methods ? "\n" : "", job->truth.count, job->truth.skipped_count);
         res = print_front(&job->truth, true);
     }
+    if (job->has_frames && job->frames.measured && res == WEFT_OK)
+        res = chart_frames_print(job);
     return res;
 }

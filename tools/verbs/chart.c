@@ -53,6 +53,17 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                      OPTION_FLAG,
                      NULL,
                      "only the second chart (then -o names it as it is)"},
+    [CHART_ACCUMULATE] = {.name = "accumulate",
+                          0,
+                          OPTION_FLAG,
+                          NULL,
+                          "instead: averages of frames by every method of weft accumulate"},
+    [CHART_FRAMES] = {.name = "frames",
+                      0,
+                      OPTION_TEXT,
+                      "N,N,...",
+                      "of --accumulate: how many frames, ascending (default 4,16,64,256,1024; "
+                      "quick: 4,16,64)"},
     [CHART_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
@@ -71,8 +82,11 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       "the kernels, separated by semicolons, or by commas that no number follows. "
                       "The first chart runs all methods with the first one, and two methods with "
                       "the others (default catmull-rom;linear;mitchell;bspline3;lanczos:3)"},
-    [CHART_SIZE] =
-        {.name = "size", 0, OPTION_PIXELS, "WxH", "pixels (default 512x512; quick: 256x256)"},
+    [CHART_SIZE] = {.name = "size",
+                    0,
+                    OPTION_PIXELS,
+                    "WxH",
+                    "pixels (default 512x512; quick: 256x256; --accumulate: half of that)"},
     [CHART_POINTS] = {.name = "points",
                       0,
                       OPTION_TEXT,
@@ -127,9 +141,17 @@ static enum weft_result read_all_kernels(struct chart_job *job)
     return res;
 }
 
-// A signal's name, else a file. Impulses have no value between their samples.
+// Of frames there is none. A signal's name, else a file. Impulses have no value between their
+// samples.
 static enum weft_result choose_source(struct chart_job *job, const char *operand)
 {
+    job->has_frames = job->option[CHART_ACCUMULATE].given;
+    if (job->has_frames && operand) {
+        report_error("--accumulate makes its own frames, and takes no %s", operand);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (job->has_frames)
+        return WEFT_OK;
     const bool truth = job->option[CHART_TRUTH].given;
     job->signal = weft_signal_find(operand ? operand : default_signal);
     if (job->signal && job->signal->lattice) {
@@ -157,6 +179,12 @@ static const char *option_conflict(const struct option_value *o)
         return "-q and -v exclude each other";
     if (o[CHART_TRUTH].given && (o[CHART_PLANE].given || o[CHART_POINTS].given))
         return "--plane and --points are of the first chart, which --truth leaves out";
+    if (o[CHART_FRAMES].given && !o[CHART_ACCUMULATE].given)
+        return "--frames is of --accumulate";
+    if (o[CHART_ACCUMULATE].given &&
+        (o[CHART_TRUTH].given || o[CHART_GRID].given || o[CHART_PLANE].given ||
+         o[CHART_KERNEL].given || o[CHART_POINTS].given))
+        return "--truth, --grid, --plane, --kernel and --points are of slices, not of --accumulate";
     return NULL;
 }
 
@@ -187,7 +215,7 @@ static enum weft_result check_options(struct chart_job *job)
     if (res == WEFT_OK)
         res = read_engine(job);
     if (res == WEFT_OK)
-        res = read_all_kernels(job);
+        res = job->has_frames ? chart_frames_read(job) : read_all_kernels(job);
     if (res == WEFT_OK && o[CHART_POINTS].given)
         res = chart_points_load(o[CHART_POINTS].text, &job->methods);
     return res;
@@ -255,7 +283,7 @@ static enum weft_result check_outputs(const struct chart_job *job)
 
 static enum exit_code draw(const struct chart_job *job, const struct chart *chart, const char *path)
 {
-    if (!path || !chart->count)
+    if (!chart->count)
         return EXIT_CODE_DONE;
     char *name = chart_path(job, chart, path);
     if (!name)
@@ -263,6 +291,16 @@ static enum exit_code draw(const struct chart_job *job, const struct chart *char
     enum exit_code code = chart_draw(job, chart, name, job->option[CHART_SCRIPT].given);
     free(name);
     return code;
+}
+
+static enum exit_code draw_all(const struct chart_job *job, const char *path)
+{
+    if (job->has_frames)
+        return job->frames.measured ? chart_frames_draw(job, path, job->option[CHART_SCRIPT].given)
+                                    : EXIT_CODE_DONE;
+    const enum exit_code first = draw(job, &job->methods, path);
+    const enum exit_code second = draw(job, &job->truth, path);
+    return first ? first : second;
 }
 
 // All that can be written is, also after a failure of one.
@@ -281,19 +319,22 @@ static enum exit_code write_outputs(const struct chart_job *job)
     const char *const paths[] = {output_of(job), o[CHART_PNG].text};
     enum exit_code code = EXIT_CODE_DONE;
     for (int i = 0; i < 2; i++) {
-        const enum exit_code first = draw(job, &job->methods, paths[i]);
-        const enum exit_code second = draw(job, &job->truth, paths[i]);
-        code = code ? code : first ? first : second;
+        const enum exit_code drawn = paths[i] ? draw_all(job, paths[i]) : EXIT_CODE_DONE;
+        code = code ? code : drawn;
     }
     return code;
 }
 
-static bool all_within_bounds(const struct chart *chart)
+static bool all_within_bounds(const struct chart_job *job)
 {
     bool good = true;
-    for (size_t i = 0; good && i < chart->count; i++) {
-        const struct chart_point *p = &chart->point[i];
+    for (size_t i = 0; good && i < job->methods.count; i++) {
+        const struct chart_point *p = &job->methods.point[i];
         good = report_verdict(p->label, p->max_error, p->bound, p->not_finite_mismatches);
+    }
+    for (size_t i = 0; good && i < job->frames.points; i++) {
+        const struct chart_frames_point *p = &job->frames.point[i];
+        good = *p->reason || report_verdict(p->label, p->max_error, p->bound, 0);
     }
     return good;
 }
@@ -325,6 +366,8 @@ static enum weft_result measure(struct chart_job *job)
         res = chart_measure_methods(job);
     if (job->has_truth && res == WEFT_OK)
         res = chart_measure_truth(job);
+    if (job->has_frames)
+        res = chart_frames_measure(job);
     chart_find_front(&job->methods, true, true);
     chart_find_front(&job->truth, false, false);
     return res;
@@ -349,7 +392,7 @@ static int run_stages(struct chart_job *job, const char *operand)
     if (res != WEFT_OK && !job->interrupted)
         return report_finish(res);
     enum exit_code code = write_outputs(job);
-    if (code == EXIT_CODE_DONE && !all_within_bounds(&job->methods))
+    if (code == EXIT_CODE_DONE && !all_within_bounds(job))
         code = EXIT_CODE_FAILED;
     return code != EXIT_CODE_DONE ? (int)code : report_finish(res);
 }
@@ -376,6 +419,7 @@ static int run(const char *const *operands, const struct option_value *values)
     weft_context_destroy(&job->context);
     clear_chart(&job->methods);
     clear_chart(&job->truth);
+    free(job->frames.point);
     free(job);
     return code;
 }
@@ -388,18 +432,22 @@ static const char *const epilogue[] = {
     "of three runs or more after one that compiles shaders.",
     "The second chart is of signals, whose value is known everywhere: there the error is the total "
     "one, what the kernel does to the signal included, at 40 to 128 samples along each axis.",
+    "The chart of --accumulate averages noisy frames of 8 bits, which lie in memory, by every "
+    "method, with targets of all bits and trees of 2 to 16 inputs a node: time, from memory to "
+    "memory, against the largest error, its bound, and both over the number of frames.",
     "Interrupted (SIGINT, as Ctrl-C sends it), it writes what was measured so far, and dies of the "
     "signal; a second one ends it at once. Without gnuplot it leaves scripts and data in "
     "CHART.svg.gp, and ends with 1, too.",
     "weft chart smoke.vdb -o smoke.svg --csv smoke.csv --plane z",
     "weft chart marschner-lobb --quick",
+    "weft chart --accumulate --frames 16,64,256,1024 --png accumulate.png",
     NULL,
 };
 
 const struct verb verb_chart = {
     .name = "chart",
-    .summary = "speed charted against accuracy, for every method of computing a slice",
-    .usage = "[VOLUME.vdb|SIGNAL] [-o CHART.svg] [options]",
+    .summary = "speed charted against accuracy, for every method of a slice or of averages",
+    .usage = "[VOLUME.vdb|SIGNAL|--accumulate] [-o CHART.svg] [options]",
     .description =
         "Computes one slice by every method there is, measures time, memory and error, "
         "and charts one against the other. Takes a volume, or one of the signals of "
