@@ -49,7 +49,6 @@ enum weft_result every_check(struct accumulate_job *job)
 
 void every_begin(struct accumulate_job *job)
 {
-    ending_note_requests();
     job->every.at = report_now_seconds();
 }
 

@@ -11,7 +11,7 @@
 // --every's value: a number of seconds > 0, and outputs that can be replaced. Returns
 // WEFT_ERR_ARGUMENT after an error line.
 enum weft_result every_check(struct accumulate_job *job);
-// From now on SIGUSR1 is a request, and time counts.
+// From now on time counts.
 void every_begin(struct accumulate_job *job);
 // Whether the mean is to be written. Cheap; asked after each frame and while one is waited for.
 bool every_is_due(const struct accumulate_job *job);

@@ -5,6 +5,7 @@
 #include "tools/accumulate/every.h"
 #include "tools/accumulate/join.h"
 #include "tools/accumulate/state.h"
+#include "tools/common/ending.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
 #include "tools/methods/engine_options.h"
@@ -252,6 +253,7 @@ static int run(const char *const *operands, const struct option_value *values)
                                  .operands = operands,
                                  .first = -1,
                                  .start = report_now_seconds()};
+    ending_note_requests();
     report_set_level(values[ACCUMULATE_QUIET].given, values[ACCUMULATE_VERBOSE].given);
     if (preview_help(&values[ACCUMULATE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
