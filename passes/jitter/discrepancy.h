@@ -14,7 +14,7 @@
 WEFT_BEGIN_DECLS
 
 // Points that are looked at, at most: the time grows as n^2 log n, from 0.2 s for 1,024 points and
-// 3 s for 4,096, the memory as n, 16 bytes a point.
+// 4 s for 4,096, the memory as n, 16 bytes a point.
 enum { WEFT_DISCREPANCY_MAX = 1 << 14 };
 
 // What to look at.

@@ -48,11 +48,12 @@ enum { MAX_CORNERS = 4 * WEFT_KERNEL_MAX_WIDTH + 8, NODES = 10, MAX_PARTS = 16 }
 
 // The rule of 10 points on [-1, 1]: exact for polynomials up to degree 19, which the product of two
 // B-splines of degree 7 and the integral of one does not exceed.
-static const double nodes[NODES / 2] = {0.1488743389816312, 0.4333953941292472, 0.6794095682990244,
-                                        0.8650633666889845, 0.9739065285171717};
-static const double node_weights[NODES / 2] = {0.2955242247147529, 0.2692667193099963,
-                                               0.2190863625159820, 0.1494513491505806,
-                                               0.0666713443086881};
+static const double nodes[NODES / 2] = {0.14887433898163121088, 0.43339539412924719080,
+                                        0.67940956829902440623, 0.86506336668898451073,
+                                        0.97390652851717172008};
+static const double node_weights[NODES / 2] = {0.29552422471475287017, 0.26926671930999635509,
+                                               0.21908636251598204400, 0.14945134915058059315,
+                                               0.06667134430868813759};
 
 // h cut at its corners, in the kernel's unit; whole[i] is the integral of h up to corner i.
 struct primitive {
@@ -97,13 +98,13 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-// Sorts, and drops what is nearly the same: pieces that short hold nothing.
+// Sorts, and drops what is there twice.
 static int sort_corners(double *corner, int count)
 {
     int kept = 0;
     qsort(corner, (size_t)count, sizeof *corner, compare);
     for (int i = 0; i < count; i++)
-        if (kept == 0 || corner[i] - corner[kept - 1] > 1e-14)
+        if (kept == 0 || corner[i] > corner[kept - 1])
             corner[kept++] = corner[i];
     return kept;
 }

@@ -27,8 +27,8 @@ WEFT_API double weft_edge_disc(double distance);
 // A value that was integrated numerically.
 struct weft_edge_value {
     double value; // 0 to 1 but for kernels with negative lobes, which go past both
-    // An estimate of the error, from the last refinement, with rounding: 1e-13 at most for kernels
-    // of the catalogue; kernels with more corners than those (tables) are less sure.
+    // An estimate of the error, from the last refinement, with rounding: 1e-14 at most for kernels
+    // of the catalogue; those with more corners than they have (tables) are less sure.
     double error;
 };
 
@@ -37,7 +37,8 @@ struct weft_edge_value {
 // integral of h, that is the integral of h(x) H((d - c x) / s') dx, taken by Gauss and Legendre's
 // rule between the corners of both factors, twice as finely until it stands still. Of a B-spline of
 // degree k it is a sum of box filters' convolutions and exact but for rounding. `width` is that of
-// the filter's support in pixels, 2 r s; 0: as the kernel stands, s = 1. Takes about 0.1 ms.
+// the filter's support in pixels, 2 r s; 0: as the kernel stands, s = 1. Takes 0.02 to
+// 0.7 ms.
 // On failure *out is NAN. Returns WEFT_ERR_ARGUMENT (no kernel, a normal, a distance that is NAN, a
 // width that is not in [2^-20, 2^20], an integral of h that is 0 or less: derivatives) or
 // WEFT_ERR_UNSUPPORTED (radial kernels, which are no product, and prefiltered ones, whose support

@@ -141,6 +141,30 @@ static void test_tables(void **state)
     }
 }
 
+// Every digit: sums of the coordinates in millionths, each times its place in the table, made from
+// another copy of the published file.
+static void test_digits(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        int64_t sums[2];
+    } tables[] = {{"j2", {-246490, -249999}},    {"j3", {490559, 132978}},
+                  {"j4", {509369, -203689}},     {"j8", {593430, -533404}},
+                  {"j15", {-6269063, -1977025}}, {"j24", {-1663110, 642786}},
+                  {"j66", {35919465, 37421220}}};
+    for (size_t t = 0; t < WEFT_COUNT(tables); t++) {
+        struct weft_jitter set = square(tables[t].name);
+        for (int axis = 0; axis < 2; axis++) {
+            int64_t sum = 0;
+            for (int i = 0; i < set.count; i++)
+                sum += (i + 1) * (int64_t)llrint(set.points[i][axis] * 1e6);
+            assert_true(sum == tables[t].sums[axis]);
+        }
+        weft_jitter_clear(&set);
+    }
+}
+
 static void test_multisamples(void **state)
 {
     (void)state;
@@ -275,6 +299,13 @@ static void test_grid(void **state)
         }
         weft_jitter_clear(&set);
     }
+    // Three rows of 4, and of 2, 3 and 3.
+    struct weft_jitter twelve = square("grid:12"), eight = square("grid:8");
+    assert_near(twelve.points[4][1], 0.0, 1e-16, "row");
+    assert_near(eight.points[0][1], 1.0 / 8.0 - 0.5, 1e-16, "row");
+    assert_near(eight.points[7][1], 0.5 - 3.0 / 16.0, 1e-16, "row");
+    weft_jitter_clear(&twelve);
+    weft_jitter_clear(&eight);
     for (int n = 1; n <= 400; n++) {
         struct weft_jitter set;
         make(weft_jitter_params(.info = weft_jitter_find("grid"), .count = n), &set);
@@ -488,14 +519,23 @@ static void test_disc(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_list),           cmocka_unit_test(test_texts),
-        cmocka_unit_test(test_bad_params),     cmocka_unit_test(test_tables),
-        cmocka_unit_test(test_multisamples),   cmocka_unit_test(test_radical_inverse),
-        cmocka_unit_test(test_halton),         cmocka_unit_test(test_r2),
-        cmocka_unit_test(test_random_numbers), cmocka_unit_test(test_shifts),
-        cmocka_unit_test(test_grid),           cmocka_unit_test(test_stratified),
-        cmocka_unit_test(test_nets),           cmocka_unit_test(test_extends),
-        cmocka_unit_test(test_centre),         cmocka_unit_test(test_size),
+        cmocka_unit_test(test_list),
+        cmocka_unit_test(test_texts),
+        cmocka_unit_test(test_bad_params),
+        cmocka_unit_test(test_tables),
+        cmocka_unit_test(test_digits),
+        cmocka_unit_test(test_multisamples),
+        cmocka_unit_test(test_radical_inverse),
+        cmocka_unit_test(test_halton),
+        cmocka_unit_test(test_r2),
+        cmocka_unit_test(test_random_numbers),
+        cmocka_unit_test(test_shifts),
+        cmocka_unit_test(test_grid),
+        cmocka_unit_test(test_stratified),
+        cmocka_unit_test(test_nets),
+        cmocka_unit_test(test_extends),
+        cmocka_unit_test(test_centre),
+        cmocka_unit_test(test_size),
         cmocka_unit_test(test_disc),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
