@@ -182,7 +182,7 @@ static bool is_nearest(float mean, wide sum, wide denominator)
     if (shift >= 0)
         denominator <<= shift;
     else
-        sum <<= -shift;
+        sum *= (wide)1 << -shift;
     wide rest = sum - mantissa * denominator;
     const bool towards_zero = (rest < 0) != (mantissa < 0);
     rest = rest < 0 ? -rest : rest;
