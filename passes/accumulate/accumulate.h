@@ -6,7 +6,7 @@
 // CPU with which its result on GL agrees bit for bit.
 //
 // Frame k counts w_k / sum w. Which weights are allowed depends on the method; a frame of weight 0
-// counts as one that was added, is not looked at, and is not drawn.
+// counts as one that was added, is not looked at, and is not drawn, whatever was announced for it.
 //
 // Sources: trees are Lagae, Suykens, Dutre, "A Hardware Accelerated Alternative for the
 // Accumulation Buffer", report CW 369, K.U.Leuven 2003; the buffer is OpenGL 1.1, section 4.2.4,
@@ -172,8 +172,9 @@ enum weft_accumulated {
 // NULL-ended, in the order of the enum: "mean", "variance", "standard error", ...
 WEFT_API extern const char *const weft_accumulated_names[];
 
-// Writes a result of the frames so far: channel `channel` as floats, each rounded once to nearest,
-// out[y * stride + x]; stride 0: width. What is accumulated is not changed, and frames may follow.
+// Writes a result of the frames so far: channel `channel` as floats, means rounded once to nearest
+// and the others within a unit in the last place, out[y * stride + x]; stride 0: width. What is
+// accumulated is not changed, and frames may follow.
 // Pixels without any value that counts are NAN. Returns WEFT_ERR_ARGUMENT (no frame that counts, a
 // result that was not kept, a channel), WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_accumulator_current(weft_accumulator *accumulator,
@@ -255,8 +256,11 @@ WEFT_API enum weft_result weft_accumulator_save(weft_accumulator *accumulator, v
 // log has both), WEFT_ERR_MEMORY or WEFT_ERR_GL; the accumulator then has no frames.
 WEFT_API enum weft_result weft_accumulator_load(weft_accumulator *accumulator, const void *state,
                                                 size_t size);
-// Adds all that another accumulator has, of the same params: the same bytes as if its frames had
-// been added here. Of the exact method only. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY.
+// Adds all that another accumulator has, of the same params but for frame_count and weight: the
+// same bytes as if its frames had been added here. Of the exact method only; with batches that are
+// not whole in one of the two at most, and weights of the same scale, as all are but those of which
+// the largest that was announced is below 2^-8 or not below 2^20.
+// Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT (sums that together are too large) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_accumulator_join(weft_accumulator *accumulator,
                                                 const weft_accumulator *other);
 

@@ -180,7 +180,7 @@ static bool is_nearest(float mean, wide sum, wide denominator)
     const wide mantissa = (wide)ldexp(frexp((double)mean, &exponent), 24);
     const int shift = exponent - 24; // mean = mantissa * 2^shift
     if (shift >= 0)
-        denominator <<= shift;
+        denominator *= (wide)1 << shift;
     else
         sum *= (wide)1 << -shift;
     wide rest = sum - mantissa * denominator;
@@ -205,7 +205,7 @@ static void check_nearest(const float *out, int count)
             total += (wide)weights[f];
         }
         wide denominator = total * CODE;
-        denominator <<= 48;
+        denominator *= (wide)1 << 48;
         if (denominator < 0) {
             sum = -sum;
             denominator = -denominator;
