@@ -8,6 +8,8 @@
 
 #include <cmocka.h>
 
+#include "passes/gl/context_backend.h"
+#include "passes/gl/target.h"
 #include "tests/passes/accumulate/gl_jobs.h"
 
 static weft_accumulator *create(struct weft_accumulator_params p)
@@ -273,6 +275,55 @@ static void frames_that_stay(void **state)
         }
 }
 
+// A texture of floats in a range that is not 0 to 1: what is beyond it clamps, on GL and emulated,
+// where the same values in memory are refused.
+static void textures_clamp_to_the_range(void **state)
+{
+    (void)state;
+    static const float pixels[8][4] = {{-2.0f}, {-1.0f}, {-0.5f}, {0.0f},
+                                       {1.5f},  {3.0f},  {3.5f},  {1e30f}};
+    float out[2][8];
+    for (int bits = 8; bits <= 16; bits += 8)
+        for (int emulate = 0; emulate < 2; emulate++) {
+            weft_context *context = contexts[0];
+            const GladGLContext *gl = &context->gl;
+            struct weft_gl_target texture;
+            weft_accumulator *a = create((struct weft_accumulator_params){
+                .width = 8,
+                .height = 1,
+                .channel_count = 1,
+                .bits = bits,
+                .low = -1.0,
+                .high = 3.0,
+                .emulate = emulate,
+                .context = context,
+            });
+            assert_int_equal(weft_context_enter(context), WEFT_OK);
+            assert_int_equal(weft_gl_target_create(&log_to_stderr, gl, GL_RGBA32F, 8, 1, &texture),
+                             WEFT_OK);
+            gl->BindTexture(GL_TEXTURE_2D, texture.texture);
+            gl->TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 8, 1, GL_RGBA, GL_FLOAT, pixels);
+            weft_context_leave(context);
+            for (int k = 0; k < 3; k++)
+                assert_int_equal(
+                    weft_accumulator_add(a, &(struct weft_frame){.texture = texture.texture}, 1.0),
+                    WEFT_OK);
+            assert_int_equal(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out[emulate], 0),
+                             WEFT_OK);
+            for (int i = 0; i < 8; i++) {
+                const double v = fmax(-1.0, fmin(3.0, (double)pixels[i][0]));
+                assert_near((double)out[emulate][i], v, 4.0 * 3.0 / (bits == 8 ? 255.0 : 65535.0),
+                            "clamped value");
+            }
+            weft_accumulator_destroy(&a);
+            assert_int_equal(weft_context_enter(context), WEFT_OK);
+            weft_gl_target_destroy(gl, &texture);
+            weft_context_leave(context);
+            if (emulate)
+                assert_memory_equal(out[0], out[1], sizeof out[0]);
+        }
+}
+
 // ---- numbers at the ends ------------------------------------------------------------------------
 
 // What is below a target's smallest numbers, or at its largest, is on GL as it is emulated.
@@ -427,6 +478,7 @@ int main(void)
         cmocka_unit_test(bound_holds_where_everything_truncates),
         cmocka_unit_test(frames_that_go_black),
         cmocka_unit_test(frames_that_stay),
+        cmocka_unit_test(textures_clamp_to_the_range),
         cmocka_unit_test(smallest_and_largest_numbers),
         cmocka_unit_test(not_finite),
         cmocka_unit_test(refuses_what_it_cannot_take),
