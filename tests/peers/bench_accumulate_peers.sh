@@ -5,7 +5,7 @@
 # openimageio-tools bring, in turns. Default: 300 frames of 1024^2, 3 runs. Frames are noise that
 # oiiotool makes: 30 different ones, the other names are links to them; RGBA half EXR as zip packs
 # it, and the same as RGB PNG of 8 bits. What is not installed is left out.
-# Prints for each, from files to a file: the median of seconds; peak memory in MB, the largest sum
+# Prints for each, from files to a file: the median of seconds, and of processor time the mean; peak memory in MB, the largest sum
 # of PSS (shared pages count once) of all its processes, looked at every 50 ms, so a little low; and
 # the largest and the mean error against the exact mean (of PNG files: of their codes / 255), in
 # units of 1/255.
@@ -54,12 +54,12 @@ make_frames() {
 
 # ---- one run --------------------------------------------------------------------------------------
 
-# Runs a command in a session of its own; sets seconds and peak (MB).
+# Runs a command in a session of its own; sets seconds, cpu (seconds) and peak (MB).
 watch() {
     local start now pid sum
     peak=0
     start=$(date +%s.%N)
-    setsid "$@" >log 2>&1 &
+    setsid bash -c '"$@"; code=$?; times >cpu; exit $code' - "$@" >log 2>&1 &
     pid=$!
     while kill -0 "$pid" 2>/dev/null; do
         sum=$(cat $(pgrep -s "$pid" | sed 's|.*|/proc/&/smaps_rollup|') 2>/dev/null |
@@ -71,6 +71,7 @@ watch() {
     code=$?
     now=$(date +%s.%N)
     seconds=$(echo "$now $start" | awk '{ print $1 - $2 }')
+    cpu=$(sed -n 2p cpu | awk -F'[ms ]+' '{ print 60 * ($1 + $3) + $2 + $4 }')
     return $code
 }
 
@@ -130,7 +131,7 @@ for kind in exr png; do
             [ -f "times.$peer.failed" ] && continue
             rm -f out.*
             if "run_$peer" "$kind"; then
-                echo "$seconds $peak" >>"times.$peer"
+                echo "$seconds $cpu $peak" >>"times.$peer"
                 [ "$run" -gt 0 ] || mv out.exr "result.$peer.exr"
             else
                 echo "$kind $peer: failed: $(head -c 300 log)"
@@ -139,15 +140,15 @@ for kind in exr png; do
             fi
         done
     done
-    printf '%s, %d frames of %dx%d, %d runs\n%-8s %8s %8s %12s %12s\n' "$kind" "$frames" "$pixels" \
-        "$pixels" "$runs" "" seconds "peak MB" "max error" "mean error"
+    printf '%s, %d frames of %dx%d, %d runs\n%-8s %8s %8s %8s %12s %12s\n' "$kind" "$frames" "$pixels" \
+        "$pixels" "$runs" "" seconds cpu "peak MB" "max error" "mean error"
     for peer in $turns; do
         [ -f "times.$peer" ] && [ -f "result.$peer.exr" ] || continue
         errors=$("$build/mean_error" "result.$peer.exr" -- f*."$kind" | awk '{ print 255 * $2, 255 * $3 }')
         sort -g "times.$peer" | awk -v peer="$peer" -v errors="$errors" '
-            { s[NR] = $1; if ($2 > m) m = $2 }
-            END { split(errors, e, " "); printf "%-8s %8.2f %8d %12.3g %12.3g\n", peer,
-                  (s[int((NR + 1) / 2)] + s[int((NR + 2) / 2)]) / 2, m, e[1], e[2] }'
+            { s[NR] = $1; c += $2; if ($3 > m) m = $3 }
+            END { split(errors, e, " "); printf "%-8s %8.2f %8.2f %8d %12.3g %12.3g\n", peer,
+                  (s[int((NR + 1) / 2)] + s[int((NR + 2) / 2)]) / 2, c / NR, m, e[1], e[2] }'
     done
     rm -f result.*
 done

@@ -69,9 +69,11 @@ static const uint8_t *frame_codes(struct frames *f, int index)
 {
     if (f->cube)
         return f->cube;
-    uint64_t state = (uint64_t)index * 0x9e3779b97f4a7c15u + 1;
+    // Mixed twice, as frames of one generator after the other are not independent of each other.
     for (int i = 0; i < PIXELS * STEP; i++) {
-        state = state * 6364136223846793005u + 1442695040888963407u;
+        uint64_t state = ((uint64_t)index << 32 | (uint64_t)i) * 0x9e3779b97f4a7c15u;
+        state = (state ^ state >> 30) * 0xbf58476d1ce4e5b9u;
+        state = (state ^ state >> 27) * 0x94d049bb133111ebu;
         f->noise[i] = (uint8_t)(state >> 56);
     }
     return f->noise;
