@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/image/sequence.h - the values of many image files, one after another, as the files have
-// them: EXR and PNG. Reader processes decode ahead; memory and file descriptors do not grow with the
-// number of files.
+// them: EXR and PNG. Reader processes decode ahead; memory and file descriptors do not grow with
+// the number of files.
 //
-// A process reads up to 256 files. One that crashes, is over a limit or contradicts itself costs the
-// file that it worked on alone, and no file is given up for what files before it did to its process:
-// it is judged by what a fresh one makes of it. A file that takes a process over without being
-// noticed may make up the values of the files that this process reads after it, never those of
-// other processes, nor change values that were handed out; processor time is then limited for all
-// of its files together, the time of each answer as ever.
+// A process reads up to 256 files. One that crashes, is over a limit or contradicts itself costs
+// the file that it worked on alone, and no file is given up for what files before it did to its
+// process: it is judged by what a fresh one makes of it. A file that takes a process over without
+// being noticed may make up the values of the files that this process reads after it, never those
+// of other processes, nor change values that were handed out; processor time is then limited for
+// all of its files together, the time of each answer as ever.
 #ifndef WEFT_TILES_IMAGE_SEQUENCE_H
 #define WEFT_TILES_IMAGE_SEQUENCE_H
 
