@@ -8,10 +8,16 @@
 #include "filter/check.h"
 #include "filter/threads.h"
 #include "tiles/readers/exr_file.h"
+#include "tiles/readers/exr_unzip.h"
 
 enum {
     STACK = 1 << 20,            // bytes of a thread's
     WORTH_A_THREAD = 256 << 10, // bytes of planes
+};
+
+struct pipeline {
+    exr_decode_pipeline_t decode;
+    struct weft_exr_unzip unzip;
 };
 
 // A part on its way into planes: blocks of lines, or tiles, each by one thread.
@@ -21,7 +27,7 @@ struct decoding {
     bool own_types;        // as struct weft_wire_frame has planes, not all of four bytes a value
     int64_t width, height; // of a block, but for the last ones
     size_t across, count;  // blocks in a row, in all
-    exr_decode_pipeline_t *pipelines; // of each thread
+    struct pipeline *pipelines; // of each thread
     // The first block that cannot be decoded: blocks are begun in order, so that it is the same one
     // whatever the number of threads.
     pthread_mutex_t lock;
@@ -88,9 +94,20 @@ static exr_result_t find_chunk(const struct decoding *d, const struct block *b,
     return exr_read_scanline_chunk_info(file->exr, file->part, (int)(file->data.min.y + b->y), out);
 }
 
-static exr_result_t decode_block(const struct decoding *d, exr_decode_pipeline_t *decode, size_t i)
+static exr_result_t choose_routines(const struct weft_exr_file *file, struct pipeline *pipeline)
+{
+    const exr_result_t rv =
+        exr_decoding_choose_default_routines(file->exr, file->part, &pipeline->decode);
+    if (!rv &&
+        (file->compression == EXR_COMPRESSION_ZIP || file->compression == EXR_COMPRESSION_ZIPS))
+        weft_exr_unzip_install(&pipeline->unzip, &pipeline->decode);
+    return rv;
+}
+
+static exr_result_t decode_block(const struct decoding *d, struct pipeline *pipeline, size_t i)
 {
     const struct weft_exr_file *file = d->file;
+    exr_decode_pipeline_t *decode = &pipeline->decode;
     const struct block block = block_of(d, i);
     exr_chunk_info_t chunk;
     exr_result_t rv = find_chunk(d, &block, &chunk);
@@ -107,7 +124,7 @@ static exr_result_t decode_block(const struct decoding *d, exr_decode_pipeline_t
         return EXR_ERR_CORRUPT_CHUNK;
     point_to(d, decode, block.x, block.y);
     if (first)
-        rv = exr_decoding_choose_default_routines(file->exr, file->part, decode);
+        rv = choose_routines(file, pipeline);
     return rv ? rv : exr_decoding_run(file->exr, file->part, decode);
 }
 
@@ -176,10 +193,12 @@ static exr_result_t decode_all(struct decoding *d, int threads)
     if (!d->pipelines)
         return EXR_ERR_OUT_OF_MEMORY;
     for (int t = 0; t < threads; t++)
-        d->pipelines[t] = (exr_decode_pipeline_t)EXR_DECODE_PIPELINE_INITIALIZER;
+        d->pipelines[t] = (struct pipeline){EXR_DECODE_PIPELINE_INITIALIZER, {0}};
     const bool whole = weft_threads_run(threads, d->count, decode_one, d);
-    for (int t = 0; t < threads; t++)
-        exr_decoding_destroy(file->exr, &d->pipelines[t]);
+    for (int t = 0; t < threads; t++) {
+        exr_decoding_destroy(file->exr, &d->pipelines[t].decode);
+        weft_exr_unzip_clear(&d->pipelines[t].unzip);
+    }
     free(d->pipelines);
     if (whole)
         return EXR_ERR_SUCCESS;
