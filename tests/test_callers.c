@@ -1055,6 +1055,7 @@ static void accumulators(void)
         ANY_INT(emulated, level_branching[0], CALL);
         ANY_INT(emulated, level_branching[WEFT_TREE_MAX_LEVELS - 1], CALL);
         ANY_INT(emulated, bits, CALL);
+        ANY_INT(emulated, frame_bits, CALL);
         ANY_NUMBER(emulated, low, CALL);
         ANY_NUMBER(emulated, high, CALL);
         ANY_NUMBER(emulated, max_error, CALL);

@@ -11,6 +11,11 @@
 
 // ---- checks -------------------------------------------------------------------------------------
 
+static bool is_bits(int bits)
+{
+    return bits == 8 || bits == 16 || bits == 32 || bits == WEFT_ACCUMULATE_HALF;
+}
+
 static enum weft_result check_params(const struct weft_accumulator_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
@@ -22,8 +27,8 @@ static enum weft_result check_params(const struct weft_accumulator_params *p)
     weft_require_enum(p->log, p->rounding, WEFT_TREE_ROUNDING_COUNT - 1);
     weft_require(p->log, p->frame_count >= 0 && p->frame_count <= WEFT_ACCUMULATE_MAX_FRAMES);
     weft_require(p->log, !p->weight || p->frame_count > 0);
-    weft_require(p->log, p->bits == 0 || p->bits == 8 || p->bits == 16 || p->bits == 32 ||
-                             p->bits == WEFT_ACCUMULATE_HALF);
+    weft_require(p->log, p->bits == 0 || is_bits(p->bits));
+    weft_require(p->log, p->frame_bits == 0 || is_bits(p->frame_bits));
     weft_require(p->log, isfinite(p->low) && isfinite(p->high) && p->low <= p->high);
     weft_require(p->log, (p->low == 0.0 && p->high == 0.0) || p->low < p->high);
     weft_require(p->log, p->max_error >= 0.0 && isfinite(p->max_error));

@@ -33,6 +33,8 @@ void weft_accumulate_fill_in(struct weft_accumulator_params *p)
 {
     if (p->bits == 0)
         p->bits = p->method == WEFT_ACCUMULATE_BUFFER ? 16 : 8;
+    if (p->frame_bits == 0)
+        p->frame_bits = p->method == WEFT_ACCUMULATE_FLOAT ? 32 : p->bits;
     if (p->low == 0.0 && p->high == 0.0)
         p->high = 1.0;
     if (p->batch == 0)

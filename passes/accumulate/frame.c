@@ -368,8 +368,8 @@ static enum weft_result make_textures(weft_accumulator *a, const struct weft_fra
     } else if (frame->texture) {
         res = borrow_texture(a, frame);
     } else {
-        res = weft_gl_target_fit(p->log, &p->context->gl, weft_frame_format(p->bits), p->width,
-                                 p->height, &s->uploaded[0]);
+        res = weft_gl_target_fit(p->log, &p->context->gl, weft_frame_format(p->frame_bits),
+                                 p->width, p->height, &s->uploaded[0]);
         if (res == WEFT_OK)
             res = draw(a, frame, &s->uploaded[0]);
         s->textures[0] = s->uploaded[0];

@@ -250,7 +250,8 @@ static void destroy(weft_accumulator *a)
 static bool draws_into_images(const weft_accumulator *a, const struct weft_frame *frame)
 {
     const struct method *m = a->own;
-    return frame->draw && !a->scan && (m->range.whole || !has_codes(&a->params));
+    return frame->draw && !a->scan && a->params.frame_bits == a->params.bits &&
+           (m->range.whole || !has_codes(&a->params));
 }
 
 // What was uploaded as it has to be changes places with the image; the rest is drawn.

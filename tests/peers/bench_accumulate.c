@@ -155,6 +155,7 @@ static bool run_method(struct bench *b, const struct row *row, int64_t count)
     params.width = o->width;
     params.height = o->height;
     params.channel_count = CHANNELS;
+    params.frame_bits = 8;
     params.frame_count = count;
     params.context = b->cube.context;
     params.log = &log;

@@ -618,6 +618,41 @@ static void test_kinds_of_frames(void **state)
             }
 }
 
+// Frames of 8 bits, drawn for sums of more: the bytes of the same frames in memory.
+static void test_frame_bits(void **state)
+{
+    static const struct {
+        enum weft_accumulate_method method;
+        int bits;
+    } cases[] = {{WEFT_ACCUMULATE_TREE, 16},   {WEFT_ACCUMULATE_TREE, 32},
+                 {WEFT_ACCUMULATE_FLOAT, 0},   {WEFT_ACCUMULATE_BLEND, 32},
+                 {WEFT_ACCUMULATE_BUFFER, 16}, {WEFT_ACCUMULATE_EXACT, 0}};
+    static float expected[MAX_CHANNELS][PIXELS], out[MAX_CHANNELS][PIXELS];
+    enum { FRAMES = 11 };
+    (void)state;
+    for (int k = 0; k < 2 && contexts[k]; k++)
+        for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+            struct frames f;
+            make_frames(&f, FRAMES, 4, PIXELS, types_of_bits[8], 0.0, 1.0, 12);
+            weigh(&f, UNIFORM, 3);
+            struct weft_accumulator_params params = params_of(&f, cases[i].bits, 4);
+            params.method = cases[i].method;
+            params.frame_bits = 8;
+            run(&params, &f, contexts[k], expected);
+            weft_accumulator *drawn = make(params, contexts[k]);
+            struct painter p = {.gl = &contexts[k]->gl, .f = &f};
+            for (int frame = 0; frame < FRAMES; frame++)
+                assert_int_equal(
+                    weft_accumulator_add(drawn, &(struct weft_frame){.draw = paint, .priv = &p},
+                                         f.weight[frame]),
+                    WEFT_OK);
+            read_mean(drawn, 4, out);
+            assert_memory_equal(out, expected, 4 * sizeof out[0]);
+            weft_accumulator_destroy(&drawn);
+            free_frames(&f);
+        }
+}
+
 // What is kept beside the mean sees the frame that was drawn, although its image is used on.
 static void test_drawn_and_kept(void **state)
 {
@@ -976,6 +1011,7 @@ int main(void)
         cmocka_unit_test(test_identical_frames),
         cmocka_unit_test(test_bias),
         cmocka_unit_test(test_kinds_of_frames),
+        cmocka_unit_test(test_frame_bits),
         cmocka_unit_test(test_drawn_and_kept),
         cmocka_unit_test(test_range),
         cmocka_unit_test(test_small_values),

@@ -74,7 +74,7 @@ static weft_accumulator make(weft_context *context, int channels, int bits)
     return (weft_accumulator){.params = {.width = WIDTH,
                                          .height = HEIGHT,
                                          .channel_count = channels,
-                                         .bits = bits,
+                                         .frame_bits = bits,
                                          .context = context,
                                          .log = &log_to_stderr}};
 }
@@ -401,12 +401,12 @@ static void check_drawn(weft_accumulator *a, struct painter *p, bool planes_firs
         assert_int_equal(weft_frame_planes(a, &frame, &planes), WEFT_OK);
     enter(a->params.context);
     assert_int_equal(weft_frame_textures(a, &frame, &textures), WEFT_OK);
-    assert_int_equal(textures[0].format, weft_frame_format(a->params.bits));
+    assert_int_equal(textures[0].format, weft_frame_format(a->params.frame_bits));
     weft_context_leave(a->params.context);
     assert_int_equal(weft_frame_planes(a, &frame, &planes), WEFT_OK);
     assert_int_equal(p->calls, before + 1);
     assert_int_equal(p->index, a->frames);
-    check_painted(planes, a->params.bits);
+    check_painted(planes, a->params.frame_bits);
     a->frames++;
 }
 
