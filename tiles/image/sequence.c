@@ -374,9 +374,10 @@ static enum weft_result copy_values(weft_image_sequence *s, struct slot *slot)
 {
     const size_t size = slot->job.size - slot->planes_offset;
     if (size > s->values_size) {
+        size_t room = 0; // aligned_alloc wants whole units
         free(s->values);
-        s->values = aligned_alloc(WEFT_WIRE_ALIGN, size);
-        s->values_size = s->values ? size : 0;
+        s->values = weft_wire_align(size, &room) ? aligned_alloc(WEFT_WIRE_ALIGN, room) : NULL;
+        s->values_size = s->values ? room : 0;
         if (!s->values) {
             weft_error(s->params.log, "%s: out of memory for %zu bytes", slot->name, size);
             return WEFT_ERR_MEMORY;
