@@ -16,8 +16,8 @@ uint16_t weft_half_from_float(float value);
 // Exact: every half is a float.
 float weft_half_to_float(uint16_t half);
 
-// `count` of them, with the processor's own conversion where it has one: the same bits, but that NAN
-// is quiet.
+// `count` of them, with the processor's own conversion where it has one: the same bits, but that
+// NAN is quiet.
 void weft_half_to_floats(const uint16_t *halves, size_t count, float *out);
 
 // What values lose as halves. Starts as {0}; grows by whatever is added.

@@ -95,8 +95,8 @@ struct weft_accumulator_params {
     // or 32 (floats); blend also WEFT_ACCUMULATE_HALF. Default 8; for the buffer 16.
     int bits;
     // Of what frames are drawn into, which the methods read: 8, 16, 32 or WEFT_ACCUMULATE_HALF, as
-    // above. Default: bits; of exact sums 8, of float ones 32. Trees have frames drawn straight into
-    // their stack where both are the same.
+    // above. Default: bits; of exact sums 8, of float ones 32. Trees have frames drawn straight
+    // into their stack where both are the same.
     int frame_bits;
     // What codes 0 and the largest one stand for, in targets of 8 and 16 bits. Values beyond it are
     // refused where frames lie in memory, and clamp in textures. Of floats it says where values of

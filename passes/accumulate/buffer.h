@@ -5,8 +5,8 @@
 //
 // A value a of the buffer is a signed code of 16 bits that stands for a / 32767, so that the range
 // is [-1, 1], or a float. Where a product or a sum has no code, OpenGL leaves it undefined; here it
-// becomes the nearest one, -32767 or 32767. Floats have no limits. As OpenGL says, values are clamped to
-// [0, 1] where they are returned, and nowhere else.
+// becomes the nearest one, -32767 or 32767. Floats have no limits. As OpenGL says, values are
+// clamped to [0, 1] where they are returned, and nowhere else.
 //
 // A whole frame goes through each call, on several threads: the same bytes whatever their number.
 #ifndef WEFT_PASSES_ACCUMULATE_BUFFER_H

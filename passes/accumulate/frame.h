@@ -35,9 +35,9 @@ enum weft_result weft_frame_planes(weft_accumulator *a, const struct weft_frame 
 // frame: its own texture, what it draws, or planes that are uploaded: RGBA8, RGBA16, RGBA16F or
 // RGBA32F, the smallest that holds the types of the group's planes exactly (integers: to 2^24, and
 // codes beside floats: rounded once), channels that are none being 0. Of the caller's texture,
-// framebuffer is 0. What was drawn has the format of params.frame_bits. The context is current; state of
-// GL that weft's passes count on is as they do, also after a callback. Returns as weft_frame_planes
-// does.
+// framebuffer is 0. What was drawn has the format of params.frame_bits. The context is current;
+// state of GL that weft's passes count on is as they do, also after a callback. Returns as
+// weft_frame_planes does.
 enum weft_result weft_frame_textures(weft_accumulator *a, const struct weft_frame *frame,
                                      const struct weft_gl_target **out);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/support/command.h - runs the built programs in a scratch folder and looks at what they leave
-// behind.
+// tests/support/command.h - runs the built programs in a scratch folder and looks at what they
+// leave behind.
 #ifndef WEFT_TESTS_SUPPORT_COMMAND_H
 #define WEFT_TESTS_SUPPORT_COMMAND_H
 

@@ -138,8 +138,8 @@ static void test_colours(void **state)
     static const struct {
         double light;
         int code;
-    } published[] = {{0.0, 0},   {0.0031308, 10}, {0.2140411, 127},
-                     {0.5, 188}, {0.7304608, 222},   {1.0, 255}};
+    } published[] = {{0.0, 0},   {0.0031308, 10},  {0.2140411, 127},
+                     {0.5, 188}, {0.7304608, 222}, {1.0, 255}};
     static float red[COUNT], green[COUNT], blue[COUNT];
     bool grey;
     for (int i = 0; i < COUNT; i++) {
