@@ -54,7 +54,7 @@ static char *output_of(const char *flag)
     fflush(stdout);
     const int kept = dup(1);
     assert_non_null(freopen(test_path("out.txt"), "w", stdout));
-    const int code = verb_calibrate.run(NULL, values);
+    const int code = verb_calibrate.run((const char *const[]){NULL}, values);
     fflush(stdout);
     assert_int_equal(dup2(kept, 1), 1);
     close(kept);
