@@ -26,6 +26,7 @@
 
 #include "filter/check.h"
 #include "passes/jitter/edge.h"
+#include "passes/jitter/points.h"
 
 // Edges whose directions differ by less count as one, since rounding separates points that lie on a
 // line: an edge that wide, at most the diagonal long, covers 4e-12 more than the line.
@@ -136,17 +137,6 @@ static void turn_about(struct search *s, const double p[2])
         judge(s, p, stationary, left, here);
 }
 
-static bool check_points(const struct weft_discrepancy_params *params)
-{
-    for (int i = 0; i < params->count; i++)
-        if (!isfinite(params->points[i][0]) || !isfinite(params->points[i][1])) {
-            weft_error(params->log, "sample %d of %d is (%g, %g): not finite", i, params->count,
-                       params->points[i][0], params->points[i][1]);
-            return false;
-        }
-    return true;
-}
-
 enum weft_result weft_discrepancy_compute(const struct weft_discrepancy_params *params,
                                           struct weft_discrepancy *out)
 {
@@ -167,7 +157,7 @@ enum weft_result weft_discrepancy_compute(const struct weft_discrepancy_params *
                    WEFT_DISCREPANCY_MAX);
         goto fail;
     }
-    if (!check_points(params))
+    if (!weft_points_check(params->log, params->points, params->count))
         goto fail;
     s.events = malloc((size_t)params->count * sizeof *s.events);
     if (!s.events) {

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "filter/check.h"
+#include "passes/jitter/points.h"
 #include "passes/jitter/weights_impl.h"
 
 void weft_weights_normalise(int count, double *weights, struct weft_weights_report *report)
@@ -80,17 +81,6 @@ static double weigh(const struct weft_kernel *kernel, double scale, const double
     return weigh_axis(kernel, -point[0] / scale) * weigh_axis(kernel, -point[1] / scale);
 }
 
-static bool check_points(const struct weft_weights_kernel_params *params)
-{
-    for (int i = 0; i < params->count; i++)
-        if (!isfinite(params->points[i][0]) || !isfinite(params->points[i][1])) {
-            weft_error(params->log, "sample %d of %d is (%g, %g): not finite", i, params->count,
-                       params->points[i][0], params->points[i][1]);
-            return false;
-        }
-    return true;
-}
-
 enum weft_result weft_weights_kernel(const struct weft_weights_kernel_params *params,
                                      double *weights, struct weft_weights_report *report)
 {
@@ -108,7 +98,7 @@ enum weft_result weft_weights_kernel(const struct weft_weights_kernel_params *pa
     if (res != WEFT_OK)
         goto fail;
     res = WEFT_ERR_ARGUMENT;
-    if (!check_points(params))
+    if (!weft_points_check(params->log, params->points, params->count))
         goto fail;
     const double scale = params->width == 0.0 ? 1.0 : params->width / (2.0 * kernel.support);
     double sum = 0.0, magnitude = 0.0;
