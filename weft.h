@@ -61,6 +61,7 @@
 #include "tiles/image/sequence.h"
 #include "tiles/kernel/kernel_file.h"
 #include "tiles/kernel/kernel_tiles.h"
+#include "tiles/mesh/mesh.h"
 #include "tiles/output/output.h"
 #include "tiles/process/limits.h"
 #include "tiles/volume/layout.h"

@@ -7,6 +7,7 @@ find_package(Threads REQUIRED)
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 pkg_check_modules(libxxhash REQUIRED IMPORTED_TARGET libxxhash)
+pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 find_program(WEFT_GLAD glad REQUIRED)
 
 # OSMesa and EGL: either alone suffices. Their headers are needed here; the libraries are loaded when

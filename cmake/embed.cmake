@@ -1,7 +1,7 @@
-# Turns shader files into C strings: weft_shader_<name>, see passes/gl/program.h. A line
+# Turns shader files into C strings: PREFIX<name>, as passes/gl/program.h has weft_shader_. A line
 # `#include "FILE"`, from the source root, becomes that file; files that are only included have no
 # main of their own and no string.
-set(text "// Made by cmake/embed.cmake from passes/*/*.glsl.\n")
+set(text "// Made by cmake/embed.cmake from *.glsl.\n")
 foreach(shader IN LISTS SHADERS)
     get_filename_component(name ${shader} NAME_WE)
     file(READ ${shader} source)
@@ -17,7 +17,7 @@ foreach(shader IN LISTS SHADERS)
     string(REPLACE "\\" "\\\\" source "${source}")
     string(REPLACE "\"" "\\\"" source "${source}")
     string(REPLACE "\n" "\\n\"\n    \"" source "${source}")
-    string(APPEND text "extern const char weft_shader_${name}[];\n"
-        "const char weft_shader_${name}[] =\n    \"${source}\";\n")
+    string(APPEND text "extern const char ${PREFIX}${name}[];\n"
+        "const char ${PREFIX}${name}[] =\n    \"${source}\";\n")
 endforeach()
 file(WRITE ${OUT} "${text}")

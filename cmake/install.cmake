@@ -22,7 +22,7 @@ install(EXPORT weftStaticTargets NAMESPACE weft:: DESTINATION ${weft_cmake_dir})
 set_target_properties(weft PROPERTIES
     INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
 install(TARGETS weft)
-install(TARGETS weft-read-dwa weft-read-exr weft-read-png weft-read-vdb weft-write-vdb
+install(TARGETS ${weft_readers}
     DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/weft)
 
 configure_package_config_file(cmake/weftConfig.cmake.in ${PROJECT_BINARY_DIR}/weftConfig.cmake

@@ -10,12 +10,12 @@ most_entries=28 least_comment=0.9
 
 # Each room may use those before it.
 rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume
-tiles/image tiles/readers passes/cpu passes/gl passes/accumulate/sums passes/accumulate/tree
+tiles/image tiles/mesh tiles/readers passes/cpu passes/gl passes/accumulate/sums passes/accumulate/tree
 passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/positions passes/plan
 passes/fused/lines
 passes/fused passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
-passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json
-tools/resample tools/accumulate tools/slice tools/table tools/chart tools/verbs tools'
+passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json tools/scene
+tools/resample tools/accumulate tools/effect tools/slice tools/table tools/chart tools/verbs tools'
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
 cd "$source"
@@ -31,7 +31,8 @@ xargs grep -H '^#include "' <"$tmp/files" | awk -F'[:"]' '
         while (path ~ /^\.\.\//) { path = substr(path, 4); sub(/[^\/]*\/$/, "", file) }
         return file path }
     { near = join($1, $3); print $1, (known(near) ? near : $3), "include" }' >"$tmp/includes"
-for object in $(find "$build/CMakeFiles/weft_objects.dir" "$build/CMakeFiles/weft.dir" -name '*.o'); do
+for object in $(find "$build/CMakeFiles/weft_objects.dir" "$build/CMakeFiles/weft_tools.dir" \
+        "$build/CMakeFiles/weft.dir" -name '*.o'); do
     file=${object#"$build"/CMakeFiles/weft*.dir/}
     file=${file%.o}
     [ -f "$file" ] && "$nm" "$object" | sed "s|^|$file |"

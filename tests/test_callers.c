@@ -1713,6 +1713,19 @@ static void costs(void)
 // ---- passes/: what runs, on GL where that is to be had
 // -------------------------------------------
 
+static void meshes(void)
+{
+    struct weft_mesh mesh;
+    const struct weft_mesh_params none = {.log = &logger},
+                                  missing = {"/nowhere/a.obj", .log = &logger};
+    REFUSED(weft_mesh_load(&none, &mesh));
+    TRUE(!mesh.memory);
+    REFUSED(weft_mesh_load(&missing, &mesh));
+    TRUE(!mesh.memory);
+    weft_mesh_clear(&mesh);
+    weft_mesh_clear(NULL);
+}
+
 static void contexts(void)
 {
     weft_context *context = NULL;
@@ -1736,6 +1749,8 @@ static weft_context *open_context(void)
     if (weft_context_create(&(struct weft_context_params){0}, &context) != WEFT_OK)
         exit(SKIPPED);
     weft_context_get_info(context);
+    weft_context_find_function(context, NULL);
+    weft_context_call(context, NULL, NULL);
     return context;
 }
 
@@ -2400,11 +2415,14 @@ static const struct {
     {choices, {F(choose), F(choice_clear)}},
     {costs,
      {F(cost_of), F(cost_format), F(pass_work_least), F(pass_bound_least), F(separable_work_of)}},
+    {meshes, {F(mesh_load), F(mesh_clear)}},
     {contexts,
      {F(context_create), F(context_destroy), F(context_begin), F(context_await),
       F(context_abandon)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
-    {convolutions_on_gl, {F(multipass_run), F(multipass_get_info), F(context_get_info)}},
+    {convolutions_on_gl,
+     {F(multipass_run), F(multipass_get_info), F(context_get_info), F(context_find_function),
+      F(context_call)}},
     {separable,
      {F(separable_plan_create), F(separable_plan_destroy), F(separable_plan_get_info),
       F(separable_compile), F(separable_destroy), F(separable_run), F(separable_verify),

@@ -282,7 +282,7 @@ static enum weft_result call_back(weft_accumulator *a, const struct weft_frame *
         weft_error(log, "accumulate: frame %" PRId64 " was not drawn: %s", a->frames,
                    weft_result_text(res));
     const enum weft_result fault = weft_gl_check(log, gl, "a frame was drawn");
-    weft_frame_reset_state(gl, (GLuint)vertex_array);
+    weft_gl_reset_state(gl, (GLuint)vertex_array);
     return res == WEFT_OK ? fault : res;
 }
 

@@ -54,10 +54,6 @@ void weft_frame_swap(weft_accumulator *a, int group, struct weft_gl_target *targ
 
 uint64_t weft_frame_bytes(const weft_accumulator *a); // of what is kept for frames
 
-// What weft's functions need of the state of GL, after the caller's code has run: GL's defaults,
-// with the context's own vertex array.
-void weft_frame_reset_state(const GladGLContext *gl, GLuint vertex_array);
-
 // ---- rows of texels -----------------------------------------------------------------------------
 
 // The smallest of unorm8, unorm16, half and float that holds the types of `count` planes.

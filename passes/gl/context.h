@@ -76,5 +76,23 @@ struct weft_context_info {
 // Valid while the context lives.
 WEFT_API const struct weft_context_info *weft_context_get_info(const weft_context *context);
 
+// ---- drawing of one's own -----------------------------------------------------------------------
+
+// Calls `call` with the context current, for objects of one's own: meshes, programs, shadow maps.
+// Textures and framebuffers made there can be given to weft and are drawn with in callbacks
+// (passes/accumulate/accumulate.h). It finds GL's default state, may change any of it but
+// not the objects of others, and calls nothing of weft with this context but
+// weft_context_find_function. Returns what `call` returned, or WEFT_ERR_GL: the context cannot be
+// made current, or an error of GL is pending afterwards, which the log tells.
+WEFT_API enum weft_result weft_context_call(weft_context *context,
+                                            enum weft_result (*call)(void *priv), void *priv);
+
+// A function of OpenGL, to be cast to its own type.
+typedef void (*weft_gl_function)(void);
+// Finds a function by its name ("glDrawElements"), for loaders such as glad's. The context is
+// current: inside weft_context_call, or a callback. NULL where there is none; some drivers return
+// functions for names that they do not know.
+WEFT_API weft_gl_function weft_context_find_function(const weft_context *context, const char *name);
+
 WEFT_END_DECLS
 #endif

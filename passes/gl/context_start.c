@@ -121,3 +121,25 @@ void weft_context_leave(weft_context *context)
     context->backend->release(context->native);
     give_back(context);
 }
+
+enum weft_result weft_context_call(weft_context *context, enum weft_result (*call)(void *priv),
+                                   void *priv)
+{
+    if (!context || !call)
+        return WEFT_ERR_ARGUMENT;
+    enum weft_result res = weft_context_enter(context);
+    if (res != WEFT_OK)
+        return res;
+    GLint vertex_array = 0;
+    context->gl.GetIntegerv(GL_VERTEX_ARRAY_BINDING, &vertex_array);
+    res = call(priv);
+    const enum weft_result pending = weft_gl_check(context->log, &context->gl, "drawing");
+    weft_gl_reset_state(&context->gl, (GLuint)vertex_array);
+    weft_context_leave(context);
+    return res == WEFT_OK ? pending : res;
+}
+
+weft_gl_function weft_context_find_function(const weft_context *context, const char *name)
+{
+    return name ? context->backend->function(context->native, name) : NULL;
+}

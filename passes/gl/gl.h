@@ -17,6 +17,10 @@ bool weft_gl_load(GladGLContext *gl, GLADapiproc (*find)(void *priv, const char 
 enum weft_result weft_gl_check(const struct weft_log *log, const GladGLContext *gl,
                                const char *step);
 
+// Sets the state of GL that weft's functions count on, after a caller's code has run: GL's defaults,
+// with the context's own vertex array.
+void weft_gl_reset_state(const GladGLContext *gl, GLuint vertex_array);
+
 // A buffer read by shaders through a texture.
 struct weft_gl_buffer {
     GLuint buffer, texture;

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/scene/drawing.h - draws a scene on OpenGL 3.3: triangles with depth, Lambert surfaces,
+// shadow maps.
+#ifndef WEFT_TOOLS_SCENE_DRAWING_H
+#define WEFT_TOOLS_SCENE_DRAWING_H
+
+#include "tools/scene/scene.h"
+
+// A point that light comes from in one frame: of a lamp, or a virtual light on a surface.
+struct scene_point_light {
+    double position[3];
+    double normal[3];    // of the surface that it lies on; all 0: it shines all around
+    double intensity[3]; // radiance * area of what it stands for; of a point W / sr
+    enum scene_falloff falloff;
+    bool shadowed;
+    // Largest factor cos cos / distance^2 that counts (clamping, in 1 / length^2); 0: all of it.
+    double most;
+};
+
+// What one frame shows.
+struct scene_frame {
+    struct weft_camera_frame camera; // picture's move, place on the lens
+    double time;                     // of the scene
+    struct scene_point_light light[SCENE_MAX_LIGHTS];
+    int light_count;
+    bool clamped_share; // shows, instead of the light, what clamping took away of it
+};
+
+struct scene_drawing_params {
+    const struct scene *scene;  // borrowed for the drawing's life (required)
+    weft_context *context;      // likewise (required)
+    int shadow_size;            // texels along a side of a shadow map (default 512)
+    const struct weft_log *log; // may be NULL
+};
+#define SCENE_DRAWING_DEFAULTS .shadow_size = 512,
+#define scene_drawing_params(...)                                                                  \
+    (&(struct scene_drawing_params){SCENE_DRAWING_DEFAULTS __VA_ARGS__})
+
+// The scene as objects of GL. Thread-safety: one thread at a time, with its context.
+typedef struct scene_drawing scene_drawing;
+
+// Returns WEFT_ERR_MEMORY, WEFT_ERR_LIMIT or WEFT_ERR_GL; *out is then NULL.
+enum weft_result scene_drawing_create(const struct scene_drawing_params *params,
+                                      scene_drawing **out);
+void scene_drawing_destroy(scene_drawing **drawing); // accepts &NULL
+
+// Draws a frame into a target as weft_accumulator_add gives it, inside such a callback or
+// weft_context_call: radiance RGB over the background, alpha its coverage. Returns
+// WEFT_ERR_ARGUMENT (the camera) or WEFT_ERR_GL.
+enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_frame *frame,
+                                    const struct weft_draw_target *target);
+
+// How a light's shadows are found, for reports: faces and texels of the map, and the bias.
+struct scene_shadow_info {
+    int faces, size;
+    double bias; // of depth in texels of the map, along the light's rays at normal incidence
+    uint64_t bytes;
+};
+void scene_drawing_get_shadow(const scene_drawing *drawing, struct scene_shadow_info *out);
+
+#endif
