@@ -7,34 +7,14 @@
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
 
-static enum weft_result check_branching(const struct accumulate_job *job)
-{
-    const int *level = job->request.level_branching;
-    int64_t product = 1;
-    for (int i = 0; i < WEFT_TREE_MAX_LEVELS && level[i] && product < job->counting; i++)
-        product *= level[i];
-    if (!level[0] || product >= job->counting)
-        return WEFT_OK;
-    report_error("--branching %s: such a tree has %lld leaves, for %lld frames",
-                 job->option[ACCUMULATE_BRANCHING].text, (long long)product,
-                 (long long)job->counting);
-    return WEFT_ERR_ARGUMENT;
-}
-
-static bool draws(enum weft_accumulate_method method)
-{
-    return method == WEFT_ACCUMULATE_TREE || method == WEFT_ACCUMULATE_BLEND ||
-           method == WEFT_ACCUMULATE_FLOAT;
-}
-
 static enum weft_result create_context(struct accumulate_job *job)
 {
     const double start = report_now_seconds();
-    if (!draws(job->request.method) || job->option[ACCUMULATE_EMULATE].given ||
+    if (!accumulation_draws(job->request.how.method) || job->request.how.emulate ||
         job->option[ACCUMULATE_EXPLAIN].given)
         return WEFT_OK;
     const enum weft_result res = weft_context_create(
-        weft_context_params(.kind = job->request.context, .log = report_log()), &job->context);
+        weft_context_params(.kind = job->request.how.context, .log = report_log()), &job->context);
     job->context_seconds = report_now_seconds() - start;
     return res;
 }
@@ -63,7 +43,7 @@ static double *copy_weights(const struct accumulate_job *job)
 static bool is_known(const struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
-    const enum weft_accumulate_method method = job->request.method;
+    const enum weft_accumulate_method method = job->request.how.method;
     const bool grows = job->joins || o[ACCUMULATE_RESUME].given;
     return !o[ACCUMULATE_SKIP_BAD].given && !o[ACCUMULATE_UNTIL].given &&
            !(grows && method != WEFT_ACCUMULATE_BLEND && method != WEFT_ACCUMULATE_BUFFER);
@@ -84,25 +64,15 @@ enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator 
         .width = job->image.width,
         .height = job->image.height,
         .channel_count = job->averaged_count,
-        .method = r->method,
         .frame_count = known ? job->counting : 0,
         .weight = known ? weight : NULL,
-        .branching = r->branching,
-        .rounding = r->rounding,
-        .bits = r->bits,
-        .low = r->low,
-        .high = r->high,
-        .max_error = r->max_error,
         .nonfinite = r->nonfinite,
         .keep = job->keeps_variance ? WEFT_KEEP_VARIANCE : 0,
-        .batch = r->batch,
         .context = job->context,
-        .emulate = o[ACCUMULATE_EMULATE].given || o[ACCUMULATE_EXPLAIN].given,
-        .cpu = {.threads = r->threads},
         .log = &job->log,
     };
-    for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
-        params.level_branching[i] = r->level_branching[i];
+    accumulation_set(&r->how, &params);
+    params.emulate = r->how.emulate || o[ACCUMULATE_EXPLAIN].given;
     const enum weft_result res = weft_accumulator_create(&params, out);
     free(weight);
     return res;
@@ -110,13 +80,10 @@ enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator 
 
 enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound)
 {
-    const double most = job->request.max_error;
-    if (!(most > 0.0) || bound <= most)
-        return WEFT_OK;
-    report_error("--max-error %g: the bound of --method %s is %.3g", most,
-                 weft_accumulate_method_names[job->planned.method], bound);
-    job->over_budget = true;
-    return WEFT_ERR_UNSUPPORTED;
+    const enum weft_result res =
+        accumulation_check_bound(&job->request.how, job->planned.method, bound);
+    job->over_budget |= res != WEFT_OK;
+    return res;
 }
 
 enum weft_result accumulate_begin(struct accumulate_job *job)
@@ -124,14 +91,15 @@ enum weft_result accumulate_begin(struct accumulate_job *job)
     const struct option_value *o = job->option;
     if (!job->joins)
         job->keeps_variance = o[ACCUMULATE_STDERR].given || o[ACCUMULATE_UNTIL].given;
-    enum weft_result res = check_branching(job);
+    enum weft_result res = accumulation_check_branching(
+        &job->request.how, o[ACCUMULATE_ADDING + ACCUMULATION_BRANCHING].text, job->counting);
     if (res == WEFT_OK)
         res = create_context(job);
     if (res == WEFT_OK)
         res = accumulate_create(job, &job->accumulator);
     if (res != WEFT_OK) {
-        job->over_budget = res == WEFT_ERR_UNSUPPORTED && job->request.max_error > 0.0 &&
-                           job->request.method == WEFT_ACCUMULATE_AUTO;
+        job->over_budget = res == WEFT_ERR_UNSUPPORTED && job->request.how.max_error > 0.0 &&
+                           job->request.how.method == WEFT_ACCUMULATE_AUTO;
         return res;
     }
     weft_accumulator_get_report(job->accumulator, &job->planned);

@@ -8,6 +8,7 @@
 #include "tools/common/kernels.h"
 #include "tools/common/options.h"
 #include "tools/draw/preview.h"
+#include "tools/methods/accumulate_report.h"
 
 enum accumulate_option {
     ACCUMULATE_OUTPUT,
@@ -19,24 +20,15 @@ enum accumulate_option {
     ACCUMULATE_EVERY,
     ACCUMULATE_PART,
     ACCUMULATE_WEIGHTS,
-    ACCUMULATE_METHOD,
-    ACCUMULATE_BRANCHING,
-    ACCUMULATE_ROUNDING,
-    ACCUMULATE_BITS,
-    ACCUMULATE_SOURCE_RANGE,
-    ACCUMULATE_MAX_ERROR,
-    ACCUMULATE_NONFINITE,
-    ACCUMULATE_UNTIL,
-    ACCUMULATE_BATCH,
+    ACCUMULATE_ADDING, // the first of enum accumulation_option
+    ACCUMULATE_UNTIL = ACCUMULATE_ADDING + ACCUMULATION_UNTIL,
+    ACCUMULATE_NONFINITE = ACCUMULATE_ADDING + ACCUMULATION_OPTION_COUNT,
     ACCUMULATE_TRANSFER,
     ACCUMULATE_AVERAGE_ALL,
     ACCUMULATE_TYPE,
     ACCUMULATE_COMPRESSION,
     ACCUMULATE_RANGE,
     ACCUMULATE_COLOUR_MAP,
-    ACCUMULATE_CONTEXT,
-    ACCUMULATE_EMULATE,
-    ACCUMULATE_THREADS,
     ACCUMULATE_EXPLAIN,
     ACCUMULATE_JSON,
     ACCUMULATE_NO_CLOBBER,
@@ -59,21 +51,11 @@ struct accumulate_transfer {
 
 // What the options say, read once.
 struct accumulate_request {
-    enum weft_accumulate_method method;
-    int branching; // 0: the default
-    int level_branching[WEFT_TREE_MAX_LEVELS];
-    int bits;         // as struct weft_accumulator_params
-    double low, high; // of targets; both 0: the default
-    enum weft_tree_rounding rounding;
+    struct accumulation how;
     enum weft_accumulate_nonfinite nonfinite;
-    double max_error; // 0: none was given
-    struct weft_until until;
-    int batch;
     struct accumulate_transfer transfer;
-    enum weft_context_kind context;
     const struct weft_colour_map *colour_map;
-    int threads; // 0: as many as run at once
-    int part;    // of each file
+    int part; // of each file
 };
 
 // A frame that was named, in the order in which frames count.
@@ -217,8 +199,6 @@ void accumulate_clear(struct accumulate_job *job);
 // ---- parts of them ------------------------------------------------------------------------------
 
 enum { ACCUMULATE_TEXT = 256, ACCUMULATE_AHEAD_MB = 256 }; // the latter of frames read ahead
-// What options contradict each other, as an error line; NULL: none. (options.c)
-const char *accumulate_conflict(const struct accumulate_job *job, char text[ACCUMULATE_TEXT]);
 
 // Whether a channel holds no colour, by its name and those beside it. (channels.c)
 bool accumulate_is_data(const struct weft_image *image, size_t channel);

@@ -62,7 +62,7 @@ enum weft_result accumulate_save_preview(struct accumulate_job *job)
         .no_clobber = options.no_clobber,
         .width = image->width,
         .height = image->height,
-        .threads = job->request.threads,
+        .threads = job->request.how.threads,
         .log = report_log(),
     };
     enum weft_result res;

@@ -32,7 +32,7 @@ static const char *name_of(void *priv, int64_t i)
 static bool is_refused(const struct accumulate_job *job, float value)
 {
     const struct accumulate_request *r = &job->request;
-    const double low = r->low, high = r->low < r->high ? r->high : 1.0;
+    const double low = r->how.low, high = low < r->how.high ? r->how.high : 1.0;
     const bool codes = job->planned.bits == 8 || job->planned.bits == 16;
     if (!isfinite(value))
         return r->nonfinite == WEFT_NONFINITE_ERROR || codes;
@@ -73,8 +73,8 @@ static void tell_value(const struct accumulate_job *job, const char *path, int a
         report_error("%s: channel %s is %.9g at pixel (%d, %d), beyond the range of the targets of "
                      "%d bits, %g to %g (--source-range)",
                      path, channel, (double)value, job->image.x + x, job->image.y + y,
-                     job->planned.bits, job->request.low,
-                     job->request.low < job->request.high ? job->request.high : 1.0);
+                     job->planned.bits, job->request.how.low,
+                     job->request.how.low < job->request.how.high ? job->request.how.high : 1.0);
 }
 
 // Says why the accumulator has refused the frame in job->plane.
@@ -158,12 +158,9 @@ static enum weft_result take_frame(struct accumulate_job *job, const struct weft
     return res;
 }
 
-// Numbers of frames that depend on nothing else: the least one, and whenever a sixteenth has come
-// on top.
 static int64_t next_judged(const struct accumulate_job *job)
 {
-    const int64_t least = job->request.until.least ? job->request.until.least : 16;
-    return job->judged < least ? least : job->judged + job->judged / 16 + 1;
+    return accumulation_next_judged(&job->request.how.until, job->judged);
 }
 
 // Of frames that an earlier run has added: all that was judged but for the last, which may end it.
@@ -179,7 +176,7 @@ static enum weft_result judge(struct accumulate_job *job)
         return WEFT_OK;
     const double start = report_now_seconds();
     const enum weft_result res =
-        weft_accumulator_judge(job->accumulator, &job->request.until, &job->convergence);
+        weft_accumulator_judge(job->accumulator, &job->request.how.until, &job->convergence);
     job->judged = job->added;
     job->stopped = res == WEFT_OK && job->convergence.enough && job->next < job->counting;
     job->judge_seconds += report_now_seconds() - start;
@@ -235,9 +232,10 @@ static enum weft_result read_all(struct accumulate_job *job)
     res = weft_image_sequence_create(
         weft_image_sequence_params(.count = job->counting - job->begun, .name = name_of,
                                    .stop = asks_for_mean, .priv = job,
-                                   .readers = job->request.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
-                                                  ? job->request.threads
-                                                  : WEFT_IMAGE_SEQUENCE_MAX_READERS,
+                                   .readers =
+                                       job->request.how.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
+                                           ? job->request.how.threads
+                                           : WEFT_IMAGE_SEQUENCE_MAX_READERS,
                                    .memory_bytes = (uint64_t)ACCUMULATE_AHEAD_MB << 20,
                                    .part = job->request.part, .log = report_log()),
         &sequence);

@@ -16,22 +16,14 @@ static bool is_given(const struct accumulate_job *job, enum accumulate_option op
     return job->option[option].given;
 }
 
-// "tree of 8 bits", "exact"
-static const char *method_text(const struct accumulate_job *job,
-                               const struct weft_accumulator_report *r, char text[ACCUMULATE_TEXT])
+static struct accumulation_stop stop_of(const struct accumulate_job *job)
 {
-    const char *name = weft_accumulate_method_names[r->method];
-    if (r->bits == WEFT_ACCUMULATE_HALF)
-        snprintf(text, ACCUMULATE_TEXT, "%s of half floats", name);
-    else if (r->bits)
-        snprintf(text, ACCUMULATE_TEXT, "%s of %d bits", name, r->bits);
-    else
-        snprintf(text, ACCUMULATE_TEXT, "%s", name);
-    if (r->method == WEFT_ACCUMULATE_TREE)
-        snprintf(text + strlen(text), ACCUMULATE_TEXT - strlen(text), ", branching %s",
-                 is_given(job, ACCUMULATE_BRANCHING) ? job->option[ACCUMULATE_BRANCHING].text
-                                                     : "4");
-    return text;
+    return (struct accumulation_stop){.asked = job->option[ACCUMULATE_UNTIL].text,
+                                      .frames = job->added,
+                                      .planned = job->counting,
+                                      .judged = job->judged,
+                                      .stopped = job->stopped,
+                                      .convergence = job->convergence};
 }
 
 // ---- attributes ---------------------------------------------------------------------------------
@@ -45,7 +37,8 @@ size_t accumulate_attributes(const struct accumulate_job *job, const char *what,
     run_report_add(out, &count, "version", "%s", weft_version());
     if (what)
         run_report_add(out, &count, "what", "%s", what);
-    run_report_add(out, &count, "method", "%s", method_text(job, r, text));
+    run_report_add(out, &count, "method", "%s",
+                   accumulation_format(&job->option[ACCUMULATE_ADDING], r, text));
     run_report_add(out, &count, "frames", "%lld", (long long)job->added);
     run_report_add(out, &count, "first_frame", "%s", paths_base_name(job->frame[job->first].path));
     if (job->skipped)
@@ -117,25 +110,6 @@ static json_t *weights_json(const struct accumulate_job *job)
     return object;
 }
 
-static json_t *method_json(const struct weft_accumulator_report *r)
-{
-    return json_pack(
-        "{s:s,s:o,s:i,s:o,s:o,s:i,s:o,s:o,s:o}", "name", weft_accumulate_method_names[r->method],
-        "why", json_text(r->why ? r->why : ""), "bits", r->bits, "bound", json_number(r->bound),
-        "bias", json_number(r->bias), "textures", r->textures, "bytes", json_count(r->bytes),
-        "passes", json_count(r->passes), "not_finite", json_count(r->nonfinite));
-}
-
-static json_t *until_json(const struct accumulate_job *job)
-{
-    const struct weft_convergence *c = &job->convergence;
-    return json_pack("{s:o,s:b,s:b,s:o,s:o,s:o,s:o}", "asked",
-                     json_text(job->option[ACCUMULATE_UNTIL].text), "met", c->enough, "stopped",
-                     job->stopped, "judged_after", json_count((uint64_t)job->judged), "share",
-                     json_number(c->share), "largest", json_number(c->largest), "median",
-                     json_number(c->median));
-}
-
 static json_t *seconds_json(const struct accumulate_job *job)
 {
     const struct run_stage stages[] = {
@@ -181,6 +155,7 @@ static void set_outputs(json_t *root, const struct accumulate_job *job)
 enum weft_result accumulate_print_json(const struct accumulate_job *job)
 {
     const bool explain = is_given(job, ACCUMULATE_EXPLAIN);
+    const struct accumulation_stop stop = stop_of(job);
     char transfer[ACCUMULATE_TEXT];
     json_t *root = json_pack(
         "{s:o,s:I,s:I,s:I,s:I,s:o,s:s,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()),
@@ -188,7 +163,7 @@ enum weft_result accumulate_print_json(const struct accumulate_job *job)
         (json_int_t)job->added, "skipped_count", (json_int_t)job->skipped, "skipped",
         skipped_json(job), "kind", weft_image_file_kind_names[job->kind], "width", job->image.width,
         "height", job->image.height, "channels", channels_json(job), "weights", weights_json(job),
-        "method", method_json(explain ? &job->planned : &job->report));
+        "method", accumulation_json(explain ? &job->planned : &job->report));
     if (!explain)
         json_object_update_new(
             root, json_pack("{s:o,s:o,s:o}", "transfer",
@@ -196,7 +171,7 @@ enum weft_result accumulate_print_json(const struct accumulate_job *job)
                             "process_peak_bytes", run_report_process_peak(), "seconds",
                             seconds_json(job)));
     if (!explain && is_given(job, ACCUMULATE_UNTIL))
-        json_object_set_new(root, "until", until_json(job));
+        json_object_set_new(root, "until", accumulation_stop_json(&stop));
     if (!explain)
         json_object_set_new(root, "context",
                             job->context ? run_report_context(job->context) : json_null());
@@ -237,49 +212,16 @@ static double planned_bytes(const struct accumulate_job *job, int textures)
     return bytes + textures * pixels * 4.0 * job->planned.bits / 8.0;
 }
 
-// Of each group of four channels: frames that are put in, and nodes. Returns how many textures.
-static int explain_tree(const struct accumulate_job *job, int groups)
-{
-    struct weft_tree_params params = {.leaf_count = (int)job->counting,
-                                      .branching = job->request.branching};
-    weft_tree *tree = NULL;
-    for (int i = 0; i < WEFT_TREE_MAX_LEVELS; i++)
-        params.level_branching[i] = job->request.level_branching[i];
-    if (job->counting > WEFT_TREE_MAX_LEAVES || weft_tree_create(&params, &tree) != WEFT_OK)
-        return 0;
-    const struct weft_tree_info *info = weft_tree_get_info(tree);
-    printf("passes: %d, of %d frames and %d nodes, on a stack of %d textures\n",
-           groups * info->step_count, info->leaf_count, info->node_count,
-           groups * info->stack_size);
-    const int textures = groups * info->stack_size;
-    weft_tree_destroy(&tree);
-    return textures;
-}
-
 static void explain_passes(const struct accumulate_job *job)
 {
-    const int groups = (job->averaged_count + 3) / 4;
-    int textures = 0;
-    switch (job->planned.method) {
-    case WEFT_ACCUMULATE_TREE:
-        textures = explain_tree(job, groups);
-        break;
-    case WEFT_ACCUMULATE_BLEND:
-    case WEFT_ACCUMULATE_FLOAT:
-        printf("passes: %lld, one a frame%s\n", (long long)(groups * job->counting),
-               groups > 1 ? " and four channels" : "");
-        break;
-    default:
-        puts("passes: none, all is done by the CPU");
-    }
+    const int textures = accumulation_explain_passes(&job->request.how, job->planned.method,
+                                                     (job->averaged_count + 3) / 4, job->counting);
     printf("memory: about %.3g MB of sums, and up to %d MB of frames that are decoded ahead\n",
            1e-6 * planned_bytes(job, textures), ACCUMULATE_AHEAD_MB);
 }
 
 void accumulate_explain(const struct accumulate_job *job)
 {
-    const struct weft_accumulator_report *r = &job->planned;
-    char text[ACCUMULATE_TEXT];
     report_line("accumulate %lld frames, from %s: %s, %d x %d", (long long)job->counting,
                 job->frame[job->sequence[0]].path, weft_image_file_kind_names[job->kind],
                 job->image.width, job->image.height);
@@ -294,11 +236,7 @@ void accumulate_explain(const struct accumulate_job *job)
     }
     report_line("weights: %s, from %.9g to %.9g, in all %.9g", job->weights.text,
                 job->weights.least, job->weights.largest, job->weights.total);
-    printf("method: %s (%s)\n", method_text(job, r, text), r->why);
-    if (isfinite(r->bound))
-        printf("bound: %.3g in the frames' values\n", r->bound);
-    else
-        puts("bound: not known before the frames are");
+    accumulation_explain(&job->option[ACCUMULATE_ADDING], &job->planned);
     explain_passes(job);
 }
 
@@ -318,25 +256,11 @@ static void note_times(const struct accumulate_job *job)
                 job->report.why, job->report.bound);
 }
 
-static void tell_until(const struct accumulate_job *job)
-{
-    const struct weft_convergence *c = &job->convergence;
-    if (!is_given(job, ACCUMULATE_UNTIL))
-        return;
-    if (job->stopped)
-        report_tell("--until %s is met after %lld of %lld frames: %.2f %% of the pixels",
-                    job->option[ACCUMULATE_UNTIL].text, (long long)job->added,
-                    (long long)job->counting, 100.0 * c->share);
-    else if (!c->enough)
-        report_warning("--until %s is not met by all %lld frames: %.2f %% of the pixels are, the "
-                       "median of the standard errors is %.3g",
-                       job->option[ACCUMULATE_UNTIL].text, (long long)job->added, 100.0 * c->share,
-                       c->median);
-}
-
 void accumulate_print_text(const struct accumulate_job *job)
 {
-    tell_until(job);
+    const struct accumulation_stop stop = stop_of(job);
+    if (is_given(job, ACCUMULATE_UNTIL))
+        accumulation_tell_stop(&stop);
     if (is_given(job, ACCUMULATE_JSON))
         return;
     if (is_given(job, ACCUMULATE_PREVIEW))

@@ -169,7 +169,7 @@ static enum weft_result save(struct accumulate_job *job, const struct weft_image
     const struct weft_image_save_params params = {
         .path = path,
         .no_clobber = accumulate_keeps(job, option),
-        .threads = job->request.threads,
+        .threads = job->request.how.threads,
         .progress = report_writing(path),
         .log = report_log(),
     };

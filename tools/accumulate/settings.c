@@ -13,14 +13,14 @@ static const struct {
     enum accumulate_option option;
     const char *name, *otherwise; // its value where it is not given; NULL: a flag
 } deciding[] = {
-    {ACCUMULATE_METHOD, "--method", "auto"},
-    {ACCUMULATE_MAX_ERROR, "--max-error", "none"},
-    {ACCUMULATE_BRANCHING, "--branching", "none"},
-    {ACCUMULATE_ROUNDING, "--rounding", "none"},
-    {ACCUMULATE_BITS, "--bits", "none"},
-    {ACCUMULATE_SOURCE_RANGE, "--source-range", "none"},
+    {ACCUMULATE_ADDING + ACCUMULATION_METHOD, "--method", "auto"},
+    {ACCUMULATE_ADDING + ACCUMULATION_MAX_ERROR, "--max-error", "none"},
+    {ACCUMULATE_ADDING + ACCUMULATION_BRANCHING, "--branching", "none"},
+    {ACCUMULATE_ADDING + ACCUMULATION_ROUNDING, "--rounding", "none"},
+    {ACCUMULATE_ADDING + ACCUMULATION_BITS, "--bits", "none"},
+    {ACCUMULATE_ADDING + ACCUMULATION_SOURCE_RANGE, "--source-range", "none"},
     {ACCUMULATE_NONFINITE, "--nonfinite", "error"},
-    {ACCUMULATE_BATCH, "--batch", "1"},
+    {ACCUMULATE_ADDING + ACCUMULATION_BATCH, "--batch", "1"},
     {ACCUMULATE_TRANSFER, "--transfer", "auto"},
     {ACCUMULATE_PART, "--part", "0"},
     {ACCUMULATE_AVERAGE_ALL, "--average-all", NULL},

@@ -99,9 +99,9 @@ static enum weft_result take_line(struct accumulate_job *job, struct weight_file
         return fail_line(f, text, "is not one number");
     if (!isfinite(weight))
         return fail_line(f, text, "is no weight: it must be finite");
-    if (weight < 0.0 && !takes_negative(job->request.method))
+    if (weight < 0.0 && !takes_negative(job->request.how.method))
         return fail_line(f, text,
-                         job->request.method == WEFT_ACCUMULATE_TREE
+                         job->request.how.method == WEFT_ACCUMULATE_TREE
                              ? "is below 0, which --method tree does not take"
                              : "is below 0, which --method blend does not take");
     if (f->count < job->frame_count)
@@ -218,12 +218,12 @@ static enum weft_result sum_up(struct accumulate_job *job)
 
 static enum weft_result check_negative(const struct accumulate_job *job)
 {
-    for (int64_t i = 0; i < job->frame_count && !takes_negative(job->request.method); i++) {
+    for (int64_t i = 0; i < job->frame_count && !takes_negative(job->request.how.method); i++) {
         if (job->frame[i].weight >= 0.0)
             continue;
         report_error("--weights %s: frame %lld, %s, has %g: --method %s takes none below 0",
                      job->weights.text, (long long)i, job->frame[i].path, job->frame[i].weight,
-                     weft_accumulate_method_names[job->request.method]);
+                     weft_accumulate_method_names[job->request.how.method]);
         return WEFT_ERR_ARGUMENT;
     }
     return WEFT_OK;

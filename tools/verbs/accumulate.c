@@ -8,11 +8,9 @@
 #include "tools/common/ending.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
-#include "tools/methods/engine_options.h"
 #include "tools/verbs/verb.h"
 
 static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
-static const char *const bits_choices[] = {"8", "16", "32", "half", NULL};
 
 static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
     [ACCUMULATE_OUTPUT] =
@@ -76,42 +74,11 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                             "what each frame counts (default uniform): numbers of a file, one a "
                             "line; or a shape over all frames: a Gaussian whose sigma is S of "
                             "their time (default 1/6), a tent, or a kernel over its support"},
-    [ACCUMULATE_METHOD] = {.name = "method",
-                           0,
-                           OPTION_CHOICE,
-                           NULL,
-                           "how frames are added up (default auto: exact, for frames of files)",
-                           weft_accumulate_method_names},
-    [ACCUMULATE_BRANCHING] = {.name = "branching",
-                              0,
-                              OPTION_TEXT,
-                              "N|NxNx...",
-                              "tree: inputs of a node (default 4), or of each level's nodes from "
-                              "the frames up, as 2x4x4"},
-    [ACCUMULATE_ROUNDING] = {.name = "rounding",
-                             0,
-                             OPTION_CHOICE,
-                             NULL,
-                             "tree of 8 or 16 bits: how a node becomes a code (default nearest)",
-                             weft_tree_rounding_names},
-    [ACCUMULATE_BITS] = {.name = "bits",
-                         0,
-                         OPTION_CHOICE,
-                         NULL,
-                         "of the targets of tree, buffer and blend (default 8; buffer 16)",
-                         bits_choices},
-    [ACCUMULATE_SOURCE_RANGE] = {.name = "source-range",
-                                 0,
-                                 OPTION_RANGE,
-                                 "LO,HI",
-                                 "values that codes of 8 and 16 bits span (default 0,1)"},
-    [ACCUMULATE_MAX_ERROR] = {.name = "max-error",
-                              0,
-                              OPTION_NUMBER,
-                              "E",
-                              "how wrong the mean may be, in the frames' values: a method whose "
-                              "bound is larger is refused, before the frames are read and, as "
-                              "bounds grow with values, after that; nothing is written then"},
+    ACCUMULATION_OPTIONS(ACCUMULATE_ADDING, "exact, for frames of files",
+                         "before the frames are read and, as bounds grow with values, after that",
+                         "1",
+                         "run tree, blend and float on the CPU, without OpenGL: the same bytes",
+                         "and reader programs, at once (default: one a core)"),
     [ACCUMULATE_NONFINITE] = {.name = "nonfinite",
                               0,
                               OPTION_CHOICE,
@@ -119,19 +86,6 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                               "what NaN and infinities do: end the run (default), not count, or "
                               "make the mean NaN",
                               weft_accumulate_nonfinite_names},
-    [ACCUMULATE_UNTIL] = {.name = "until",
-                          0,
-                          OPTION_TEXT,
-                          "E|R%[,share=S%][,least=N][,radius=N]",
-                          "stop once a share of the pixels (default 99%) has a standard error "
-                          "below E, or below R percent of the mean, or of both the larger; not "
-                          "before N frames (default 16); judged over pixels around (default 2)"},
-    [ACCUMULATE_BATCH] = {.name = "batch",
-                          0,
-                          OPTION_NUMBER,
-                          "N",
-                          "so many frames in a row depend on each other, as those of a jitter "
-                          "table do, and are one sample of the standard error (default 1)"},
     [ACCUMULATE_TRANSFER] = {.name = "transfer",
                              0,
                              OPTION_TEXT,
@@ -156,18 +110,6 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                                OPTION_TEXT,
                                "NAME",
                                "colours of a preview of one channel, as in weft slice"},
-    [ACCUMULATE_CONTEXT] = ENGINE_SPEC_CONTEXT,
-    [ACCUMULATE_EMULATE] = {.name = "emulate",
-                            0,
-                            OPTION_FLAG,
-                            NULL,
-                            "run tree, blend and float on the CPU, without OpenGL: the same bytes"},
-    [ACCUMULATE_THREADS] = {.name = "threads",
-                            0,
-                            OPTION_NUMBER,
-                            "N",
-                            "and reader programs, at once (default: one a core); the result does "
-                            "not depend on them"},
     [ACCUMULATE_EXPLAIN] = {.name = "explain",
                             0,
                             OPTION_FLAG,
