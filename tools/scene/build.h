@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/scene/build.h - what makes scenes, and what it is made with; inside of tools/scene.
+#ifndef WEFT_TOOLS_SCENE_BUILD_H
+#define WEFT_TOOLS_SCENE_BUILD_H
+
+#include "tools/scene/scene.h"
+
+// ---- small things -------------------------------------------------------------------------------
+
+// Formats one line, cleans it and hands it to the log (NULL: silence).
+void scene_say(const struct weft_log *log, enum weft_log_level level, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+// Copies a name, cut and cleaned.
+void scene_set_name(char out[SCENE_NAME], const char *name);
+
+// Three numbers as vectors.
+double scene_dot(const double a[3], const double b[3]);
+void scene_cross(const double a[3], const double b[3], double out[3]);
+// Makes it of length 1 and returns its length; what has none stays.
+double scene_normalise(double v[3]);
+// The unit quaternion of a turn about an axis of any length above 0.
+void scene_rotation(const double axis[3], double degrees, double out[4]);
+// A vector turned by a unit quaternion.
+void scene_rotate(const double q[4], const double v[3], double out[3]);
+// matrix * (v, 1), of matrices whose last row is 0 0 0 1; in place, too.
+void scene_transform(const double matrix[16], const double v[3], double out[3]);
+
+// Random numbers, the same everywhere: SplitMix64 (Steele, Lea and Flood, "Fast splittable
+// pseudorandom number generators", OOPSLA 2014), *state being the seed at first.
+uint64_t scene_random(uint64_t *state);
+// In [0, 1), of 53 bits.
+double scene_random_unit(uint64_t *state);
+
+// ---- building -----------------------------------------------------------------------------------
+
+// A scene that grows. When memory runs out it stops growing, and scene_build_end says so.
+struct scene_build {
+    struct scene *scene; // borrowed
+    size_t vertex_room, index_room;
+    int object_room, material_room;
+    bool full;
+};
+
+// Returns the material's place in the list.
+int scene_build_material(struct scene_build *build, const struct scene_material *material);
+// Begins an object; triangles belong to it from now on.
+void scene_build_object(struct scene_build *build, const char *name, int material);
+// A polygon of `count` (3 to 16) corners, convex and flat, counterclockwise from its front. Its uv
+// are those that are given, (x, y) each, or of NULL 0; colour may be NULL for white.
+void scene_build_polygon(struct scene_build *build, int count, const double corner[][3],
+                         const double uv[][2], const float colour[3]);
+// Six faces of a box from low to high, fronts outside; uv of each from 0 to 1.
+void scene_build_box(struct scene_build *build, const double low[3], const double high[3]);
+// A ball of `rings` times 2 `rings` quads, smooth, about a middle.
+void scene_build_ball(struct scene_build *build, const double middle[3], double radius, int rings);
+// Adds a lamp, and its surface where it is seen.
+void scene_build_lamp(struct scene_build *build, const struct scene_light *light);
+// Gives the object that was begun last a path of so many keys. NULL where memory ran out.
+struct scene_key *scene_build_path(struct scene_build *build, int count);
+// Finds the box. On failure the scene is cleared. Returns WEFT_ERR_MEMORY after a line.
+enum weft_result scene_build_end(struct scene_build *build, const struct weft_log *log);
+
+// ---- what there is ------------------------------------------------------------------------------
+
+extern const struct scene_info scene_cube, scene_cornell, scene_furnace, scene_polygons,
+    scene_plane, scene_moving, scene_penumbra;
+
+// The scene of a mesh file: scene_make's part.
+enum weft_result scene_load(const struct scene_params *params, struct scene *out);
+
+#endif
