@@ -950,6 +950,14 @@ static void frame_weights(void)
     REFUSED(weft_weights_even(&logger, 0, weights, NULL));
     REFUSED(weft_weights_even(&logger, INT_MIN, weights, NULL));
     REFUSED(weft_weights_even(&logger, 2, NULL, NULL));
+    REFUSED(weft_weights_normalise(&logger, INT_MIN, weights, NULL));
+    REFUSED(weft_weights_normalise(&logger, 2, NULL, NULL));
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
+        struct weft_weights_report report;
+        weights[0] = numbers[i];
+        weights[1] = -1.0;
+        SURVIVED(weft_weights_normalise(&logger, 2, weights, &report));
+    }
 }
 
 static void shutters(void)
@@ -2394,7 +2402,7 @@ static const struct {
       F(jitter_radical_inverse)}},
     {discrepancies, {F(discrepancy_compute)}},
     {edges, {F(edge_square), F(edge_disc), F(edge_kernel)}},
-    {frame_weights, {F(weights_even), F(weights_kernel)}},
+    {frame_weights, {F(weights_even), F(weights_normalise), F(weights_kernel)}},
     {shutters,
      {F(shutter_parse), F(shutter_light), F(shutter_share), F(shutter_weights),
       F(frames_for_motion), F(frames_for_circle), F(frames_for_penumbra)}},

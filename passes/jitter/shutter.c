@@ -145,8 +145,7 @@ enum weft_result weft_shutter_weights(const struct weft_log *log,
         if (times)
             times[k] = t;
     }
-    weft_weights_normalise(count, weights, report);
-    res = WEFT_OK;
+    res = weft_weights_normalise(log, count, weights, report);
 fail:
     return res;
 }

@@ -7,12 +7,23 @@
 #include "passes/jitter/points.h"
 #include "passes/jitter/weights_impl.h"
 
-void weft_weights_normalise(int count, double *weights, struct weft_weights_report *report)
+enum weft_result weft_weights_normalise(const struct weft_log *log, int count, double *weights,
+                                        struct weft_weights_report *report)
 {
+    enum weft_result res = WEFT_ERR_ARGUMENT;
     struct weft_weights_report r = {.sum = 0.0};
-    double squares = 0.0, negative = 0.0;
-    for (int i = 0; i < count; i++)
+    double squares = 0.0, negative = 0.0, magnitude = 0.0;
+    if (report)
+        *report = WEFT_WEIGHTS_NONE;
+    weft_require(log, count > 0 && weights);
+    for (int i = 0; i < count; i++) {
         r.sum += weights[i];
+        magnitude += fabs(weights[i]);
+    }
+    if (!(r.sum > 0.0 && r.sum >= 1e-3 * magnitude && isfinite(magnitude))) {
+        weft_error(log, "%d weights add up to %g, their magnitudes to %g", count, r.sum, magnitude);
+        goto fail;
+    }
     for (int i = 0; i < count; i++) {
         weights[i] /= r.sum;
         const double size = fabs(weights[i]);
@@ -26,6 +37,9 @@ void weft_weights_normalise(int count, double *weights, struct weft_weights_repo
     r.effective = 1.0 / squares;
     if (report)
         *report = r;
+    res = WEFT_OK;
+fail:
+    return res;
 }
 
 enum weft_result weft_weights_even(const struct weft_log *log, int count, double *weights,
@@ -37,8 +51,7 @@ enum weft_result weft_weights_even(const struct weft_log *log, int count, double
     weft_require(log, count > 0 && weights);
     for (int i = 0; i < count; i++)
         weights[i] = 1.0;
-    weft_weights_normalise(count, weights, report);
-    res = WEFT_OK;
+    res = weft_weights_normalise(log, count, weights, report);
 fail:
     return res;
 }
@@ -115,8 +128,7 @@ enum weft_result weft_weights_kernel(const struct weft_weights_kernel_params *pa
     }
     for (int i = 0; i < params->count; i++)
         weights[i] = weigh(&kernel, scale, params->points[i]);
-    weft_weights_normalise(params->count, weights, report);
-    res = WEFT_OK;
+    res = weft_weights_normalise(params->log, params->count, weights, report);
 fail:
     return res;
 }

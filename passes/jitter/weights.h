@@ -3,8 +3,9 @@
 // lie, or when in the time that a shutter is open.
 //
 // Weights add up to 1 but for rounding. A lens of even glass weighs its samples alike, which
-// weft_weights_even gives. Weights of several effects at once are the products of each's.
-// Everything is pure, allocates nothing, and may be called from any thread.
+// weft_weights_even gives. Weights of several effects at once are the products of each's, divided
+// by their sum: weft_weights_normalise. Everything is pure, allocates nothing, and may be called
+// from any thread.
 #ifndef WEFT_PASSES_JITTER_WEIGHTS_H
 #define WEFT_PASSES_JITTER_WEIGHTS_H
 
@@ -30,6 +31,14 @@ struct weft_weights_report {
 // log then.
 WEFT_API enum weft_result weft_weights_even(const struct weft_log *log, int count, double *weights,
                                             struct weft_weights_report *report);
+
+// Divides weights of one's own by their sum, count of them, and tells what they are like then. On
+// failure they are as before, and the report (NULL: not wanted) is all NAN with no zeros. Returns
+// WEFT_ERR_ARGUMENT: a count that is not above 0, weights that are not finite, or that add up to
+// less than 1/1000 of their magnitudes.
+WEFT_API enum weft_result weft_weights_normalise(const struct weft_log *log, int count,
+                                                 double *weights,
+                                                 struct weft_weights_report *report);
 
 // Which filter a pixel has. All zero: nearest, a box of one pixel.
 struct weft_weights_kernel_params {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/jitter/weights_impl.h - what every kind of weights ends with (not installed).
+// passes/jitter/weights_impl.h - what every kind of weights begins with (not installed).
 #ifndef WEFT_PASSES_JITTER_WEIGHTS_IMPL_H
 #define WEFT_PASSES_JITTER_WEIGHTS_IMPL_H
 
@@ -13,9 +13,6 @@ WEFT_BEGIN_DECLS
     {                                                                                              \
         NAN, NAN, NAN, NAN, NAN, 0                                                                 \
     }
-
-// Divides weights by their sum, and tells what they are like then (NULL: does not).
-void weft_weights_normalise(int count, double *weights, struct weft_weights_report *report);
 
 WEFT_END_DECLS
 #endif

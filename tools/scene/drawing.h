@@ -23,7 +23,8 @@ struct scene_frame {
     double time;                     // of the scene
     struct scene_point_light light[SCENE_MAX_LIGHTS];
     int light_count;
-    bool clamped_share; // shows, instead of the light, what clamping took away of it
+    bool without_ambient; // the scene's ambient light does not count
+    bool clamped_share;   // shows, instead of the light, what clamping took away of it
 };
 
 struct scene_drawing_params {

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/effect/lamps.h"
+
+#include <math.h>
+
+// u x v.
+static void cross(const double u[3], const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = u[j] * v[k] - u[k] * v[j];
+    }
+}
+
+static double find_length(const double v[3])
+{
+    return hypot(hypot(v[0], v[1]), v[2]);
+}
+
+double effect_lamp_area(const struct scene_light *light)
+{
+    double normal[3];
+    if (light->shape == SCENE_LIGHT_POINT)
+        return 0.0;
+    cross(light->u, light->v, normal);
+    return find_length(normal) * (light->shape == SCENE_LIGHT_DISC ? M_PI_4 : 1.0);
+}
+
+void effect_lamp_at(const struct scene_light *light, const double place[2],
+                    struct scene_point_light *out)
+{
+    const bool is_point = light->shape == SCENE_LIGHT_POINT;
+    const bool as_it_is = is_point || light->falloff == SCENE_FALLOFF_NONE;
+    const double scale = as_it_is ? 1.0 : effect_lamp_area(light);
+    *out = (struct scene_point_light){.falloff = light->falloff, .shadowed = true};
+    for (int i = 0; i < 3; i++) {
+        out->position[i] = light->middle[i];
+        out->intensity[i] = scale * light->radiance[i];
+    }
+    if (is_point)
+        return;
+    cross(light->u, light->v, out->normal);
+    const double length = find_length(out->normal);
+    for (int i = 0; i < 3; i++) {
+        out->normal[i] /= length;
+        out->position[i] += place[0] * light->u[i] + place[1] * light->v[i];
+    }
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/effect/needs.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+#include "tools/common/log.h"
+
+static double find_middle(const struct effect_params *params)
+{
+    return 0.5 * (params->time[0] + params->time[1]);
+}
+
+static double measure_motion(const struct effect_params *params, const struct scene *scene)
+{
+    return scene_longest_motion(scene, params->size, params->time[0], params->time[1]);
+}
+
+// The wider of the circles of the nearest and the farthest of what is in sight.
+static double measure_circle(const struct effect_params *params, const struct scene *scene,
+                             const struct effect_plan *plan)
+{
+    const double time = find_middle(params);
+    double depth[2], widest = 0.0;
+    struct weft_camera camera;
+    scene_camera_at(scene, time, &camera);
+    scene_depths(scene, params->size, time, &depth[0], &depth[1]);
+    for (int i = 0; i < 2; i++)
+        widest = fmax(widest, weft_camera_circle(&camera, params->size, plan->aperture, plan->focus,
+                                                 depth[i]));
+    return widest;
+}
+
+// Of one effect in one scene.
+static struct effect_need find_need(const struct effect_params *params, const struct scene *scene,
+                                    const struct effect_plan *plan, unsigned effect)
+{
+    struct effect_need need = {0};
+    switch (effect) {
+    case EFFECT_MOTION_BLUR:
+        need.figure = measure_motion(params, scene);
+        need.frames = weft_frames_for_motion(need.figure);
+        break;
+    case EFFECT_DOF:
+        need.figure = measure_circle(params, scene, plan);
+        need.frames = weft_frames_for_circle(need.figure);
+        break;
+    case EFFECT_SOFT_SHADOW:
+        need.figure = scene_widest_penumbra(scene, params->size);
+        need.frames = weft_frames_for_penumbra(need.figure, 0.0);
+        break;
+    case EFFECT_ANTIALIAS:
+        need.frames = EFFECT_FRAMES_ANTIALIAS;
+        break;
+    case EFFECT_RADIOSITY:
+        need.frames = EFFECT_FRAMES_RADIOSITY;
+        break;
+    default:
+        break;
+    }
+    if (need.frames < 0) // NAN, or too large a figure
+        need.frames = need.figure > 0.0 ? INT64_C(1) << 53 : 1;
+    return need;
+}
+
+void effect_needs_find(const struct effect_params *params, struct effect_plan *plan)
+{
+    plan->needed = 1;
+    for (int i = 0; i < EFFECT_COUNT; i++) {
+        const unsigned effect = params->effects & 1u << i;
+        for (int s = 0; s < params->scene_count && effect; s++) {
+            if (params->fade[s] == 0.0 && params->effects & EFFECT_FADE)
+                continue;
+            const struct effect_need need = find_need(params, params->scene[s], plan, effect);
+            if (need.frames > plan->need[i].frames)
+                plan->need[i] = need;
+        }
+        if (plan->need[i].frames > plan->needed)
+            plan->needed = plan->need[i].frames;
+    }
+}
+
+int effect_needs_fit(const struct effect_params *params, int64_t needed)
+{
+    const int64_t most = needed < EFFECT_MOST_AUTO ? needed : EFFECT_MOST_AUTO;
+    const int *counts = params->jitter ? params->jitter->counts : NULL;
+    int count = counts ? counts[0] : (int)most;
+    for (int i = 0; counts && counts[i] && count < most; i++)
+        count = counts[i];
+    if (count < needed)
+        log_warn(params->log,
+                 "%" PRId64 " frames are needed, so that copies are not seen apart; %d are drawn, "
+                 "the most that %s unasked",
+                 needed, count, counts ? "this set of samples has" : "are planned");
+    return count;
+}
