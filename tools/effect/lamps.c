@@ -30,8 +30,8 @@ void effect_lamp_at(const struct scene_light *light, const double place[2],
                     struct scene_point_light *out)
 {
     const bool is_point = light->shape == SCENE_LIGHT_POINT;
-    const bool as_it_is = is_point || light->falloff == SCENE_FALLOFF_NONE;
-    const double scale = as_it_is ? 1.0 : effect_lamp_area(light);
+    const bool has_area = !is_point && light->falloff == SCENE_FALLOFF_RADIANCE;
+    const double scale = has_area ? effect_lamp_area(light) : 1.0;
     *out = (struct scene_point_light){.falloff = light->falloff, .shadowed = true};
     for (int i = 0; i < 3; i++) {
         out->position[i] = light->middle[i];

@@ -11,8 +11,8 @@ double effect_lamp_area(const struct scene_light *light);
 
 // Writes the light that a place on a lamp stands for, shadowed: at (x, y) of [-1/2, 1/2]^2, or of
 // the disc of diameter 1, in units of u and v from the middle. Its intensity is such that the mean
-// over evenly spread places is the lamp's light: radiance * area; of a point, or without falloff,
-// its radiance.
+// over evenly spread places is the lamp's light: radiance * area; of a point, or with another
+// falloff than SCENE_FALLOFF_RADIANCE, its radiance.
 void effect_lamp_at(const struct scene_light *light, const double place[2],
                     struct scene_point_light *out);
 

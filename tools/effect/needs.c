@@ -46,7 +46,7 @@ static struct effect_need find_need(const struct effect_params *params, const st
         need.frames = weft_frames_for_circle(need.figure);
         break;
     case EFFECT_SOFT_SHADOW:
-        need.figure = scene_widest_penumbra(scene, params->size);
+        need.figure = scene_widest_penumbra(scene, params->size, find_middle(params));
         need.frames = weft_frames_for_penumbra(need.figure, 0.0);
         break;
     case EFFECT_ANTIALIAS:
