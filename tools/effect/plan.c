@@ -74,7 +74,7 @@ static bool check(const struct effect_params *params)
     if (params->frames < 0)
         return complain(params, "the number of frames", (double)params->frames,
                         "it must be above 0");
-    if (!(params->clamp >= 0.0) || isinf(params->clamp))
+    if (params->clamp < 0.0 || isinf(params->clamp))
         return complain(params, "the clamp", params->clamp, "it must be finite, and 0 or more");
     return check_scenes(params) && check_lamps(params);
 }
@@ -170,8 +170,10 @@ static enum weft_result plan_scene(const struct effect_params *params, int scene
     res = grow(params, plan, count);
     if (res != WEFT_OK)
         goto fail;
-    if (plan->count == 0)
+    if (plan->count == 0) {
         plan->mean_reflectance = lights.mean_reflectance;
+        plan->clamp = lights.most;
+    }
     plan->paths += lights.paths;
     struct effect_frame *frames = plan->frames + plan->count;
     res = effect_sample(&(struct effect_sampling){.params = params,

@@ -52,12 +52,13 @@ struct effect_params {
                   // the camera's target, at the middle of the time
     double aperture; // diameter of the lens, >= 0, in the scene's unit; NAN (default): focus / 20
     bool paths;      // of radiosity: `frames` counts paths from the lamps, not virtual lights
-    double clamp;    // of radiosity: struct scene_point_light, `most`; 0: none
+    double clamp;    // of radiosity: struct scene_point_light, `most`; 0: none; NAN (default): what
+                     // suits the number of lights (lights.h)
     uint64_t seed;
     const struct weft_log *log; // borrowed until the call returns; may be NULL
 };
 #define EFFECT_DEFAULTS                                                                            \
-    .time = {0.0, 1.0}, .shutter = WEFT_SHUTTER_BOX, .focus = NAN, .aperture = NAN,
+    .time = {0.0, 1.0}, .shutter = WEFT_SHUTTER_BOX, .focus = NAN, .aperture = NAN, .clamp = NAN,
 #define effect_params(...) (&(struct effect_params){EFFECT_DEFAULTS __VA_ARGS__})
 
 // One frame of it.
@@ -104,12 +105,14 @@ struct effect_plan {
     struct effect_set set[EFFECT_PLACE_COUNT]; // of the first scene that has frames
     struct weft_weights_report weights;        // of all frames
     // The first n frames of a scene, whatever n, have the first n points of an evenly spread
-    // sequence in the first of the dimensions: pixel, lens, lamps, time. Otherwise, and in the
-    // dimensions that follow, they have points of the set that were chosen at random.
+    // sequence in the first of the dimensions: pixel, lens, lamps or virtual lights, time.
+    // Otherwise, and in the dimensions that follow, they have points of the set that were chosen at
+    // random.
     bool extends;
     double focus, aperture;  // of dof; else 0
     int64_t paths;           // of radiosity, of all scenes together; else 0
     double mean_reflectance; // likewise, of the first scene that has frames
+    double clamp;            // likewise: what is clamped at; 0: nothing is
 };
 
 // Plans all frames. On failure *out is all zero. Returns WEFT_ERR_ARGUMENT after a line that says

@@ -265,10 +265,10 @@ static enum weft_result join_time(struct work *work)
     return WEFT_OK;
 }
 
-// Lights come bounce by bounce, or path by path: their first ones are no sample of all.
+// Lights come in an order whose first ones share bounces as all do.
 static void join_lights(struct work *work)
 {
-    order_frames(work, EFFECT_BY_LIGHTS, EFFECT_ORDER_PERMUTED);
+    order_frames(work, EFFECT_BY_LIGHTS, EFFECT_ORDER_KEPT);
     for (int k = 0; k < work->sampling->count; k++) {
         struct scene_frame *show = &work->frames[k].show;
         show->light[0] = work->sampling->lights[work->order[k]];
