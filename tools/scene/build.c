@@ -1,24 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Scenes that grow: vertices, triangles, objects, materials, lamps.
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/log.h"
 #include "tools/scene/build.h"
-
-void scene_say(const struct weft_log *log, enum weft_log_level level, const char *format, ...)
-{
-    if (!log || !log->write)
-        return;
-    char line[1024];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(line, sizeof line, format, arguments);
-    va_end(arguments);
-    log->write(log->priv, level, weft_text_clean(line, false));
-}
 
 void scene_set_name(char out[SCENE_NAME], const char *name)
 {
@@ -239,7 +227,11 @@ static int find_lamp_corners(const struct scene_light *light, double corner[DISC
 void scene_build_lamp(struct scene_build *build, const struct scene_light *light)
 {
     struct scene *s = build->scene;
-    s->lights[s->light_count++] = *light;
+    struct scene_light *lamp = &s->lights[s->light_count++];
+    *lamp = *light;
+    // In the plane of vertices, which are floats.
+    for (int i = 0; i < 3; i++)
+        lamp->middle[i] = (float)lamp->middle[i];
     if (!light->seen)
         return;
     struct scene_material material = {.name = "light", .single_sided = true};
@@ -247,7 +239,7 @@ void scene_build_lamp(struct scene_build *build, const struct scene_light *light
         material.emission[i] = (float)light->radiance[i];
     scene_build_object(build, "light", scene_build_material(build, &material));
     double corner[DISC_CORNERS][3];
-    const int count = find_lamp_corners(light, corner);
+    const int count = find_lamp_corners(lamp, corner);
     scene_build_polygon(build, count, corner, NULL, NULL);
 }
 
@@ -257,7 +249,7 @@ enum weft_result scene_build_end(struct scene_build *build, const struct weft_lo
         scene_find_box(build->scene);
         return WEFT_OK;
     }
-    scene_say(log, WEFT_LOG_ERROR, "out of memory for the triangles of %s", build->scene->name);
+    log_error(log, "out of memory for the triangles of %s", build->scene->name);
     scene_clear(build->scene);
     return WEFT_ERR_MEMORY;
 }

@@ -7,10 +7,6 @@
 
 // ---- small things -------------------------------------------------------------------------------
 
-// Formats one line, cleans it and hands it to the log (NULL: silence).
-void scene_say(const struct weft_log *log, enum weft_log_level level, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-
 // Copies a name, cut and cleaned.
 void scene_set_name(char out[SCENE_NAME], const char *name);
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/log.h"
 #include "tools/scene/build.h"
 
 static void copy_material(const struct weft_mesh_material *from, struct scene_material *to)
@@ -116,8 +117,8 @@ enum weft_result scene_load(const struct scene_params *params, struct scene *out
         scene_find_box(out);
         place(out, params->size);
     } else {
-        scene_say(params->log, WEFT_LOG_ERROR, "%.200s: out of memory for a scene of %zu triangles",
-                  params->name, mesh.index_count / 3);
+        log_error(params->log, "%.200s: out of memory for a scene of %zu triangles", params->name,
+                  mesh.index_count / 3);
         scene_clear(out);
         res = WEFT_ERR_MEMORY;
     }

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "tools/common/log.h"
 #include "tools/scene/build.h"
 
 const struct scene_info *const scene_list[] = {
@@ -103,7 +104,7 @@ static enum weft_result complain_name(const struct scene_params *params)
         snprintf(list + length, sizeof list - length, "%s%s%s", i ? ", " : "", scene_list[i]->name,
                  scene_list[i]->arguments ? scene_list[i]->arguments : "");
     }
-    scene_say(params->log, WEFT_LOG_ERROR,
+    log_error(params->log,
               "%.200s is no scene: there are %s, and files that end in .obj, .ply, .gltf or .glb",
               *params->name ? params->name : "\"\"", list);
     return WEFT_ERR_ARGUMENT;
@@ -114,8 +115,7 @@ static enum weft_result make_built_in(const struct scene_params *params,
                                       struct scene *out)
 {
     if (arguments && !info->arguments) {
-        scene_say(params->log, WEFT_LOG_ERROR, "%.200s: the scene %s has no arguments",
-                  params->name, info->name);
+        log_error(params->log, "%.200s: the scene %s has no arguments", params->name, info->name);
         return WEFT_ERR_ARGUMENT;
     }
     return info->make(params->log, arguments, params->seed, params->size, out);
@@ -126,8 +126,8 @@ enum weft_result scene_make(const struct scene_params *params, struct scene *out
     *out = (struct scene){0};
     for (int axis = 0; axis < 2; axis++)
         if (params->size[axis] < 1 || params->size[axis] > 65536) {
-            scene_say(params->log, WEFT_LOG_ERROR, "a picture of %dx%d pixels: each is 1 to 65536",
-                      params->size[0], params->size[1]);
+            log_error(params->log, "a picture of %dx%d pixels: each is 1 to 65536", params->size[0],
+                      params->size[1]);
             return WEFT_ERR_ARGUMENT;
         }
     if (is_file(params->name))

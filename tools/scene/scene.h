@@ -191,7 +191,7 @@ void scene_depths(const struct scene *scene, const int size[2], double time, dou
 // surface that is parallel to the lamp), s being the longer of u and v; at the surface's depth that
 // is so many pixels across, seen straight on. Penumbrae that fall between the points, and how
 // tilted surfaces stretch or shorten them, are not counted. 0: no lamp has an area, or no shadow is
-// seen.
+// seen; NAN: memory ran out.
 double scene_widest_penumbra(const struct scene *scene, const int size[2], double time);
 
 #endif
