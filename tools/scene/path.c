@@ -20,7 +20,7 @@ void scene_cross(const double a[3], const double b[3], double out[3])
 
 double scene_normalise(double v[3])
 {
-    const double length = hypot(hypot(v[0], v[1]), v[2]);
+    const double length = sqrt(scene_dot(v, v));
     for (int i = 0; i < 3 && length > 0.0; i++)
         v[i] /= length;
     return length;

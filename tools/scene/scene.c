@@ -10,11 +10,8 @@
 #include "tools/scene/build.h"
 
 const struct scene_info *const scene_list[] = {
-    &scene_cube,
-    &scene_cornell,
-    &scene_plane,
-    NULL,
-};
+    &scene_cube,  &scene_cornell, &scene_furnace,  &scene_polygons,
+    &scene_plane, &scene_moving,  &scene_penumbra, NULL};
 
 const char *const *scene_find_default(const char *effect)
 {

@@ -159,12 +159,14 @@ enum weft_result scene_make(const struct scene_params *params, struct scene *out
 
 // Reads keyframes: lines of a file
 //     NAME TIME X,Y,Z [AXIS_X,AXIS_Y,AXIS_Z,DEGREES [SCALE]]
-// NAME being an object's, * for all of them, or "camera", which has no scale; times of a name
-// ascend. What follows # does not count. Paths that are there are replaced, the box is found anew.
-// The rotation between two keys is the shorter one: a turn of more than 180 degrees needs a key on
-// its way. On failure the scene is as it was. Returns WEFT_ERR_ARGUMENT (no such name), or
-// WEFT_ERR_OPEN, WEFT_ERR_FORMAT, WEFT_ERR_LIMIT or WEFT_ERR_MEMORY, after a line that names the
-// file's line and what is wrong.
+// NAME being that of objects, * for all that no line names, or "camera", which has no scale; it
+// stands in double quotes where it has blanks. Numbers are within +-1e30, a scale is above 0, an
+// axis may have any length, times of a name ascend. What follows # does not count. Paths that are
+// there are replaced, the box is found anew. The rotation between two keys is the shorter one: a
+// turn of more than 180 degrees needs a key on its way. On failure the scene is as it was. Returns
+// WEFT_ERR_ARGUMENT (no such name), or WEFT_ERR_OPEN, WEFT_ERR_FORMAT, WEFT_ERR_LIMIT (4096 keys of
+// a name, 1024 names) or WEFT_ERR_MEMORY, after a line that names the file's line and what is
+// wrong.
 enum weft_result scene_read_keys(const struct weft_log *log, const char *path, struct scene *scene);
 
 // ---- what a picture of it needs -----------------------------------------------------------------
