@@ -14,7 +14,8 @@ cmake --install "$build" --prefix "$prefix" >/dev/null
 # The tree has been moved from its configured prefix: the readers must be found all the same.
 "$prefix/bin/weft" make ramp --size 8 -q -o "$tmp/ramp.vdb"
 "$prefix/bin/weft" info "$tmp/ramp.vdb" >/dev/null
-for reader in weft-read-dwa weft-read-exr weft-read-png weft-read-vdb weft-write-vdb; do
+for reader in weft-read-dwa weft-read-exr weft-read-mesh weft-read-png weft-read-vdb \
+        weft-write-vdb; do
     test -x "$prefix/libexec/weft/$reader"
 done
 

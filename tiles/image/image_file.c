@@ -149,7 +149,7 @@ enum weft_result weft_image_load(const struct weft_image_load_params *params,
     weft_require(params->log, params->part >= 0);
     weft_require(params->log, params->threads >= 0 && params->threads <= WEFT_IMAGE_MAX_THREADS);
 
-    res = weft_image_open(params->log, params->path, &fd);
+    res = weft_reader_open(params->log, params->path, &fd);
     if (res == WEFT_OK)
         res = weft_image_read(params, fd, out);
 fail:
@@ -189,7 +189,7 @@ enum weft_result weft_image_list_load(const struct weft_image_load_params *param
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
 
-    res = weft_image_open(params->log, params->path, &fd);
+    res = weft_reader_open(params->log, params->path, &fd);
     if (res == WEFT_OK)
         res = weft_reader_start(params->log, "weft-read-exr", params->path, fd, &params->limits,
                                 &reader);

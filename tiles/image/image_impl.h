@@ -7,10 +7,6 @@
 
 WEFT_BEGIN_DECLS
 
-// Opens an image file to be read; folders, pipes and devices are refused without being waited for.
-// Returns WEFT_ERR_OPEN, or WEFT_ERR_FORMAT where it is empty.
-enum weft_result weft_image_open(const struct weft_log *log, const char *path, int *out);
-
 // Makes an image without planes of what a reader says of part `part`: struct weft_wire_image and
 // what follows it, exactly `size` bytes. Ownership: clear it with weft_image_clear, on failure,
 // too. Returns WEFT_ERR_READER where that contradicts itself, or WEFT_ERR_MEMORY; the log hears

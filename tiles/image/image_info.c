@@ -1,42 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Image files before their values: opening them, and what readers say of their headers. Whatever a
-// reader says is checked again here: a damaged file may have taken it over.
-#include <errno.h>
-#include <fcntl.h>
+// Image files before their values: what readers say of their headers, which is checked again here:
+// a damaged file may have taken a reader over.
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_wire.h"
-
-enum weft_result weft_image_open(const struct weft_log *log, const char *path, int *out)
-{
-    struct stat st;
-    // Without O_NONBLOCK a pipe would wait for a writer.
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (fd < 0 || fstat(fd, &st)) {
-        weft_error(log, "cannot open %s: %s", path, strerror(errno));
-    } else if (S_ISDIR(st.st_mode)) {
-        weft_error(log, "cannot open %s: %s", path, strerror(EISDIR));
-    } else if (!S_ISREG(st.st_mode)) {
-        weft_error(log, "cannot open %s: not a regular file", path);
-    } else if (st.st_size == 0) {
-        weft_error(log, "%s: the file is empty", path);
-        close(fd);
-        return WEFT_ERR_FORMAT;
-    } else {
-        *out = fd;
-        return WEFT_OK;
-    }
-    if (fd >= 0)
-        close(fd);
-    return WEFT_ERR_OPEN;
-}
 
 // ---- what an image is ---------------------------------------------------------------------------
 

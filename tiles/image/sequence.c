@@ -178,7 +178,7 @@ static enum weft_result ask(weft_image_sequence *s, struct slot *slot, bool urge
     int fd = -1;
     if (slot->looked && !weft_pool_has_place(&s->pool, &slot->job, urgent))
         return WEFT_OK;
-    enum weft_result res = weft_image_open(&log, slot->name, &fd);
+    enum weft_result res = weft_reader_open(&log, slot->name, &fd);
     if (res != WEFT_OK) {
         fail_slot(slot, res);
         return WEFT_OK;

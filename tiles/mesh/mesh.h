@@ -14,7 +14,8 @@ WEFT_BEGIN_DECLS
 
 // Limits of all meshes.
 enum {
-    WEFT_MESH_NAME = 64, // bytes of a name, with its NUL; longer ones are cut
+    WEFT_MESH_NAME = 64,     // bytes of a name, with its NUL; longer ones are cut
+    WEFT_MESH_DROPPED = 160, // likewise, of the line that says what was left out
     WEFT_MESH_MAX_TRIANGLES = 1 << 26,
     WEFT_MESH_MAX_PARTS = 1 << 16,
 };
@@ -25,15 +26,15 @@ struct weft_mesh_vertex {
     float normal[3]; // of length 1; where the file has none, that of the triangles around (smooth,
                      // weighted by angle)
     float uv[2];     // texture coordinates, v up; 0 where there are none
-    float colour[3]; // linear; 1 where there is none
+    float colour[3]; // linear, 0 to 1; 1 where there is none; OBJ's and PLY's are decoded from sRGB
 };
 
 // What a surface is made of, as far as weft draws it.
 struct weft_mesh_material {
     char name[WEFT_MESH_NAME]; // UTF-8 without control characters
-    float reflectance[3]; // diffuse (OBJ: Kd, glTF: baseColorFactor), linear, 0 to 1; 0.7 where
-                          // there is none
-    float emission[3];    // linear, >= 0
+    float reflectance[3]; // diffuse (OBJ: Kd, glTF: baseColorFactor), linear, 0 to 1; 0.6 where an
+                          // OBJ or PLY file has none, 1 where a glTF file has none
+    float emission[3];    // linear, >= 0 (OBJ: Ke, glTF: emissiveFactor times its strength)
 };
 
 // Triangles of one material, under one name (a node's, an object's or a group's).
@@ -52,10 +53,10 @@ struct weft_mesh {
     struct weft_mesh_part *parts;
     size_t part_count; // > 0
     struct weft_mesh_material *materials;
-    size_t material_count; // > 0
-    float low[3], high[3]; // the box of the positions that triangles use
-    char dropped[160];     // what the file has that was left out, one line; "": nothing
-    void *memory;          // of all of it; freed by weft_mesh_clear
+    size_t material_count;           // > 0
+    float low[3], high[3];           // the box of the positions that triangles use
+    char dropped[WEFT_MESH_DROPPED]; // what the file has that was left out, one line; "": nothing
+    void *memory;                    // of all of it; freed by weft_mesh_clear
 };
 
 // What is read, and with which limits.

@@ -85,6 +85,7 @@ static const char *doing(uint32_t op)
     case WEFT_WIRE_READ:
     case WEFT_WIRE_IMAGE_PIXELS:
     case WEFT_WIRE_IMAGE_FRAME:
+    case WEFT_WIRE_MESH:
         return "reading";
     case WEFT_WIRE_WRITE:
         return "writing";

@@ -13,6 +13,10 @@ WEFT_BEGIN_DECLS
 
 typedef struct weft_reader weft_reader; // Thread-safety: one thread at a time.
 
+// Opens a file for a reader; folders, pipes and devices are refused without being waited for.
+// Returns WEFT_ERR_OPEN, or WEFT_ERR_FORMAT where it is empty.
+enum weft_result weft_reader_open(const struct weft_log *log, const char *path, int *out);
+
 // Starts `program` ("weft-read-vdb") with an input or output file, already open, as descriptor 4
 // and its path for messages. Programs are looked for in $WEFT_LIBEXEC if set, else beside the
 // library (or the program it is linked into), else in the installed libexec folder.

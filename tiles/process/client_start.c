@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finding and starting reader programs.
+// Finding and starting reader programs, and opening what they read.
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -13,6 +13,7 @@
 #include <sys/auxv.h>
 #include <sys/pidfd.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "tiles/output/unfinished.h"
@@ -72,6 +73,32 @@ static enum weft_result find_program(const struct weft_log *log, const char *pro
     weft_error(log, "the reader %s is neither in %s nor in %s", program,
                known ? folder : "(unknown folder of libweft)", WEFT_LIBEXEC_DIR);
     return WEFT_ERR_READER;
+}
+
+// ---- opening ----------------------------------------------------------------------------------
+
+enum weft_result weft_reader_open(const struct weft_log *log, const char *path, int *out)
+{
+    struct stat st;
+    // Without O_NONBLOCK a pipe would wait for a writer.
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (fd < 0 || fstat(fd, &st)) {
+        weft_error(log, "cannot open %s: %s", path, strerror(errno));
+    } else if (S_ISDIR(st.st_mode)) {
+        weft_error(log, "cannot open %s: %s", path, strerror(EISDIR));
+    } else if (!S_ISREG(st.st_mode)) {
+        weft_error(log, "cannot open %s: not a regular file", path);
+    } else if (st.st_size == 0) {
+        weft_error(log, "%s: the file is empty", path);
+        close(fd);
+        return WEFT_ERR_FORMAT;
+    } else {
+        *out = fd;
+        return WEFT_OK;
+    }
+    if (fd >= 0)
+        close(fd);
+    return WEFT_ERR_OPEN;
 }
 
 // ---- starting -----------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/process/wire.h - messages between libweft and its reader programs (not installed).
 // The room tiles/process starts programs that read and write files, and carries questions and
-// answers; what these say of volumes and images stands in volume_wire.h and image_wire.h.
+// answers; what these say of volumes and images stands in volume_wire.h, image_wire.h and
+// mesh_wire.h.
 // One SOCK_SEQPACKET socket pair per reader, descriptor 3 in the reader. The caller sends a request
 // with a memfd for the answer's payload (and, for WRITE, one with the request's payload); the
 // reader fills it and answers. A request for a FRAME comes with a file of its own, and its answer
@@ -16,7 +17,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 7, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 8, WEFT_WIRE_FD = 3 };
 
 // Rooms of a reader, and requests that wait, at most.
 enum { WEFT_WIRE_ROOMS = 4 };
@@ -34,6 +35,7 @@ enum weft_wire_op {
     WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`. -> planes of float or, for uint channels, uint32_t, in
                             // the order of the channels
     WEFT_WIRE_IMAGE_FRAME, // EXR, PNG: `part` of another file. -> in the room, as image_wire.h says
+    WEFT_WIRE_MESH, // OBJ, PLY, glTF: `part` is one of weft_mesh_kind. -> as mesh_wire.h says
 };
 
 // Descriptors that come with a request, in this order.

@@ -1,13 +1,101 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft-read-mesh: triangles of OBJ, PLY and glTF files, by assimp.
+// weft-read-mesh: triangles of OBJ, PLY and glTF files for libweft, decoded by assimp.
+#include <inttypes.h>
+#include <malloc.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "filter/check.h"
+#include "tiles/mesh/mesh_wire.h"
 #include "tiles/process/server.h"
+#include "tiles/readers/mesh/files.h"
+#include "tiles/readers/mesh/import.h"
+#include "tiles/readers/mesh/soup.h"
+
+static void put(char **to, const void *from, size_t bytes)
+{
+    memcpy(*to, from, bytes);
+    *to += bytes;
+}
+
+static enum weft_result put_answer(struct weft_server *server, const struct weft_mesh_soup *soup,
+                                   const char *warning)
+{
+    struct weft_wire_mesh wire = {.vertex_count = soup->vertex_count,
+                                  .index_count = soup->index_count,
+                                  .part_count = soup->part_count,
+                                  .material_count = soup->material_count};
+    const size_t vertices = soup->vertex_count * sizeof *soup->vertices,
+                 indices = soup->index_count * sizeof *soup->indices,
+                 parts = soup->part_count * sizeof *soup->parts,
+                 materials = soup->material_count * sizeof *soup->materials;
+    char *at = weft_server_map(server, sizeof wire + vertices + indices + parts + materials);
+    if (!at)
+        return (enum weft_result)server->answer.result;
+    memcpy(wire.dropped, soup->dropped, sizeof wire.dropped);
+    snprintf(wire.warning, sizeof wire.warning, "%s", warning);
+    put(&at, &wire, sizeof wire);
+    put(&at, soup->vertices, vertices);
+    put(&at, soup->indices, indices);
+    put(&at, soup->parts, parts);
+    put(&at, soup->materials, materials);
+    return WEFT_OK;
+}
+
+// What a file leads to outside of its folder counts more than what became of it without that.
+static enum weft_result import(struct weft_server *server, struct weft_mesh_files *files,
+                               enum weft_mesh_kind kind, const struct aiScene **scene)
+{
+    char message[400] = "";
+    const enum weft_result res = weft_mesh_import(files, kind, scene, message, sizeof message);
+    if (*files->refused)
+        return weft_server_fail(server, WEFT_ERR_FORMAT, "%s", files->refused);
+    if (*files->missing && kind != WEFT_MESH_OBJ)
+        return weft_server_fail(server, WEFT_ERR_FORMAT, "%s", files->missing);
+    if (res == WEFT_ERR_LIMIT)
+        return weft_server_fail(server, res, "%s: the limit is %" PRIu64 " bytes", message,
+                                server->limits.memory_bytes);
+    if (res != WEFT_OK)
+        return weft_server_fail(server, res, "%s", message);
+    return res;
+}
+
+static enum weft_result answer_mesh(struct weft_server *server, struct weft_mesh_soup *soup)
+{
+    const enum weft_mesh_kind kind = (enum weft_mesh_kind)server->request->part;
+    const struct aiScene *scene = NULL;
+    struct weft_mesh_files files;
+    char message[400] = "";
+    if (!weft_mesh_files_begin(&files, server->path, server->input_fd))
+        return weft_server_fail(server, WEFT_ERR_LIMIT, "%s", files.refused);
+    enum weft_result res = import(server, &files, kind, &scene);
+    if (res != WEFT_OK)
+        return res;
+    res = weft_mesh_soup_make(scene, kind, soup, message, sizeof message);
+    if (res == WEFT_OK && (!weft_mesh_soup_smooth(soup) || !weft_mesh_soup_join(soup))) {
+        res = WEFT_ERR_LIMIT;
+        snprintf(message, sizeof message, "%zu triangles do not fit in memory",
+                 soup->index_count / 3);
+    }
+    if (res != WEFT_OK)
+        return weft_server_fail(server, res, "%s", message);
+    return put_answer(server, soup, files.missing);
+}
 
 static enum weft_result handle(struct weft_server *server)
 {
-    return weft_server_fail(server, WEFT_ERR_UNSUPPORTED, "meshes cannot be read yet");
+    struct weft_mesh_soup soup = {0};
+    const struct weft_wire_request *request = server->request;
+    if (request->op != WEFT_WIRE_MESH || request->part > WEFT_MESH_GLB)
+        return weft_server_fail(server, WEFT_ERR_READER, "weft-read-mesh: unknown request %" PRIu32,
+                                request->op);
+    const enum weft_result res = answer_mesh(server, &soup);
+    weft_mesh_soup_clear(&soup);
+    return res;
 }
 
 int main(int argc, char **argv)
 {
+    mallopt(M_ARENA_MAX, 1); // address space is limited
     return weft_server_run(argc, argv, handle, NULL);
 }

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tiles/readers/mesh/import.h - what of assimp weft-read-mesh uses, which takes C++ (not
+// installed): in C it cannot be told which of its decoders may run.
+#ifndef WEFT_TILES_READERS_MESH_IMPORT_H
+#define WEFT_TILES_READERS_MESH_IMPORT_H
+
+#include "tiles/mesh/mesh_wire.h"
+#include "tiles/readers/mesh/files.h"
+
+WEFT_BEGIN_DECLS
+
+struct aiScene;
+
+// Decodes the file, by the decoder of that kind and no other, and cuts polygons into triangles. The
+// scene lives as long as the process. On failure NULL, and the message says why. Returns
+// WEFT_ERR_FORMAT, or WEFT_ERR_LIMIT where memory was short.
+enum weft_result weft_mesh_import(struct weft_mesh_files *files, enum weft_mesh_kind kind,
+                                  const struct aiScene **out, char *message, size_t message_size);
+
+WEFT_END_DECLS
+#endif
