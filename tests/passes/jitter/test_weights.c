@@ -237,6 +237,31 @@ static void test_refused(void **state)
     assert_int_equal(weft_weights_even(&remember_log, 0, weights, NULL), WEFT_ERR_ARGUMENT);
 }
 
+// Products of other weights, by hand: (2, -1, 0, 3) / 4.
+static void test_own_weights(void **state)
+{
+    (void)state;
+    static const double bad[][4] = {{1.0, -1.0, 0.0, 0.0},    {0.0, 0.0, 0.0, 0.0},
+                                    {1.0, NAN, 1.0, 1.0},     {1.0, 1.0, 1.0, INFINITY},
+                                    {-1.0, -1.0, -1.0, -1.0}, {1.0, -0.9999, 0.0, 0.0}};
+    double weights[4] = {2.0, -1.0, 0.0, 3.0};
+    struct weft_weights_report r;
+    assert_int_equal(weft_weights_normalise(&log_to_stderr, 4, weights, &r), WEFT_OK);
+    assert_true(weights[0] == 0.5 && weights[1] == -0.25 && weights[2] == 0.0 &&
+                weights[3] == 0.75);
+    assert_true(r.sum == 4.0 && r.largest == 0.75 && r.gain == 1.5 && r.zeros == 1);
+    assert_near(r.negative, 0.25 / 1.5, 1e-15, "negative");
+    assert_near(r.effective, 1.0 / 0.875, 1e-15, "effective");
+    for (size_t i = 0; i < WEFT_COUNT(bad); i++) {
+        memcpy(weights, bad[i], sizeof weights);
+        last.count = 0;
+        assert_int_equal(weft_weights_normalise(&remember_log, 4, weights, &r), WEFT_ERR_ARGUMENT);
+        assert_int_equal(last.count, 1);
+        assert_memory_equal(weights, bad[i], sizeof weights);
+        assert_true(isnan(r.sum) && isnan(r.gain) && r.zeros == 0);
+    }
+}
+
 // ---- shutters
 // -------------------------------------------------------------------------------------
 
@@ -433,13 +458,13 @@ static void test_counts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_even),        cmocka_unit_test(test_box),
-        cmocka_unit_test(test_kernels),     cmocka_unit_test(test_width),
-        cmocka_unit_test(test_places),      cmocka_unit_test(test_edges),
-        cmocka_unit_test(test_refused),     cmocka_unit_test(test_shutter_texts),
-        cmocka_unit_test(test_light),       cmocka_unit_test(test_share),
-        cmocka_unit_test(test_moving_edge), cmocka_unit_test(test_shutter_errors),
-        cmocka_unit_test(test_counts),
+        cmocka_unit_test(test_even),           cmocka_unit_test(test_box),
+        cmocka_unit_test(test_kernels),        cmocka_unit_test(test_width),
+        cmocka_unit_test(test_places),         cmocka_unit_test(test_edges),
+        cmocka_unit_test(test_refused),        cmocka_unit_test(test_shutter_texts),
+        cmocka_unit_test(test_own_weights),    cmocka_unit_test(test_light),
+        cmocka_unit_test(test_share),          cmocka_unit_test(test_moving_edge),
+        cmocka_unit_test(test_shutter_errors), cmocka_unit_test(test_counts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
