@@ -1,0 +1,19 @@
+// Vertex shader of what is seen (tools/scene/drawing.c). Positions that go on are the scene's,
+// relative to the middle of its box.
+layout(location = 0) in vec3 at;
+layout(location = 1) in vec3 points_to;
+layout(location = 2) in vec2 at_uv;
+layout(location = 3) in vec3 has_colour;
+uniform mat4 clip;  // camera * object, multiplied in double
+uniform mat4 model; // object
+out vec3 position, normal, colour;
+out vec2 uv;
+
+void main()
+{
+    position = (model * vec4(at, 1.0)).xyz;
+    normal = mat3(model) * points_to;
+    uv = at_uv;
+    colour = has_colour;
+    gl_Position = clip * vec4(at, 1.0);
+}
