@@ -16,7 +16,7 @@ static const float *plane_named(const struct weft_image *image, int layer, const
 }
 
 // Those without a layer, or else of the first layer that has all three.
-static bool find_colours(const struct accumulate_job *job, struct weft_colour_preview_params *out)
+static bool find_colours(const struct accumulate_job *job, const float *out[3])
 {
     const struct weft_image *image = &job->result;
     for (size_t i = 0; i <= image->channel_count; i++) {
@@ -24,10 +24,10 @@ static bool find_colours(const struct accumulate_job *job, struct weft_colour_pr
         const int layer = dot ? (int)(dot - name) + 1 : 0;
         if (i && (!dot || job->channel[i - 1].averaged < 0))
             continue;
-        out->red = plane_named(image, layer, name, "R");
-        out->green = plane_named(image, layer, name, "G");
-        out->blue = plane_named(image, layer, name, "B");
-        if (out->red && out->green && out->blue)
+        out[0] = plane_named(image, layer, name, "R");
+        out[1] = plane_named(image, layer, name, "G");
+        out[2] = plane_named(image, layer, name, "B");
+        if (out[0] && out[1] && out[2])
             return true;
     }
     return false;
@@ -57,28 +57,13 @@ enum weft_result accumulate_save_preview(struct accumulate_job *job)
                                             .colour_map = &o[ACCUMULATE_COLOUR_MAP],
                                             .no_clobber =
                                                 accumulate_keeps(job, ACCUMULATE_PREVIEW)};
-    struct weft_colour_preview_params colour = {
-        .path = options.preview,
-        .no_clobber = options.no_clobber,
-        .width = image->width,
-        .height = image->height,
-        .threads = job->request.how.threads,
-        .log = report_log(),
-    };
-    enum weft_result res;
-    if (job->request.colour_map || !find_colours(job, &colour)) {
-        res = preview_save(&options, job->request.colour_map, image->width, image->height,
-                           grey_plane(job), job->preview_range);
-    } else {
-        if (options.range->given) {
-            colour.low = (float)options.range->number[0];
-            colour.high = (float)options.range->number[1];
-        }
-        report_stage("writing", options.preview);
-        job->preview_range[0] = colour.low;
-        job->preview_range[1] = options.range->given ? colour.high : 1.0f;
-        res = weft_colour_preview_save(&colour);
-    }
+    const float *colour[3];
+    const enum weft_result res =
+        job->request.colour_map || !find_colours(job, colour)
+            ? preview_save(&options, job->request.colour_map, image->width, image->height,
+                           grey_plane(job), job->preview_range)
+            : preview_save_colour(&options, job->request.how.threads, image->width, image->height,
+                                  colour, job->preview_range);
     job->written |= res == WEFT_OK ? 1u << ACCUMULATE_PREVIEW : 0;
     return res;
 }

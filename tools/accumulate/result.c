@@ -165,17 +165,9 @@ static void warn_of_losses(const struct accumulate_job *job)
 static enum weft_result save(struct accumulate_job *job, const struct weft_image *image,
                              enum accumulate_option option, struct weft_image_save_report *saved)
 {
-    const char *path = job->option[option].text;
-    const struct weft_image_save_params params = {
-        .path = path,
-        .no_clobber = accumulate_keeps(job, option),
-        .threads = job->request.how.threads,
-        .progress = report_writing(path),
-        .log = report_log(),
-    };
-    const enum weft_result res = weft_image_save_parts(image, 1, &params, saved);
-    if (res == WEFT_OK)
-        saved_warn(path, saved);
+    const enum weft_result res =
+        saved_write(image, job->option[option].text, accumulate_keeps(job, option),
+                    job->request.how.threads, saved);
     job->written |= res == WEFT_OK ? 1u << option : 0;
     return res;
 }

@@ -31,3 +31,19 @@ void saved_warn(const char *path, const struct weft_image_save_report *s)
                        "--type float keeps them",
                        path, (unsigned long long)s->overflows, 65504.0);
 }
+
+enum weft_result saved_write(const struct weft_image *image, const char *path, bool no_clobber,
+                             int threads, struct weft_image_save_report *saved)
+{
+    const struct weft_image_save_params params = {
+        .path = path,
+        .no_clobber = no_clobber,
+        .threads = threads,
+        .progress = report_writing(path),
+        .log = report_log(),
+    };
+    const enum weft_result res = weft_image_save_parts(image, 1, &params, saved);
+    if (res == WEFT_OK)
+        saved_warn(path, saved);
+    return res;
+}

@@ -18,6 +18,10 @@
         WEFT_IMAGE_PIZ + 1                                                                         \
     }
 
+// Writes an image of one part, with progress, and warns as saved_warn does.
+enum weft_result saved_write(const struct weft_image *image, const char *path, bool no_clobber,
+                             int threads, struct weft_image_save_report *saved);
+
 json_t *saved_json(const struct weft_image_save_report *saved);
 // With --verify: a line on stdout of what was read back; otherwise nothing.
 void saved_print(const char *path, const struct weft_image_save_report *saved);

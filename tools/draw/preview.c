@@ -78,3 +78,22 @@ enum weft_result preview_save(const struct preview_options *options,
     report_stage("writing", params->path);
     return weft_preview_save(params, range);
 }
+
+enum weft_result preview_save_colour(const struct preview_options *options, int threads,
+                                     int32_t width, int32_t height, const float *const plane[3],
+                                     float range[2])
+{
+    struct weft_colour_preview_params *params =
+        weft_colour_preview_params(.path = options->preview, .no_clobber = options->no_clobber,
+                                   .width = width, .height = height, .red = plane[0],
+                                   .green = plane[1], .blue = plane[2], .threads = threads,
+                                   .log = report_log());
+    range[0] = 0.0f;
+    range[1] = 1.0f;
+    if (options->range->given) {
+        range[0] = params->low = (float)options->range->number[0];
+        range[1] = params->high = (float)options->range->number[1];
+    }
+    report_stage("writing", params->path);
+    return weft_colour_preview_save(params);
+}

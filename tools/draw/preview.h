@@ -30,4 +30,9 @@ enum weft_result preview_save(const struct preview_options *options,
                               const struct weft_colour_map *colour_map, int32_t width,
                               int32_t height, const float *plane, float range[2]);
 
+// The same of red, green and blue light, as sRGB. `threads` as struct weft_colour_preview_params.
+enum weft_result preview_save_colour(const struct preview_options *options, int threads,
+                                     int32_t width, int32_t height, const float *const plane[3],
+                                     float range[2]);
+
 #endif
