@@ -11,9 +11,9 @@
 #include "tools/verbs/verb.h"
 
 static const struct verb *const verbs[] = {
-    &verb_slice,  &verb_info,      &verb_make, &verb_resample, &verb_accumulate,
-    &verb_kernel, &verb_table,     &verb_plan, &verb_validate, &verb_stability,
-    &verb_chart,  &verb_calibrate, NULL};
+    &verb_slice,     &verb_info,  &verb_make, &verb_resample, &verb_accumulate, &verb_effect,
+    &verb_kernel,    &verb_table, &verb_plan, &verb_validate, &verb_stability,  &verb_chart,
+    &verb_calibrate, NULL};
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)
@@ -77,7 +77,8 @@ static const struct {
     {"check", "validate"},     {"verify", "validate"},  {"bench", "chart"},
     {"benchmark", "chart"},    {"plot", "chart"},       {"test", "stability"},
     {"average", "accumulate"}, {"mean", "accumulate"},  {"merge", "accumulate"},
-    {"stack", "accumulate"},
+    {"stack", "accumulate"},   {"blur", "effect"},      {"render", "effect"},
+    {"effects", "effect"},
 };
 enum { VERB_ALIASES = sizeof verb_aliases / sizeof *verb_aliases };
 

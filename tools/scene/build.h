@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/scene/build.h - what makes scenes, and what it is made with; inside of tools/scene.
+// tools/scene/build.h - what makes and changes scenes, and what that is made with.
 #ifndef WEFT_TOOLS_SCENE_BUILD_H
 #define WEFT_TOOLS_SCENE_BUILD_H
 

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// tools/effect/job.h - one `weft effect`: what was asked, what was planned, what came of it.
+#ifndef WEFT_TOOLS_EFFECT_JOB_H
+#define WEFT_TOOLS_EFFECT_JOB_H
+
+#include "tools/common/json.h"
+#include "tools/common/kernels.h"
+#include "tools/common/options.h"
+#include "tools/draw/preview.h"
+#include "tools/effect/run.h"
+#include "tools/methods/accumulate_report.h"
+
+enum effect_option {
+    ASK_OUTPUT,
+    ASK_STDERR,
+    ASK_PREVIEW,
+    ASK_SCENE,
+    ASK_SIZE,
+    ASK_FRAMES,
+    ASK_SEED,
+    ASK_WEIGHTS,
+    ASK_AT,
+    ASK_TIME,
+    ASK_SHUTTER,
+    ASK_KEYFRAMES,
+    ASK_JITTER,
+    ASK_CENTRE,
+    ASK_FILTER,
+    ASK_FILTER_WIDTH,
+    ASK_APERTURE,
+    ASK_FOCUS,
+    ASK_LIGHT,
+    ASK_LIGHT_SIZE,
+    ASK_PATHS,
+    ASK_CLAMP,
+    ASK_SHADOW_SIZE,
+    ASK_EYE,
+    ASK_TARGET,
+    ASK_UP,
+    ASK_FOV,
+    ASK_ADDING, // the first of enum accumulation_option
+    ASK_UNTIL = ASK_ADDING + ACCUMULATION_UNTIL,
+    ASK_TYPE = ASK_ADDING + ACCUMULATION_OPTION_COUNT,
+    ASK_COMPRESSION,
+    ASK_RANGE,
+    ASK_EXPLAIN,
+    ASK_JSON,
+    ASK_NO_CLOBBER,
+    ASK_QUIET,
+    ASK_VERBOSE,
+    ASK_OPTION_COUNT
+};
+
+enum { EFFECT_CHANNELS = 4, EFFECT_ATTRIBUTES = 32, EFFECT_TEXT = 256 };
+extern const char *const effect_channel_names[]; // of results, "R", "G", "B", "A"
+
+// A scene that was asked for.
+struct effect_scene {
+    char *name;         // as it was written, owned
+    struct scene scene; // with keyframes, camera and lamp as asked for
+    scene_drawing *drawing;
+};
+
+// A result as an image, row 0 on top.
+struct effect_picture {
+    struct weft_image image;
+    struct weft_image_channel channel[EFFECT_CHANNELS]; // planes are owned
+    struct weft_metadata text[EFFECT_ATTRIBUTES];
+    struct weft_image_attribute attribute[EFFECT_ATTRIBUTES];
+    struct weft_image_save_report saved;
+};
+
+// What clamping took away of a radiosity's light, by some of its frames in a smaller picture.
+struct effect_lost {
+    int64_t frames; // that were drawn for it; 0: it was not looked for
+    int size[2];    // of their pictures
+    double share;   // of all light that there would be, red, green and blue alike
+};
+
+// What each stage took, in seconds.
+struct effect_seconds {
+    double scene, plan, context, prepare, draw, judge, lost, result, write;
+};
+
+struct effect_job {
+    const struct option_value *option; // [ASK_OPTION_COUNT]
+    const char *const *operands;       // NULL-ended
+
+    struct effect_params params; // of the plan
+    struct accumulation how;
+    struct weft_kernel filter;
+    weft_kernel_file *filter_file; // NULL: it is of no file
+
+    struct effect_scene *scene; // [scene_count]
+    int scene_count;
+
+    struct effect_plan plan;
+    double depth[2];  // nearest and farthest in sight in the middle of the time; NAN: nothing is
+    double circle[2]; // of dof: of confusion, in pixels, there
+    double brightest; // light that the scenes hold: lamps and surfaces that are seen
+    weft_context *context; // NULL: nothing was drawn
+    weft_accumulator *accumulator;
+    struct weft_accumulator_report planned, report; // before the first frame; of all that are in
+    int64_t added;                                  // frames
+    int64_t judged;                                 // after so many; 0: never
+    bool stopped;                                   // by --until
+    struct weft_convergence convergence;            // as last judged
+    double low, high;                // light that the targets hold, or the bound is of
+    struct scene_shadow_info shadow; // of the first scene
+    struct effect_lost lost;
+
+    struct effect_picture mean, error;
+    struct weft_statistics statistics[EFFECT_CHANNELS]; // of the mean
+    float preview_range[2];
+    bool over_budget; // the bound is beyond --max-error, which an error line has told
+    double start;     // monotonic
+    struct effect_seconds seconds;
+};
+
+// ---- stages, in this order; all return a result after one error line ----------------------------
+
+// Lists what an option's value "help" asks for. False: none has it.
+bool effect_job_help(const struct effect_job *job);
+// The operand and all options, as far as no scene is needed. (job_options.c)
+enum weft_result effect_job_read_options(struct effect_job *job);
+// That outputs differ, are no inputs, and can be written. (job_files.c)
+enum weft_result effect_job_check_outputs(struct effect_job *job);
+// The scenes, changed as asked for. (job_scenes.c)
+enum weft_result effect_job_make_scenes(struct effect_job *job);
+// The frames. (job_plan.c)
+enum weft_result effect_job_make_plan(struct effect_job *job);
+// The context, the accumulator, and with frames to be drawn the drawings. (job_draw.c)
+enum weft_result effect_job_begin(struct effect_job *job);
+// Draws and adds frames, until --until is met. (job_draw.c)
+enum weft_result effect_job_draw(struct effect_job *job);
+// Of radiosity that is clamped: how much light is lost. (job_lost.c)
+enum weft_result effect_job_measure_lost(struct effect_job *job);
+// The mean and its standard error as images. (job_result.c)
+enum weft_result effect_job_make_result(struct effect_job *job);
+enum weft_result effect_job_save(struct effect_job *job);
+
+void effect_job_clear(struct effect_job *job);
+
+// ---- parts of them ------------------------------------------------------------------------------
+
+// Refuses a bound that is beyond --max-error: sets over_budget. Returns WEFT_ERR_UNSUPPORTED after
+// an error line. (job_draw.c)
+enum weft_result effect_job_check_bound(struct effect_job *job, double bound);
+// Warns where the mean, or what the scenes hold, is beyond the range that the method's targets hold
+// or that its bound is of. (job_draw.c)
+void effect_job_check_range(const struct effect_job *job);
+
+// What a result's attributes say; what: it is, NULL for the mean. Returns how many. (job_report.c)
+size_t effect_job_attributes(const struct effect_job *job, const char *what,
+                             struct weft_metadata out[EFFECT_ATTRIBUTES]);
+struct accumulation_stop effect_job_stop(const struct effect_job *job); // with --until
+// The plan as text on standard output, and in short what came of it; with -v the plan goes where
+// messages go. (job_report.c)
+void effect_job_explain(const struct effect_job *job);
+void effect_job_print_text(const struct effect_job *job);
+enum weft_result effect_job_print_json(const struct effect_job *job); // job_json.c
+
+#endif

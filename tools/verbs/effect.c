@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft effect: pictures of scenes, by accumulation of frames.
+#include <stddef.h>
+
+#include "tools/common/report.h"
+#include "tools/common/saved.h"
+#include "tools/effect/job.h"
+#include "tools/verbs/verb.h"
+
+static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
+static const char *const centre_choices[] = {"on", "off", NULL};
+
+static const struct option_spec options[ASK_OPTION_COUNT] = {
+    [ASK_OUTPUT] = {.name = "output",
+                    'o',
+                    OPTION_OUTPUT,
+                    "OUT.exr",
+                    "the picture: linear light in R, G and B and how much of a pixel is covered in "
+                    "A, with attributes that tell how it was made",
+                    exr_ending},
+    [ASK_STDERR] = {.name = "stderr",
+                    0,
+                    OPTION_OUTPUT,
+                    "OUT.exr",
+                    "the standard error of that mean, for each pixel and channel, in floats",
+                    exr_ending},
+    [ASK_PREVIEW] = {.name = "preview",
+                     0,
+                     OPTION_OUTPUT,
+                     "OUT.png",
+                     "the picture as 8-bit PNG in sRGB",
+                     png_ending},
+    [ASK_SCENE] = {.name = "scene",
+                   0,
+                   OPTION_TEXT,
+                   "NAME|FILE",
+                   "what is shown: a built-in scene, or the triangles of an OBJ, PLY or glTF file; "
+                   "of a fade several, with commas between them, or semicolons where there is one; "
+                   "help lists them (default: one that shows the effect)"},
+    [ASK_SIZE] = {.name = "size", 0, OPTION_PIXELS, "WxH", "of the picture (default 512x512)"},
+    [ASK_FRAMES] = {.name = "frames",
+                    0,
+                    OPTION_TEXT,
+                    "N|auto",
+                    "so many, of a fade for each scene; of radiosity so many virtual lights "
+                    "(default auto: as many as motion, circles of confusion and penumbrae are "
+                    "pixels wide, up to 1024)"},
+    [ASK_SEED] = {.name = "seed",
+                  0,
+                  OPTION_NUMBER,
+                  "N",
+                  "of what is random: in scenes, in sets of samples, in how they are joined "
+                  "(default 0)"},
+    [ASK_WEIGHTS] = {.name = "weights",
+                     0,
+                     OPTION_TEXT,
+                     "W,W,...",
+                     "fade: what each scene counts; they are divided by their sum (default: all "
+                     "alike)"},
+    [ASK_AT] = {.name = "at",
+                0,
+                OPTION_NUMBER,
+                "T",
+                "fade: the weights at a time from 0, all the first scene, to 1, all the last"},
+    [ASK_TIME] = {.name = "time",
+                  0,
+                  OPTION_SPAN,
+                  "T|A..B",
+                  "the shutter is open from A to B, and scenes move from 0 to 1 (default 0..1); "
+                  "without motion-blur the middle is shown"},
+    [ASK_SHUTTER] = {.name = "shutter",
+                     0,
+                     OPTION_TEXT,
+                     "box|tent|gauss[:S]|OPEN:CLOSE",
+                     "motion-blur: how much light passes over that time (default box); "
+                     "OPEN:CLOSE: it opens until OPEN and closes from CLOSE on, of 1"},
+    [ASK_KEYFRAMES] = {.name = "keyframes",
+                       0,
+                       OPTION_TEXT,
+                       "FILE",
+                       "paths of objects and of the camera: lines NAME TIME X,Y,Z "
+                       "[AXIS_X,AXIS_Y,AXIS_Z,DEGREES [SCALE]]; NAME is an object's, * for all or "
+                       "camera"},
+    [ASK_JITTER] = {.name = "jitter",
+                    0,
+                    OPTION_TEXT,
+                    "SET[:N]",
+                    "places in the pixel, on the lens and on lamps, one a frame; help lists the "
+                    "sets (default: the Programming Guide's table of as many points where there "
+                    "is one, else sobol)"},
+    [ASK_CENTRE] = {.name = "centre",
+                    0,
+                    OPTION_CHOICE,
+                    NULL,
+                    "take the mean of a set off its points, so that the picture stays where it is "
+                    "(default on)",
+                    centre_choices},
+    [ASK_FILTER] = {.name = "filter",
+                    0,
+                    OPTION_TEXT,
+                    "KERNEL",
+                    "antialias: what a pixel sees, a product of two kernels; help lists them "
+                    "(default: a box of one pixel)"},
+    [ASK_FILTER_WIDTH] = {.name = "filter-width",
+                          0,
+                          OPTION_NUMBER,
+                          "PIXELS",
+                          "that the kernel's support is scaled to (default: as it is)"},
+    [ASK_APERTURE] = {.name = "aperture",
+                      0,
+                      OPTION_NUMBER,
+                      "A",
+                      "dof: the lens's diameter in the scene's unit (default: focus / 20)"},
+    [ASK_FOCUS] = {.name = "focus",
+                   0,
+                   OPTION_NUMBER,
+                   "D",
+                   "dof: distance of what is in focus, along the direction of sight (default: that "
+                   "of the camera's target)"},
+    [ASK_LIGHT] = {.name = "light",
+                   0,
+                   OPTION_POINT,
+                   "X,Y,Z",
+                   "moves the scene's first lamp there, turned to the scene's middle"},
+    [ASK_LIGHT_SIZE] = {.name = "light-size",
+                        0,
+                        OPTION_NUMBER,
+                        "S",
+                        "soft-shadow, radiosity: the longer side, or diameter, of lamps in the "
+                        "scene's unit; their power stays"},
+    [ASK_PATHS] = {.name = "paths",
+                   0,
+                   OPTION_TEXT,
+                   "N",
+                   "radiosity: paths from the lamps, in place of --frames: each makes several "
+                   "virtual lights"},
+    [ASK_CLAMP] = {.name = "clamp",
+                   0,
+                   OPTION_TEXT,
+                   "auto|off|C",
+                   "radiosity: the factor cos cos / distance^2 of a virtual light counts up to C "
+                   "(default auto: that of 1/20 of the scene's diagonal); what is lost is told"},
+    [ASK_SHADOW_SIZE] = {.name = "shadow-size",
+                         0,
+                         OPTION_NUMBER,
+                         "TEXELS",
+                         "along a side of shadow maps (default 512)"},
+    [ASK_EYE] = {.name = "eye", 0, OPTION_POINT, "X,Y,Z", "where the camera is"},
+    [ASK_TARGET] = {.name = "target", 0, OPTION_POINT, "X,Y,Z", "what it looks at"},
+    [ASK_UP] = {.name = "up", 0, OPTION_POINT, "X,Y,Z", "what is up in the picture"},
+    [ASK_FOV] = {.name = "fov",
+                 0,
+                 OPTION_NUMBER,
+                 "DEGREES",
+                 "angle that the picture's height is seen under"},
+    ACCUMULATION_OPTIONS(ASK_ADDING,
+                         "exact where OpenGL is software, on a GPU the first of float and trees "
+                         "that is within --max-error",
+                         "before frames are drawn and, as bounds grow with values, after that",
+                         "1, which tells rather too large an error, as the places of all frames "
+                         "are spread together",
+                         "average on the CPU what was drawn on OpenGL: the same bytes",
+                         "that average and write (default: one a core)"),
+    [ASK_TYPE] =
+        SAVED_TYPE_OPTION("of the picture's channels (default float)", WEFT_PIXEL_HALF + 1),
+    [ASK_COMPRESSION] = SAVED_COMPRESSION_OPTION("of the EXR files (default zip)"),
+    [ASK_RANGE] = {.name = "range",
+                   0,
+                   OPTION_RANGE,
+                   "LO,HI",
+                   "light shown as black and white in the preview (default 0,1)"},
+    [ASK_EXPLAIN] = {.name = "explain",
+                     0,
+                     OPTION_FLAG,
+                     NULL,
+                     "print frames and why so many, samples, weights, method, bound, memory and "
+                     "passes, and exit: nothing is drawn"},
+    [ASK_JSON] = {.name = "json",
+                  0,
+                  OPTION_FLAG,
+                  NULL,
+                  "print frames, samples, weights, method, bound, statistics and times as JSON on "
+                  "stdout"},
+    [ASK_NO_CLOBBER] = {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    [ASK_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
+    [ASK_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+typedef enum weft_result (*stage)(struct effect_job *job);
+
+static enum weft_result run_stages(struct effect_job *job)
+{
+    static const stage planning[] = {effect_job_read_options, effect_job_check_outputs,
+                                     effect_job_make_scenes,  effect_job_make_plan,
+                                     effect_job_begin,        NULL};
+    static const stage drawing[] = {effect_job_draw, effect_job_measure_lost,
+                                    effect_job_make_result, effect_job_save, NULL};
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = planning; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    if (job->option[ASK_EXPLAIN].given)
+        return res;
+    for (const stage *s = drawing; *s && res == WEFT_OK; s++)
+        res = (*s)(job);
+    return res;
+}
+
+static enum weft_result tell(const struct effect_job *job)
+{
+    const bool explain = job->option[ASK_EXPLAIN].given;
+    report_erase_progress();
+    if (!explain)
+        effect_job_print_text(job);
+    else if (!job->option[ASK_JSON].given)
+        effect_job_explain(job);
+    return job->option[ASK_JSON].given ? effect_job_print_json(job) : WEFT_OK;
+}
+
+static int run(const char *const *operands, const struct option_value *values)
+{
+    struct effect_job job = {.option = values, .operands = operands, .start = report_now_seconds()};
+    report_set_level(values[ASK_QUIET].given, values[ASK_VERBOSE].given);
+    if (effect_job_help(&job))
+        return report_finish(WEFT_OK);
+    enum weft_result res = run_stages(&job);
+    if (res == WEFT_OK)
+        res = tell(&job);
+    const bool over_budget = job.over_budget;
+    effect_job_clear(&job);
+    const int code = report_finish(res);
+    return over_budget ? EXIT_CODE_FAILED : code;
+}
+
+static const char *const epilogue[] = {
+    "NAME is fade (scenes mixed in linear light), motion-blur (what moves while a shutter is "
+    "open), "
+    "antialias (places in a pixel, weighed by a filter), dof (a thin lens with a plane in focus), "
+    "soft-shadow (lamps that have an area) or radiosity (light that surfaces throw at each other, "
+    "by "
+    "virtual lights, after Keller's instant radiosity). Several, as antialias+dof+motion-blur, are "
+    "one integral over all their dimensions: each frame is one sample of it, and there are no more "
+    "frames than one of them needs.",
+    "An option of an effect that is not named is an error. Without motion-blur the middle of "
+    "--time "
+    "is shown, without antialias the middle of each pixel, without dof all is in focus, without "
+    "soft-shadow each lamp is a point in its middle, and without radiosity there is the lamps' "
+    "light and an even one from everywhere. soft-shadow and radiosity exclude each other, as the "
+    "latter has soft shadows.",
+    "Frames are linear light in floats, but for trees and blends of 8 and 16 bits, where light "
+    "beyond --source-range is cut off. --until judges after numbers of frames that depend on "
+    "nothing but the numbers, as weft accumulate does. The same request gives the same bytes on "
+    "one "
+    "machine.",
+    "weft effect antialias --scene polygons --frames 66 -o edges.exr --preview edges.png",
+    "weft effect dof+antialias --scene teapot.obj --focus 12 --aperture 0.5 -o teapot.exr",
+    "weft effect radiosity --frames 1024 --size 256x256 --preview cornell.png --json",
+    NULL,
+};
+
+const struct verb verb_effect = {
+    .name = "effect",
+    .summary = "motion blur, depth of field, soft shadows and more, by accumulating frames",
+    .usage = "NAME[+NAME...] [-o OUT.exr] [options]",
+    .description = "Draws a scene many times and averages the frames: a fade, motion blur, "
+                   "anti-aliasing, depth of field, soft shadows, radiosity, or several at once.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = ASK_OPTION_COUNT,
+    .run = run,
+};
