@@ -204,12 +204,12 @@ static enum weft_result read_line(struct reader *r, char *line)
 
 static enum weft_result read_lines(struct reader *r, FILE *in)
 {
-    char line[MAX_LINE];
+    char line[MAX_LINE + 2];
     while (fgets(line, sizeof line, in)) {
         const size_t length = strlen(line);
         r->line++;
-        if (length + 1 == sizeof line || (length == 0 || line[length - 1] != '\n') != !!feof(in))
-            return complain(r, WEFT_ERR_FORMAT, "a NUL byte, or more than 4094 bytes");
+        if ((length == 0 || line[length - 1] != '\n') && !feof(in))
+            return complain(r, WEFT_ERR_FORMAT, "a NUL byte, or more than 4096 bytes");
         const enum weft_result res = read_line(r, line);
         if (res != WEFT_OK)
             return res;
