@@ -54,6 +54,9 @@ static enum weft_result set_camera(const struct effect_job *job, struct scene *s
         camera->fovy_degrees = o[ASK_FOV].number[0];
     if (o[ASK_EYE].given || o[ASK_TARGET].given)
         place_planes(scene);
+    // What is in focus may lie before all that there is.
+    if (o[ASK_FOCUS].given)
+        camera->near_distance = fmin(camera->near_distance, 0.5 * o[ASK_FOCUS].number[0]);
     struct weft_camera_matrices ignored;
     const struct weft_camera_frame frame = {.size = {job->params.size[0], job->params.size[1]}};
     return weft_camera_compute(report_log(), camera, &frame, &ignored);
