@@ -33,23 +33,29 @@ static inline void read_picture(weft_accumulator *accumulator, struct picture *o
     weft_accumulator_get_report(accumulator, &out->report);
 }
 
-// Frames first to first + count (0: all) of a plan, by `asked`, whose size, channels and context
-// are filled in here.
-static inline struct picture draw_frames(weft_context *context, const struct effect_plan *plan,
-                                         const struct scene *const *scenes,
-                                         struct weft_accumulator_params asked, int64_t first,
-                                         int64_t count)
+// One drawing a scene.
+static inline void create_drawings(weft_context *context, const struct scene *const *scenes,
+                                   int count, scene_drawing **out)
 {
-    struct picture out = {.size = {plan->size[0], plan->size[1]}};
-    scene_drawing *drawing[EFFECT_MAX_SCENES] = {NULL};
-    weft_accumulator *accumulator;
-    int64_t added;
-    for (int s = 0; s < plan->scene_count; s++)
+    for (int s = 0; s < count; s++)
         assert_int_equal(
             scene_drawing_create(
                 scene_drawing_params(.scene = scenes[s], .context = context, .log = &log_to_stderr),
-                &drawing[s]),
+                &out[s]),
             WEFT_OK);
+}
+
+// Frames first to first + count (0: all that follow) of a plan, by `asked`, whose size, channels
+// and context are filled in here.
+static inline struct picture accumulate_frames(weft_context *context,
+                                               const struct effect_plan *plan,
+                                               scene_drawing *const *drawing,
+                                               struct weft_accumulator_params asked, int64_t first,
+                                               int64_t count)
+{
+    struct picture out = {.size = {plan->size[0], plan->size[1]}};
+    weft_accumulator *accumulator;
+    int64_t added;
     asked.width = out.size[0];
     asked.height = out.size[1];
     asked.channel_count = 4;
@@ -64,6 +70,17 @@ static inline struct picture draw_frames(weft_context *context, const struct eff
     assert_int_equal(added, count ? count : plan->count - first);
     read_picture(accumulator, &out);
     weft_accumulator_destroy(&accumulator);
+    return out;
+}
+
+static inline struct picture draw_frames(weft_context *context, const struct effect_plan *plan,
+                                         const struct scene *const *scenes,
+                                         struct weft_accumulator_params asked, int64_t first,
+                                         int64_t count)
+{
+    scene_drawing *drawing[EFFECT_MAX_SCENES] = {NULL};
+    create_drawings(context, scenes, plan->scene_count, drawing);
+    struct picture out = accumulate_frames(context, plan, drawing, asked, first, count);
     for (int s = 0; s < plan->scene_count; s++)
         scene_drawing_destroy(&drawing[s]);
     return out;
