@@ -16,9 +16,9 @@ static enum weft_result make(const struct weft_log *log, const char *arguments, 
     (void)arguments, (void)seed, (void)size;
     struct scene_build build = {.scene = out};
     scene_set_name(out->name, "penumbra");
-    scene_build_object(&build, "floor", add_colour(&build, "white", 0.8f, 0.8f, 0.8f));
+    scene_build_object(&build, "floor", add_colour(&build, "grey", 0.6f, 0.6f, 0.6f));
     const double ground[4][3] = {
-        {-6.0, 0.0, 6.0}, {6.0, 0.0, 6.0}, {6.0, 0.0, -6.0}, {-6.0, 0.0, -6.0}};
+        {-40.0, 0.0, 20.0}, {40.0, 0.0, 20.0}, {40.0, 0.0, -60.0}, {-40.0, 0.0, -60.0}};
     scene_build_polygon(&build, 4, ground, NULL, NULL);
     scene_build_object(&build, "board", add_colour(&build, "red", 0.7f, 0.15f, 0.1f));
     const double board[4][3] = {
@@ -36,9 +36,9 @@ static enum weft_result make(const struct weft_log *log, const char *arguments, 
         out->ambient[i] = 0.05;
     out->camera = (struct weft_camera){.fovy_degrees = 40.0,
                                        .near_distance = 1.0,
-                                       .far_distance = 20.0,
-                                       .eye = {1.2, 4.2, 6.0},
-                                       .target = {0.2, 0.3, 0.0},
+                                       .far_distance = 120.0,
+                                       .eye = {1.0, 3.8, 5.4},
+                                       .target = {0.3, 0.55, 0.0},
                                        .up = {0.0, 1.0, 0.0}};
     out->background[3] = 1.0;
     return scene_build_end(&build, log);

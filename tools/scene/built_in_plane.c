@@ -50,7 +50,7 @@ static void add_things(struct scene_build *build)
         char name[SCENE_NAME];
         snprintf(name, sizeof name, "post %d", i + 1);
         scene_build_object(build, name, grey);
-        const double x = i % 2 ? 1.7 + 0.5 * i : -1.6 - 0.6 * i, z = 0.3 - 1.0 * i * i;
+        const double x = i % 2 ? 1.5 + 0.5 * i : -1.3 - 0.6 * i, z = 0.3 - 1.0 * i * i;
         scene_build_box(build, (double[]){x - 0.09, 0.0, z - 0.09},
                         (double[]){x + 0.09, 2.0, z + 0.09});
     }

@@ -46,19 +46,41 @@ static bool copy_mesh(const struct weft_mesh *mesh, struct scene *out)
     return true;
 }
 
-// From the front, the right and a little above, y being up, so far away that the ball around the
-// box fits with a tenth to spare: distance = radius / sin(the smaller half angle).
+// How far a camera that looks at `middle` from a direction has to stand, so that every vertex is
+// within 9/10 of the picture; and how far the nearest one comes towards it.
+static double find_distance(const struct scene *s, const double middle[3], const double towards[3],
+                            const double tangent[2], double *nearest)
+{
+    double right[3], up[3], distance = -INFINITY;
+    scene_cross((double[]){0.0, 1.0, 0.0}, towards, right);
+    scene_normalise(right);
+    scene_cross(towards, right, up);
+    *nearest = -INFINITY;
+    for (size_t i = 0; i < s->index_count; i++) {
+        const float *f = s->vertices[s->indices[i]].position;
+        const double at[3] = {f[0] - middle[0], f[1] - middle[1], f[2] - middle[2]};
+        const double depth = scene_dot(at, towards);
+        const double across = fabs(scene_dot(at, right)) / (0.9 * tangent[0]),
+                     high = fabs(scene_dot(at, up)) / (0.9 * tangent[1]);
+        distance = fmax(distance, depth + fmax(across, high));
+        *nearest = fmax(*nearest, depth);
+    }
+    return distance;
+}
+
+// From the front, the right and a little above, y being up. Before the nearest vertex and behind
+// the ball around the box there is room for what keyframes move.
 static void place_camera(struct scene *s, const int size[2], const double middle[3], double radius)
 {
-    const double direction[3] = {0.40, 0.35, 1.0}, fovy = 40.0;
-    const double tangent = tan(fovy * M_PI / 360.0);
-    const double across = tangent * fmin(1.0, (double)size[0] / size[1]);
-    const double distance = 1.1 * radius / sin(atan(across));
-    double towards[3] = {direction[0], direction[1], direction[2]};
+    const double fovy = 40.0, up = tan(fovy * M_PI / 360.0);
+    double towards[3] = {0.40, 0.35, 1.0}, nearest;
     scene_normalise(towards);
+    double distance =
+        find_distance(s, middle, towards, (double[]){up * size[0] / size[1], up}, &nearest);
+    distance = fmax(distance, nearest + 0.1 * radius);
     s->camera = (struct weft_camera){.fovy_degrees = fovy,
-                                     .near_distance = distance - 1.05 * radius,
-                                     .far_distance = distance + 1.05 * radius,
+                                     .near_distance = 0.25 * (distance - nearest),
+                                     .far_distance = distance + 4.0 * radius,
                                      .up = {0.0, 1.0, 0.0}};
     for (int i = 0; i < 3; i++) {
         s->camera.target[i] = middle[i];

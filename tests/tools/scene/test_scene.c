@@ -471,7 +471,7 @@ static void check_fit(const char *path, const int picture[2])
             assert_true(fabs(clip[k]) <= clip[3]);
         widest = fmax(widest, fmax(fabs(clip[0]), fabs(clip[1])) / clip[3]);
     }
-    assert_true(widest > 0.3); // and not a speck
+    assert_near(widest, 0.9, 1e-6, "the share of the picture that it has");
     assert_int_equal(s.light_count, 1);
     scene_clear(&s);
 }
