@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every command that README.md shows is run as it stands there, in a folder with a smoke.vdb, a
-// photo.exr and frames of both kinds, and must end with 0, or with 1 where its remark says so.
+// photo.exr, frames of both kinds, a model.obj and keyframes, and must end with 0, or with 1 where
+// its remark says so.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -47,6 +48,11 @@ static void fail_line(const char *line, int code)
     fail_msg("README: %s\nended with %d: %.*s", line, code, (int)size, err);
 }
 
+static void put(const char *path, const char *text)
+{
+    command_write_file(path, text, strlen(text));
+}
+
 static void prepare(void)
 {
     command_succeeds("make", "chirp", "-o", "smoke.vdb", "--size", "112x223x113", "--voxel", "0.5");
@@ -55,6 +61,8 @@ static void prepare(void)
     command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--size", "320x240");
     command_succeeds("slice", "smoke.vdb", "-o", "render_%04d.exr", "--preview", "photo_%04d.png",
                      "--frames", "1-20", "--at", "10..40", "--size", "64x48");
+    put("model.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    put("keys.txt", "* 0 0,0,0\n* 1 0.5,0,0 0,0,1,90\n");
 }
 
 static void every_command_works(void **state)
