@@ -42,13 +42,44 @@ static bool make_triangle(const struct scene *scene, const struct scene_object *
     return length > 0.0 && isfinite(length);
 }
 
+static double find_largest_coordinate(const struct scene_triangles *triangles)
+{
+    double largest = 0.0;
+    for (size_t t = 0; t < triangles->count; t++)
+        for (int k = 0; k < 9; k++)
+            largest = fmax(largest, fabs(triangles->list[t].corner[k / 3][k % 3]));
+    return largest;
+}
+
+// Around the triangles from `first` on, and wider than that by more than what rounding does to a
+// ray's way through it, so that no triangle is missed for its run's sake.
+static void make_bounds(const struct scene_triangles *triangles, size_t first, double wider,
+                        struct scene_bounds *out)
+{
+    const double *start = triangles->list[first].corner[0];
+    for (int axis = 0; axis < 3; axis++) {
+        double low = start[axis], high = low;
+        for (size_t t = first; t < first + SCENE_RUN && t < triangles->count; t++)
+            for (int k = 0; k < 3; k++) {
+                low = fmin(low, triangles->list[t].corner[k][axis]);
+                high = fmax(high, triangles->list[t].corner[k][axis]);
+            }
+        out->low[axis] = low - wider;
+        out->high[axis] = high + wider;
+    }
+}
+
 enum weft_result scene_triangles_make(const struct scene *scene, double time,
                                       struct scene_triangles *out)
 {
+    const size_t most = scene->index_count / 3;
     *out = (struct scene_triangles){.scene = scene};
-    out->list = calloc(scene->index_count / 3 + 1, sizeof *out->list);
-    if (!out->list)
+    out->list = calloc(most + 1, sizeof *out->list);
+    out->run = calloc(most / SCENE_RUN + 1, sizeof *out->run);
+    if (!out->list || !out->run) {
+        scene_triangles_clear(out);
         return WEFT_ERR_MEMORY;
+    }
     for (int o = 0; o < scene->object_count; o++) {
         const struct scene_object *object = &scene->objects[o];
         double matrix[16];
@@ -58,6 +89,9 @@ enum weft_result scene_triangles_make(const struct scene *scene, double time,
                               &out->list[out->count]))
                 out->count++;
     }
+    const double wider = 1e-9 * find_largest_coordinate(out);
+    for (size_t first = 0; first < out->count; first += SCENE_RUN)
+        make_bounds(out, first, wider, &out->run[first / SCENE_RUN]);
     return WEFT_OK;
 }
 
@@ -66,6 +100,7 @@ void scene_triangles_clear(struct scene_triangles *triangles)
     if (!triangles)
         return;
     free(triangles->list);
+    free(triangles->run);
     *triangles = (struct scene_triangles){0};
 }
 
@@ -74,14 +109,14 @@ void scene_triangles_clear(struct scene_triangles *triangles)
 // A ray as Woop's test wants it: axes in an order in which the last is the one along which the
 // direction is longest, and the shear that takes the direction onto it.
 struct sheared_ray {
-    const double *origin;
+    const double *origin, *direction;
     int axis[3];
     double shear[3];
 };
 
 static struct sheared_ray shear_ray(const double origin[3], const double direction[3])
 {
-    struct sheared_ray ray = {.origin = origin};
+    struct sheared_ray ray = {.origin = origin, .direction = direction};
     int z = fabs(direction[0]) > fabs(direction[1]) ? 0 : 1;
     z = fabs(direction[z]) > fabs(direction[2]) ? z : 2;
     ray.axis[2] = z;
@@ -117,28 +152,63 @@ static bool meet(const struct sheared_ray *ray, const struct scene_triangle *tri
     return *sum != 0.0;
 }
 
-bool scene_triangles_hit(const struct scene_triangles *triangles, const double origin[3],
-                         const double direction[3], size_t from, double most, struct scene_hit *out)
+// Whether the ray is in the bounds somewhere between its start and `most`. `inverse`: 1 /
+// direction.
+static bool meets_bounds(const double origin[3], const double inverse[3],
+                         const struct scene_bounds *bounds, double most)
 {
-    const struct sheared_ray ray = shear_ray(origin, direction);
+    double from = 0.0, to = most;
+    for (int axis = 0; axis < 3; axis++) {
+        if (isinf(inverse[axis])) {
+            if (origin[axis] < bounds->low[axis] || origin[axis] > bounds->high[axis])
+                return false;
+            continue;
+        }
+        const double a = (bounds->low[axis] - origin[axis]) * inverse[axis],
+                     b = (bounds->high[axis] - origin[axis]) * inverse[axis];
+        const double enters = a < b ? a : b, leaves = a < b ? b : a;
+        from = enters > from ? enters : from;
+        to = leaves < to ? leaves : to;
+    }
+    return from <= to;
+}
+
+// The nearest of a run, before `most`.
+static bool hit_run(const struct scene_triangles *triangles, const struct sheared_ray *ray,
+                    size_t first, size_t from, double most, struct scene_hit *out)
+{
     bool found = false;
-    for (size_t t = 0; t < triangles->count; t++) {
+    for (size_t t = first; t < first + SCENE_RUN && t < triangles->count; t++) {
         const struct scene_triangle *triangle = &triangles->list[t];
         double weight[3], sum, scaled;
-        if (t == from || !meet(&ray, triangle, weight, &sum, &scaled))
+        if (t == from || !meet(ray, triangle, weight, &sum, &scaled))
             continue;
         const double distance = scaled / sum;
         if (!(distance > 0.0 && distance < most))
             continue;
-        const bool back = dot(direction, triangle->normal) > 0.0;
+        const bool back = dot(ray->direction, triangle->normal) > 0.0;
         if (back && triangles->scene->materials[triangle->material].single_sided)
             continue;
         most = distance;
         found = true;
-        if (out)
-            *out = (struct scene_hit){
-                t, distance, {weight[0] / sum, weight[1] / sum, weight[2] / sum}, back};
+        *out = (struct scene_hit){
+            t, distance, {weight[0] / sum, weight[1] / sum, weight[2] / sum}, back};
     }
+    return found;
+}
+
+bool scene_triangles_hit(const struct scene_triangles *triangles, const double origin[3],
+                         const double direction[3], size_t from, double most, struct scene_hit *out)
+{
+    const struct sheared_ray ray = shear_ray(origin, direction);
+    const double inverse[3] = {1.0 / direction[0], 1.0 / direction[1], 1.0 / direction[2]};
+    struct scene_hit hit = {.distance = most};
+    bool found = false;
+    for (size_t first = 0; first < triangles->count; first += SCENE_RUN)
+        if (meets_bounds(origin, inverse, &triangles->run[first / SCENE_RUN], hit.distance))
+            found |= hit_run(triangles, &ray, first, from, hit.distance, &hit);
+    if (found && out)
+        *out = hit;
     return found;
 }
 
