@@ -51,11 +51,14 @@ void scene_drawing_destroy(scene_drawing **drawing); // accepts &NULL
 enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_frame *frame,
                                     const struct weft_draw_target *target);
 
-// How a light's shadows are found, for reports: faces and texels of the map, and the bias.
+// How shadows are found, for reports. tools/render/shadow_view.h tells the whole of it: what is lit
+// is compared, without a filter, in the middle of its texel, in the plane of its triangle, so that
+// edges of shadows are off by half a texel along each axis of the map at most.
 struct scene_shadow_info {
-    int faces, size;
-    double bias; // of depth in texels of the map, along the light's rays at normal incidence
-    uint64_t bytes;
+    int faces;      // of maps that the last frame took, of all its lights together
+    int size;       // texels along a side of a face
+    double bias;    // in texels, times the slope of the triangle's plane
+    uint64_t bytes; // of the maps that there is room for
 };
 void scene_drawing_get_shadow(const scene_drawing *drawing, struct scene_shadow_info *out);
 

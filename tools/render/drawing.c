@@ -7,7 +7,10 @@
 
 #include "tools/common/log.h"
 #include "tools/scene/build.h"
-#include "tools/scene/drawing_impl.h"
+#include "tools/scene/drawing.h"
+#include "tools/render/matrix.h"
+#include "tools/render/program.h"
+#include "tools/render/shadow.h"
 
 // Uniforms of the program of surfaces, and their names.
 enum uniform {
@@ -37,11 +40,6 @@ static const char *const uniform_name[UNIFORM_COUNT] = {
     "light_falloff", "light_most",
 };
 
-// An object as it lies in a frame.
-struct placed {
-    double model[16];
-};
-
 struct scene_drawing {
     const struct scene *scene;
     weft_context *context;
@@ -49,52 +47,18 @@ struct scene_drawing {
     int shadow_size;
     GladGLContext gl;
     double middle[3];            // of the scene's box: shaders' positions are relative to it
+    double diagonal;             // likewise
     struct scene_extent *extent; // of each object, as modelled
-    struct placed *placed;       // each object, in the frame that is drawn
+    struct scene_hull *hull;     // of each object
+    double (*model)[16];         // where each object lies in the frame that is drawn
+    struct scene_caster *caster; // room for as many, and which object each is
+    int *caster_object;
+    struct scene_shadows shadows;
     GLuint vertex_array, vertices, indices, planes, plane_texture;
     GLuint program;
-    GLint uniform[UNIFORM_COUNT];
+    double bias; // scene_shadows_get_bias
+    GLint uniform[UNIFORM_COUNT], shadow_uniform[SCENE_SHADOW_UNIFORM_COUNT];
 };
-
-// ---- matrices -----------------------------------------------------------------------------------
-
-void scene_multiply(const double a[16], const double b[16], double out[16])
-{
-    for (int column = 0; column < 4; column++)
-        for (int row = 0; row < 4; row++) {
-            double sum = 0.0;
-            for (int k = 0; k < 4; k++)
-                sum += a[4 * k + row] * b[4 * column + k];
-            out[4 * column + row] = sum;
-        }
-}
-
-bool scene_extent_seen(const struct scene_extent *extent, const double clip[16])
-{
-    int outside[5] = {0};
-    for (int corner = 0; corner < 8; corner++) {
-        double p[4];
-        for (int row = 0; row < 4; row++) {
-            p[row] = clip[12 + row];
-            for (int axis = 0; axis < 3; axis++)
-                p[row] += clip[4 * axis + row] *
-                          (corner >> axis & 1 ? extent->high[axis] : extent->low[axis]);
-        }
-        for (int side = 0; side < 4; side++)
-            outside[side] += (side & 1 ? p[side / 2] : -p[side / 2]) > p[3];
-        outside[4] += p[3] <= 0.0;
-    }
-    for (int side = 0; side < 5; side++)
-        if (outside[side] == 8)
-            return false;
-    return true;
-}
-
-static void round_once(const double *from, float *to, int count)
-{
-    for (int i = 0; i < count; i++)
-        to[i] = (float)from[i];
-}
 
 // ---- what is uploaded ---------------------------------------------------------------------------
 
@@ -217,15 +181,19 @@ static enum weft_result check(const scene_drawing *drawing, const char *what)
 
 static enum weft_result make_program(scene_drawing *drawing)
 {
-    char defines[200];
+    char defines[300];
     snprintf(defines, sizeof defines,
-             "#define LIGHTS %d\n#define FALLOFF_RADIANCE %d\n#define FALLOFF_COSINE %d\n",
-             SCENE_MAX_LIGHTS, SCENE_FALLOFF_RADIANCE, SCENE_FALLOFF_COSINE);
+             "#define LIGHTS %d\n#define FALLOFF_RADIANCE %d\n#define FALLOFF_COSINE %d\n"
+             "#define KIND_NONE %d\n#define KIND_FITTED %d\n#define KIND_CUBE %d\n",
+             SCENE_MAX_LIGHTS, SCENE_FALLOFF_RADIANCE, SCENE_FALLOFF_COSINE, SCENE_SHADOW_NONE,
+             SCENE_SHADOW_FITTED, SCENE_SHADOW_CUBE);
     const enum weft_result res =
         scene_program_link(&drawing->gl, drawing->log, defines, tools_shader_scene_vertex,
                            tools_shader_scene_surface, &drawing->program);
     for (int i = 0; i < UNIFORM_COUNT && res == WEFT_OK; i++)
         drawing->uniform[i] = drawing->gl.GetUniformLocation(drawing->program, uniform_name[i]);
+    if (res == WEFT_OK)
+        scene_shadows_find_uniforms(&drawing->gl, drawing->program, drawing->shadow_uniform);
     return res;
 }
 
@@ -237,7 +205,11 @@ static enum weft_result make_objects(void *priv)
     enum weft_result res = make_program(drawing);
     if (res == WEFT_OK)
         res = make_planes(drawing);
+    if (res == WEFT_OK)
+        res =
+            scene_shadows_make(&drawing->gl, drawing->log, drawing->shadow_size, &drawing->shadows);
     if (res == WEFT_OK) {
+        drawing->bias = scene_shadows_get_bias(&drawing->gl);
         upload_triangles(drawing);
         res = check(drawing, "a scene was uploaded");
     }
@@ -250,6 +222,7 @@ static enum weft_result end_objects(void *priv)
     const GladGLContext *gl = &drawing->gl;
     if (!gl->DeleteProgram)
         return WEFT_OK;
+    scene_shadows_end(gl, &drawing->shadows);
     gl->DeleteProgram(drawing->program);
     gl->DeleteVertexArrays(1, &drawing->vertex_array);
     gl->DeleteBuffers(3, (GLuint[]){drawing->vertices, drawing->indices, drawing->planes});
@@ -270,14 +243,23 @@ enum weft_result scene_drawing_create(const struct scene_drawing_params *params,
     drawing->log = params->log;
     drawing->shadow_size = params->shadow_size;
     enum weft_result res = WEFT_ERR_MEMORY;
-    drawing->extent = calloc((size_t)scene->object_count + 1, sizeof *drawing->extent);
-    drawing->placed = calloc((size_t)scene->object_count + 1, sizeof *drawing->placed);
-    if (!drawing->extent || !drawing->placed)
+    const size_t room = (size_t)scene->object_count + 1;
+    drawing->extent = calloc(room, sizeof *drawing->extent);
+    drawing->hull = calloc(room, sizeof *drawing->hull);
+    drawing->model = calloc(room, sizeof *drawing->model);
+    drawing->caster = calloc(room, sizeof *drawing->caster);
+    drawing->caster_object = calloc(room, sizeof *drawing->caster_object);
+    if (!drawing->extent || !drawing->hull || !drawing->model || !drawing->caster ||
+        !drawing->caster_object)
         goto fail;
     for (int i = 0; i < 3; i++)
         drawing->middle[i] = 0.5 * (scene->low[i] + scene->high[i]);
-    for (int i = 0; i < scene->object_count; i++)
+    drawing->diagonal = hypot(hypot(scene->high[0] - scene->low[0], scene->high[1] - scene->low[1]),
+                              scene->high[2] - scene->low[2]);
+    for (int i = 0; i < scene->object_count; i++) {
         find_extent(scene, &scene->objects[i], &drawing->extent[i]);
+        scene_hull_find(scene, i, &drawing->hull[i]);
+    }
     res = weft_context_call(drawing->context, make_objects, drawing);
     if (res == WEFT_OK) {
         *out = drawing;
@@ -294,7 +276,10 @@ void scene_drawing_destroy(scene_drawing **drawing)
         return;
     weft_context_call((*drawing)->context, end_objects, *drawing);
     free((*drawing)->extent);
-    free((*drawing)->placed);
+    free((*drawing)->hull);
+    free((*drawing)->model);
+    free((*drawing)->caster);
+    free((*drawing)->caster_object);
     free(*drawing);
     *drawing = NULL;
 }
@@ -313,8 +298,8 @@ static void set_lights(const scene_drawing *drawing, const struct scene_frame *f
         const struct scene_point_light *light = &frame->light[i];
         for (int axis = 0; axis < 3; axis++)
             position[i][axis] = (float)(light->position[axis] - drawing->middle[axis]);
-        round_once(light->normal, normal[i], 3);
-        round_once(light->intensity, intensity[i], 3);
+        scene_round(light->normal, normal[i], 3);
+        scene_round(light->intensity, intensity[i], 3);
         has_normal[i] =
             light->normal[0] != 0.0 || light->normal[1] != 0.0 || light->normal[2] != 0.0;
         falloff[i] = (GLint)light->falloff;
@@ -351,13 +336,13 @@ static void draw_object(const scene_drawing *drawing, int object, const double c
     const struct scene_object *o = &drawing->scene->objects[object];
     double model[16];
     float rounded[16];
-    round_once(clip, rounded, 16);
+    scene_round(clip, rounded, 16);
     gl->UniformMatrix4fv(drawing->uniform[CLIP], 1, GL_FALSE, rounded);
     for (int i = 0; i < 16; i++)
-        model[i] = drawing->placed[object].model[i];
+        model[i] = drawing->model[object][i];
     for (int i = 0; i < 3; i++)
         model[12 + i] -= drawing->middle[i];
-    round_once(model, rounded, 16);
+    scene_round(model, rounded, 16);
     gl->UniformMatrix4fv(drawing->uniform[MODEL], 1, GL_FALSE, rounded);
     gl->Uniform1i(drawing->uniform[FIRST_TRIANGLE], (GLint)(o->first_index / 3));
     gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
@@ -371,7 +356,7 @@ static void draw_objects(scene_drawing *drawing, const struct scene_frame *frame
     for (int i = 0; i < drawing->scene->object_count; i++) {
         const struct scene_object *object = &drawing->scene->objects[i];
         double clip[16];
-        scene_multiply(camera, drawing->placed[i].model, clip);
+        scene_multiply(camera, drawing->model[i], clip);
         if (!scene_extent_seen(&drawing->extent[i], clip))
             continue;
         if (object->material != material)
@@ -387,8 +372,8 @@ static void set_frame(const scene_drawing *drawing, const struct scene_frame *fr
     const GladGLContext *gl = &drawing->gl;
     const bool ambient = !frame->without_ambient && !frame->clamped_share;
     float background[4] = {0}, light[3] = {0};
-    round_once(drawing->scene->background, background, 4);
-    round_once(drawing->scene->ambient, light, 3);
+    scene_round(drawing->scene->background, background, 4);
+    scene_round(drawing->scene->ambient, light, 3);
     for (int i = 0; i < 3; i++) {
         background[i] = frame->clamped_share ? 0.0f : background[i];
         light[i] = ambient ? light[i] : 0.0f;
@@ -404,6 +389,22 @@ static void set_frame(const scene_drawing *drawing, const struct scene_frame *fr
     gl->Uniform3fv(drawing->uniform[AMBIENT], 1, light);
     gl->Uniform1i(drawing->uniform[ONLY_CLAMPED], frame->clamped_share);
     set_lights(drawing, frame);
+    scene_shadows_use(gl, &drawing->shadows, drawing->shadow_uniform, frame->light_count, 1,
+                      drawing->middle, drawing->diagonal);
+}
+
+static void draw_shadows(scene_drawing *drawing, const struct scene_frame *frame)
+{
+    const struct scene_shadow_casting casting = {
+        .scene = drawing->scene,
+        .extent = drawing->extent,
+        .hull = drawing->hull,
+        .model = (const double(*)[16])drawing->model,
+        .caster = drawing->caster,
+        .object = drawing->caster_object,
+        .diagonal = drawing->diagonal,
+    };
+    scene_shadows_draw(&drawing->gl, &drawing->shadows, &casting, frame->light, frame->light_count);
 }
 
 enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_frame *frame,
@@ -417,8 +418,9 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
     if (res != WEFT_OK)
         return res;
     for (int i = 0; i < drawing->scene->object_count; i++)
-        scene_path_at(&drawing->scene->objects[i].path, frame->time, drawing->placed[i].model);
+        scene_path_at(&drawing->scene->objects[i].path, frame->time, drawing->model[i]);
     drawing->gl.BindVertexArray(drawing->vertex_array);
+    draw_shadows(drawing, frame);
     set_frame(drawing, frame, target);
     draw_objects(drawing, frame, matrices.clip);
     return check(drawing, "a scene was drawn");
@@ -426,5 +428,11 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
 
 void scene_drawing_get_shadow(const scene_drawing *drawing, struct scene_shadow_info *out)
 {
-    *out = (struct scene_shadow_info){.size = drawing->shadow_size};
+    const struct scene_shadows *shadows = &drawing->shadows;
+    *out = (struct scene_shadow_info){
+        .faces = shadows->faces,
+        .size = shadows->size,
+        .bias = drawing->bias,
+        .bytes = 4 * (uint64_t)shadows->size * (uint64_t)shadows->size * (uint64_t)shadows->layers,
+    };
 }

@@ -1,4 +1,4 @@
-// Fragment shader of what is seen (tools/scene/drawing.c): radiance of a Lambert surface.
+// Fragment shader of what is seen (tools/render/drawing.c): radiance of a Lambert surface.
 // Defined: LIGHTS (that there can be), the values of enum scene_falloff.
 in vec3 position, normal, colour;
 in vec2 uv;
@@ -17,6 +17,8 @@ uniform int light_falloff[LIGHTS];
 uniform float light_most[LIGHTS]; // 0: all of it
 
 out vec4 radiance;
+
+#include "tools/render/shadow.glsl"
 
 const float PI = 3.14159265358979;
 
@@ -52,7 +54,7 @@ float find_light(int i, vec3 flat_normal, vec3 smooth_normal, float bend)
         part = find_factor(i, cosine, from, square) / PI;
     else
         part = only_clamped ? 0.0 : light_falloff[i] == FALLOFF_COSINE ? cosine : 1.0;
-    return part;
+    return part > 0.0 && !shadow_hides(i, position, flat_normal, bend) ? part : 0.0;
 }
 
 vec3 find_radiance()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Programs of shaders.
 #include "tools/common/log.h"
-#include "tools/scene/drawing_impl.h"
+#include "tools/render/program.h"
 
 static GLuint compile(const GladGLContext *gl, const struct weft_log *log, GLenum stage,
                       const char *defines, const char *source)

@@ -1,4 +1,4 @@
-// Vertex shader of what is seen (tools/scene/drawing.c). Positions that go on are the scene's,
+// Vertex shader of what is seen (tools/render/drawing.c). Positions that go on are the scene's,
 // relative to the middle of its box.
 layout(location = 0) in vec3 at;
 layout(location = 1) in vec3 points_to;

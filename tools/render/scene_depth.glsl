@@ -1,0 +1,4 @@
+// Fragment shader of shadow maps: depth alone.
+void main()
+{
+}
