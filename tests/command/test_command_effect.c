@@ -387,7 +387,14 @@ static void frames_are_as_many_as_the_picture_needs(void **state)
         assert_true(number(root, "frames") == number(need, "frames"));
         json_decref(root);
     }
-    assert_int_equal(access("p.json", F_OK), -1);
+    // Of a fade they are of each scene.
+    json_t *root = parse(
+        command_succeeds("effect", "fade+antialias", SIZE, "--json", "--explain", "--at", "0.3"));
+    assert_true(number(root, "frames") == 32.0 && number(root, "needed") == 16.0);
+    json_decref(root);
+    root = parse(command_succeeds("effect", "fade+antialias", SIZE, "--json", "--explain"));
+    assert_true(number(root, "frames") == 32.0);
+    json_decref(root);
 }
 
 // As weft accumulate judges: after 16, and whenever a sixteenth has come on top.

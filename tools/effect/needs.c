@@ -63,13 +63,14 @@ static struct effect_need find_need(const struct effect_params *params, const st
     return need;
 }
 
-void effect_needs_find(const struct effect_params *params, struct effect_plan *plan)
+void effect_needs_find(const struct effect_params *params, const double *share,
+                       struct effect_plan *plan)
 {
     plan->needed = 1;
     for (int i = 0; i < EFFECT_COUNT; i++) {
         const unsigned effect = params->effects & 1u << i;
         for (int s = 0; s < params->scene_count && effect; s++) {
-            if (params->fade[s] == 0.0 && params->effects & EFFECT_FADE)
+            if (share[s] == 0.0)
                 continue;
             const struct effect_need need = find_need(params, params->scene[s], plan, effect);
             if (need.frames > plan->need[i].frames)
