@@ -3,6 +3,7 @@
 #ifndef WEFT_PASSES_STABILITY_CASES_H
 #define WEFT_PASSES_STABILITY_CASES_H
 
+#include "passes/accumulate/accumulate.h"
 #include "passes/gl/gl.h"
 #include "passes/stability/stability.h"
 #include "passes/verify/verify.h"
@@ -13,6 +14,8 @@ extern const struct weft_stability_case weft_stability_blend_8, weft_stability_m
     weft_stability_half_sum, weft_stability_buffer_16, weft_stability_tree_bias,
     weft_stability_float_mean, weft_stability_srgb_mean, weft_stability_id_mean,
     weft_stability_nan_frame;
+extern const struct weft_stability_case weft_stability_jitter_shift, weft_stability_few_frames,
+    weft_stability_lens_outside, weft_stability_light_corner;
 extern const struct weft_stability_case weft_stability_half_passes, weft_stability_half_overflow;
 extern const struct weft_stability_case weft_stability_filter_weights, weft_stability_texel_centres,
     weft_stability_same_size, weft_stability_odd_width;
@@ -28,6 +31,23 @@ void weft_stability_say(struct weft_stability_result *result, const char *unit, 
 // A repeatable value in [-1, 1] for every voxel.
 float weft_stability_noise(int x, int y, int z);
 void weft_stability_fill_noise(float *data, const int size[3]);
+
+// ---- averages -----------------------------------------------------------------------------------
+
+// Frames of one channel in memory, one after the other.
+struct weft_stability_frames {
+    int count, width, height;
+    enum weft_plane_type type;
+    void *values; // [frame][y][x]
+};
+struct weft_plane weft_stability_frame(const struct weft_stability_frames *frames, int index);
+
+// Their mean by one method, on the context or, without one, emulated. Each frame counts `weight`.
+// out[pixel]; report: NULL where nobody asks.
+enum weft_result weft_stability_accumulate(const struct weft_stability_params *params,
+                                           const struct weft_stability_frames *frames,
+                                           struct weft_accumulator_params how, double weight,
+                                           float *out, struct weft_accumulator_report *report);
 
 // ---- slices -------------------------------------------------------------------------------------
 

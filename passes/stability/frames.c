@@ -14,16 +14,9 @@
 
 enum { WIDTH = 64 };
 
-// Frames of one channel in memory, one after the other.
-struct frames {
-    int count, height;
-    enum weft_plane_type type;
-    void *values; // [frame][y][x]
-};
-
-static int pixels_of(const struct frames *f)
+static int pixels_of(const struct weft_stability_frames *f)
 {
-    return WIDTH * f->height;
+    return f->width * f->height;
 }
 
 static double one_of(enum weft_plane_type type)
@@ -42,7 +35,7 @@ static void store(void *values, size_t at, enum weft_plane_type type, double val
 }
 
 // As stored: codes, or values.
-static double load(const struct frames *f, int frame, int pixel)
+static double load(const struct weft_stability_frames *f, int frame, int pixel)
 {
     const size_t at = (size_t)frame * (size_t)pixels_of(f) + (size_t)pixel;
     return f->type == WEFT_PLANE_UNORM8    ? ((const uint8_t *)f->values)[at]
@@ -51,11 +44,11 @@ static double load(const struct frames *f, int frame, int pixel)
 }
 
 // To be freed in any case.
-static enum weft_result create_frames(struct frames *f, int count, int height,
+static enum weft_result create_frames(struct weft_stability_frames *f, int count, int height,
                                       enum weft_plane_type type,
                                       double (*value)(int frame, int pixel))
 {
-    *f = (struct frames){count, height, type, NULL};
+    *f = (struct weft_stability_frames){count, WIDTH, height, type, NULL};
     f->values = malloc((size_t)count * (size_t)pixels_of(f) * weft_plane_type_size(type));
     if (!f->values)
         return WEFT_ERR_MEMORY;
@@ -65,45 +58,12 @@ static enum weft_result create_frames(struct frames *f, int count, int height,
     return WEFT_OK;
 }
 
-static struct weft_plane plane_of(const struct frames *f, int frame)
-{
-    const size_t size = (size_t)pixels_of(f) * weft_plane_type_size(f->type);
-    return (struct weft_plane){.values = (const char *)f->values + (size_t)frame * size,
-                               .type = f->type};
-}
-
-// The mean by one method. out[pixel]; report: NULL where nobody asks.
-static enum weft_result accumulate(const struct weft_stability_params *params,
-                                   const struct frames *f, struct weft_accumulator_params how,
-                                   double weight, float *out,
-                                   struct weft_accumulator_report *report)
-{
-    weft_accumulator *a = NULL;
-    how.width = WIDTH;
-    how.height = f->height;
-    how.channel_count = 1;
-    how.context = params->context;
-    how.emulate = !params->context;
-    how.log = params->log;
-    enum weft_result res = weft_accumulator_create(&how, &a);
-    for (int i = 0; i < f->count && res == WEFT_OK; i++) {
-        const struct weft_plane plane = plane_of(f, i);
-        res = weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, weight);
-    }
-    if (res == WEFT_OK)
-        res = weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 0);
-    if (res == WEFT_OK && report)
-        weft_accumulator_get_report(a, report);
-    weft_accumulator_destroy(&a);
-    return res;
-}
-
 // Of results against exact means, in frames' units: codes, or values. As sums of codes are.
 struct errors {
     double largest, mean; // the mean has a sign
 };
 
-static struct errors compare(const struct frames *f, const float *out)
+static struct errors compare(const struct weft_stability_frames *f, const float *out)
 {
     struct errors e = {0};
     const int pixels = pixels_of(f);
@@ -120,17 +80,17 @@ static struct errors compare(const struct frames *f, const float *out)
 
 // Two methods on the same frames, by their largest errors, in codes.
 static enum weft_result measure_both(const struct weft_stability_params *params,
-                                     const struct frames *f,
+                                     const struct weft_stability_frames *f,
                                      const struct weft_accumulator_params *naive,
                                      const struct weft_accumulator_params *ours,
                                      struct weft_stability_result *result)
 {
     float out[WIDTH];
     struct weft_accumulator_report report = {0};
-    enum weft_result res = accumulate(params, f, *naive, 1.0, out, NULL);
+    enum weft_result res = weft_stability_accumulate(params, f, *naive, 1.0, out, NULL);
     if (res == WEFT_OK) {
         result->naive = compare(f, out).largest;
-        res = accumulate(params, f, *ours, 1.0, out, &report);
+        res = weft_stability_accumulate(params, f, *ours, 1.0, out, &report);
     }
     if (res == WEFT_OK)
         result->ours = compare(f, out).largest;
@@ -150,7 +110,7 @@ static double noisy_code(int frame, int pixel)
 static enum weft_result measure_blend_8(const struct weft_stability_params *params,
                                         struct weft_stability_result *result)
 {
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 256, 1, WEFT_PLANE_UNORM8, noisy_code);
     if (res == WEFT_OK)
         res = measure_both(
@@ -184,7 +144,7 @@ static double fading_code(int frame, int pixel)
 static enum weft_result measure_mean_8(const struct weft_stability_params *params,
                                        struct weft_stability_result *result)
 {
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 1000, 1, WEFT_PLANE_UNORM8, fading_code);
     if (res == WEFT_OK) // how many frames come is not said, so that frame k is mixed in by 1 / k
         res = measure_both(params, &f, weft_accumulator_params(.method = WEFT_ACCUMULATE_BLEND),
@@ -219,7 +179,7 @@ static double noisy_code_16(int frame, int pixel)
 static enum weft_result measure_half_sum(const struct weft_stability_params *params,
                                          struct weft_stability_result *result)
 {
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 100, 1, WEFT_PLANE_UNORM16, noisy_code_16);
     if (res == WEFT_OK)
         res = measure_both(params, &f,
@@ -250,7 +210,7 @@ const struct weft_stability_case weft_stability_half_sum = {
 
 // What Mesa's accumulation buffer does: every product is cut off.
 static enum weft_result run_buffer(const struct weft_stability_params *params,
-                                   const struct frames *f, float *out)
+                                   const struct weft_stability_frames *f, float *out)
 {
     weft_accum_buffer *b = NULL;
     enum weft_result res = weft_accum_buffer_create(
@@ -258,7 +218,7 @@ static enum weft_result run_buffer(const struct weft_stability_params *params,
                                  .rounding = WEFT_ACCUM_TRUNCATE, .log = params->log),
         &b);
     for (int i = 0; i < f->count && res == WEFT_OK; i++) {
-        const struct weft_plane plane = plane_of(f, i);
+        const struct weft_plane plane = weft_stability_frame(f, i);
         res = weft_accum_buffer_accum(b, &plane, 1.0 / f->count);
     }
     if (res == WEFT_OK)
@@ -272,14 +232,15 @@ static enum weft_result measure_buffer_16(const struct weft_stability_params *pa
 {
     float out[WIDTH];
     struct weft_accumulator_report report = {0};
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 1024, 1, WEFT_PLANE_UNORM8, noisy_code);
     if (res == WEFT_OK)
         res = run_buffer(params, &f, out);
     if (res == WEFT_OK) {
         result->naive = compare(&f, out).largest;
-        res = accumulate(params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_TREE), 1.0,
-                         out, &report);
+        res = weft_stability_accumulate(params, &f,
+                                        *weft_accumulator_params(.method = WEFT_ACCUMULATE_TREE),
+                                        1.0, out, &report);
     }
     if (res == WEFT_OK)
         result->ours = compare(&f, out).largest;
@@ -316,18 +277,18 @@ static enum weft_result measure_tree_bias(const struct weft_stability_params *pa
     float *out = malloc(WIDTH * HEIGHT * sizeof *out);
     struct weft_accumulator_report report = {0};
     struct weft_accumulator_params how = {.method = WEFT_ACCUMULATE_TREE, .branching = BRANCHING};
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, FRAMES, HEIGHT, WEFT_PLANE_UNORM8, noise_code);
     if (res == WEFT_OK && !out)
         res = WEFT_ERR_MEMORY;
     if (res == WEFT_OK)
-        res = accumulate(params, &f, how, 1.0, out, &report);
+        res = weft_stability_accumulate(params, &f, how, 1.0, out, &report);
     if (res == WEFT_OK)
         result->naive = fabs(compare(&f, out).mean);
     const double predicted = 255.0 * report.bias;
     how.rounding = WEFT_TREE_UNBIASED;
     if (res == WEFT_OK)
-        res = accumulate(params, &f, how, 1.0, out, &report);
+        res = weft_stability_accumulate(params, &f, how, 1.0, out, &report);
     if (res == WEFT_OK)
         result->ours = fabs(compare(&f, out).mean);
     // As many nodes of a level round up as down, but for the root, which is alone: half a code in
@@ -377,11 +338,12 @@ static enum weft_result measure_float_mean(const struct weft_stability_params *p
 {
     float out[WIDTH];
     struct weft_accumulator_report report = {0};
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 1 << LOG_FRAMES, 1, WEFT_PLANE_FLOAT, late_light);
     if (res == WEFT_OK) // each frame stands for as many samples as it is made of
-        res = accumulate(params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT),
-                         1 << (LOG_SAMPLES - LOG_FRAMES), out, &report);
+        res = weft_stability_accumulate(params, &f,
+                                        *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT),
+                                        1 << (LOG_SAMPLES - LOG_FRAMES), out, &report);
     if (res == WEFT_OK) {
         result->naive = fabs((double)running_mean() - 0.875);
         result->ours = compare(&f, out).largest;
@@ -449,15 +411,15 @@ static enum weft_result measure_srgb_mean(const struct weft_stability_params *pa
     const struct weft_accumulator_params how = {.method = WEFT_ACCUMULATE_EXACT};
     float out[WIDTH];
     struct weft_accumulator_report report = {0};
-    struct frames codes = {0}, light = {0};
+    struct weft_stability_frames codes = {0}, light = {0};
     enum weft_result res = create_frames(&codes, WIDTH, 1, WEFT_PLANE_UNORM8, edge_code);
     if (res == WEFT_OK)
         res = create_frames(&light, WIDTH, 1, WEFT_PLANE_FLOAT, edge_light);
     if (res == WEFT_OK)
-        res = accumulate(params, &codes, how, 1.0, out, NULL);
+        res = weft_stability_accumulate(params, &codes, how, 1.0, out, NULL);
     result->naive = res == WEFT_OK ? edge_error(out, false) : 0.0;
     if (res == WEFT_OK)
-        res = accumulate(params, &light, how, 1.0, out, &report);
+        res = weft_stability_accumulate(params, &light, how, 1.0, out, &report);
     result->ours = res == WEFT_OK ? edge_error(out, true) : 0.0;
     // The light is rounded to floats, and its mean; sRGB is steepest at 0. The reference's own
     // roundings are doubles'.
@@ -525,11 +487,12 @@ static enum weft_result most_covering(const struct weft_stability_params *params
     float share[WIDTH], best[WIDTH] = {0};
     enum weft_result res = WEFT_OK;
     for (int k = 0; k < OBJECTS && res == WEFT_OK; k++) {
-        struct frames f;
+        struct weft_stability_frames f;
         res = create_frames(&f, WIDTH, 1, WEFT_PLANE_FLOAT, coverage[k]);
         if (res == WEFT_OK)
-            res = accumulate(params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT),
-                             1.0, share, NULL);
+            res = weft_stability_accumulate(
+                params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT), 1.0, share,
+                NULL);
         for (int p = 0; p < WIDTH && res == WEFT_OK; p++) {
             ids[p] = share[p] > best[p] ? (float)object_id[k] : ids[p];
             best[p] = fmaxf(best[p], share[p]);
@@ -543,11 +506,11 @@ static enum weft_result measure_id_mean(const struct weft_stability_params *para
                                         struct weft_stability_result *result)
 {
     float out[WIDTH] = {0};
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, WIDTH, 1, WEFT_PLANE_FLOAT, id_at);
     if (res == WEFT_OK)
-        res = accumulate(params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT), 1.0,
-                         out, NULL);
+        res = weft_stability_accumulate(
+            params, &f, *weft_accumulator_params(.method = WEFT_ACCUMULATE_EXACT), 1.0, out, NULL);
     result->naive = wrong_ids(out);
     if (res == WEFT_OK)
         res = most_covering(params, out);
@@ -581,7 +544,7 @@ static double nan_frame(int frame, int pixel)
 }
 
 // Largest distance from the mean of what is finite; INFINITY where it is not finite.
-static double finite_error(const struct frames *f, const float *out)
+static double finite_error(const struct weft_stability_frames *f, const float *out)
 {
     double largest = 0.0;
     for (int p = 0; p < WIDTH; p++) {
@@ -601,14 +564,14 @@ static enum weft_result measure_nan_frame(const struct weft_stability_params *pa
     struct weft_accumulator_report report = {0};
     struct weft_accumulator_params how = {.method = WEFT_ACCUMULATE_EXACT,
                                           .nonfinite = WEFT_NONFINITE_PROPAGATE};
-    struct frames f;
+    struct weft_stability_frames f;
     enum weft_result res = create_frames(&f, 1000, 1, WEFT_PLANE_FLOAT, nan_frame);
     if (res == WEFT_OK)
-        res = accumulate(params, &f, how, 1.0, out, NULL);
+        res = weft_stability_accumulate(params, &f, how, 1.0, out, NULL);
     result->naive = res == WEFT_OK ? finite_error(&f, out) : 0.0;
     how.nonfinite = WEFT_NONFINITE_SKIP;
     if (res == WEFT_OK)
-        res = accumulate(params, &f, how, 1.0, out, &report);
+        res = weft_stability_accumulate(params, &f, how, 1.0, out, &report);
     result->ours = res == WEFT_OK ? finite_error(&f, out) : 0.0;
     // The reference's sums are doubles': 1000 roundings of sums below 1000.
     result->limit = report.bound + 1000.0 * 0x1p-53;

@@ -34,6 +34,41 @@ void weft_stability_fill_noise(float *data, const int size[3])
                 *data++ = weft_stability_noise(x, y, z);
 }
 
+// ---- averages -----------------------------------------------------------------------------------
+
+struct weft_plane weft_stability_frame(const struct weft_stability_frames *frames, int index)
+{
+    const size_t size =
+        (size_t)frames->width * (size_t)frames->height * weft_plane_type_size(frames->type);
+    return (struct weft_plane){.values = (const char *)frames->values + (size_t)index * size,
+                               .type = frames->type};
+}
+
+enum weft_result weft_stability_accumulate(const struct weft_stability_params *params,
+                                           const struct weft_stability_frames *frames,
+                                           struct weft_accumulator_params how, double weight,
+                                           float *out, struct weft_accumulator_report *report)
+{
+    weft_accumulator *a = NULL;
+    how.width = frames->width;
+    how.height = frames->height;
+    how.channel_count = 1;
+    how.context = params->context;
+    how.emulate = !params->context;
+    how.log = params->log;
+    enum weft_result res = weft_accumulator_create(&how, &a);
+    for (int i = 0; i < frames->count && res == WEFT_OK; i++) {
+        const struct weft_plane plane = weft_stability_frame(frames, i);
+        res = weft_accumulator_add(a, &(struct weft_frame){.plane = &plane}, weight);
+    }
+    if (res == WEFT_OK)
+        res = weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 0);
+    if (res == WEFT_OK && report)
+        weft_accumulator_get_report(a, report);
+    weft_accumulator_destroy(&a);
+    return res;
+}
+
 // ---- slices -------------------------------------------------------------------------------------
 
 struct weft_slice_geometry weft_stability_oblique(const int32_t first[3], double length, int width,
