@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "tools/common/log.h"
+#include "tools/effect/samples.h"
 
 static double find_middle(const struct effect_params *params)
 {
@@ -31,6 +32,14 @@ static double measure_circle(const struct effect_params *params, const struct sc
     return widest;
 }
 
+// As many to a pixel's area, however many pixels the filter is wide.
+static int64_t count_samples(const struct effect_params *params)
+{
+    const double width = effect_filter_width(params);
+    return width <= 1.0 ? EFFECT_FRAMES_ANTIALIAS
+                        : (int64_t)ceil(EFFECT_FRAMES_ANTIALIAS * fmin(width * width, 1e9));
+}
+
 // Of one effect in one scene.
 static struct effect_need find_need(const struct effect_params *params, const struct scene *scene,
                                     const struct effect_plan *plan, unsigned effect)
@@ -50,7 +59,7 @@ static struct effect_need find_need(const struct effect_params *params, const st
         need.frames = weft_frames_for_penumbra(need.figure, 0.0);
         break;
     case EFFECT_ANTIALIAS:
-        need.frames = EFFECT_FRAMES_ANTIALIAS;
+        need.frames = count_samples(params);
         break;
     case EFFECT_RADIOSITY:
         need.frames = EFFECT_FRAMES_RADIOSITY;

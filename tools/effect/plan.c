@@ -144,12 +144,28 @@ static enum weft_result grow(const struct effect_params *params, struct effect_p
     return WEFT_OK;
 }
 
+// Lights are made once, at the middle of the time.
+static void warn_of_motion(const struct effect_params *params, const struct scene *scene)
+{
+    if (!(params->effects & EFFECT_MOTION_BLUR))
+        return;
+    for (int i = 0; i < scene->object_count; i++)
+        if (scene->objects[i].path.count > 1) {
+            log_warn(params->log,
+                     "scene %s moves, and its virtual lights do not: they stay where they are at "
+                     "the middle of the time",
+                     scene->name);
+            return;
+        }
+}
+
 static enum weft_result make_lights(const struct effect_params *params, int scene, int64_t count,
                                     struct effect_virtual_lights *out)
 {
     *out = (struct effect_virtual_lights){0};
     if (!(params->effects & EFFECT_RADIOSITY))
         return WEFT_OK;
+    warn_of_motion(params, params->scene[scene]);
     return effect_lights_make(
         effect_lights_params(.scene = params->scene[scene], .count = count, .paths = params->paths,
                              .seed = params->seed, .clamp = params->clamp,

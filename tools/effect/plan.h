@@ -23,7 +23,7 @@ enum {
     EFFECT_MAX_SCENES = 16,
     EFFECT_MAX_FRAMES = 1 << 17,     // of all scenes together; each takes about 1 KB
     EFFECT_MOST_AUTO = 1024,         // frames of a scene that are planned unasked
-    EFFECT_FRAMES_ANTIALIAS = 16,    // that it asks for
+    EFFECT_FRAMES_ANTIALIAS = 16,    // that it asks for, a pixel's area of its filter
     EFFECT_FRAMES_RADIOSITY = 256,   // likewise: virtual lights, or paths
     EFFECT_MAX_DISCREPANCY = 1 << 11 // points of a set whose discrepancy is computed, in a second
 };

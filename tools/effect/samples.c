@@ -4,29 +4,20 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "tools/common/log.h"
+#include "tools/common/random.h"
 #include "tools/effect/lamps.h"
 
 // ---- orders -------------------------------------------------------------------------------------
-
-// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
-static uint64_t next_number(uint64_t *state)
-{
-    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
 
 // Fisher and Yates' shuffle. The remainder prefers small numbers by 2^-43 at most.
 static void permute(uint64_t seed, enum effect_dimension dimension, int count, int *out)
 {
     uint64_t state = seed;
-    state = next_number(&state) + (uint64_t)dimension;
+    state = random_next(&state) + (uint64_t)dimension;
     for (int i = 0; i < count; i++)
         out[i] = i;
     for (int i = count - 1; i > 0; i--) {
-        const int j = (int)(next_number(&state) % ((uint64_t)i + 1)), at = out[i];
+        const int j = (int)(random_next(&state) % ((uint64_t)i + 1)), at = out[i];
         out[i] = out[j];
         out[j] = at;
     }
@@ -164,7 +155,7 @@ static enum weft_result weigh_pixel(const struct work *work, const struct weft_j
         work->weights, NULL);
 }
 
-static double find_width(const struct effect_params *params)
+double effect_filter_width(const struct effect_params *params)
 {
     if (params->filter_width != 0.0)
         return params->filter_width;
@@ -173,7 +164,7 @@ static double find_width(const struct effect_params *params)
 
 static enum weft_result join_pixel(struct work *work)
 {
-    const double width = find_width(work->sampling->params);
+    const double width = effect_filter_width(work->sampling->params);
     struct weft_jitter set;
     enum weft_result res = make_set(work, EFFECT_BY_PIXEL, WEFT_JITTER_SQUARE, width, &set);
     if (res != WEFT_OK)

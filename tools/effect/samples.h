@@ -25,6 +25,9 @@ enum effect_order {
 void effect_order_make(enum effect_order order, uint64_t seed, enum effect_dimension dimension,
                        int count, int *out);
 
+// Returns how wide the pixel's filter is, in pixels: what its samples fill.
+double effect_filter_width(const struct effect_params *params);
+
 // Writes the frames of scene `scene`, whose weights add up to 1, and counts none of them. The
 // lights that stand in them are those of the scene, or one of `lights` each, which is NULL without
 // radiosity. Sets are told in *plan where `tell` says so, `extends` always. Returns what

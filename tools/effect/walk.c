@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "tools/common/log.h"
+#include "tools/common/random.h"
 #include "tools/effect/lamps.h"
 
 // ---- numbers ------------------------------------------------------------------------------------
@@ -14,22 +15,13 @@ static const uint8_t PRIMES[] = {2,  3,  5,  7,   11,  13,  17,  19,  23,  29, 3
                                  83, 89, 97, 101, 103, 107, 109, 113, 127, 131};
 enum { PRIME_COUNT = sizeof PRIMES / sizeof PRIMES[0] };
 
-// SplitMix64's n-th number (Steele, Lea and Flood, OOPSLA 2014), in [0, 1).
-static double find_random(uint64_t seed, uint64_t n)
-{
-    uint64_t z = seed + (n + 1) * UINT64_C(0x9e3779b97f4a7c15);
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
-}
-
 // A coordinate of the sequence's point. Few paths come to where bases are above 131, fewer than a
 // base has digits: they would lie on lines, so that they take random numbers instead.
 static double find_number(const struct walk *walk, uint64_t index, int dimension)
 {
     if (dimension >= PRIME_COUNT)
-        return find_random(walk->seed + (uint64_t)dimension * UINT64_C(0xd1342543de82ef95), index);
-    const double shift = walk->seed ? find_random(walk->seed, (uint64_t)dimension) : 0.0;
+        return random_unit_at(walk->seed + (uint64_t)dimension * UINT64_C(0xd1342543de82ef95), index);
+    const double shift = walk->seed ? random_unit_at(walk->seed, (uint64_t)dimension) : 0.0;
     const double sum = weft_jitter_radical_inverse(PRIMES[dimension], index + 1) + shift;
     return sum < 1.0 ? sum : sum - 1.0;
 }

@@ -14,19 +14,6 @@ void scene_set_name(char out[SCENE_NAME], const char *name)
     weft_text_clean(out, false);
 }
 
-uint64_t scene_random(uint64_t *state)
-{
-    uint64_t x = *state += UINT64_C(0x9e3779b97f4a7c15);
-    x = (x ^ x >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    x = (x ^ x >> 27) * UINT64_C(0x94d049bb133111eb);
-    return x ^ x >> 31;
-}
-
-double scene_random_unit(uint64_t *state)
-{
-    return (double)(scene_random(state) >> 11) * 0x1p-53;
-}
-
 // ---- room ---------------------------------------------------------------------------------------
 
 // Room for one more; NULL where there is none. What is there stays in either case.

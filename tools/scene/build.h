@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_SCENE_BUILD_H
 #define WEFT_TOOLS_SCENE_BUILD_H
 
+#include "tools/common/random.h"
 #include "tools/scene/scene.h"
 
 // ---- small things -------------------------------------------------------------------------------
@@ -21,12 +22,6 @@ void scene_rotation(const double axis[3], double degrees, double out[4]);
 void scene_rotate(const double q[4], const double v[3], double out[3]);
 // matrix * (v, 1), of matrices whose last row is 0 0 0 1; in place, too.
 void scene_transform(const double matrix[16], const double v[3], double out[3]);
-
-// Random numbers, the same everywhere: SplitMix64 (Steele, Lea and Flood, "Fast splittable
-// pseudorandom number generators", OOPSLA 2014), *state being the seed at first.
-uint64_t scene_random(uint64_t *state);
-// In [0, 1), of 53 bits.
-double scene_random_unit(uint64_t *state);
 
 // ---- building -----------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ static const double TANGENT = 0.5, NEAREST = 5.0, FARTHEST = 20.0;
 
 static double between(uint64_t *random, double low, double high)
 {
-    return low + (high - low) * scene_random_unit(random);
+    return low + (high - low) * random_unit(random);
 }
 
 static void find_point_of_disc(uint64_t *random, double out[2])
@@ -29,7 +29,7 @@ static void find_point_of_disc(uint64_t *random, double out[2])
 // area; returns how many corners it has. Thin ones are left out.
 static int find_shape(uint64_t *random, double area, double corner[4][2])
 {
-    const int count = scene_random(random) >> 63 ? 4 : 3;
+    const int count = random_next(random) >> 63 ? 4 : 3;
     double doubled;
     do {
         for (int i = 0; i < 3; i++)
@@ -70,7 +70,7 @@ static void add_polygon(struct scene_build *build, uint64_t *random, const int s
     }
     float colour[3];
     for (int i = 0; i < 3; i++)
-        colour[i] = (float)scene_random_unit(random);
+        colour[i] = (float)random_unit(random);
     scene_build_polygon(build, count, corner, NULL, colour);
 }
 

@@ -18,7 +18,7 @@ static const double snap = 1.0 / 256.0;
 
 static inline double random_in(uint64_t *state, double low, double high)
 {
-    return low + (high - low) * scene_random_unit(state);
+    return low + (high - low) * random_unit(state);
 }
 
 static inline struct effect_plan plan_made(const struct effect_params *params)

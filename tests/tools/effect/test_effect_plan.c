@@ -527,10 +527,10 @@ static void permutations_are_the_same_everywhere(void **state)
     bool seen[N] = {false};
     // By hand: Fisher and Yates with the numbers of the reference implementation.
     uint64_t seed = 0, start = 0;
-    start = scene_random(&seed) + EFFECT_BY_TIME;
+    start = random_next(&seed) + EFFECT_BY_TIME;
     int expected[N] = {0, 1, 2, 3, 4, 5, 6, 7};
     for (int i = N - 1; i > 0; i--) {
-        const int j = (int)(scene_random(&start) % (uint64_t)(i + 1)), at = expected[i];
+        const int j = (int)(random_next(&start) % (uint64_t)(i + 1)), at = expected[i];
         expected[i] = expected[j];
         expected[j] = at;
     }
@@ -614,6 +614,25 @@ static void motion_asks_for_a_frame_a_pixel(void **state)
     assert_int_equal(plan.count, EFFECT_FRAMES_ANTIALIAS);
     effect_plan_clear(&plan);
     scene_clear(&moving);
+}
+
+// 16 samples to a pixel's area of the filter.
+static void wide_filters_ask_for_more(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double width;
+        int count;
+    } cases[] = {{"nearest", 0.0, 16}, {"nearest", 0.5, 16},   {"linear", 0.0, 64},
+                 {"linear", 1.5, 36},  {"mitchell", 0.0, 256}, {"lanczos:3", 0.0, 576}};
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        struct effect_plan plan =
+            plan_made(PARAMS(.effects = EFFECT_ANTIALIAS, .filter = kernel_named(cases[i].name),
+                             .filter_width = cases[i].width));
+        assert_int_equal(plan.count, cases[i].count);
+        effect_plan_clear(&plan);
+    }
 }
 
 // A quad at depth 24, focused at 8 or at 30 through a lens of diameter 2: c = A |1/f - 1/z| H / 2.
@@ -754,6 +773,7 @@ int main(void)
         cmocka_unit_test(permutations_are_the_same_everywhere),
         cmocka_unit_test(a_fade_is_its_weights),
         cmocka_unit_test(motion_asks_for_a_frame_a_pixel),
+        cmocka_unit_test(wide_filters_ask_for_more),
         cmocka_unit_test(circles_ask_for_their_area),
         cmocka_unit_test(counts_fit_the_set_and_the_cap),
         cmocka_unit_test(what_is_wrong_is_named),

@@ -302,7 +302,7 @@ static void test_furnace_is_closed(void **state)
             double along[3];
             struct scene_hit hit;
             for (int axis = 0; axis < 3; axis++)
-                along[axis] = scene_random_unit(&random) - 0.5;
+                along[axis] = random_unit(&random) - 0.5;
             assert_true(
                 scene_triangles_hit(&triangles, s.camera.eye, along, SIZE_MAX, INFINITY, &hit));
             assert_false(hit.back);
@@ -424,7 +424,7 @@ static void test_random_numbers_and_seeds(void **state)
         UINT64_C(4593380528125082431)};
     uint64_t random = 1234567;
     for (size_t i = 0; i < WEFT_COUNT(published_numbers); i++)
-        assert_true(scene_random(&random) == published_numbers[i]);
+        assert_true(random_next(&random) == published_numbers[i]);
     assert_true(same_bytes(5, 5));
     assert_true(same_bytes(0, 0));
     assert_false(same_bytes(5, 6));

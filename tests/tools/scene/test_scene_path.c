@@ -122,13 +122,13 @@ static void test_matrices_are_rotations_times_scales(void **state)
     for (int k = 0; k < 200; k++) {
         struct scene_key keys[2];
         for (int i = 0; i < 2; i++) {
-            const double axis[3] = {scene_random_unit(&random) - 0.5,
-                                    scene_random_unit(&random) - 0.5, scene_random_unit(&random)};
-            keys[i] = key_at(i, axis, 720.0 * scene_random_unit(&random) - 360.0);
-            keys[i].scale = 0.5 + scene_random_unit(&random);
+            const double axis[3] = {random_unit(&random) - 0.5, random_unit(&random) - 0.5,
+                                    random_unit(&random)};
+            keys[i] = key_at(i, axis, 720.0 * random_unit(&random) - 360.0);
+            keys[i].scale = 0.5 + random_unit(&random);
         }
         const struct scene_path path = {keys, 2};
-        const double time = scene_random_unit(&random), scale = scene_path_key(&path, time).scale;
+        const double time = random_unit(&random), scale = scene_path_key(&path, time).scale;
         double m[16], product[3];
         scene_path_at(&path, time, m);
         for (int a = 0; a < 3; a++, ran++) {

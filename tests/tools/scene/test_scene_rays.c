@@ -86,10 +86,10 @@ static void check_scene(const char *name, int rays, int *met, int *missed, int *
         struct scene_hit hit = {0};
         for (int i = 0; i < 3; i++) {
             const double low = fmax(s.low[i], -20.0), high = fmin(s.high[i], 600.0);
-            origin[i] = low + (high - low) * (1.4 * scene_random_unit(&random) - 0.2);
-            direction[i] = r % 7 == i ? 0.0 : scene_random_unit(&random) - 0.5;
+            origin[i] = low + (high - low) * (1.4 * random_unit(&random) - 0.2);
+            direction[i] = r % 7 == i ? 0.0 : random_unit(&random) - 0.5;
         }
-        const size_t from = r % 3 ? SIZE_MAX : scene_random(&random) % triangles.count;
+        const size_t from = r % 3 ? SIZE_MAX : random_next(&random) % triangles.count;
         bool was_culled = false;
         const long double expected = meet_all(&triangles, origin, direction, from, &was_culled);
         if (isnan(expected))
@@ -149,7 +149,7 @@ static void test_closed_surfaces_are_closed(void **state)
     for (int k = 0; k < 40; k++) {
         double origin[3];
         for (int i = 0; i < 3; i++)
-            origin[i] = (double[]){0.1, 0.2, 0.3}[i] + 0.4 * (scene_random_unit(&random) - 0.5);
+            origin[i] = (double[]){0.1, 0.2, 0.3}[i] + 0.4 * (random_unit(&random) - 0.5);
         for (size_t t = 0; t < triangles.count; t += k % 5 + 1)
             for (int share = 0; share <= 4; share++, ran++) {
                 const struct scene_triangle *triangle = &triangles.list[t];
