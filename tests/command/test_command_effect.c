@@ -170,6 +170,9 @@ static void the_same_request_gives_the_same_bytes(void **state)
     command_succeeds("effect", "antialias", SIZE, "-o", "a.exr", "--seed", "1");
     command_succeeds("effect", "antialias", SIZE, "-o", "b.exr", "--seed", "2");
     assert_same_bytes("a.exr", "b.exr", false);
+    command_succeeds("effect", "antialias", SIZE, "-o", "b.exr", "--seed", "1", "--context",
+                     "auto");
+    assert_same_bytes("a.exr", "b.exr", true);
     command_run(&result, "weft", "effect", "antialias", SIZE, "-o", "-", "--seed", "1");
     assert_int_equal(result.code, 0);
     assert_memory_equal(result.out, "v/1\x01", 4);

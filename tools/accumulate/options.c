@@ -88,7 +88,9 @@ enum weft_result accumulate_read_options(struct accumulate_job *job)
                                             .colour_map = &o[ACCUMULATE_COLOUR_MAP]};
     enum weft_result res = check_conflicts(job);
     if (res == WEFT_OK)
-        res = accumulation_read(&o[ACCUMULATE_ADDING], is_given(job, ACCUMULATE_STDERR), &r->how);
+        res = accumulation_read(&o[ACCUMULATE_ADDING],
+                                is_given(job, ACCUMULATE_STDERR) ? ACCUMULATION_TELLS_ERROR : 0,
+                                &r->how);
     if (res == WEFT_OK)
         res = read_nonfinite(&o[ACCUMULATE_NONFINITE], r);
     if (res == WEFT_OK)

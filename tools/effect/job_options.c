@@ -461,6 +461,8 @@ enum weft_result effect_job_read_options(struct effect_job *job)
     const struct option_value none = {.given = false};
     const struct preview_options preview = {.range = &o[ASK_RANGE], .colour_map = &none};
     const struct weft_colour_map *no_map;
+    const unsigned uses =
+        ACCUMULATION_DRAWS_FRAMES | (o[ASK_STDERR].given ? ACCUMULATION_TELLS_ERROR : 0);
     job->params = *effect_params(.log = report_log());
     if (!job->operands[0]) {
         report_error("no effect given: weft effect NAME[+NAME...] -o OUT.exr (see weft help "
@@ -471,7 +473,7 @@ enum weft_result effect_job_read_options(struct effect_job *job)
     if (res == WEFT_OK)
         res = check_conflicts(job);
     if (res == WEFT_OK)
-        res = accumulation_read(&o[ASK_ADDING], o[ASK_STDERR].given, &job->how);
+        res = accumulation_read(&o[ASK_ADDING], uses, &job->how);
     if (res == WEFT_OK)
         res = read_params(job);
     if (res == WEFT_OK)

@@ -138,8 +138,8 @@ static void tell_frames(const struct effect_job *job, line tell)
     const bool asked = o[ASK_PATHS].given || job->params.frames > 0;
     char scenes[EFFECT_TEXT];
     name_scenes(job, scenes);
-    tell("%s of %s, %d x %d: %lld frames, %s", job->operands[0], scenes, plan->size[0],
-         plan->size[1], (long long)plan->count,
+    tell("%s of %s, %d x %d: %lld frame%s, %s", job->operands[0], scenes, plan->size[0],
+         plan->size[1], (long long)plan->count, plan->count == 1 ? "" : "s",
          o[ASK_PATHS].given ? "for the paths asked for"
          : asked            ? "as asked for"
                             : "as the picture needs");
@@ -167,7 +167,7 @@ static void tell_sets(const struct effect_job *job, line tell)
              weft_jitter_shape_names[set->shape], set->size, discrepancy, set->mean[0],
              set->mean[1], set->shift[0], set->shift[1]);
     }
-    if (!job->plan.extends)
+    if (!job->plan.extends && job->plan.count > job->scene_count)
         tell("  the first frames are chosen from all at random");
 }
 
@@ -255,8 +255,8 @@ static void print_summary(const struct effect_job *job)
 {
     char scenes[EFFECT_TEXT], method[ACCUMULATION_TEXT];
     name_scenes(job, scenes);
-    report_line("%s of %s: %lld frames, %s, %.1f a second", job->operands[0], scenes,
-                (long long)job->added,
+    report_line("%s of %s: %lld frame%s, %s, %.1f a second", job->operands[0], scenes,
+                (long long)job->added, job->added == 1 ? "" : "s",
                 accumulation_format(&job->option[ASK_ADDING], &job->report, method),
                 (double)job->added / job->seconds.draw);
     if (has(job, EFFECT_DOF))

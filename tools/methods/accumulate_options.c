@@ -29,12 +29,14 @@ static const struct {
 };
 
 // An option that is of other methods than the one asked for.
-static const char *method_conflict(const struct option_value *o, const struct accumulation *a,
-                                   char text[ACCUMULATION_TEXT])
+static const char *method_conflict(const struct option_value *o, unsigned uses,
+                                   const struct accumulation *a, char text[ACCUMULATION_TEXT])
 {
     const unsigned bit = a->method == WEFT_ACCUMULATE_AUTO ? 0 : 1u << (a->method - 1);
     for (size_t i = 0; i < sizeof method_options / sizeof *method_options; i++) {
-        if (!o[method_options[i].option].given || (method_options[i].methods & bit))
+        const enum accumulation_option option = method_options[i].option;
+        const bool drawn = option == ACCUMULATION_CONTEXT && (uses & ACCUMULATION_DRAWS_FRAMES);
+        if (!o[option].given || drawn || (method_options[i].methods & bit))
             continue;
         snprintf(text, ACCUMULATION_TEXT, "%s needs --method %s", method_options[i].name,
                  method_options[i].text);
@@ -47,12 +49,13 @@ static const char *method_conflict(const struct option_value *o, const struct ac
     return NULL;
 }
 
-static const char *find_conflict(const struct option_value *o, bool standard_error,
+static const char *find_conflict(const struct option_value *o, unsigned uses,
                                  const struct accumulation *a, char text[ACCUMULATION_TEXT])
 {
-    if (!standard_error && !o[ACCUMULATION_UNTIL].given && o[ACCUMULATION_BATCH].given)
+    if (!(uses & ACCUMULATION_TELLS_ERROR) && !o[ACCUMULATION_UNTIL].given &&
+        o[ACCUMULATION_BATCH].given)
         return "--batch is of the standard error: it needs --stderr or --until";
-    return method_conflict(o, a, text);
+    return method_conflict(o, uses, a, text);
 }
 
 // ---- single options -----------------------------------------------------------------------------
@@ -232,13 +235,13 @@ static enum weft_result read_numbers(const struct option_value *o, struct accumu
     return res;
 }
 
-enum weft_result accumulation_read(const struct option_value *first, bool standard_error,
+enum weft_result accumulation_read(const struct option_value *first, unsigned uses,
                                    struct accumulation *out)
 {
     char text[ACCUMULATION_TEXT];
     *out = (struct accumulation){.method = WEFT_ACCUMULATE_AUTO};
     const enum weft_result res = read_choices(first, out);
-    const char *conflict = res == WEFT_OK ? find_conflict(first, standard_error, out, text) : NULL;
+    const char *conflict = res == WEFT_OK ? find_conflict(first, uses, out, text) : NULL;
     if (conflict) {
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;

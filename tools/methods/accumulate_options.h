@@ -111,10 +111,15 @@ struct accumulation {
     int threads; // 0: as many as run at once
 };
 
+// What a verb does beside, to be added up with |.
+enum accumulation_use {
+    ACCUMULATION_TELLS_ERROR = 1,  // it is asked for the standard error, which --batch is of
+    ACCUMULATION_DRAWS_FRAMES = 2, // on OpenGL, so that --context is of all methods
+};
+
 // Fills *out. Where options contradict each other, or what a method has not, returns
-// WEFT_ERR_ARGUMENT after an error line, as for values; standard_error: the verb is asked for it,
-// as --batch needs.
-enum weft_result accumulation_read(const struct option_value *first, bool standard_error,
+// WEFT_ERR_ARGUMENT after an error line, as for values. uses: of enum accumulation_use.
+enum weft_result accumulation_read(const struct option_value *first, unsigned uses,
                                    struct accumulation *out);
 // That a tree of the levels that --branching names has leaves for so many frames. Returns
 // WEFT_ERR_ARGUMENT after an error line.
