@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/matrix.h - matrices of 16 numbers in columns, as passes/jitter/camera.h has them, and
-// what they show; inside of tools/render.
+// tools/render/matrix.h - matrices of 16 numbers in columns, as passes/jitter/camera.h has them,
+// and what they show; inside of tools/render.
 #ifndef WEFT_TOOLS_RENDER_MATRIX_H
 #define WEFT_TOOLS_RENDER_MATRIX_H
 

@@ -1,5 +1,7 @@
-// Fragment shader of what is seen (tools/render/drawing.c): radiance of a Lambert surface.
-// Defined: LIGHTS (that there can be), the values of enum scene_falloff.
+// Fragment shader of what is seen (tools/render/surface.c): radiance of a Lambert surface.
+// Defined: LIGHTS (of the frame, or 1), the values of enum scene_falloff and scene_shadow_kind, and
+// EACH_LIGHT: a LIGHT(place, kind, falloff, flat, clamped) for each light, so that the compiler
+// knows all but their numbers - with arrays of kinds, and a loop, a frame takes twice as long.
 in vec3 position, normal, colour;
 in vec2 uv;
 
@@ -10,11 +12,8 @@ uniform vec3 reflectance, emission, ambient;
 uniform float checks; // squares per unit of uv; 0: plain
 uniform bool unlit, only_clamped;
 
-uniform int light_count;
 uniform vec3 light_position[LIGHTS], light_normal[LIGHTS], light_intensity[LIGHTS];
-uniform bool light_has_normal[LIGHTS];
-uniform int light_falloff[LIGHTS];
-uniform float light_most[LIGHTS]; // 0: all of it
+uniform float light_most[LIGHTS]; // largest factor that counts
 
 out vec4 radiance;
 
@@ -29,32 +28,25 @@ vec3 find_reflectance()
     return checks > 0.0 && mod(cell.x + cell.y, 2.0) != 0.0 ? 0.25 * all : all;
 }
 
-// cos cos / distance^2, or what clamping took away of it.
-float find_factor(int i, float cosine, float from, float square)
-{
-    float factor = cosine * from / square;
-    float most = light_most[i] > 0.0 ? min(factor, light_most[i]) : factor;
-    return only_clamped ? factor - most : most;
-}
-
-// What a light of intensity 1 makes of a surface of reflectance 1. `flat_normal` is its triangle's.
-float find_light(int i, vec3 flat_normal, vec3 smooth_normal, float bend)
+// What a light of intensity 1 makes of a surface of reflectance 1. `flat_normal` is its triangle's;
+// is_flat: the light shines to one side.
+float find_light(int i, int kind, int falloff, bool is_flat, bool clamped, vec3 flat_normal,
+                 vec3 smooth_normal, float bend)
 {
     vec3 way = light_position[i] - position;
-    float square = dot(way, way);
-    if (dot(flat_normal, way) <= 0.0)
-        return 0.0;
-    vec3 to = way / sqrt(square);
-    float cosine = dot(smooth_normal, to);
-    float from = light_has_normal[i] ? -dot(light_normal[i], to) : 1.0;
-    if (cosine <= 0.0 || from <= 0.0)
-        return 0.0;
-    float part;
-    if (light_falloff[i] == FALLOFF_RADIANCE)
-        part = find_factor(i, cosine, from, square) / PI;
-    else
-        part = only_clamped ? 0.0 : light_falloff[i] == FALLOFF_COSINE ? cosine : 1.0;
-    return part > 0.0 && !shadow_hides(i, position, flat_normal, bend) ? part : 0.0;
+    float square = dot(way, way), scale = inversesqrt(square);
+    float cosine = dot(smooth_normal, way) * scale;
+    float from = is_flat ? -dot(light_normal[i], way) * scale : 1.0;
+    bool lit = dot(flat_normal, way) > 0.0 && cosine > 0.0 && from > 0.0 &&
+               !shadow_hides(i, kind, position, flat_normal, bend);
+    float part = falloff == FALLOFF_COSINE ? cosine : 1.0, rest = 0.0;
+    if (falloff == FALLOFF_RADIANCE) {
+        float factor = cosine * from / square;
+        float most = clamped ? min(factor, light_most[i]) : factor;
+        part = most / PI;
+        rest = (factor - most) / PI;
+    }
+    return lit ? only_clamped ? rest : part : 0.0;
 }
 
 vec3 find_radiance()
@@ -70,10 +62,13 @@ vec3 find_radiance()
     vec3 sum = ambient * surface;
     if (unlit)
         sum = only_clamped ? vec3(0.0) : surface;
-    for (int i = 0; i < light_count && !unlit; i++) {
-        float part = find_light(i, flat_normal, smooth_normal, plane.w);
-        sum += part * light_intensity[i] * surface;
-    }
+    vec3 light = vec3(0.0);
+#define LIGHT(i, kind, falloff, flat, clamped)                                                     \
+    light += find_light(i, kind, falloff, flat, clamped, flat_normal, smooth_normal, plane.w) *    \
+             light_intensity[i];
+    EACH_LIGHT
+    if (!unlit)
+        sum += light * surface;
     return gl_FrontFacing ? sum + emission : sum;
 }
 

@@ -179,8 +179,8 @@ void scene_shadows_find_uniforms(const GladGLContext *gl, GLuint program,
                                  GLint out[SCENE_SHADOW_UNIFORM_COUNT])
 {
     static const char *const name[SCENE_SHADOW_UNIFORM_COUNT] = {
-        "shadow_maps", "shadow_kind",  "shadow_eye",  "shadow_frame", "shadow_window",
-        "shadow_near", "shadow_layer", "shadow_lift", "shadow_bias",
+        "shadow_maps", "shadow_eye",   "shadow_frame", "shadow_window",
+        "shadow_near", "shadow_layer", "shadow_lift",  "shadow_bias",
     };
     for (int i = 0; i < SCENE_SHADOW_UNIFORM_COUNT; i++)
         out[i] = gl->GetUniformLocation(program, name[i]);
@@ -197,12 +197,10 @@ void scene_shadows_use(const GladGLContext *gl, const struct scene_shadows *shad
                        const GLint at[SCENE_SHADOW_UNIFORM_COUNT], int count, int unit,
                        const double middle[3], double diagonal)
 {
-    GLint kind[SCENE_MAX_LIGHTS];
     float eye[SCENE_MAX_LIGHTS][3], frame[SCENE_MAX_LIGHTS][9], window[SCENE_MAX_LIGHTS][4];
     float near_distance[SCENE_MAX_LIGHTS];
     for (int i = 0; i < count; i++) {
         const struct scene_shadow_view *view = &shadows->view[i];
-        kind[i] = (GLint)view->kind;
         near_distance[i] = (float)view->near_distance;
         for (int k = 0; k < 3; k++) {
             eye[i][k] = (float)(view->eye[k] - middle[k]);
@@ -214,7 +212,6 @@ void scene_shadows_use(const GladGLContext *gl, const struct scene_shadows *shad
     gl->ActiveTexture(GL_TEXTURE0 + (GLenum)unit);
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, shadows->texture);
     gl->Uniform1i(at[SCENE_SHADOW_MAPS], unit);
-    gl->Uniform1iv(at[SCENE_SHADOW_KIND], count, kind);
     gl->Uniform3fv(at[SCENE_SHADOW_EYE], count, &eye[0][0]);
     gl->UniformMatrix3fv(at[SCENE_SHADOW_FRAME], count, GL_TRUE, &frame[0][0]);
     gl->Uniform4fv(at[SCENE_SHADOW_WINDOW], count, &window[0][0]);

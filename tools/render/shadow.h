@@ -45,7 +45,6 @@ void scene_shadows_draw(const GladGLContext *gl, struct scene_shadows *shadows,
 // Uniforms of shadow.glsl in a program.
 enum scene_shadow_uniform {
     SCENE_SHADOW_MAPS,
-    SCENE_SHADOW_KIND,
     SCENE_SHADOW_EYE,
     SCENE_SHADOW_FRAME,
     SCENE_SHADOW_WINDOW,

@@ -11,7 +11,7 @@ static const double WIDEST = 4.0, NEAR = 0x1p-10;
 // Corners of a box, and where its edges go through a plane.
 enum { MAX_POINTS = 8 + 12 };
 
-static bool has_normal(const struct scene_point_light *light)
+bool scene_light_is_flat(const struct scene_point_light *light)
 {
     return light->normal[0] != 0.0 || light->normal[1] != 0.0 || light->normal[2] != 0.0;
 }
@@ -132,7 +132,7 @@ void scene_shadow_view_find(const struct scene_point_light *light,
                             const struct scene_caster *caster, int count, double diagonal, int size,
                             struct scene_shadow_view *out)
 {
-    const double *normal = has_normal(light) ? light->normal : NULL;
+    const double *normal = scene_light_is_flat(light) ? light->normal : NULL;
     *out = (struct scene_shadow_view){.kind = SCENE_SHADOW_NONE};
     scene_shadow_eye(light, diagonal, out->eye);
     if (!find_forward(caster, count, normal, out))

@@ -66,6 +66,9 @@ struct scene_shadow_face {
 };
 enum { SCENE_SHADOW_FACES = 6, SCENE_SHADOW_LAYERS = 6 };
 
+// Whether it shines to one side.
+bool scene_light_is_flat(const struct scene_point_light *light);
+
 // Where the maps of a light are seen from.
 void scene_shadow_eye(const struct scene_point_light *light, double diagonal, double out[3]);
 
