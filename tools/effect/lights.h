@@ -12,9 +12,13 @@
 // bounces that no path reaches is missing: a share of the picture below 1/N in a closed scene of
 // even reflectance.
 //
-// Both ways to count are there. With `count` virtual lights N is the number, not an integer, that
-// gives just as many: N < count, and in closed scenes about count (1 - rho). With `paths` N is
-// given, and there are M < N / (1 - rho) lights, fewer where particles leave the scene.
+// There are two ways to count.
+// - `paths`: N is given, and all lights are drawn, as Keller has it: M < N / (1 - rho) of them,
+//   fewer where particles leave the scene. Bounces that few paths reach have few, bright lights.
+// - otherwise M lights are chosen from those of many more paths, about 16 M: walking takes no time
+//   beside drawing. They are chosen by their power, systematically along a curve that visits what
+//   faces alike and lies close together, so that each stands for a patch of surface of about the
+//   same power. In the Cornell box 1,024 of them have half the error of as many of Keller's.
 #ifndef WEFT_TOOLS_EFFECT_LIGHTS_H
 #define WEFT_TOOLS_EFFECT_LIGHTS_H
 
@@ -24,11 +28,11 @@ enum { EFFECT_MAX_LIGHTS = 1 << 20 }; // virtual lights of a scene
 
 // Virtual lights of a scene at a time. All zero: none.
 struct effect_virtual_lights {
-    // Owned. Intensities are such that the mean over all is the picture. In an order in which the
-    // first n, of any n that is not small, share bounces as all of them do.
+    // Owned. Intensities are such that the mean over all is the picture. They come in an order in
+    // which the first n, of any n that is not small, are a sample of all of them.
     struct scene_point_light *light;
     int64_t count;           // M
-    int64_t paths;           // that start: floor(N)
+    int64_t paths;           // that were walked: N
     int bounces;             // of the longest path; 0: direct light only
     double mean_reflectance; // rho: of the scene, by area, mean of R, G and B
     double most;             // what the lights' factors are clamped at; 0: not at all
@@ -53,8 +57,9 @@ struct effect_lights_params {
     (&(struct effect_lights_params){EFFECT_LIGHTS_DEFAULTS __VA_ARGS__})
 
 // Makes the lights: starts are all triangles that emit and all lamps that are not seen (scene.h).
-// The same parameters give the same lights. It takes as long as M rays that are each tested against
-// all triangles: about 15 ns for each. On failure *out is all zero. Returns, after a line,
+// The same parameters give the same lights. It takes about 15 ns for each ray and triangle: paths
+// for which that would be 8 s or more are walked in smaller numbers, down to those that make M
+// lights. On failure *out is all zero. Returns, after a line,
 // WEFT_ERR_ARGUMENT (the count, the clamp, nothing that emits, a reflectance of 1 everywhere,
 // a lamp whose light does not fall off), WEFT_ERR_LIMIT (paths that would make more than
 // EFFECT_MAX_LIGHTS) or WEFT_ERR_MEMORY.

@@ -26,6 +26,11 @@ static double find_number(const struct walk *walk, uint64_t index, int dimension
     return sum < 1.0 ? sum : sum - 1.0;
 }
 
+double walk_offset(const struct walk *walk)
+{
+    return walk->seed ? random_unit_at(walk->seed, PRIME_COUNT) : 0.5;
+}
+
 // ---- what emits ---------------------------------------------------------------------------------
 
 // A triangle that emits, or a lamp that is not seen.
@@ -63,8 +68,10 @@ static void add_source(struct walk *walk, size_t triangle, const struct scene_li
         source.intensity[i] = radiance[i] * area;
         source.power += source.intensity[i] / 3.0 * (point ? 4.0 : 1.0);
     }
-    if (source.power > 0.0)
-        walk->sources[walk->source_count++] = source;
+    if (!(source.power > 0.0))
+        return;
+    walk->sources[walk->source_count++] = source;
+    walk->source_area += point ? 0.0 : area;
 }
 
 static enum weft_result gather(const struct weft_log *log, const struct scene *scene,

@@ -11,7 +11,8 @@ struct walk {
     struct scene_triangles triangles;
     struct walk_source *sources; // owned; what emits
     int source_count;
-    uint64_t seed; // shifts the sequence; 0: as it is
+    double source_area; // of what emits; points have none
+    uint64_t seed;      // shifts the sequence; 0: as it is
 };
 
 // A particle where it starts or is thrown back.
@@ -36,6 +37,9 @@ void walk_start(const struct walk *walk, uint64_t index, struct walk_particle *o
 // Sends it on to what it hits next. false: it leaves the scene, or what it hits throws nothing
 // back.
 bool walk_on(const struct walk *walk, struct walk_particle *particle);
+
+// Returns where a choice by the seed starts, in [0, 1): 1/2 where it is 0.
+double walk_offset(const struct walk *walk);
 
 // Returns the mean reflectance by area, of R, G and B, of all triangles; 0 where there are none.
 double walk_mean_reflectance(const struct scene_triangles *triangles);
