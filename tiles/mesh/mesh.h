@@ -32,7 +32,7 @@ struct weft_mesh_vertex {
 // What a surface is made of, as far as weft draws it.
 struct weft_mesh_material {
     char name[WEFT_MESH_NAME]; // UTF-8 without control characters
-    float reflectance[3]; // diffuse (OBJ: Kd, glTF: baseColorFactor), linear, 0 to 1; 0.6 where an
+    float reflectance[3]; // diffuse (OBJ: Kd, glTF: baseColorFactor), linear, 0 to 1; 0.7 where an
                           // OBJ or PLY file has none, 1 where a glTF file has none
     float emission[3];    // linear, >= 0 (OBJ: Ke, glTF: emissiveFactor times its strength)
 };

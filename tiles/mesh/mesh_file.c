@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "filter/check.h"
@@ -168,6 +169,8 @@ enum weft_result weft_mesh_load(const struct weft_mesh_params *params, struct we
     struct weft_wire_request request = {.op = WEFT_WIRE_MESH};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
+    struct weft_limits limits;
+    struct stat st;
     int fd = -1;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
@@ -176,8 +179,13 @@ enum weft_result weft_mesh_load(const struct weft_mesh_params *params, struct we
         goto fail;
     }
     res = weft_reader_open(params->log, params->path, &fd);
-    if (res == WEFT_OK)
-        res = weft_reader_start(params->log, program, params->path, fd, &params->limits, &reader);
+    if (res == WEFT_OK) {
+        // What a glTF file says lies in other files, of any size.
+        limits = request.part == WEFT_MESH_GLTF || fstat(fd, &st)
+                     ? params->limits
+                     : weft_reader_limits(&params->limits, (uint64_t)st.st_size);
+        res = weft_reader_start(params->log, program, params->path, fd, &limits, &reader);
+    }
     if (res == WEFT_OK)
         res = weft_reader_call(reader, &request, NULL, &answer, &payload);
     if (res == WEFT_OK)

@@ -21,8 +21,8 @@ struct weft_wire_mesh {
     char warning[256];               // what a caller should know all the same; "": nothing
 };
 
-// What a surface without a colour reflects: what assimp has for OBJ and PLY.
-#define WEFT_MESH_REFLECTANCE 0.6f
+// What a surface without a colour reflects in OBJ and PLY files.
+#define WEFT_MESH_REFLECTANCE 0.7f
 
 // Beyond it nothing in a mesh lies: what is computed from such numbers stays finite in double.
 #define WEFT_MESH_LARGEST 1e30f

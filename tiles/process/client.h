@@ -26,6 +26,10 @@ enum weft_result weft_reader_start(const struct weft_log *log, const char *progr
                                    const char *path, int fd, const struct weft_limits *limits,
                                    weft_reader **out);
 
+// The limits of a reader whose memory grows with the file: where none is set, 256 MiB and 256 times
+// the file's bytes, at most 4 GiB. A small file that needs much more is hostile.
+struct weft_limits weft_reader_limits(const struct weft_limits *limits, uint64_t file_bytes);
+
 // Shared memory mapped read-only, sealed against any further change.
 struct weft_payload {
     const void *data; // NULL when size is 0

@@ -193,6 +193,15 @@ static struct weft_limits with_defaults(const struct weft_limits *limits)
     return all;
 }
 
+struct weft_limits weft_reader_limits(const struct weft_limits *limits, uint64_t file_bytes)
+{
+    const uint64_t most = UINT64_C(4) << 30, least = UINT64_C(256) << 20;
+    struct weft_limits out = *limits;
+    if (!out.memory_bytes)
+        out.memory_bytes = file_bytes < (most - least) / 256 ? least + 256 * file_bytes : most;
+    return out;
+}
+
 // Above the descriptors 0 to 4, which the child's are copied over.
 static int copy_above(int fd)
 {

@@ -6,9 +6,7 @@
 #include <string.h>
 
 #include "filter/check.h"
-#include "tiles/mesh/mesh_wire.h"
 #include "tiles/process/server.h"
-#include "tiles/readers/mesh/files.h"
 #include "tiles/readers/mesh/import.h"
 #include "tiles/readers/mesh/soup.h"
 
@@ -42,54 +40,58 @@ static enum weft_result put_answer(struct weft_server *server, const struct weft
     return WEFT_OK;
 }
 
-// What a file leads to outside of its folder counts more than what became of it without that.
-static enum weft_result import(struct weft_server *server, struct weft_mesh_files *files,
-                               enum weft_mesh_kind kind, const struct aiScene **scene)
+static enum weft_result clean_file(struct weft_mesh_clean *clean)
 {
-    char message[400] = "";
-    const enum weft_result res = weft_mesh_import(files, kind, scene, message, sizeof message);
-    if (*files->refused)
-        return weft_server_fail(server, WEFT_ERR_FORMAT, "%s", files->refused);
-    if (*files->missing && kind != WEFT_MESH_OBJ)
-        return weft_server_fail(server, WEFT_ERR_FORMAT, "%s", files->missing);
-    if (res == WEFT_ERR_LIMIT)
-        return weft_server_fail(server, res, "%s: the limit is %" PRIu64 " bytes", message,
-                                server->limits.memory_bytes);
-    if (res != WEFT_OK)
-        return weft_server_fail(server, res, "%s", message);
+    switch (clean->kind) {
+    case WEFT_MESH_OBJ:
+        return weft_mesh_clean_obj(clean);
+    case WEFT_MESH_PLY:
+        return weft_mesh_clean_ply(clean);
+    default:
+        return weft_mesh_clean_gltf(clean);
+    }
+}
+
+static enum weft_result make_soup(struct weft_mesh_clean *clean, struct weft_mesh_soup *soup)
+{
+    const struct aiScene *scene = NULL;
+    enum weft_result res = clean_file(clean);
+    if (res == WEFT_OK)
+        res = weft_mesh_import(clean, &scene);
+    if (res == WEFT_OK)
+        res = weft_mesh_soup_make(scene, clean, soup);
+    if (res == WEFT_OK && (!weft_mesh_soup_smooth(soup) || !weft_mesh_soup_join(soup)))
+        res = weft_mesh_clean_fail(clean, WEFT_ERR_LIMIT, "%zu triangles do not fit in memory",
+                                   soup->index_count / 3);
     return res;
 }
 
-static enum weft_result answer_mesh(struct weft_server *server, struct weft_mesh_soup *soup)
+static enum weft_result answer_mesh(struct weft_server *server, struct weft_mesh_clean *clean,
+                                    struct weft_mesh_soup *soup)
 {
-    const enum weft_mesh_kind kind = (enum weft_mesh_kind)server->request->part;
-    const struct aiScene *scene = NULL;
-    struct weft_mesh_files files;
-    char message[400] = "";
-    if (!weft_mesh_files_begin(&files, server->path, server->input_fd))
-        return weft_server_fail(server, WEFT_ERR_LIMIT, "%s", files.refused);
-    enum weft_result res = import(server, &files, kind, &scene);
-    if (res != WEFT_OK)
-        return res;
-    res = weft_mesh_soup_make(scene, kind, soup, message, sizeof message);
-    if (res == WEFT_OK && (!weft_mesh_soup_smooth(soup) || !weft_mesh_soup_join(soup))) {
-        res = WEFT_ERR_LIMIT;
-        snprintf(message, sizeof message, "%zu triangles do not fit in memory",
-                 soup->index_count / 3);
-    }
-    if (res != WEFT_OK)
-        return weft_server_fail(server, res, "%s", message);
-    return put_answer(server, soup, files.missing);
+    if (!weft_mesh_files_begin(clean->files, server->path, server->input_fd))
+        return weft_server_fail(server, WEFT_ERR_LIMIT, "%s", clean->files->refused);
+    const enum weft_result res = make_soup(clean, soup);
+    if (res == WEFT_OK)
+        return put_answer(server, soup, clean->files->missing);
+    if (res == WEFT_ERR_LIMIT)
+        return weft_server_fail(server, res, "%s; the limit of memory is %" PRIu64 " bytes",
+                                clean->message, server->limits.memory_bytes);
+    return weft_server_fail(server, res, "%s", clean->message);
 }
 
 static enum weft_result handle(struct weft_server *server)
 {
     struct weft_mesh_soup soup = {0};
+    struct weft_mesh_files files;
+    struct weft_mesh_clean clean = {.files = &files,
+                                    .kind = (enum weft_mesh_kind)server->request->part};
     const struct weft_wire_request *request = server->request;
     if (request->op != WEFT_WIRE_MESH || request->part > WEFT_MESH_GLB)
         return weft_server_fail(server, WEFT_ERR_READER, "weft-read-mesh: unknown request %" PRIu32,
                                 request->op);
-    const enum weft_result res = answer_mesh(server, &soup);
+    const enum weft_result res = answer_mesh(server, &clean, &soup);
+    weft_mesh_clean_clear(&clean);
     weft_mesh_soup_clear(&soup);
     return res;
 }

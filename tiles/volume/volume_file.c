@@ -125,16 +125,6 @@ static enum weft_result take_grid(const struct weft_log *log, const struct weft_
     return WEFT_OK;
 }
 
-// A tree needs up to some 100 times its bytes in the file: nodes of few voxels, tiles that compress
-// well. A small file that needs much more is hostile.
-static struct weft_limits limits_for(struct weft_limits limits, uint64_t file_bytes)
-{
-    const uint64_t most = UINT64_C(4) << 30, least = UINT64_C(256) << 20;
-    if (!limits.memory_bytes)
-        limits.memory_bytes = file_bytes < (most - least) / 256 ? least + 256 * file_bytes : most;
-    return limits;
-}
-
 static enum weft_result start(const struct weft_volume_open_params *params, weft_reader **reader)
 {
     *reader = NULL;
@@ -155,7 +145,8 @@ static enum weft_result start(const struct weft_volume_open_params *params, weft
         weft_error(log, "%s is not a regular file", params->path);
         goto fail;
     }
-    limits = limits_for(params->limits, (uint64_t)stat.st_size);
+    // Nodes of few voxels and tiles that compress well take some 100 times their bytes in the file.
+    limits = weft_reader_limits(&params->limits, (uint64_t)stat.st_size);
     res = weft_reader_start(log, "weft-read-vdb", params->path, fd, &limits, reader);
 fail:
     if (fd >= 0)

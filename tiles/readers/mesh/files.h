@@ -8,9 +8,6 @@
 
 WEFT_BEGIN_DECLS
 
-// The name by which assimp asks for the file itself. No other name of weft's or of a file's is it.
-#define WEFT_MESH_MAIN "\1main"
-
 // Bytes of a file, mapped.
 struct weft_mesh_bytes {
     const char *data; // NULL where size is 0
@@ -18,11 +15,12 @@ struct weft_mesh_bytes {
 };
 
 struct weft_mesh_files {
-    const char *path; // of the file itself
-    struct weft_mesh_bytes main;
-    int folder;        // that it lies in; -1: not opened yet
-    char refused[400]; // the first name that leads out of the folder or is no plain file, in words
-    char missing[256]; // the first file that is not there, in words
+    const char *path;            // of the file itself
+    struct weft_mesh_bytes main; // the file itself
+    int folder;                  // that it lies in; -1: not opened yet
+    char refused[400];           // the first name that leads out of the folder or is no plain
+                                 // file, in words
+    char missing[256];           // the first file that is not there, in words
 };
 
 // Maps the file itself. On failure `refused` says why.

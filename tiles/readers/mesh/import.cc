@@ -17,17 +17,12 @@
 namespace
 {
 
-// A mapped file, or the file itself, which stays mapped.
+// A text that outlives it.
 class Stream : public Assimp::IOStream
 {
   public:
-    Stream(const struct weft_mesh_bytes &bytes, bool own) : bytes_(bytes), own_(own)
+    explicit Stream(const struct weft_mesh_text &text) : bytes_{text.data, text.size}
     {
-    }
-    ~Stream() override
-    {
-        if (own_)
-            weft_mesh_bytes_release(&bytes_);
     }
     size_t Read(void *out, size_t size, size_t count) override
     {
@@ -66,21 +61,19 @@ class Stream : public Assimp::IOStream
 
   private:
     struct weft_mesh_bytes bytes_;
-    bool own_;
     size_t at_ = 0;
 };
 
+// The clean file's two texts are all there is: assimp opens nothing by itself.
 class Files : public Assimp::IOSystem
 {
   public:
-    Files(struct weft_mesh_files *files, const std::string &main) : files_(files), main_(main)
+    Files(const struct weft_mesh_clean *clean, const std::string &main) : clean_(clean), main_(main)
     {
     }
     bool Exists(const char *name) const override
     {
-        IOStream *stream = open(name);
-        delete stream;
-        return stream != nullptr;
+        return find(name) != nullptr;
     }
     char getOsSeparator() const override
     {
@@ -88,7 +81,8 @@ class Files : public Assimp::IOSystem
     }
     Assimp::IOStream *Open(const char *name, const char *mode) override
     {
-        return strpbrk(mode, "wa+") ? nullptr : open(name);
+        const struct weft_mesh_text *text = find(name);
+        return text && !strpbrk(mode, "wa+") ? new Stream(*text) : nullptr;
     }
     void Close(Assimp::IOStream *stream) override
     {
@@ -108,20 +102,13 @@ class Files : public Assimp::IOSystem
     }
 
   private:
-    using IOStream = Assimp::IOStream;
-    IOStream *open(const char *name) const
+    const struct weft_mesh_text *find(const char *name) const
     {
-        struct weft_mesh_bytes bytes;
-        if (main_ == name)
-            return new Stream(files_->main, false);
-        // What is looked for under the file's own name with another ending was not named by it.
-        if (!strncmp(name, WEFT_MESH_MAIN, strlen(WEFT_MESH_MAIN)))
-            return nullptr;
-        if (!weft_mesh_files_open(files_, name, &bytes))
-            return nullptr;
-        return new Stream(bytes, true);
+        return main_ == name                    ? &clean_->main
+               : !strcmp(name, WEFT_MESH_OTHER) ? &clean_->other
+                                                : nullptr;
     }
-    struct weft_mesh_files *files_;
+    const struct weft_mesh_clean *clean_;
     std::string main_;
 };
 
@@ -140,17 +127,33 @@ bool keep_one(Assimp::Importer *importer, enum weft_mesh_kind kind)
     return found && importer->GetImporterCount() == 1;
 }
 
-const aiScene *import(struct weft_mesh_files *files, enum weft_mesh_kind kind, std::string *error)
+uint64_t count_faces(const aiScene *scene)
 {
+    uint64_t faces = 0;
+    for (unsigned i = 0; i < scene->mNumMeshes; i++)
+        faces += scene->mMeshes[i]->mNumFaces;
+    return faces;
+}
+
+const aiScene *import(const struct weft_mesh_clean *clean, std::string *error)
+{
+    const enum weft_mesh_kind kind = clean->kind == WEFT_MESH_GLB ? WEFT_MESH_GLTF : clean->kind;
     const std::string name = std::string(WEFT_MESH_MAIN) + weft_mesh_endings[kind];
-    // Never deleted: taking damaged trees apart may crash.
+    // Never deleted: taking trees apart takes time.
     auto importer = new Assimp::Importer;
     if (!keep_one(importer, kind)) {
         *error = "the assimp library lacks a decoder for it";
         return nullptr;
     }
-    importer->SetIOHandler(new Files(files, name));
-    const aiScene *scene = importer->ReadFile(name, aiProcess_Triangulate);
+    importer->SetIOHandler(new Files(clean, name));
+    const aiScene *scene = importer->ReadFile(name, 0);
+    if (scene && clean->faces && count_faces(scene) != clean->faces) {
+        *error = "the assimp library found " + std::to_string(count_faces(scene)) + " of " +
+                 std::to_string(clean->faces) + " polygons";
+        return nullptr;
+    }
+    if (scene)
+        scene = importer->ApplyPostProcessing(aiProcess_Triangulate);
     if (!scene)
         *error = importer->GetErrorString();
     return scene;
@@ -158,13 +161,12 @@ const aiScene *import(struct weft_mesh_files *files, enum weft_mesh_kind kind, s
 
 } // namespace
 
-enum weft_result weft_mesh_import(struct weft_mesh_files *files, enum weft_mesh_kind kind,
-                                  const struct aiScene **out, char *message, size_t message_size)
+enum weft_result weft_mesh_import(struct weft_mesh_clean *clean, const struct aiScene **out)
 {
     std::string error;
     *out = nullptr;
     try {
-        *out = import(files, kind, &error);
+        *out = import(clean, &error);
     } catch (const std::exception &e) {
         error = e.what();
     } catch (...) {
@@ -174,7 +176,6 @@ enum weft_result weft_mesh_import(struct weft_mesh_files *files, enum weft_mesh_
         return WEFT_OK;
     // assimp catches exceptions, and keeps their texts.
     const bool memory = error.find(std::bad_alloc().what()) != std::string::npos;
-    snprintf(message, message_size, "%s",
-             memory ? "its triangles do not fit in memory" : error.c_str());
-    return memory ? WEFT_ERR_LIMIT : WEFT_ERR_FORMAT;
+    return weft_mesh_clean_fail(clean, memory ? WEFT_ERR_LIMIT : WEFT_ERR_FORMAT, "%s",
+                                memory ? "its triangles do not fit in memory" : error.c_str());
 }

@@ -4,18 +4,16 @@
 #ifndef WEFT_TILES_READERS_MESH_IMPORT_H
 #define WEFT_TILES_READERS_MESH_IMPORT_H
 
-#include "tiles/mesh/mesh_wire.h"
-#include "tiles/readers/mesh/files.h"
+#include "tiles/readers/mesh/clean.h"
 
 WEFT_BEGIN_DECLS
 
 struct aiScene;
 
-// Decodes the file, by the decoder of that kind and no other, and cuts polygons into triangles. The
-// scene lives as long as the process. On failure NULL, and the message says why. Returns
+// Decodes a clean file, by the decoder of its kind and no other, and cuts polygons into triangles.
+// The scene lives as long as the process. On failure NULL, and the file's message says why. Returns
 // WEFT_ERR_FORMAT, or WEFT_ERR_LIMIT where memory was short.
-enum weft_result weft_mesh_import(struct weft_mesh_files *files, enum weft_mesh_kind kind,
-                                  const struct aiScene **out, char *message, size_t message_size);
+enum weft_result weft_mesh_import(struct weft_mesh_clean *clean, const struct aiScene **out);
 
 WEFT_END_DECLS
 #endif

@@ -3,12 +3,10 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
 
@@ -26,47 +24,36 @@ struct transform {
 
 struct maker {
     const struct aiScene *scene;
-    enum weft_mesh_kind kind;
+    struct weft_mesh_clean *clean;
     struct weft_mesh_soup *soup;
     uint32_t *material; // of each of the scene's: its place + 1 in the soup's list
     uint32_t object;
-    uint64_t lines, points;
-    char *message;
-    size_t message_size;
 };
 
-static enum weft_result fail(struct maker *m, enum weft_result result, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-static enum weft_result fail(struct maker *m, enum weft_result result, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    vsnprintf(m->message, m->message_size, format, args);
-    va_end(args);
-    return result;
-}
+#define fail(m, result, ...) weft_mesh_clean_fail((m)->clean, result, __VA_ARGS__)
 
 // ---- names --------------------------------------------------------------------------------------
 
-// Cut where a character of UTF-8 begins.
-static void copy_name(char out[WEFT_MESH_NAME], const char *text, size_t length)
+// Groups of OBJ files are numbered, from 1.
+static const char *name_of(const struct maker *m, const struct aiNode *node)
 {
-    if (length >= WEFT_MESH_NAME)
-        for (length = WEFT_MESH_NAME - 1; length && ((unsigned char)text[length] & 0xc0) == 0x80;)
-            length--;
-    memcpy(out, text, length);
-    out[length] = '\0';
+    const struct weft_mesh_text *names = &m->clean->names;
+    if (m->clean->kind == WEFT_MESH_OBJ) {
+        const size_t number = strtoul(node->mName.data, NULL, 10);
+        return number && number <= names->size / WEFT_MESH_NAME
+                   ? names->data + (number - 1) * WEFT_MESH_NAME
+                   : "";
+    }
+    const bool none = m->clean->kind == WEFT_MESH_PLY ||
+                      !strncmp(node->mName.data, WEFT_MESH_NAMELESS, strlen(WEFT_MESH_NAMELESS));
+    return none ? "" : node->mName.data;
 }
 
-static void name_part(const struct maker *m, const struct aiNode *node, const struct aiMesh *mesh,
-                      char out[WEFT_MESH_NAME])
+static void name_part(const struct maker *m, const struct aiNode *node, char out[WEFT_MESH_NAME])
 {
-    const bool no_object = m->kind == WEFT_MESH_OBJ && !strcmp(node->mName.data, "defaultobject");
-    if (node->mName.length && node->mParent && !no_object)
-        copy_name(out, node->mName.data, node->mName.length);
-    else if (mesh->mName.length && !no_object)
-        copy_name(out, mesh->mName.data, mesh->mName.length);
-    else
+    const char *name = name_of(m, node);
+    weft_mesh_copy_name(out, name, strlen(name));
+    if (!*out)
         snprintf(out, WEFT_MESH_NAME, "part %zu", m->soup->part_count + 1);
 }
 
@@ -90,17 +77,18 @@ static enum weft_result take_material(struct maker *m, const struct aiMaterial *
                                       struct weft_mesh_material *to)
 {
     struct aiString name;
-    float strength = 1.0f;
     for (int c = 0; c < 3; c++)
         to->reflectance[c] = WEFT_MESH_REFLECTANCE;
     if (aiGetMaterialString(from, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS)
-        copy_name(to->name, name.data, name.length);
+        weft_mesh_copy_name(to->name, name.data, name.length);
+    if (!strcmp(to->name, WEFT_MESH_NAMELESS))
+        *to->name = '\0';
+    if (m->clean->kind == WEFT_MESH_PLY)
+        return WEFT_OK; // it has none: what assimp makes up does not count
     colour_of(from, "$clr.diffuse", to->reflectance);
     colour_of(from, "$clr.base", to->reflectance);
     colour_of(from, "$clr.emissive", to->emission);
-    aiGetMaterialFloat(from, AI_MATKEY_EMISSIVE_INTENSITY, &strength);
     for (int c = 0; c < 3; c++) {
-        to->emission[c] *= strength;
         if (!isfinite(to->reflectance[c]) || !isfinite(to->emission[c]))
             return fail(m, WEFT_ERR_FORMAT, "the material '%s' has a colour that is not finite",
                         to->name);
@@ -185,7 +173,7 @@ static void take_colour(const struct maker *m, const struct aiColor4D *from, flo
     memcpy(out, (float[3]){from->r, from->g, from->b}, 3 * sizeof *out);
     for (int c = 0; c < 3 && all_finite(out, 3); c++) {
         out[c] = limited(out[c], 1.0f);
-        if (m->kind == WEFT_MESH_OBJ || m->kind == WEFT_MESH_PLY)
+        if (m->clean->kind == WEFT_MESH_OBJ || m->clean->kind == WEFT_MESH_PLY)
             out[c] = linear(out[c]);
     }
 }
@@ -269,7 +257,7 @@ static enum weft_result take_mesh(struct maker *m, const struct aiNode *node,
     struct weft_mesh_soup *soup = m->soup;
     struct weft_mesh_part *part = &soup->parts[soup->part_count];
     part->first_index = (uint32_t)soup->index_count;
-    name_part(m, node, mesh, part->name);
+    name_part(m, node, part->name);
     enum weft_result res = take_faces(m, mesh, place->sign, part->name);
     part->index_count = (uint32_t)soup->index_count - part->first_index;
     if (res == WEFT_OK && part->index_count)
@@ -289,18 +277,14 @@ static enum weft_result take_mesh(struct maker *m, const struct aiNode *node,
 // ---- nodes --------------------------------------------------------------------------------------
 
 struct totals {
-    uint64_t vertices, indices, parts, lines, points;
+    uint64_t vertices, indices, parts;
 };
 
 static void count_faces(const struct aiMesh *mesh, struct totals *t)
 {
     const uint64_t before = t->indices;
-    for (unsigned f = 0; f < mesh->mNumFaces; f++) {
-        const unsigned n = mesh->mFaces[f].mNumIndices;
-        t->indices += n == 3 ? 3 : 0;
-        t->lines += n == 2;
-        t->points += n == 1;
-    }
+    for (unsigned f = 0; f < mesh->mNumFaces; f++)
+        t->indices += mesh->mFaces[f].mNumIndices == 3 ? 3 : 0;
     if (t->indices == before)
         return;
     t->vertices += mesh->mNumVertices;
@@ -356,32 +340,17 @@ static void drop(char *text, uint64_t count, const char *what)
                  count, what, count == 1 ? "" : "s");
 }
 
-static bool has_textures(const struct aiScene *scene)
+static void say_dropped(const struct weft_mesh_left *left, char *text)
 {
-    for (unsigned i = 0; i < scene->mNumMaterials; i++)
-        for (int type = aiTextureType_NONE; type <= AI_TEXTURE_TYPE_MAX; type++)
-            if (aiGetMaterialTextureCount(scene->mMaterials[i], (enum aiTextureType)type))
-                return true;
-    return scene->mNumTextures > 0;
-}
-
-static void say_dropped(const struct aiScene *scene, const struct totals *t, char *text)
-{
-    uint64_t skins = 0, morphs = 0;
-    for (unsigned i = 0; i < scene->mNumMeshes; i++) {
-        skins += scene->mMeshes[i]->mNumBones > 0;
-        morphs += scene->mMeshes[i]->mNumAnimMeshes;
-    }
-    drop(text, t->lines, "line");
-    drop(text, t->points, "point");
-    if (has_textures(scene))
-        snprintf(text + strlen(text), WEFT_MESH_DROPPED - strlen(text), "%stextures",
-                 *text ? ", " : "");
-    drop(text, scene->mNumAnimations, "animation");
-    drop(text, skins, "skin");
-    drop(text, morphs, "morph target");
-    drop(text, scene->mNumCameras, "camera");
-    drop(text, scene->mNumLights, "light");
+    drop(text, left->lines, "line");
+    drop(text, left->points, "point");
+    drop(text, left->curves, "curve");
+    drop(text, left->textures, "texture");
+    drop(text, left->animations, "animation");
+    drop(text, left->skins, "skin");
+    drop(text, left->morphs, "morph target");
+    drop(text, left->cameras, "camera");
+    drop(text, left->lights, "light");
 }
 
 // ---- all of it ----------------------------------------------------------------------------------
@@ -400,21 +369,17 @@ static bool allocate(struct maker *m, const struct totals *t)
            m->material;
 }
 
-enum weft_result weft_mesh_soup_make(const struct aiScene *scene, enum weft_mesh_kind kind,
-                                     struct weft_mesh_soup *out, char *message, size_t message_size)
+enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_clean *clean,
+                                     struct weft_mesh_soup *out)
 {
     static const struct transform none = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    struct maker m = {.scene = scene,
-                      .kind = kind,
-                      .soup = out,
-                      .message = message,
-                      .message_size = message_size};
+    struct maker m = {.scene = scene, .clean = clean, .soup = out};
     struct totals totals = {0};
     *out = (struct weft_mesh_soup){0};
     if (!scene->mRootNode)
         return fail(&m, WEFT_ERR_FORMAT, "it has no triangles");
     enum weft_result res = count_nodes(&m, scene->mRootNode, 0, &totals);
-    say_dropped(scene, &totals, out->dropped);
+    say_dropped(&clean->left, out->dropped);
     if (res == WEFT_OK && !totals.indices)
         res = fail(&m, WEFT_ERR_FORMAT, "it has no triangles%s%s", *out->dropped ? ", but " : "",
                    out->dropped);

@@ -3,12 +3,11 @@
 #ifndef WEFT_TILES_READERS_MESH_SOUP_H
 #define WEFT_TILES_READERS_MESH_SOUP_H
 
-#include "tiles/mesh/mesh_wire.h"
+#include "tiles/readers/mesh/clean.h"
 
 WEFT_BEGIN_DECLS
 
 struct aiScene;
-struct weft_mesh_normals;
 
 // A mesh in the making: corners that are not joined yet, in the order of the file.
 struct weft_mesh_soup {
@@ -25,10 +24,9 @@ struct weft_mesh_soup {
 };
 
 // Applies transforms and takes materials. Normals that the file lacks are 0. Returns
-// WEFT_ERR_FORMAT, WEFT_ERR_LIMIT or WEFT_ERR_MEMORY, with a message.
-enum weft_result weft_mesh_soup_make(const struct aiScene *scene, enum weft_mesh_kind kind,
-                                     struct weft_mesh_soup *out, char *message,
-                                     size_t message_size);
+// WEFT_ERR_FORMAT or WEFT_ERR_LIMIT, with the clean file's message.
+enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_clean *clean,
+                                     struct weft_mesh_soup *out);
 
 // Fills in the normals that are 0. Returns false where memory is short.
 bool weft_mesh_soup_smooth(struct weft_mesh_soup *soup);
