@@ -199,7 +199,8 @@ static void what_turns_is_what_its_places_say(void **state)
 // The edge's pixel is the share of (place, time) pairs that it covers: 1/2 + d / v of a square cut
 // by a straight line, which is the convolution of a pixel and a ramp. The pairs' own half-plane
 // discrepancy bounds the error, and the edge's rounding adds its slope.
-static void check_with_antialias(int count, uint64_t seed, const char *jitter)
+// `drawn` are the first ones of `count` frames.
+static void check_with_antialias(int count, int drawn, uint64_t seed, const char *jitter)
 {
     static double pairs[1024][2];
     struct scene scene;
@@ -209,16 +210,20 @@ static void check_with_antialias(int count, uint64_t seed, const char *jitter)
         plan_made(effect_params(.effects = EFFECT_MOTION_BLUR | EFFECT_ANTIALIAS, .scene = {&scene},
                                 .scene_count = 1, .size = {size[0], size[1]}, .frames = count,
                                 .seed = seed, .centre = true, .jitter = weft_jitter_find(jitter)));
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < drawn; k++) {
         pairs[k][0] = -plan.frames[k].show.camera.move[0];
         pairs[k][1] = plan.frames[k].show.time - 0.5;
     }
     struct weft_discrepancy joint;
     assert_int_equal(
         weft_discrepancy_compute(
-            weft_discrepancy_params(.points = (const double(*)[2])pairs, .count = count), &joint),
+            weft_discrepancy_params(.points = (const double(*)[2])pairs, .count = drawn), &joint),
         WEFT_OK);
-    struct picture picture = draw_plan(contexts[0], &plan, &scene);
+    const struct scene *const scenes = &scene;
+    struct picture picture = draw_frames(
+        contexts[0], &plan, &scenes,
+        (struct weft_accumulator_params){.method = WEFT_ACCUMULATE_EXACT, .frame_bits = 32}, 0,
+        drawn);
     // A sample at p, pixels from the centre c, is white at the time t where c + p <= from + way t.
     const double normal[2] = {1.0, -way}, length = hypot(1.0, way);
     const double bound = joint.value + M_SQRT2 * snap / length + 1e-6;
@@ -230,7 +235,10 @@ static void check_with_antialias(int count, uint64_t seed, const char *jitter)
         worst = larger(worst, fabs(value - exact));
         between += exact > 0.0 && exact < 1.0;
     }
-    print_message("%s of %d with motion: error %.3f, bound %.3f\n", jitter, count, worst, bound);
+    print_message("%d of %d frames by %s, with motion: error %.3f, bound %.3f\n", drawn, count,
+                  jitter, worst, bound);
+    // No worse than three times what sets are that fill a square as evenly as can be (Sobol's).
+    assert_true(joint.value <= 3.0 * pow(drawn, -0.6));
     assert_true(between >= 22);
     assert_true(worst <= bound);
     free(picture.value);
@@ -241,10 +249,20 @@ static void check_with_antialias(int count, uint64_t seed, const char *jitter)
 static void with_antialiasing_it_is_the_ramp_through_a_pixel(void **state)
 {
     (void)state;
-    check_with_antialias(8, 1, "j8");
-    check_with_antialias(66, 2, "j66");
-    check_with_antialias(256, 3, "sobol");
-    check_with_antialias(1024, 4, "halton");
+    check_with_antialias(8, 8, 1, "j8");
+    check_with_antialias(66, 66, 2, "j66");
+    check_with_antialias(256, 256, 3, "sobol");
+    check_with_antialias(1024, 1024, 4, "halton");
+}
+
+// Whatever the set, the first frames are a sample of all dimensions.
+static void plans_can_be_stopped_early(void **state)
+{
+    (void)state;
+    static const char *const sets[] = {"sobol", "r2", "hammersley", "grid"};
+    for (size_t i = 0; i < WEFT_COUNT(sets); i++)
+        for (int drawn = 64; drawn <= 256; drawn *= 4)
+            check_with_antialias(1024, drawn, i, sets[i]);
 }
 
 int main(void)
@@ -254,6 +272,7 @@ int main(void)
         cmocka_unit_test(frames_are_as_many_as_pixels),
         cmocka_unit_test(what_turns_is_what_its_places_say),
         cmocka_unit_test(with_antialiasing_it_is_the_ramp_through_a_pixel),
+        cmocka_unit_test(plans_can_be_stopped_early),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
