@@ -305,12 +305,94 @@ static void runs_go_on_where_they_stopped(void **state)
     effect_plan_clear(&plan);
 }
 
+// ---- standard errors ----------------------------------------------------------------------------
+
+static struct effect_plan plan_many(int count)
+{
+    return plan_made(effect_params(.effects = EFFECT_ANTIALIAS | EFFECT_MOTION_BLUR | EFFECT_DOF,
+                                   .scene = {&scene}, .scene_count = 1, .size = {WIDTH, HEIGHT},
+                                   .frames = count, .focus = 12.0, .aperture = 3.0,
+                                   .jitter = weft_jitter_find("sobol"), .centre = true, .seed = 4));
+}
+
+// Draws until the standard errors are below `absolute` in 99 % of the pixels, a quarter more frames
+// at a time. Writes mean and standard error of the first channel. Returns the frames.
+static int64_t draw_until(const struct effect_plan *plan, double absolute, float *mean,
+                          float *error)
+{
+    const struct scene *const scenes = &scene;
+    const struct weft_until until = {.absolute = absolute};
+    struct weft_convergence convergence = {.enough = false};
+    scene_drawing *drawing;
+    weft_accumulator *accumulator;
+    int64_t done = 0, added;
+    create_drawings(contexts[0], &scenes, 1, &drawing);
+    assert_int_equal(weft_accumulator_create(
+                         weft_accumulator_params(.width = WIDTH, .height = HEIGHT,
+                                                 .channel_count = 4, .context = contexts[0],
+                                                 .method = WEFT_ACCUMULATE_EXACT, .frame_bits = 32,
+                                                 .keep = WEFT_KEEP_VARIANCE, .log = &log_to_stderr),
+                         &accumulator),
+                     WEFT_OK);
+    while (!convergence.enough && done < plan->count) {
+        const int64_t more = done < 32 ? 32 : done / 4, left = plan->count - done;
+        assert_int_equal(effect_run(effect_run_params(.plan = plan, .drawing = &drawing,
+                                                      .accumulator = accumulator, .first = done,
+                                                      .count = more < left ? more : left),
+                                    &added),
+                         WEFT_OK);
+        done += added;
+        assert_int_equal(weft_accumulator_judge(accumulator, &until, &convergence), WEFT_OK);
+    }
+    assert_int_equal(weft_accumulator_current(accumulator, WEFT_ACCUMULATED_MEAN, 0, mean, 0),
+                     WEFT_OK);
+    assert_int_equal(
+        weft_accumulator_current(accumulator, WEFT_ACCUMULATED_STANDARD_ERROR, 0, error, 0),
+        WEFT_OK);
+    weft_accumulator_destroy(&accumulator);
+    scene_drawing_destroy(&drawing);
+    return done;
+}
+
+// Stopped where the standard errors are small enough, the picture is as far from one of many
+// frames as they say, over all pixels: less, since sets are spread more evenly than at random, but
+// not much less.
+static void standard_errors_hold(void **state)
+{
+    (void)state;
+    enum { MANY = 2048 };
+    static float mean[PIXELS], error[PIXELS], many[PIXELS], rest[PIXELS];
+    struct effect_plan plan = plan_many(MANY);
+    assert_int_equal(draw_until(&plan, 1e-9, many, rest), MANY);
+    double last = INFINITY;
+    static const double wanted[] = {0.05, 0.025};
+    for (size_t i = 0; i < WEFT_COUNT(wanted); i++) {
+        const int64_t frames = draw_until(&plan, wanted[i], mean, error);
+        double off = 0.0, said = 0.0;
+        for (int p = 0; p < PIXELS; p++) {
+            off += (mean[p] - many[p]) * (double)(mean[p] - many[p]);
+            said += error[p] * (double)error[p];
+        }
+        off = sqrt(off / PIXELS);
+        said = sqrt(said / PIXELS);
+        print_message("standard errors of %g wanted: %d frames, error %.4f, said %.4f\n", wanted[i],
+                      (int)frames, off, said);
+        assert_true(frames > 16 && frames < MANY / 4);
+        assert_true(said <= wanted[i]);
+        assert_true(off <= said && off >= 0.2 * said);
+        assert_true(off < last);
+        last = off;
+    }
+    effect_plan_clear(&plan);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_method_is_within_its_bound),
         cmocka_unit_test(trees_refuse_negative_lobes),
         cmocka_unit_test(runs_go_on_where_they_stopped),
+        cmocka_unit_test(standard_errors_hold),
     };
     return cmocka_run_group_tests(tests, make_scene, clear_scene);
 }
