@@ -347,6 +347,39 @@ static void keyframes_move_what_they_name(void **state)
     json_decref(root);
 }
 
+static double brightest(const char *light)
+{
+    json_t *root =
+        parse(command_succeeds("effect", "antialias", "--size", "32x32", "--scene", "plain.obj",
+                               BEFORE_IT, "--frames", "1", "--json", "--light", light));
+    const double most = number(json_array_get(json_object_get(root, "channels"), 0), "maximum");
+    json_decref(root);
+    return most;
+}
+
+static double penumbra(const char *size)
+{
+    json_t *root = parse(
+        command_succeeds("effect", "soft-shadow", "--json", "--explain", "--light-size", size));
+    const double pixels = number(json_array_get(json_object_get(root, "needs"), 0), "pixels");
+    json_decref(root);
+    return pixels;
+}
+
+// A lamp far away lights what faces it by the cosine: from the side, from behind not at all. A
+// penumbra is as wide as the lamp, where that is small.
+static void lamps_are_moved_and_sized(void **state)
+{
+    (void)state;
+    put("plain.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    const double before = brightest("0,0,90"), slanted = brightest("90,0,90"),
+                 behind = brightest("0,0,-90");
+    assert_true(behind > 0.0 && behind < slanted);
+    assert_true(fabs((slanted - behind) / (before - behind) - sqrt(0.5)) < 0.02);
+    const double narrow = penumbra("0.1"), wide = penumbra("0.2");
+    assert_true(narrow > 1.0 && fabs(wide / narrow - 2.0) < 0.1);
+}
+
 static void files_of_others_are_drawn(void **state)
 {
     (void)state;
@@ -547,6 +580,7 @@ int main(void)
         cmocka_unit_test(files_are_seen_by_the_camera_asked_for),
         cmocka_unit_test(the_lens_is_the_thin_one),
         cmocka_unit_test(keyframes_move_what_they_name),
+        cmocka_unit_test(lamps_are_moved_and_sized),
         cmocka_unit_test(files_of_others_are_drawn),
         cmocka_unit_test(frames_are_as_many_as_the_picture_needs),
         cmocka_unit_test(until_stops_at_numbers_of_its_own),

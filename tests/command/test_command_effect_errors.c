@@ -184,6 +184,10 @@ static void errors_beyond_the_wanted_are_refused(void **state)
     (void)state;
     fails(1, "--max-error 0.001: the bound of --method tree is 0.0", "antialias", "--method",
           "tree", "--max-error", "0.001", "-o", "p.exr", "--size", "16x16");
+    // Known once the frames are.
+    fails(1, "--max-error 0.0001: the bound of --method tree is 0.0", "antialias", "--method",
+          "tree", "--max-error", "0.0001", "-o", "p.exr", "--size", "16x16", "--until", "0.5",
+          "--jitter", "sobol", "--frames", "20");
     fails(1, "no method is within 1e-12", "antialias", "--max-error", "1e-12", "-o", "p.exr",
           "--size", "16x16");
 }
