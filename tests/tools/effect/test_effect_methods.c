@@ -355,8 +355,8 @@ static int64_t draw_until(const struct effect_plan *plan, double absolute, float
 }
 
 // Stopped where the standard errors are small enough, the picture is as far from one of many
-// frames as they say, over all pixels: less, since sets are spread more evenly than at random, but
-// not much less.
+// frames as they say, over all pixels. All pixels share places and times, so that their errors go
+// together: one run may be off by twice as much, or by less.
 static void standard_errors_hold(void **state)
 {
     (void)state;
@@ -379,7 +379,7 @@ static void standard_errors_hold(void **state)
                       (int)frames, off, said);
         assert_true(frames > 16 && frames < MANY / 4);
         assert_true(said <= wanted[i]);
-        assert_true(off <= said && off >= 0.2 * said);
+        assert_true(off <= 2.0 * said && off >= 0.2 * said);
         assert_true(off < last);
         last = off;
     }
