@@ -98,9 +98,7 @@ int effect_needs_fit(const struct effect_params *params, int64_t needed)
     for (int i = 0; counts && counts[i] && count < most; i++)
         count = counts[i];
     if (count < needed)
-        log_warn(params->log,
-                 "%" PRId64 " frames are needed, so that copies are not seen apart; %d are drawn, "
-                 "the most that %s unasked",
-                 needed, count, counts ? "this set of samples has" : "are planned");
+        log_warn(params->log, "%" PRId64 " frames are needed, and %d are drawn: %s", needed, count,
+                 counts ? "this set of samples has no more points" : "more have to be asked for");
     return count;
 }

@@ -25,7 +25,7 @@ enum {
     EFFECT_MOST_AUTO = 1024,         // frames of a scene that are planned unasked
     EFFECT_FRAMES_ANTIALIAS = 16,    // that it asks for, a pixel's area of its filter
     EFFECT_FRAMES_RADIOSITY = 256,   // likewise: virtual lights, or paths
-    EFFECT_MAX_DISCREPANCY = 1 << 11 // points of a set whose discrepancy is computed, in a second
+    EFFECT_MAX_DISCREPANCY = 1 << 10 // points of a set whose discrepancy is computed, in 0.2 s
 };
 
 // What is planned. What an effect that is not asked for needs is not looked at.
