@@ -26,7 +26,7 @@ static void compare(const struct scene_triangles *triangles, const struct scene_
     const struct scene_point_light *light = &frame->light[0];
     const int *size = frame->camera.size;
     struct traced_camera camera;
-    find_camera(&triangles->scene->camera, size, &camera);
+    find_camera(&triangles->scene->camera, size, frame->time, &camera);
     double eye[3]; // as shadow_view.h says it
     const double *low = triangles->scene->low, *high = triangles->scene->high;
     const double diagonal = hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);

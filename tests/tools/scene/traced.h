@@ -8,7 +8,8 @@
 
 // A point that is seen.
 struct traced_point {
-    size_t triangle; // SIZE_MAX: the background
+    size_t triangle;      // SIZE_MAX: the background
+    struct scene_hit hit; // of the ray that sees it
     double position[3];
     double normal[3]; // of the triangle, to the viewer
     double smooth[3]; // that of its corners, likewise
@@ -19,9 +20,10 @@ struct traced_point {
 struct traced_camera {
     double eye[3], right[3], up[3], forward[3]; // right and up: from the middle to the edges
     int size[2];
+    double time;
 };
 
-static inline void find_camera(const struct weft_camera *camera, const int size[2],
+static inline void find_camera(const struct weft_camera *camera, const int size[2], double time,
                                struct traced_camera *out)
 {
     const double tangent = tan(camera->fovy_degrees * M_PI / 360.0);
@@ -38,8 +40,23 @@ static inline void find_camera(const struct weft_camera *camera, const int size[
         out->right[i] *= tangent * aspect;
         out->up[i] *= tangent;
     }
+    out->time = time;
     out->size[0] = size[0];
     out->size[1] = size[1];
+}
+
+// The normal of a corner at a time, of length 1 but for rounding.
+static inline void find_corner_normal(const struct scene *scene, uint32_t vertex, double time,
+                                      double out[3])
+{
+    const float *n = scene->vertices[vertex].normal;
+    const struct scene_object *object = scene->objects;
+    uint32_t i = object->first_index;
+    while (scene->indices[i] != vertex)
+        if (++i == object->first_index + object->index_count)
+            i = (++object)->first_index;
+    const struct scene_key key = scene_path_key(&object->path, time);
+    scene_rotate(key.rotation, (double[]){n[0], n[1], n[2]}, out);
 }
 
 static inline void trace_pixel(const struct scene_triangles *triangles,
@@ -57,12 +74,16 @@ static inline void trace_pixel(const struct scene_triangles *triangles,
     const struct scene_triangle *triangle = &triangles->list[hit.triangle];
     const double sign = hit.back ? -1.0 : 1.0;
     out->triangle = hit.triangle;
+    out->hit = hit;
     for (int i = 0; i < 3; i++) {
         out->position[i] = camera->eye[i] + hit.distance * way[i];
         out->normal[i] = sign * triangle->normal[i];
-        for (int k = 0; k < 3; k++)
-            out->smooth[i] +=
-                sign * hit.weight[k] * triangles->scene->vertices[triangle->vertex[k]].normal[i];
+    }
+    for (int k = 0; k < 3; k++) {
+        double normal[3];
+        find_corner_normal(triangles->scene, triangle->vertex[k], camera->time, normal);
+        for (int i = 0; i < 3; i++)
+            out->smooth[i] += sign * hit.weight[k] * normal[i];
     }
     scene_normalise(out->smooth);
     const double pixel = 2.0 * hypot(hypot(camera->up[0], camera->up[1]), camera->up[2]) *
