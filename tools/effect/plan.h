@@ -79,7 +79,7 @@ struct effect_need {
 enum effect_place { EFFECT_PIXEL, EFFECT_LENS, EFFECT_LAMP, EFFECT_PLACE_COUNT };
 extern const char *const effect_place_names[]; // "pixel", "lens", "lamp"; NULL-ended
 
-// The set that places are of. All zero: there is none.
+// The set that places are of. All zero: there is none; a lens of diameter 0 has none.
 struct effect_set {
     const struct weft_jitter_info *info;
     int count;

@@ -188,21 +188,23 @@ fail:
     return res;
 }
 
+// A pinhole has one place.
 static enum weft_result join_lens(struct work *work)
 {
-    // A pinhole's places are those of a lens of diameter 1, all in one.
-    const double aperture = work->plan->aperture, size = aperture > 0.0 ? aperture : 1.0;
+    const double aperture = work->plan->aperture;
+    if (aperture == 0.0)
+        return WEFT_OK;
     struct weft_jitter set;
-    enum weft_result res = make_set(work, EFFECT_BY_LENS, WEFT_JITTER_DISC, size, &set);
+    enum weft_result res = make_set(work, EFFECT_BY_LENS, WEFT_JITTER_DISC, aperture, &set);
     if (res != WEFT_OK)
         return res;
     for (int k = 0; k < set.count; k++) {
         struct weft_camera_frame *camera = &work->frames[k].show.camera;
         for (int axis = 0; axis < 2; axis++)
-            camera->lens[axis] = aperture > 0.0 ? set.points[work->order[k]][axis] : 0.0;
+            camera->lens[axis] = set.points[work->order[k]][axis];
         camera->focus = work->plan->focus;
     }
-    res = tell_set(work, EFFECT_LENS, WEFT_JITTER_DISC, size, &set);
+    res = tell_set(work, EFFECT_LENS, WEFT_JITTER_DISC, aperture, &set);
     weft_jitter_clear(&set);
     return res;
 }

@@ -661,6 +661,7 @@ static void circles_ask_for_their_area(void **state)
         PARAMS(.scene = {&lit_scene}, .effects = EFFECT_DOF, .focus = 8.0, .aperture = 0.0));
     assert_int_equal(plan.count, 1);
     assert_true(plan.frames[0].show.camera.lens[0] == 0.0);
+    assert_null(plan.set[EFFECT_LENS].info);
     effect_plan_clear(&plan);
 }
 
