@@ -5,7 +5,9 @@
 #include "tools/scene/build.h"
 #include "tools/scene/rays.h"
 
-enum { GRID = 48 };
+// Points along a side, and the pairs of points and triangles that are looked at unasked.
+enum { MOST_POINTS = 48, LEAST_POINTS = 12 };
+static const double PAIRS = 7e7;
 
 // Cosines below are of what lies in the plane of a lamp, but for rounding.
 static const double LEAST_COSINE = 1e-6;
@@ -87,6 +89,12 @@ static double find_widest(const struct scene_triangles *triangles, const struct 
     return widest / (camera->near_distance + sight->hit.distance);
 }
 
+static int count_points(const struct scene_triangles *triangles)
+{
+    const double points = floor(sqrt(PAIRS / ((double)triangles->count + 1.0)));
+    return (int)fmin(fmax(points, LEAST_POINTS), MOST_POINTS);
+}
+
 double scene_widest_penumbra(const struct scene *scene, const int size[2], double time)
 {
     struct weft_camera camera;
@@ -98,10 +106,11 @@ double scene_widest_penumbra(const struct scene *scene, const int size[2], doubl
         return 0.0;
     if (scene_triangles_make(scene, time, &triangles) != WEFT_OK)
         return NAN;
+    const int points = count_points(&triangles);
     double widest = 0.0;
-    for (int i = 0; i < GRID * GRID; i++) {
-        struct sight sight = look(&camera, &matrices, (2.0 * (i % GRID) + 1.0) / GRID - 1.0,
-                                  (2.0 * (i / GRID) + 1.0) / GRID - 1.0);
+    for (int i = 0; i < points * points; i++) {
+        struct sight sight = look(&camera, &matrices, (2.0 * (i % points) + 1.0) / points - 1.0,
+                                  (2.0 * (i / points) + 1.0) / points - 1.0);
         widest = fmax(widest, find_widest(&triangles, &camera, &sight));
     }
     scene_triangles_clear(&triangles);
