@@ -486,14 +486,15 @@ static void radiosity_says_what_clamping_takes(void **state)
 {
     (void)state;
     double share[3];
-    static const char *const clamps[] = {"off", "auto", "0.0001"};
+    static const char *const clamps[] = {"off", "auto", "0.00002"};
     for (size_t i = 0; i < COUNT(clamps); i++) {
         json_t *root =
             parse(command_succeeds("effect", "radiosity", SIZE, "--frames", "64", "--clamp",
                                    clamps[i], "--json", "--preview", "p.png"));
         const json_t *radiosity = json_object_get(root, "radiosity");
         assert_true(number(radiosity, "lights") == 64.0);
-        assert_true(number(radiosity, "paths") >= 1.0 && number(radiosity, "paths") <= 64.0);
+        // Lights are chosen from those of more paths.
+        assert_true(number(radiosity, "paths") >= 64.0);
         assert_true(number(radiosity, "mean_reflectance") > 0.3);
         assert_true(number(radiosity, "mean_reflectance") < 0.8);
         const json_t *lost = json_object_get(radiosity, "lost_share");

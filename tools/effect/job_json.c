@@ -108,13 +108,14 @@ static void set_effects(json_t *root, const struct effect_job *job)
                       json_number(job->circle[0]), "farthest", "depth", json_number(job->depth[1]),
                       "circle", json_number(job->circle[1])));
     if (p->effects & EFFECT_RADIOSITY)
-        json_object_set_new(
-            root, "radiosity",
-            json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "lights", json_count((uint64_t)job->plan.count),
-                      "paths", json_count((uint64_t)job->plan.paths), "mean_reflectance",
-                      json_number(job->plan.mean_reflectance), "clamp", json_number(p->clamp),
-                      "lost_share", job->lost.frames ? json_number(job->lost.share) : json_null(),
-                      "lost_frames", json_count((uint64_t)job->lost.frames)));
+        json_object_set_new(root, "radiosity",
+                            json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "lights",
+                                      json_count((uint64_t)job->plan.count), "paths",
+                                      json_count((uint64_t)job->plan.paths), "mean_reflectance",
+                                      json_number(job->plan.mean_reflectance), "clamp",
+                                      json_number(job->plan.clamp), "lost_share",
+                                      job->lost.frames ? json_number(job->lost.share) : json_null(),
+                                      "lost_frames", json_count((uint64_t)job->lost.frames)));
 }
 
 static json_t *shadow_json(const struct scene_shadow_info *shadow)

@@ -74,7 +74,7 @@ enum weft_result effect_job_measure_lost(struct effect_job *job)
     const double start = report_now_seconds();
     struct effect_plan part;
     double kept = 0.0, lost = 0.0;
-    if (!(job->params.effects & EFFECT_RADIOSITY) || job->params.clamp == 0.0)
+    if (!(job->params.effects & EFFECT_RADIOSITY) || job->plan.clamp == 0.0)
         return WEFT_OK;
     enum weft_result res = make_part(job, &part);
     if (res == WEFT_OK)

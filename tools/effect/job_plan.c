@@ -5,19 +5,6 @@
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
 
-// Virtual lights that are nearer to a surface than this share of the scene's diagonal lose light
-// there: what is left then looks like the others'.
-static const double clamped_share_of_diagonal = 0.05;
-
-static double choose_clamp(const struct scene *scene)
-{
-    double diagonal = 0.0;
-    for (int i = 0; i < 3; i++)
-        diagonal = hypot(diagonal, scene->high[i] - scene->low[i]);
-    const double nearest = clamped_share_of_diagonal * diagonal;
-    return nearest > 0.0 ? 1.0 / (nearest * nearest) : 0.0;
-}
-
 // What is in sight in the middle of the time, and how far out of focus.
 static void look(struct effect_job *job)
 {
@@ -36,9 +23,7 @@ static void look(struct effect_job *job)
 enum weft_result effect_job_make_plan(struct effect_job *job)
 {
     const double start = report_now_seconds();
-    struct effect_params *p = &job->params;
-    if (isnan(p->clamp))
-        p->clamp = p->effects & EFFECT_RADIOSITY ? choose_clamp(p->scene[0]) : 0.0;
+    const struct effect_params *p = &job->params;
     const enum weft_result res = effect_plan_make(p, &job->plan);
     if (res == WEFT_OK)
         look(job);

@@ -73,7 +73,7 @@ static void add_effects(const struct effect_job *job, struct weft_metadata *out,
     }
     if (has(job, EFFECT_RADIOSITY)) {
         run_report_add(out, count, "paths", "%lld", (long long)job->plan.paths);
-        run_report_add(out, count, "clamp", "%.9g", p->clamp);
+        run_report_add(out, count, "clamp", "%.9g", job->plan.clamp);
         if (job->lost.frames)
             run_report_add(out, count, "lost", "%.5g", job->lost.share);
     }
@@ -196,7 +196,7 @@ static void tell_effects(const struct effect_job *job, line tell)
         tell("radiosity: %lld virtual lights on %lld paths, mean reflectance %.4f, clamped to a "
              "factor of %.4g (0: not)",
              (long long)job->plan.count, (long long)job->plan.paths, job->plan.mean_reflectance,
-             p->clamp);
+             job->plan.clamp);
 }
 
 static void tell_plan(const struct effect_job *job, line tell)
@@ -263,7 +263,7 @@ static void print_summary(const struct effect_job *job)
         report_line("lens: aperture %.6g, focus %.6g; circles of confusion up to %.1f pixels",
                     job->plan.aperture, job->plan.focus, fmax(job->circle[0], job->circle[1]));
     if (job->lost.frames)
-        report_line("clamping to a factor of %.4g took %.2f %% of the light", job->params.clamp,
+        report_line("clamping to a factor of %.4g took %.2f %% of the light", job->plan.clamp,
                     100.0 * job->lost.share);
 }
 

@@ -139,7 +139,8 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    OPTION_TEXT,
                    "auto|off|C",
                    "radiosity: the factor cos cos / distance^2 of a virtual light counts up to C "
-                   "(default auto: that of 1/20 of the scene's diagonal); what is lost is told"},
+                   "(default auto: that of a patch, one of so many that all surfaces are cut into); "
+                   "what is lost is told"},
     [ASK_SHADOW_SIZE] = {.name = "shadow-size",
                          0,
                          OPTION_NUMBER,
