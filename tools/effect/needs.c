@@ -67,13 +67,13 @@ static struct effect_need find_need(const struct effect_params *params, const st
     default:
         break;
     }
-    if (need.frames < 0) // NAN, or too large a figure
-        need.frames = need.figure > 0.0 ? INT64_C(1) << 53 : 1;
+    if (need.frames < 0) // too large a figure, or NAN
+        need.frames = INT64_C(1) << 53;
     return need;
 }
 
-void effect_needs_find(const struct effect_params *params, const double *share,
-                       struct effect_plan *plan)
+enum weft_result effect_needs_find(const struct effect_params *params, const double *share,
+                                   struct effect_plan *plan)
 {
     plan->needed = 1;
     for (int i = 0; i < EFFECT_COUNT; i++) {
@@ -82,12 +82,15 @@ void effect_needs_find(const struct effect_params *params, const double *share,
             if (share[s] == 0.0)
                 continue;
             const struct effect_need need = find_need(params, params->scene[s], plan, effect);
+            if (isnan(need.figure))
+                return WEFT_ERR_MEMORY; // scene_widest_penumbra
             if (need.frames > plan->need[i].frames)
                 plan->need[i] = need;
         }
         if (plan->need[i].frames > plan->needed)
             plan->needed = plan->need[i].frames;
     }
+    return WEFT_OK;
 }
 
 int effect_needs_fit(const struct effect_params *params, int64_t needed)

@@ -265,7 +265,9 @@ enum weft_result effect_plan_make(const struct effect_params *params, struct eff
     res = share_out(params, share);
     if (res != WEFT_OK)
         goto fail;
-    effect_needs_find(params, share, out);
+    res = effect_needs_find(params, share, out);
+    if (res != WEFT_OK)
+        goto fail;
     const int64_t count = params->frames ? params->frames : effect_needs_fit(params, out->needed);
     for (int s = 0; s < params->scene_count && res == WEFT_OK; s++)
         if (share[s] != 0.0)

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "tests/support/alloc_fail.h"
 #include "tests/tools/effect/effects.h"
 #include "tools/effect/lamps.h"
 #include "tools/effect/samples.h"
@@ -756,6 +757,40 @@ static void what_is_wrong_is_named(void **state)
     effect_plan_clear(NULL);
 }
 
+// Each allocation fails once: of sets, orders, frames, virtual lights, a fade's turns.
+static void memory_that_runs_out_is_told(void **state)
+{
+    (void)state;
+    struct scene cornell;
+    assert_int_equal(
+        scene_make(scene_params(.name = "cornell", .size = {64, 48}, .log = &log_to_stderr),
+                   &cornell),
+        WEFT_OK);
+    for (int i = 0; i < 2; i++) {
+        const struct effect_params *params =
+            effect_params(.effects = EFFECT_FADE | EFFECT_ANTIALIAS | EFFECT_DOF |
+                                     EFFECT_MOTION_BLUR |
+                                     (i ? EFFECT_RADIOSITY : EFFECT_SOFT_SHADOW),
+                          .scene = {&cornell, &cornell}, .scene_count = 2, .size = {64, 48},
+                          .frames = 24);
+        unsigned long failed = 0;
+        enum weft_result res = WEFT_ERR_MEMORY;
+        for (bool struck = true; struck; failed += struck) {
+            struct effect_plan plan = {.count = 5};
+            alloc_fail_at(failed + 1);
+            res = effect_plan_make(params, &plan);
+            struck = alloc_fail_struck();
+            alloc_fail_at(0);
+            assert_int_equal(res, struck ? WEFT_ERR_MEMORY : WEFT_OK);
+            assert_int_equal(plan.frames == NULL, struck);
+            effect_plan_clear(&plan);
+        }
+        print_message("%lu allocations failed\n", failed);
+        assert_true(failed > 20);
+    }
+    scene_clear(&cornell);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -778,6 +813,7 @@ int main(void)
         cmocka_unit_test(circles_ask_for_their_area),
         cmocka_unit_test(counts_fit_the_set_and_the_cap),
         cmocka_unit_test(what_is_wrong_is_named),
+        cmocka_unit_test(memory_that_runs_out_is_told),
     };
     return cmocka_run_group_tests(tests, make_scenes, clear_scenes);
 }
