@@ -495,6 +495,7 @@ static void radiosity_says_what_clamping_takes(void **state)
         assert_true(number(radiosity, "lights") == 64.0);
         // Lights are chosen from those of more paths.
         assert_true(number(radiosity, "paths") >= 64.0);
+        assert_true((number(radiosity, "clamp") == 0.0) == (i == 0));
         assert_true(number(radiosity, "mean_reflectance") > 0.3);
         assert_true(number(radiosity, "mean_reflectance") < 0.8);
         const json_t *lost = json_object_get(radiosity, "lost_share");

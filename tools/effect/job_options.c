@@ -246,7 +246,7 @@ static enum weft_result read_frames(struct effect_job *job)
     return res;
 }
 
-// NAN: by the scene.
+// NAN: by the lights and the scene.
 static enum weft_result read_clamp(const struct option_value *o, double *out)
 {
     char *end;

@@ -23,8 +23,7 @@ static void look(struct effect_job *job)
 enum weft_result effect_job_make_plan(struct effect_job *job)
 {
     const double start = report_now_seconds();
-    const struct effect_params *p = &job->params;
-    const enum weft_result res = effect_plan_make(p, &job->plan);
+    const enum weft_result res = effect_plan_make(&job->params, &job->plan);
     if (res == WEFT_OK)
         look(job);
     if (res == WEFT_OK && job->option[ASK_UNTIL].given && !job->plan.extends)

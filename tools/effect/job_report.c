@@ -148,6 +148,9 @@ static void tell_frames(const struct effect_job *job, line tell)
         if (need->frames && figure_text(i))
             tell("  %s needs %lld: %.1f pixels %s", effect_names[i], (long long)need->frames,
                  need->figure, figure_text(i));
+        else if (need->frames && 1 << i == EFFECT_ANTIALIAS)
+            tell("  antialias needs %lld: %d for each pixel of its filter's area",
+                 (long long)need->frames, EFFECT_FRAMES_ANTIALIAS);
         else if (need->frames)
             tell("  %s needs %lld, by default", effect_names[i], (long long)need->frames);
     }
