@@ -188,12 +188,13 @@ void scene_depths(const struct scene *scene, const int size[2], double time, dou
                   double *farthest);
 
 // The widest penumbra in pixels at a time, estimated. Of 48 x 48 points of the picture (fewer, but
-// 12 x 12, of a scene of more than 30,000 triangles) each that sees a surface turned to a lamp looks
-// at its middle and close to its four corners. What is between, at the share t of the way from the
-// lamp, makes a penumbra of s (1 - t) / t there (as wide as on a surface that is parallel to the
-// lamp), s being the longer of u and v; at the surface's depth that is so many pixels across, seen
-// straight on. Penumbrae that fall between the points, and how tilted surfaces stretch or shorten
-// them, are not counted. 0: no lamp has an area, or no shadow is seen; NAN: memory ran out.
+// 12 x 12, of a scene of more than 30,000 triangles) each that sees a surface turned to a lamp
+// looks at its middle and close to its four corners. What is between, at the share t of the way
+// from the lamp, makes a penumbra of s (1 - t) / t there (as wide as on a surface that is parallel
+// to the lamp), s being the longer of u and v; at the surface's depth that is so many pixels
+// across, seen straight on. Penumbrae that fall between the points, and how tilted surfaces stretch
+// or shorten them, are not counted. 0: no lamp has an area, or no shadow is seen; NAN: memory ran
+// out.
 double scene_widest_penumbra(const struct scene *scene, const int size[2], double time);
 
 #endif
