@@ -99,7 +99,8 @@ static void measure_moving(const struct scene *scene, const struct scene_object 
     }
 }
 
-static void measure_resting(const struct scene *scene, const struct scene_object *object,
+// false: it is on both sides.
+static bool measure_resting(const struct scene *scene, const struct scene_object *object,
                             const double plane[4], double tolerance, double range[2])
 {
     for (uint32_t i = 0; i < object->index_count; i++) {
@@ -107,20 +108,26 @@ static void measure_resting(const struct scene *scene, const struct scene_object
         range[0] = fmin(range[0], d);
         range[1] = fmax(range[1], d);
         if (range[0] < -tolerance && range[1] > tolerance)
-            return;
+            return false;
     }
+    return true;
 }
 
-// Turns the plane's normal to where the scene is. false: it is on both sides.
-static bool turn_to_scene(const struct scene *scene, double plane[4], double tolerance)
+// Turns the plane's normal to where the scene is. false: it is on both sides, or *corners, how many
+// may still be looked at, has run out.
+static bool turn_to_scene(const struct scene *scene, double plane[4], double tolerance,
+                          int64_t *corners)
 {
     double range[2] = {0.0, 0.0};
     for (int i = 0; i < scene->object_count; i++) {
         const struct scene_object *object = &scene->objects[i];
+        *corners -= object->index_count;
+        if (*corners < 0)
+            return false;
         if (object->path.count)
             measure_moving(scene, object, plane, range);
-        else
-            measure_resting(scene, object, plane, tolerance, range);
+        else if (!measure_resting(scene, object, plane, tolerance, range))
+            return false;
         if (range[0] < -tolerance && range[1] > tolerance)
             return false;
     }
@@ -130,16 +137,24 @@ static bool turn_to_scene(const struct scene *scene, double plane[4], double tol
     return true;
 }
 
-void scene_hull_find(const struct scene *scene, int object, struct scene_hull *out)
+static void find_hull(const struct scene *scene, int object, int64_t *corners,
+                      struct scene_hull *out)
 {
     const double tolerance = find_tolerance(scene);
     out->count = 0;
     bool is_hull = !scene->objects[object].path.count &&
                    find_planes(scene, &scene->objects[object], tolerance, out);
     for (int i = 0; i < out->count && is_hull; i++)
-        is_hull = turn_to_scene(scene, out->plane[i], tolerance);
+        is_hull = turn_to_scene(scene, out->plane[i], tolerance, corners);
     if (!is_hull)
         out->count = 0;
+}
+
+void scene_hulls_find(const struct scene *scene, struct scene_hull *out)
+{
+    int64_t corners = SCENE_CASTER_CORNERS;
+    for (int i = 0; i < scene->object_count; i++)
+        find_hull(scene, i, &corners, &out[i]);
 }
 
 bool scene_hull_casts(const struct scene *scene, const struct scene_hull *hull, const double eye[3])

@@ -9,7 +9,7 @@
 
 #include "tools/scene/scene.h"
 
-enum { SCENE_CASTER_PLANES = 8 };
+enum { SCENE_CASTER_PLANES = 8, SCENE_CASTER_CORNERS = 1 << 26 };
 
 // The planes that all triangles of an object lie in, where each of them has the whole scene on one
 // side, at any time, but for 2^-20 of its box's diagonal.
@@ -18,8 +18,9 @@ struct scene_hull {
     double plane[SCENE_CASTER_PLANES][4]; // normal to the scene's side, of length 1; distance
 };
 
-// Finds it for an object.
-void scene_hull_find(const struct scene *scene, int object, struct scene_hull *out);
+// Finds it for each object, while SCENE_CASTER_CORNERS corners of triangles are looked at, within a
+// second; later ones may cast shadows.
+void scene_hulls_find(const struct scene *scene, struct scene_hull *out);
 
 // Whether an object may cast shadows in the light of a point.
 bool scene_hull_casts(const struct scene *scene, const struct scene_hull *hull,

@@ -15,8 +15,9 @@ struct scene_drawing {
     const struct weft_log *log;
     int shadow_size;
     GladGLContext gl;
-    double middle[3];            // of the scene's box: shaders' positions are relative to it
-    double diagonal;             // likewise
+    double middle[3]; // of the scene's box
+    double
+        diagonal; // likewise; 1 where it is 0. Shaders' lengths are in diagonals, from the middle
     struct scene_extent *extent; // of each object, as modelled
     struct scene_hull *hull;     // of each object
     double (*model)[16];         // where each object lies in the frame that is drawn
@@ -93,10 +94,11 @@ enum weft_result scene_drawing_create(const struct scene_drawing_params *params,
         drawing->middle[i] = 0.5 * (scene->low[i] + scene->high[i]);
     drawing->diagonal = hypot(hypot(scene->high[0] - scene->low[0], scene->high[1] - scene->low[1]),
                               scene->high[2] - scene->low[2]);
-    for (int i = 0; i < scene->object_count; i++) {
+    if (!(drawing->diagonal > 0.0))
+        drawing->diagonal = 1.0;
+    for (int i = 0; i < scene->object_count; i++)
         scene_extent_find(scene, &scene->objects[i], &drawing->extent[i]);
-        scene_hull_find(scene, i, &drawing->hull[i]);
-    }
+    scene_hulls_find(scene, drawing->hull);
     res = weft_context_call(drawing->context, make_objects, drawing);
     if (res == WEFT_OK) {
         *out = drawing;
@@ -137,13 +139,17 @@ static void set_lights(const struct pass *pass)
     float position[SCENE_MAX_LIGHTS][3], normal[SCENE_MAX_LIGHTS][3];
     float intensity[SCENE_MAX_LIGHTS][3], most[SCENE_MAX_LIGHTS];
     const int count = pass->frame->light_count;
+    const double unit = pass->drawing->diagonal;
     for (int i = 0; i < count; i++) {
         const struct scene_point_light *light = &pass->frame->light[i];
-        for (int axis = 0; axis < 3; axis++)
-            position[i][axis] = (float)(light->position[axis] - pass->drawing->middle[axis]);
+        const bool falls = light->falloff == SCENE_FALLOFF_RADIANCE; // with the distance
+        for (int axis = 0; axis < 3; axis++) {
+            position[i][axis] =
+                (float)((light->position[axis] - pass->drawing->middle[axis]) / unit);
+            intensity[i][axis] = (float)(light->intensity[axis] / (falls ? unit * unit : 1.0));
+        }
         scene_round(light->normal, normal[i], 3);
-        scene_round(light->intensity, intensity[i], 3);
-        most[i] = (float)light->most;
+        most[i] = (float)(light->most * unit * unit);
     }
     gl->Uniform3fv(at[SCENE_LIGHT_POSITION], count, &position[0][0]);
     gl->Uniform3fv(at[SCENE_LIGHT_NORMAL], count, &normal[0][0]);
@@ -172,16 +178,20 @@ static void draw_object(const struct pass *pass, int object, const double clip[1
     const GladGLContext *gl = &pass->drawing->gl;
     const GLint *at = pass->surface->at;
     const struct scene_object *o = &pass->drawing->scene->objects[object];
-    double model[16];
-    float rounded[16];
+    const double *model = pass->drawing->model[object];
+    const double scale = hypot(hypot(model[0], model[1]), model[2]), unit = pass->drawing->diagonal;
+    float rounded[16], placed[16] = {[15] = 1.0f}, turned[9];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            placed[4 * i + k] = (float)(model[4 * i + k] / unit);
+            turned[3 * i + k] = (float)(model[4 * i + k] / scale);
+        }
+    for (int i = 0; i < 3; i++)
+        placed[12 + i] = (float)((model[12 + i] - pass->drawing->middle[i]) / unit);
     scene_round(clip, rounded, 16);
     gl->UniformMatrix4fv(at[SCENE_CLIP], 1, GL_FALSE, rounded);
-    for (int i = 0; i < 16; i++)
-        model[i] = pass->drawing->model[object][i];
-    for (int i = 0; i < 3; i++)
-        model[12 + i] -= pass->drawing->middle[i];
-    scene_round(model, rounded, 16);
-    gl->UniformMatrix4fv(at[SCENE_MODEL], 1, GL_FALSE, rounded);
+    gl->UniformMatrix4fv(at[SCENE_MODEL], 1, GL_FALSE, placed);
+    gl->UniformMatrix3fv(at[SCENE_TURN], 1, GL_FALSE, turned);
     gl->Uniform1i(at[SCENE_FIRST_TRIANGLE], (GLint)(o->first_index / 3));
     gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
                      (const void *)(o->first_index * sizeof(uint32_t)));

@@ -7,7 +7,7 @@ in vec2 uv;
 
 uniform samplerBuffer planes; // of each triangle: normal as modelled, bend (shadow_hides)
 uniform int first_triangle;
-uniform mat4 model;
+uniform mat3 turn; // the object's rotation
 uniform vec3 reflectance, emission, ambient;
 uniform float checks; // squares per unit of uv; 0: plain
 uniform bool unlit, only_clamped;
@@ -52,7 +52,7 @@ float find_light(int i, int kind, int falloff, bool is_flat, bool clamped, vec3 
 vec3 find_radiance()
 {
     vec4 plane = texelFetch(planes, first_triangle + gl_PrimitiveID);
-    vec3 flat_normal = normalize(mat3(model) * plane.xyz);
+    vec3 flat_normal = turn * plane.xyz;
     if (!gl_FrontFacing)
         flat_normal = -flat_normal;
     // The side that is seen; where normals of vertices are wanting, the triangle's.

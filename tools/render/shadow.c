@@ -201,9 +201,9 @@ void scene_shadows_use(const GladGLContext *gl, const struct scene_shadows *shad
     float near_distance[SCENE_MAX_LIGHTS];
     for (int i = 0; i < count; i++) {
         const struct scene_shadow_view *view = &shadows->view[i];
-        near_distance[i] = (float)view->near_distance;
+        near_distance[i] = (float)(view->near_distance / diagonal);
         for (int k = 0; k < 3; k++) {
-            eye[i][k] = (float)(view->eye[k] - middle[k]);
+            eye[i][k] = (float)((view->eye[k] - middle[k]) / diagonal);
             scene_round(view->axis[k], &frame[i][3 * k], 3);
         }
         scene_round(view->low, window[i], 2);
@@ -217,7 +217,7 @@ void scene_shadows_use(const GladGLContext *gl, const struct scene_shadows *shad
     gl->Uniform4fv(at[SCENE_SHADOW_WINDOW], count, &window[0][0]);
     gl->Uniform1fv(at[SCENE_SHADOW_NEAR], count, near_distance);
     gl->Uniform1iv(at[SCENE_SHADOW_LAYER], count, shadows->first_layer);
-    gl->Uniform1f(at[SCENE_SHADOW_LIFT], (float)(SCENE_SHADOW_RAISED * diagonal));
+    gl->Uniform1f(at[SCENE_SHADOW_LIFT], (float)SCENE_SHADOW_RAISED);
     gl->Uniform2f(at[SCENE_SHADOW_BIAS], (float)scene_shadows_get_bias(gl),
                   (float)SCENE_SHADOW_DEPTH);
 }

@@ -2,7 +2,7 @@
 // this one. Directions and normals are in the light's frame: right, up, forward. `kind` is constant
 // wherever it is called, so that only one way of looking up is left.
 uniform sampler2DArray shadow_maps;
-uniform vec3 shadow_eye[LIGHTS];    // relative to the middle of the scene's box
+uniform vec3 shadow_eye[LIGHTS];
 uniform mat3 shadow_frame[LIGHTS];  // rows: right, up, forward
 uniform vec4 shadow_window[LIGHTS]; // of a fitted face: low tangents, and their extents
 uniform float shadow_near[LIGHTS];

@@ -57,7 +57,7 @@ enum scene_shadow_uniform {
 void scene_shadows_find_uniforms(const GladGLContext *gl, GLuint program,
                                  GLint out[SCENE_SHADOW_UNIFORM_COUNT]);
 // Sets them in the program that is used, for `count` lights; maps are bound to texture unit `unit`.
-// middle: what positions of the shader are relative to.
+// The shader's lengths are in diagonals of the scene's box, from its middle.
 void scene_shadows_use(const GladGLContext *gl, const struct scene_shadows *shadows,
                        const GLint uniform[SCENE_SHADOW_UNIFORM_COUNT], int count, int unit,
                        const double middle[3], double diagonal);

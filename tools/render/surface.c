@@ -61,9 +61,9 @@ static enum weft_result link(const GladGLContext *gl, const struct weft_log *log
                              struct scene_surface *surface)
 {
     static const char *const name[SCENE_SURFACE_UNIFORM_COUNT] = {
-        "clip",           "model",        "planes",          "first_triangle", "reflectance",
-        "emission",       "ambient",      "checks",          "unlit",          "only_clamped",
-        "light_position", "light_normal", "light_intensity", "light_most",
+        "clip",         "model",          "turn",         "planes",          "first_triangle",
+        "reflectance",  "emission",       "ambient",      "checks",          "unlit",
+        "only_clamped", "light_position", "light_normal", "light_intensity", "light_most",
     };
     char defines[1024];
     write_defines(surface, defines, sizeof defines);

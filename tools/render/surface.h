@@ -13,6 +13,7 @@
 enum scene_surface_uniform {
     SCENE_CLIP,
     SCENE_MODEL,
+    SCENE_TURN,
     SCENE_PLANES,
     SCENE_FIRST_TRIANGLE,
     SCENE_REFLECTANCE,

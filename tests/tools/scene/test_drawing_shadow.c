@@ -377,6 +377,45 @@ static void test_several(void **state)
     end_scene(&made);
 }
 
+// The picture does not depend on the unit of length: the same bits for 2^40 and 2^-40 of it.
+static float *draw_scaled(double unit)
+{
+    struct test_scene made;
+    make_room(&made);
+    for (size_t i = 0; i < made.scene.vertex_count; i++)
+        for (int k = 0; k < 3; k++)
+            made.scene.vertices[i].position[k] *= (float)unit;
+    struct weft_camera *camera = &made.scene.camera;
+    camera->near_distance *= unit;
+    camera->far_distance *= unit;
+    for (int k = 0; k < 3; k++) {
+        camera->eye[k] *= unit;
+        camera->target[k] *= unit;
+    }
+    struct scene_frame frame = {.camera = {.size = {64, 48}}, .light_count = 1};
+    frame.light[0] = (struct scene_point_light){.position = {0.1 * unit, -1.0 * unit, 0.2 * unit},
+                                                .normal = {0.0, 1.0, 0.0},
+                                                .most = 2.0 / (unit * unit),
+                                                .shadowed = true};
+    for (int k = 0; k < 3; k++)
+        frame.light[0].intensity[k] = unit * unit;
+    float *picture = draw_picture(contexts[0], &made, &frame, 128);
+    end_scene(&made);
+    return picture;
+}
+
+static void test_scaled(void **state)
+{
+    (void)state;
+    float *plain = draw_scaled(1.0);
+    for (int i = -40; i <= 40; i += 80) {
+        float *scaled = draw_scaled(ldexp(1.0, i));
+        assert_memory_equal(scaled, plain, 64 * 48 * 4 * sizeof *plain);
+        free(scaled);
+    }
+    free(plain);
+}
+
 // ---- soft shadows -------------------------------------------------------------------------------
 
 // A lamp of width 1 at the height 4 over a ground, a half-plane at the height 1 that ends along
@@ -573,10 +612,11 @@ int main(void)
     if (WITHOUT_GL)
         return EXIT_SKIPPED;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_cornell),   cmocka_unit_test(test_room),
-        cmocka_unit_test(test_grazing),   cmocka_unit_test(test_smooth),
-        cmocka_unit_test(test_one_sided), cmocka_unit_test(test_several),
-        cmocka_unit_test(test_share),     cmocka_unit_test(test_irradiance),
+        cmocka_unit_test(test_cornell),    cmocka_unit_test(test_room),
+        cmocka_unit_test(test_grazing),    cmocka_unit_test(test_smooth),
+        cmocka_unit_test(test_one_sided),  cmocka_unit_test(test_several),
+        cmocka_unit_test(test_scaled),     cmocka_unit_test(test_share),
+        cmocka_unit_test(test_irradiance),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
