@@ -10,8 +10,7 @@
 
 #include "tests/support/common.h"
 #include "tests/support/files.h"
-
-#define IN_FOLDER(test) cmocka_unit_test_setup_teardown(test, test_enter_folder, test_leave_folder)
+#include "tests/tiles/mesh/meshes.h"
 
 // ---- files of the data folder -------------------------------------------------------------------
 
@@ -75,11 +74,363 @@ static void test_data_files(void **state)
         skip();
 }
 
+// ---- OBJ ----------------------------------------------------------------------------------------
+
+static const char cube_vertices[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                    "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+
+static const struct weft_mesh_material *material_of(const struct weft_mesh *mesh, size_t part)
+{
+    return &mesh->materials[mesh->parts[part].material];
+}
+
+static void assert_vector(const float *actual, double x, double y, double z, double tolerance)
+{
+    assert_near(actual[0], x, tolerance, "x");
+    assert_near(actual[1], y, tolerance, "y");
+    assert_near(actual[2], z, tolerance, "z");
+}
+
+static double volume_of(const struct weft_mesh *mesh)
+{
+    double volume = 0.0;
+    for (size_t i = 0; i < mesh->index_count; i += 3) {
+        const float *a = mesh->vertices[mesh->indices[i]].position,
+                    *b = mesh->vertices[mesh->indices[i + 1]].position,
+                    *c = mesh->vertices[mesh->indices[i + 2]].position;
+        volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                   a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                  6.0;
+    }
+    return volume;
+}
+
+// Names with spaces, indices from the end, a line that goes on, comments, space in front, two
+// materials, and no line feed at the end.
+static void test_obj(void **state)
+{
+    (void)state;
+    char text[1200];
+    snprintf(text, sizeof text,
+             "# a cube\nmtllib cube.mtl\n  o my cube\n%susemtl red\nf 4 3 2 1 # below\n"
+             "\tf -4 -3 -2 -1\r\nusemtl two words\nf 1 2 \\\n6 5\nf 2 3 7 6\nl 1 2 3\np 4\n"
+             "f 3 4 8 7\nf 4 1 5 8",
+             cube_vertices);
+    write_text("cube.obj", text);
+    write_text("cube.mtl", "newmtl red\n Kd 0.5 0.25 1\nKe 2 0 0\nmap_Kd x.png\n"
+                           "newmtl two words\nKd 0 3 0");
+    struct weft_mesh mesh = load_good("cube.obj");
+    assert_int_equal(mesh.vertex_count, 8);
+    assert_int_equal(mesh.index_count, 36);
+    assert_int_equal(mesh.part_count, 2);
+    assert_int_equal(mesh.material_count, 2);
+    assert_int_equal(mesh.parts[0].index_count, 12);
+    assert_string_equal(mesh.parts[0].name, "my cube");
+    assert_string_equal(mesh.parts[1].name, "my cube");
+    assert_string_equal(material_of(&mesh, 0)->name, "red");
+    assert_vector(material_of(&mesh, 0)->reflectance, 0.5, 0.25, 1.0, 1e-7);
+    assert_vector(material_of(&mesh, 0)->emission, 2.0, 0.0, 0.0, 1e-7);
+    assert_string_equal(material_of(&mesh, 1)->name, "two words");
+    assert_vector(material_of(&mesh, 1)->reflectance, 0.0, 1.0, 0.0, 1e-7);
+    assert_vector(mesh.low, 0, 0, 0, 0);
+    assert_vector(mesh.high, 1, 1, 1, 0);
+    assert_near(volume_of(&mesh), 1.0, 1e-12, "volume");
+    assert_string_equal(mesh.dropped, "2 lines, 1 point, 1 texture");
+    assert_string_equal(test_warning, "");
+    // Each corner has three right angles, whatever the diagonals: 1, 1, 1 from the middle.
+    for (size_t i = 0; i < mesh.vertex_count; i++) {
+        const struct weft_mesh_vertex *v = &mesh.vertices[i];
+        const double n = 1.0 / sqrt(3.0);
+        assert_vector(v->normal, v->position[0] > 0.5f ? n : -n, v->position[1] > 0.5f ? n : -n,
+                      v->position[2] > 0.5f ? n : -n, 1e-6);
+        assert_vector(v->colour, 1, 1, 1, 0);
+    }
+    weft_mesh_clear(&mesh);
+}
+
+// Texture coordinates, normals of any length, colours in sRGB, weights.
+static void test_obj_attributes(void **state)
+{
+    (void)state;
+    write_text("a.obj", "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0\nv 0 1 0\nvt 0.25 0.75\nvt 1\nvt 0 1 0.5\n"
+                        "vn 0 0 -3\nvn 3 0 4\ng first\nf 1/1/1 2/2/2 3/3/1\n");
+    struct weft_mesh mesh = load_good("a.obj");
+    assert_int_equal(mesh.vertex_count, 3);
+    assert_string_equal(mesh.parts[0].name, "first");
+    assert_vector(mesh.vertices[0].normal, 0, 0, -1, 1e-7);
+    assert_vector(mesh.vertices[1].normal, 0.6, 0, 0.8, 1e-7);
+    assert_near(mesh.vertices[0].uv[0], 0.25, 1e-7, "u");
+    assert_near(mesh.vertices[0].uv[1], 0.75, 1e-7, "v");
+    assert_near(mesh.vertices[1].uv[0], 1.0, 1e-7, "u");
+    // IEC 61966-2-1: 0.5 stands for 0.21404114.
+    assert_vector(mesh.vertices[0].colour, 1.0, 0.21404114, 0.0, 1e-6);
+    assert_vector(mesh.vertices[1].colour, 0.0, 0.0, 0.0, 0.0);
+    assert_vector(mesh.vertices[2].colour, 1.0, 1.0, 1.0, 0.0);
+    assert_vector(mesh.materials[0].reflectance, 0.7, 0.7, 0.7, 1e-7);
+    weft_mesh_clear(&mesh);
+
+    write_text("b.obj", "v 2 4 6 2\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n");
+    mesh = load_good("b.obj");
+    assert_vector(mesh.vertices[0].position, 1, 2, 3, 0);
+    assert_string_equal(mesh.parts[0].name, "part 1");
+    weft_mesh_clear(&mesh);
+}
+
+static void test_obj_without_materials(void **state)
+{
+    (void)state;
+    write_text("a.obj", "mtllib nowhere.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gone\nf 1 2 3\n");
+    struct weft_mesh mesh = load_good("a.obj");
+    assert_non_null(strstr(test_warning, "'nowhere.mtl', which is not there"));
+    assert_string_equal(mesh.materials[0].name, "gone");
+    assert_vector(mesh.materials[0].reflectance, 0.7, 0.7, 0.7, 1e-7);
+    weft_mesh_clear(&mesh);
+    // Several in one line, and in a folder below.
+    assert_int_equal(mkdir(test_path("below"), 0700), 0);
+    write_text("below/b.mtl", "newmtl gone\nKd 0 0.5 0\n");
+    write_text("a.obj",
+               "mtllib a.mtl below/b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gone\nf 1 2 3\n");
+    mesh = load_good("a.obj");
+    assert_vector(mesh.materials[0].reflectance, 0.0, 0.5, 0.0, 1e-7);
+    assert_non_null(strstr(test_warning, "'a.mtl', which is not there"));
+    weft_mesh_clear(&mesh);
+    remove(test_path("below/b.mtl"));
+}
+
+// A concave polygon keeps its area, and nothing lies outside of it.
+static void test_obj_concave(void **state)
+{
+    (void)state;
+    write_text("l.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n");
+    struct weft_mesh mesh = load_good("l.obj");
+    double area = 0.0;
+    assert_int_equal(mesh.index_count, 12);
+    for (size_t i = 0; i < mesh.index_count; i += 3) {
+        const float *a = mesh.vertices[mesh.indices[i]].position,
+                    *b = mesh.vertices[mesh.indices[i + 1]].position,
+                    *c = mesh.vertices[mesh.indices[i + 2]].position;
+        const double twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        assert_true(twice > 0.0);
+        area += twice / 2.0;
+        const float x = (a[0] + b[0] + c[0]) / 3.0f, y = (a[1] + b[1] + c[1]) / 3.0f;
+        assert_true(x < 1.0f || y < 1.0f);
+    }
+    assert_near(area, 3.0, 1e-12, "area");
+    weft_mesh_clear(&mesh);
+}
+
+// ---- PLY ----------------------------------------------------------------------------------------
+
+// A square of two colours, whose first coordinate is 1e-33-like bytes: a line feed comes first.
+static const char ply_header[] = "ply\nformat %s 1.0\ncomment TextureFile a.png\nelement vertex 4\n"
+                                 "comment between\nproperty %s x\nproperty float y\n"
+                                 "property float z\nproperty uchar red\nproperty uchar green\n"
+                                 "property uchar blue\nproperty short other\nelement face 2\n"
+                                 "property list uchar int vertex_indices\nelement edge 1\n"
+                                 "property int vertex1\nproperty int vertex2\nend_header\n";
+
+static size_t put(char *out, size_t at, const void *data, size_t size, bool big)
+{
+    for (size_t i = 0; i < size; i++)
+        out[at + i] = ((const char *)data)[big ? size - 1 - i : i];
+    return at + size;
+}
+
+static size_t ply_bytes(char *out, size_t room, bool big, float first)
+{
+    static const float xy[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    static const unsigned char colours[4][3] = {
+        {255, 0, 0}, {0, 188, 0}, {0, 0, 0}, {255, 255, 255}};
+    static const int edge[2] = {0, 2};
+    const short other = -7;
+    size_t at = (size_t)snprintf(out, room, ply_header,
+                                 big ? "binary_big_endian" : "binary_little_endian", "float");
+    for (int i = 0; i < 4; i++) {
+        const float p[3] = {i ? xy[i][0] : first, xy[i][1], 0.0f};
+        for (int c = 0; c < 3; c++)
+            at = put(out, at, &p[c], 4, big);
+        memcpy(out + at, colours[i], 3);
+        at = put(out, at + 3, &other, 2, big);
+    }
+    for (int f = 0; f < 2; f++) {
+        static const int corners[2][4] = {{0, 1, 2, -1}, {0, 2, 3, -1}};
+        out[at++] = 3;
+        for (int i = 0; i < 3; i++)
+            at = put(out, at, &corners[f][i], 4, big);
+    }
+    for (int i = 0; i < 2; i++)
+        at = put(out, at, &edge[i], 4, big);
+    return at;
+}
+
+static void check_square(const char *name, double first)
+{
+    struct weft_mesh mesh = load_good(name);
+    assert_int_equal(mesh.vertex_count, 4);
+    assert_int_equal(mesh.index_count, 6);
+    assert_int_equal(mesh.part_count, 1);
+    assert_string_equal(mesh.dropped, "1 line, 1 texture");
+    assert_vector(mesh.vertices[0].position, first, 0, 0, 1e-30);
+    assert_vector(mesh.vertices[2].position, 1, 1, 0, 0);
+    assert_vector(mesh.vertices[0].colour, 1, 0, 0, 1e-6);
+    // ((188 / 255 + 0.055) / 1.055)^2.4
+    assert_vector(mesh.vertices[1].colour, 0, pow((188.0 / 255.0 + 0.055) / 1.055, 2.4), 0, 1e-6);
+    for (int i = 0; i < 4; i++)
+        assert_vector(mesh.vertices[i].normal, 0, 0, 1, 1e-7);
+    assert_vector(mesh.materials[0].reflectance, 0.7, 0.7, 0.7, 1e-7);
+    weft_mesh_clear(&mesh);
+}
+
+static void test_ply(void **state)
+{
+    (void)state;
+    char data[2000];
+    size_t size;
+    const float small = 1e-33f;
+    uint32_t feed = 0x0a0a0a0a;
+    float first;
+    for (int big = 0; big < 2; big++)
+        for (int feeds = 0; feeds < 2; feeds++) {
+            memcpy(&first, feeds ? (const void *)&feed : (const void *)&small, 4);
+            size = ply_bytes(data, sizeof data, big, first);
+            test_write_file(test_path("a.PLY"), data, size);
+            check_square("a.PLY", (double)first);
+        }
+    size = (size_t)snprintf(data, sizeof data, ply_header, "ascii", "double");
+    snprintf(data + size, sizeof data - size,
+             "0 0 0 255 0 0 1\n1 0 0 0 188 0 1\n1 1 0 0 0 0 1\n0 1 0 255 255 255 1\n"
+             "3 0 1 2\n3 0 2 3\n0 2");
+    write_text("a.ply", data);
+    check_square("a.ply", 0.0);
+}
+
+static void test_ply_strips(void **state)
+{
+    (void)state;
+    write_text("a.ply", "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\n"
+                        "property float y\r\nproperty float z\r\nproperty float nx\r\n"
+                        "property float ny\r\nproperty float nz\r\nproperty float s\r\n"
+                        "property float t\r\nelement tristrips 1\r\n"
+                        "property list int int vertex_indices\r\nend_header\r\n"
+                        "0 0 0 1 0 0 0 0\r\n1 0 0 1 0 0 1 0\r\n0 1 0 1 0 0 0 1\r\n"
+                        "1 1 0 1 0 0 1 1\r\n8 0 1 2 3 -1 2 1 0\r\n");
+    struct weft_mesh mesh = load_good("a.ply");
+    static const float expected[9][2] = {{0, 0}, {1, 0}, {0, 1}, {0, 1}, {1, 0},
+                                         {1, 1}, {0, 1}, {1, 0}, {0, 0}};
+    assert_int_equal(mesh.index_count, 9);
+    for (int i = 0; i < 9; i++) {
+        const struct weft_mesh_vertex *v = &mesh.vertices[mesh.indices[i]];
+        assert_vector(v->position, expected[i][0], expected[i][1], 0, 0);
+        assert_vector(v->normal, 1, 0, 0, 0);
+        assert_near(v->uv[0], expected[i][0], 0, "u");
+        assert_near(v->uv[1], expected[i][1], 0, "v");
+    }
+    weft_mesh_clear(&mesh);
+}
+
+// ---- glTF ---------------------------------------------------------------------------------------
+
+// Moved, doubled in size; below it once more, mirrored.
+static const char gltf_nodes[] =
+    "{\"mesh\":0,\"translation\":[1,2,3],\"scale\":[2,2,2],\"children\":[1]},"
+    "{\"mesh\":0,\"name\":\"below\",\"matrix\":[-1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1]}";
+
+static void check_triangles(const char *name)
+{
+    struct weft_mesh mesh = load_good(name);
+    static const float expected[6][3] = {{1, 2, 3},  {3, 2, 3},  {1, 4, 3},
+                                         {11, 2, 3}, {11, 4, 3}, {9, 2, 3}};
+    assert_int_equal(mesh.index_count, 6);
+    for (int i = 0; i < 6; i++) {
+        const struct weft_mesh_vertex *v = &mesh.vertices[mesh.indices[i]];
+        assert_vector(v->position, expected[i][0], expected[i][1], expected[i][2], 1e-6);
+        assert_vector(v->normal, 0, 0, 1, 1e-7);
+    }
+    assert_int_equal(mesh.part_count, 2);
+    assert_string_equal(mesh.parts[0].name, "part 1");
+    assert_string_equal(mesh.parts[1].name, "below");
+    assert_int_equal(mesh.material_count, 1);
+    assert_string_equal(mesh.materials[0].name, "clay");
+    assert_vector(mesh.materials[0].reflectance, 0.5, 0.25, 0.125, 1e-7);
+    assert_vector(mesh.materials[0].emission, 4, 2, 0, 1e-6);
+    weft_mesh_clear(&mesh);
+}
+
+static void test_gltf(void **state)
+{
+    (void)state;
+    char text[4096], buffer[400], bytes[GLTF_BYTES], glb[4096];
+    gltf_bytes(bytes);
+    test_write_file(test_path("a b.bin"), bytes, sizeof bytes);
+    gltf_text(gltf_nodes, "{\"byteLength\":44,\"uri\":\"a%20b.bin\"}", text, sizeof text);
+    write_text("file.gltf", text);
+    check_triangles("file.gltf");
+    data_buffer(buffer, sizeof buffer);
+    gltf_text(gltf_nodes, buffer, text, sizeof text);
+    write_text("data.gltf", text);
+    check_triangles("data.gltf");
+    test_write_file(test_path("a.glb"), glb, glb_bytes(gltf_nodes, glb, sizeof glb));
+    check_triangles("a.glb");
+}
+
+// Interleaved, of bytes and short numbers that stand for fractions, sparse; and what is left out.
+static void test_gltf_accessors(void **state)
+{
+    (void)state;
+    unsigned char data[3 * 20 + 4 + 2 + 12] = {0};
+    for (int i = 0; i < 3; i++) {
+        const unsigned short uv[2] = {65535, 0};
+        memcpy(data + 20 * i, gltf_positions + 3 * i, 12);
+        memcpy(data + 20 * i + 12, uv, 4);
+        memcpy(data + 20 * i + 16, "\xff\x33\0\xff", 4);
+    }
+    data[64] = 2; // the third vertex
+    const float there[3] = {0, 0, 7};
+    memcpy(data + 66, there, sizeof there);
+    char text[200], all[4096];
+    base64((const char *)data, sizeof data, text);
+    snprintf(
+        all, sizeof all,
+        GLTF_START
+        "\"nodes\":[{\"mesh\":0,\"name\":\"a\",\"skin\":0}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1,"
+        "\"COLOR_0\":2}},{\"mode\":1,\"attributes\":{\"POSITION\":0}},"
+        "{\"mode\":0,\"attributes\":{\"POSITION\":0}}]}],\"cameras\":[{}],\"skins\":[{}],"
+        "\"animations\":[{},{}],\"textures\":[{}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\","
+        "\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"componentType\":5121},"
+        "\"values\":{\"bufferView\":2}}},"
+        "{\"bufferView\":0,\"byteOffset\":12,\"componentType\":5123,\"normalized\":true,"
+        "\"count\":3,\"type\":\"VEC2\"},{\"bufferView\":0,\"byteOffset\":16,"
+        "\"componentType\":5121,\"normalized\":true,\"count\":3,\"type\":\"VEC4\"}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":60,\"byteStride\":20},"
+        "{\"buffer\":0,\"byteOffset\":64,\"byteLength\":1},"
+        "{\"buffer\":0,\"byteOffset\":66,\"byteLength\":12}],"
+        "\"buffers\":[{\"byteLength\":78,\"uri\":\"data:;base64,%s\"}]}",
+        text);
+    write_text("a.gltf", all);
+    struct weft_mesh mesh = load_good("a.gltf");
+    assert_int_equal(mesh.vertex_count, 3);
+    assert_vector(mesh.vertices[mesh.indices[2]].position, 0, 0, 7, 0);
+    assert_vector(mesh.vertices[mesh.indices[1]].position, 1, 0, 0, 0);
+    assert_vector(mesh.vertices[0].colour, 1, 0.2, 0, 1e-6); // linear as it is
+    assert_near(mesh.vertices[0].uv[0], 1.0, 1e-7, "u");
+    assert_near(mesh.vertices[0].uv[1], 1.0, 1e-7, "v"); // up
+    assert_vector(mesh.materials[0].reflectance, 1, 1, 1, 0);
+    assert_string_equal(mesh.dropped,
+                        "1 line, 3 points, 1 texture, 2 animations, 1 skin, 1 camera");
+    weft_mesh_clear(&mesh);
+}
+
 int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_data_files),
+        IN_FOLDER(test_data_files),     IN_FOLDER(test_obj),
+        IN_FOLDER(test_obj_attributes), IN_FOLDER(test_obj_without_materials),
+        IN_FOLDER(test_obj_concave),    IN_FOLDER(test_ply),
+        IN_FOLDER(test_ply_strips),     IN_FOLDER(test_gltf),
+        IN_FOLDER(test_gltf_accessors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -11,7 +11,6 @@
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/importerdesc.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 namespace
@@ -152,8 +151,6 @@ const aiScene *import(const struct weft_mesh_clean *clean, std::string *error)
                  std::to_string(clean->faces) + " polygons";
         return nullptr;
     }
-    if (scene)
-        scene = importer->ApplyPostProcessing(aiProcess_Triangulate);
     if (!scene)
         *error = importer->GetErrorString();
     return scene;

@@ -10,7 +10,7 @@ WEFT_BEGIN_DECLS
 
 struct aiScene;
 
-// Decodes a clean file, by the decoder of its kind and no other, and cuts polygons into triangles.
+// Decodes a clean file, by the decoder of its kind and no other.
 // The scene lives as long as the process. On failure NULL, and the file's message says why. Returns
 // WEFT_ERR_FORMAT, or WEFT_ERR_LIMIT where memory was short.
 enum weft_result weft_mesh_import(struct weft_mesh_clean *clean, const struct aiScene **out);

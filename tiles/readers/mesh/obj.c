@@ -12,11 +12,11 @@
 
 #include "filter/check.h"
 #include "tiles/readers/mesh/clean.h"
+#include "tiles/readers/mesh/polygon.h"
 
 enum {
     LIBRARIES_LIMIT = 100,
-    CORNER_LIMIT = 4096, // of a polygon: cutting it takes time that grows with the square
-    NUMBERS = 8,         // of a vertex, and one too many
+    NUMBERS = 8, // of a vertex, and one too many
 };
 
 // A line without the space around it.
@@ -280,8 +280,9 @@ static bool polygon(struct obj *o, struct line line)
             memcpy(first, corner, sizeof first);
         if (!first[1] != !corner[1] || !first[2] != !corner[2])
             return fail(o, "not all %s have texture coordinates, or not all normals", "corners");
-        if (corners == CORNER_LIMIT)
-            return fail_with(o, WEFT_ERR_LIMIT, "a polygon has more than %d corners", CORNER_LIMIT);
+        if (corners == WEFT_MESH_CORNERS)
+            return fail_with(o, WEFT_ERR_LIMIT, "a polygon has more than %d corners",
+                             WEFT_MESH_CORNERS);
         weft_mesh_text_print(to, " %" PRIu64, corner[0]);
         if (corner[1])
             weft_mesh_text_print(to, "/%" PRIu64, corner[1]);

@@ -9,11 +9,11 @@
 
 #include "filter/check.h"
 #include "tiles/readers/mesh/clean.h"
+#include "tiles/readers/mesh/polygon.h"
 
 enum {
     ELEMENTS_LIMIT = 64,
     PROPERTIES_LIMIT = 256, // of an element
-    CORNER_LIMIT = 4096,    // of a polygon: cutting it takes time that grows with the square
     VALUES = 11,            // of a vertex, as listed below
 };
 
@@ -325,10 +325,10 @@ static bool corner_valid(struct ply *p, int64_t corner)
 static bool polygon(struct ply *p, const struct property *q, int64_t count)
 {
     const uint32_t corners = (uint32_t)count;
-    if (count > CORNER_LIMIT)
+    if (count > WEFT_MESH_CORNERS)
         return fail_with(p, WEFT_ERR_LIMIT,
                          "%s %" PRIu64 " has %" PRId64 " corners: %d is the limit",
-                         p->element->name, p->index, count, CORNER_LIMIT);
+                         p->element->name, p->index, count, WEFT_MESH_CORNERS);
     if (count >= 3)
         weft_mesh_text_add(&p->faces, &corners, sizeof corners);
     for (int64_t i = 0; i < count; i++) {

@@ -11,6 +11,7 @@
 #include <assimp/scene.h>
 
 #include "filter/check.h"
+#include "tiles/readers/mesh/polygon.h"
 
 enum {
     DEPTH_LIMIT = 1000, // of nodes; the checks of glTF have it, too
@@ -230,23 +231,46 @@ static enum weft_result check_vertex(struct maker *m, const struct aiMesh *mesh,
 
 // ---- parts --------------------------------------------------------------------------------------
 
+static void take_triangle(struct weft_mesh_soup *soup, const struct aiFace *face,
+                          const int corners[3], bool mirrored)
+{
+    // Mirrored triangles are seen from the other side.
+    const int order[3] = {corners[0], corners[mirrored ? 2 : 1], corners[mirrored ? 1 : 2]};
+    for (int i = 0; i < 3; i++)
+        soup->indices[soup->index_count++] =
+            (uint32_t)soup->vertex_count + face->mIndices[order[i]];
+}
+
+// A polygon of three corners or more, cut where the file has it.
+static void take_polygon(struct weft_mesh_soup *soup, const struct aiMesh *mesh,
+                         const struct aiFace *face, bool mirrored)
+{
+    float corners[WEFT_MESH_CORNERS][3];
+    int triangles[WEFT_MESH_CORNERS][3] = {{0, 1, 2}};
+    const int count = (int)face->mNumIndices;
+    for (int i = 0; i < count; i++) {
+        const struct aiVector3D *p = &mesh->mVertices[face->mIndices[i]];
+        memcpy(corners[i], (float[3]){p->x, p->y, p->z}, sizeof corners[i]);
+    }
+    weft_mesh_cut(corners, count, triangles);
+    for (int t = 0; t < count - 2; t++)
+        take_triangle(soup, face, triangles[t], mirrored);
+}
+
 static enum weft_result take_faces(struct maker *m, const struct aiMesh *mesh, double sign,
                                    const char *part)
 {
-    struct weft_mesh_soup *soup = m->soup;
-    const int second = sign < 0.0 ? 2 : 1; // mirrored triangles are seen from the other side
+    static const int whole[3] = {0, 1, 2};
     for (unsigned f = 0; f < mesh->mNumFaces; f++) {
         const struct aiFace *face = &mesh->mFaces[f];
         for (unsigned i = 0; i < face->mNumIndices; i++)
             if (face->mIndices[i] >= mesh->mNumVertices)
                 return fail(m, WEFT_ERR_FORMAT, "face %u of '%s' has the index %u of %u vertices",
                             f, part, face->mIndices[i], mesh->mNumVertices);
-        if (face->mNumIndices != 3)
-            continue;
-        const unsigned corner[3] = {face->mIndices[0], face->mIndices[second],
-                                    face->mIndices[3 - second]};
-        for (int i = 0; i < 3; i++)
-            soup->indices[soup->index_count++] = (uint32_t)soup->vertex_count + corner[i];
+        if (face->mNumIndices == 3)
+            take_triangle(m->soup, face, whole, sign < 0.0);
+        else if (face->mNumIndices > 3)
+            take_polygon(m->soup, mesh, face, sign < 0.0);
     }
     return WEFT_OK;
 }
@@ -278,13 +302,17 @@ static enum weft_result take_mesh(struct maker *m, const struct aiNode *node,
 
 struct totals {
     uint64_t vertices, indices, parts;
+    unsigned largest; // corners of a polygon
 };
 
 static void count_faces(const struct aiMesh *mesh, struct totals *t)
 {
     const uint64_t before = t->indices;
-    for (unsigned f = 0; f < mesh->mNumFaces; f++)
-        t->indices += mesh->mFaces[f].mNumIndices == 3 ? 3 : 0;
+    for (unsigned f = 0; f < mesh->mNumFaces; f++) {
+        const unsigned n = mesh->mFaces[f].mNumIndices;
+        t->indices += n >= 3 ? 3 * (uint64_t)(n - 2) : 0;
+        t->largest = n > t->largest ? n : t->largest;
+    }
     if (t->indices == before)
         return;
     t->vertices += mesh->mNumVertices;
@@ -379,6 +407,9 @@ enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_me
     if (!scene->mRootNode)
         return fail(&m, WEFT_ERR_FORMAT, "it has no triangles");
     enum weft_result res = count_nodes(&m, scene->mRootNode, 0, &totals);
+    if (res == WEFT_OK && totals.largest > WEFT_MESH_CORNERS)
+        res = fail(&m, WEFT_ERR_LIMIT, "a polygon has %u corners: %d is the limit", totals.largest,
+                   WEFT_MESH_CORNERS);
     say_dropped(&clean->left, out->dropped);
     if (res == WEFT_OK && !totals.indices)
         res = fail(&m, WEFT_ERR_FORMAT, "it has no triangles%s%s", *out->dropped ? ", but " : "",
