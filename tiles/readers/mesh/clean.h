@@ -38,6 +38,10 @@ struct weft_mesh_clean {
 enum weft_result weft_mesh_clean_obj(struct weft_mesh_clean *clean);
 enum weft_result weft_mesh_clean_ply(struct weft_mesh_clean *clean);
 enum weft_result weft_mesh_clean_gltf(struct weft_mesh_clean *clean);
+// Says that there are no triangles, but what else.
+enum weft_result weft_mesh_clean_no_faces(struct weft_mesh_clean *clean);
+void weft_mesh_say_left(const struct weft_mesh_left *left, char text[WEFT_MESH_DROPPED]);
+
 // A name, cut where a character of UTF-8 begins.
 void weft_mesh_copy_name(char out[WEFT_MESH_NAME], const char *text, size_t length);
 

@@ -477,6 +477,8 @@ enum weft_result weft_mesh_clean_obj(struct weft_mesh_clean *clean)
     }
     if (good)
         say_materials(&o);
+    if (good && !clean->faces)
+        weft_mesh_clean_no_faces(clean);
     if (good &&
         (clean->main.failed || clean->other.failed || clean->names.failed || o.joined.failed))
         weft_mesh_clean_fail(clean, WEFT_ERR_LIMIT, "%s", "it does not fit in memory");

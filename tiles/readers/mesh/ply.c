@@ -452,8 +452,7 @@ static bool read_elements(struct ply *p)
     }
     if (!faces)
         left->points += p->vertex_count;
-    return p->clean->faces || fail(p, "it has no triangles: %" PRIu64 " points, %" PRIu64 " lines",
-                                   left->points, left->lines);
+    return p->clean->faces || weft_mesh_clean_no_faces(p->clean) == WEFT_OK;
 }
 
 static void write_file(struct ply *p)

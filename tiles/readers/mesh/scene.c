@@ -358,29 +358,6 @@ static enum weft_result take_nodes(struct maker *m, const struct aiNode *node,
     return res;
 }
 
-// ---- what is left out ---------------------------------------------------------------------------
-
-static void drop(char *text, uint64_t count, const char *what)
-{
-    const size_t used = strlen(text);
-    if (count)
-        snprintf(text + used, WEFT_MESH_DROPPED - used, "%s%" PRIu64 " %s%s", used ? ", " : "",
-                 count, what, count == 1 ? "" : "s");
-}
-
-static void say_dropped(const struct weft_mesh_left *left, char *text)
-{
-    drop(text, left->lines, "line");
-    drop(text, left->points, "point");
-    drop(text, left->curves, "curve");
-    drop(text, left->textures, "texture");
-    drop(text, left->animations, "animation");
-    drop(text, left->skins, "skin");
-    drop(text, left->morphs, "morph target");
-    drop(text, left->cameras, "camera");
-    drop(text, left->lights, "light");
-}
-
 // ---- all of it ----------------------------------------------------------------------------------
 
 static bool allocate(struct maker *m, const struct totals *t)
@@ -405,15 +382,14 @@ enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_me
     struct totals totals = {0};
     *out = (struct weft_mesh_soup){0};
     if (!scene->mRootNode)
-        return fail(&m, WEFT_ERR_FORMAT, "it has no triangles");
+        return weft_mesh_clean_no_faces(clean);
     enum weft_result res = count_nodes(&m, scene->mRootNode, 0, &totals);
     if (res == WEFT_OK && totals.largest > WEFT_MESH_CORNERS)
         res = fail(&m, WEFT_ERR_LIMIT, "a polygon has %u corners: %d is the limit", totals.largest,
                    WEFT_MESH_CORNERS);
-    say_dropped(&clean->left, out->dropped);
+    weft_mesh_say_left(&clean->left, out->dropped);
     if (res == WEFT_OK && !totals.indices)
-        res = fail(&m, WEFT_ERR_FORMAT, "it has no triangles%s%s", *out->dropped ? ", but " : "",
-                   out->dropped);
+        res = weft_mesh_clean_no_faces(clean);
     if (res == WEFT_OK && !allocate(&m, &totals))
         res = fail(&m, WEFT_ERR_LIMIT,
                    "%" PRIu64 " vertices and %" PRIu64 " triangles do not fit in memory",
