@@ -25,6 +25,7 @@
 #include "passes/verify/verify.h"
 #include "tiles/image/image.h"
 #include "tiles/image/sequence.h"
+#include "tiles/mesh/mesh.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output_file.h"
 #include "tiles/volume/volume.h"
@@ -110,6 +111,15 @@ static enum weft_result load_sequence(void)
     for (int i = 0; res == WEFT_OK && i < 4; i++)
         res = weft_image_sequence_next(sequence, &frame);
     weft_image_sequence_destroy(&sequence);
+    return res;
+}
+
+static enum weft_result load_mesh(void)
+{
+    struct weft_mesh mesh;
+    const enum weft_result res =
+        weft_mesh_load(weft_mesh_params(.path = test_path("in.obj"), .log = &test_log), &mesh);
+    weft_mesh_clear(&mesh);
     return res;
 }
 
@@ -486,6 +496,8 @@ static void test_load(void **state)
     run("weft_image_load", load_image);
     run("weft_image_list_load", load_parts);
     run("weft_image_sequence", load_sequence);
+    test_write_file(test_path("in.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 32);
+    run("weft_mesh_load", load_mesh);
 }
 
 static void test_tiles(void **state)
