@@ -24,7 +24,7 @@ static struct effect_plan plan_of(const struct scene *scene, const char *jitter,
         effect_params(.effects = EFFECT_ANTIALIAS, .scene = {scene}, .scene_count = 1,
                       .size = {size[0], size[1]}, .frames = count,
                       .jitter = weft_jitter_find(jitter), .centre = centre,
-                      .filter = filter ? kernel_named(filter) : (struct weft_kernel){NULL},
+                      .filter = filter ? kernel_named(filter) : (struct weft_kernel){.info = NULL},
                       .filter_width = width));
 }
 
