@@ -20,7 +20,8 @@ enum { PRIME_COUNT = sizeof PRIMES / sizeof PRIMES[0] };
 static double find_number(const struct walk *walk, uint64_t index, int dimension)
 {
     if (dimension >= PRIME_COUNT)
-        return random_unit_at(walk->seed + (uint64_t)dimension * UINT64_C(0xd1342543de82ef95), index);
+        return random_unit_at(walk->seed + (uint64_t)dimension * UINT64_C(0xd1342543de82ef95),
+                              index);
     const double shift = walk->seed ? random_unit_at(walk->seed, (uint64_t)dimension) : 0.0;
     const double sum = weft_jitter_radical_inverse(PRIMES[dimension], index + 1) + shift;
     return sum < 1.0 ? sum : sum - 1.0;
