@@ -3,7 +3,8 @@
 // (weft-read-mesh), as such files may crash what decodes them.
 //
 // Positions are those of the file, with its nodes' transforms applied, in its own unit and axes.
-// Polygons of more than three corners are cut into triangles; points and lines are left out.
+// Polygons of more than three corners, up to 4,096, are cut into triangles; points and lines are
+// left out. Skins and morph targets are left as they lie in the file.
 #ifndef WEFT_TILES_MESH_MESH_H
 #define WEFT_TILES_MESH_MESH_H
 
@@ -23,8 +24,9 @@ enum {
 // A corner. All numbers are finite.
 struct weft_mesh_vertex {
     float position[3];
-    float normal[3]; // of length 1; where the file has none, that of the triangles around (smooth,
-                     // weighted by angle)
+    float normal[3]; // of length 1; where the file has none, that of the triangles of its node,
+                     // object or group around (smooth, weighted by angle; OBJ's smoothing groups do
+                     // not count)
     float uv[2];     // texture coordinates, v up; 0 where there are none
     float colour[3]; // linear, 0 to 1; 1 where there is none; OBJ's and PLY's are decoded from sRGB
 };

@@ -17,7 +17,8 @@ struct weft_server_room {
 struct weft_server {
     int input_fd;     // the file, read-only (for the writer: the output file); a request may have
                       // brought another one than before
-    const char *path; // name of the one that it was started with, for messages only
+    const char *path; // name of the one that it was started with: for messages, and for
+                      // weft-read-mesh to find the files that lie beside it
     struct weft_limits limits;
     const struct weft_wire_request *request;
     const void *request_payload; // mapped; request->payload_bytes long

@@ -219,6 +219,69 @@ static void test_obj_concave(void **state)
     weft_mesh_clear(&mesh);
 }
 
+// Polygons around a point, of 3 to 60 corners at any distance, in planes of any direction: all
+// triangles are turned as the polygon is, and have its area together.
+static void test_obj_polygons(void **state)
+{
+    (void)state;
+    enum { COUNT = 58 };
+    double areas[COUNT], normals[COUNT][3];
+    char *text = malloc(1 << 20), *at = text;
+    uint64_t random = 1;
+    assert_non_null(text);
+    for (int k = 0; k < COUNT; k++) {
+        const int corners = k + 3;
+        const double a = 0.7 * k, b = 1.3 * k, pi = 3.14159265358979323846;
+        const double u[3] = {cos(a), sin(a), 0}, v[3] = {-sin(a) * cos(b), cos(a) * cos(b), sin(b)};
+        double x[64], y[64];
+        areas[k] = 0.0;
+        for (int c = 0; c < 3; c++)
+            normals[k][c] = u[(c + 1) % 3] * v[(c + 2) % 3] - u[(c + 2) % 3] * v[(c + 1) % 3];
+        at += sprintf(at, "g polygon %d\n", k);
+        for (int i = 0; i < corners; i++) {
+            random = random * UINT64_C(6364136223846793005) + 1442695040888963407u;
+            const double r = 0.1 + (double)(random >> 40) / (1 << 24), t = 2.0 * pi * i / corners;
+            x[i] = r * cos(t);
+            y[i] = r * sin(t);
+            at += sprintf(at, "v %.9g %.9g %.9g\n", x[i] * u[0] + y[i] * v[0],
+                          x[i] * u[1] + y[i] * v[1], x[i] * u[2] + y[i] * v[2]);
+        }
+        at += sprintf(at, "f");
+        for (int i = 0; i < corners; i++) {
+            const int n = (i + 1) % corners;
+            areas[k] += (x[i] * y[n] - x[n] * y[i]) / 2.0;
+            at += sprintf(at, " %d", i - corners);
+        }
+        at += sprintf(at, "\n");
+    }
+    test_write_file(test_path("a.obj"), text, (size_t)(at - text));
+    free(text);
+    struct weft_mesh mesh = load_good("a.obj");
+    assert_int_equal(mesh.part_count, COUNT);
+    for (int k = 0; k < COUNT; k++) {
+        const struct weft_mesh_part *part = &mesh.parts[k];
+        double area = 0.0;
+        assert_int_equal(part->index_count, 3 * (k + 1));
+        for (uint32_t i = 0; i < part->index_count; i += 3) {
+            const uint32_t *index = mesh.indices + part->first_index + i;
+            const float *p = mesh.vertices[index[0]].position,
+                        *q = mesh.vertices[index[1]].position,
+                        *r = mesh.vertices[index[2]].position;
+            double twice = 0.0;
+            for (int c = 0; c < 3; c++) {
+                const int d = (c + 1) % 3, e = (c + 2) % 3;
+                twice +=
+                    normals[k][c] * (((double)q[d] - (double)p[d]) * ((double)r[e] - (double)p[e]) -
+                                     ((double)q[e] - (double)p[e]) * ((double)r[d] - (double)p[d]));
+            }
+            assert_true(twice > -1e-6); // positions are rounded to float
+            area += twice / 2.0;
+        }
+        assert_near(area, areas[k], 1e-5, "area");
+    }
+    weft_mesh_clear(&mesh);
+}
+
 // ---- PLY ----------------------------------------------------------------------------------------
 
 // A square of two colours, whose first coordinate is 1e-33-like bytes: a line feed comes first.
@@ -426,10 +489,15 @@ int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_data_files),     IN_FOLDER(test_obj),
-        IN_FOLDER(test_obj_attributes), IN_FOLDER(test_obj_without_materials),
-        IN_FOLDER(test_obj_concave),    IN_FOLDER(test_ply),
-        IN_FOLDER(test_ply_strips),     IN_FOLDER(test_gltf),
+        IN_FOLDER(test_data_files),
+        IN_FOLDER(test_obj),
+        IN_FOLDER(test_obj_attributes),
+        IN_FOLDER(test_obj_without_materials),
+        IN_FOLDER(test_obj_concave),
+        IN_FOLDER(test_obj_polygons),
+        IN_FOLDER(test_ply),
+        IN_FOLDER(test_ply_strips),
+        IN_FOLDER(test_gltf),
         IN_FOLDER(test_gltf_accessors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
