@@ -13,8 +13,9 @@
 // P' in the middle of P's texel is compared with what the map has there, without any filter: P is
 // hidden where P' is, but for
 //  - rounding: P' is nearer to the light by 2^(1 - b) texels of the plane's slope, b being the bits
-//    by which OpenGL places corners in a pixel (8 everywhere), by 2^-22 of depth, and the
-//    plane by 2^-20 of the box's half diagonal;
+//    by which OpenGL places corners in a pixel (mostly 8; llvmpipe, whose depth is that of the
+//    corners as they were, needs none of it), by 2^-22 of depth, and the plane by 2^-21 of the
+//    box's diagonal;
 //  - smooth surfaces: their planes are raised by what a neighbour that tilts as far as the corners'
 //    normals tell rises within half a texel, seen under a cosine of 1/8 or more;
 //  - P' beyond the plane's horizon, or twice as far away as P: then a point as far away as that.

@@ -159,6 +159,10 @@ static void make_room(struct test_scene *made)
             corner[1][(axis + 1) % 3] = corner[2][(axis + 2) % 3] = 0.1;
             scene_build_polygon(&made->build, 3, (const double(*)[3])corner, NULL, NULL);
         }
+    // A speck that lights can be close to.
+    static const double speck[3][3] = {
+        {0.248, 0.198, 0.22}, {0.252, 0.198, 0.22}, {0.25, 0.202, 0.22}};
+    scene_build_polygon(&made->build, 3, speck, NULL, NULL);
     for (int i = 0; i < 27; i++) {
         const int at[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
         double low[3], high[3];
@@ -184,6 +188,7 @@ static void check_room(weft_context *context)
         {{-1.0, 0.9, -0.95}, {1.0, 0.0, 0.0}, 5},  // a wall, close to a corner of the room
         {{-0.3, -0.3, 0.2}, {0.6, 0.0, -0.8}, 5},  // askew
         {{0.99, 0.2, 0.3}, {0.0, 0.0, 0.0}, 6},    // beside a wall: all but in its plane
+        {{0.25, 0.2, 0.222}, {0.0, 0.0, 0.0}, 6},  // before what the near plane does not reach
     };
     struct test_scene made;
     struct scene_triangles triangles;
