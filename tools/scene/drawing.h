@@ -9,9 +9,12 @@
 // A point that light comes from in one frame: of a lamp, or a virtual light on a surface.
 struct scene_point_light {
     double position[3];
-    double normal[3];    // of the surface that it lies on; all 0: it shines all around
-    double intensity[3]; // radiance * area of what it stands for; of a point W / sr
-    enum scene_falloff falloff;
+    double normal[3];    // of the surface that it lies on, of length 1; all 0: it shines all around
+    double intensity[3]; // radiance * area of what it stands for; of a point W / sr; of falloffs
+                         // other than that of radiance the lamp's radiance, and nothing of pi:
+    enum scene_falloff
+        falloff; // a surface has reflectance / pi * intensity * cos cos / distance^2,
+                 // reflectance * intensity * cos or reflectance * intensity
     bool shadowed;
     // Largest factor cos cos / distance^2 that counts (clamping, in 1 / length^2); 0: all of it.
     double most;
@@ -22,15 +25,16 @@ struct scene_frame {
     struct weft_camera_frame camera; // picture's move, place on the lens
     double time;                     // of the scene
     struct scene_point_light light[SCENE_MAX_LIGHTS];
-    int light_count;
+    int light_count;      // 0 to SCENE_MAX_LIGHTS
     bool without_ambient; // the scene's ambient light does not count
-    bool clamped_share;   // shows, instead of the light, what clamping took away of it
+    bool clamped_share;   // shows what clamping took away of the light, and nothing else but alpha
 };
 
 struct scene_drawing_params {
     const struct scene *scene;  // borrowed for the drawing's life (required)
     weft_context *context;      // likewise (required)
-    int shadow_size;            // texels along a side of a shadow map (default 512)
+    int shadow_size;            // texels along a side of a face of a shadow map, 4 to what GL has
+                                // (default 512)
     const struct weft_log *log; // may be NULL
 };
 #define SCENE_DRAWING_DEFAULTS .shadow_size = 512,
@@ -40,14 +44,17 @@ struct scene_drawing_params {
 // The scene as objects of GL. Thread-safety: one thread at a time, with its context.
 typedef struct scene_drawing scene_drawing;
 
-// Returns WEFT_ERR_MEMORY, WEFT_ERR_LIMIT or WEFT_ERR_GL; *out is then NULL.
+// Uploads the triangles. On failure *out is NULL. Returns WEFT_ERR_LIMIT (shadow_size; more
+// triangles than a buffer of GL has texels), WEFT_ERR_MEMORY or WEFT_ERR_GL.
 enum weft_result scene_drawing_create(const struct scene_drawing_params *params,
                                       scene_drawing **out);
 void scene_drawing_destroy(scene_drawing **drawing); // accepts &NULL
 
 // Draws a frame into a target as weft_accumulator_add gives it, inside such a callback or
-// weft_context_call: radiance RGB over the background, alpha its coverage. Returns
-// WEFT_ERR_ARGUMENT (the camera) or WEFT_ERR_GL.
+// weft_context_call: radiance RGB over the background, alpha its coverage: 1 where there is a
+// surface. Of surfaces in one place the object that comes first is seen. Programs are linked when a
+// frame has other kinds of lights than those before it. Returns WEFT_ERR_ARGUMENT (the camera),
+// WEFT_ERR_MEMORY (GL's) or WEFT_ERR_GL.
 enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_frame *frame,
                                     const struct weft_draw_target *target);
 
