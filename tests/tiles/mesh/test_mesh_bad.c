@@ -362,7 +362,7 @@ static void test_limits(void **state)
                      WEFT_ERR_LIMIT);
     assert_non_null(strstr(test_message, "output limit"));
     assert_int_equal(test_errors, 1);
-#if !defined(__SANITIZE_ADDRESS__)
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     assert_int_equal(
         load(test_path("a.obj"), (struct weft_limits){.memory_bytes = 48 << 20}, &mesh),
         WEFT_ERR_LIMIT);
