@@ -23,7 +23,7 @@
 #include <time.h>
 
 #include "tests/peers/drawn.h"
-#include "tools/scene/gl.h"
+#include "tools/render/gl.h"
 
 enum { MAX_COUNTS = 16, MAX_RUNS = 99, PAPER_FRAMES = 8, LONG = 100, LONG_RUNS = 3 };
 

@@ -29,6 +29,8 @@ static enum weft_result create_drawings(struct effect_job *job)
         struct scene_drawing_params *params =
             scene_drawing_params(.scene = &job->scene[i].scene, .context = job->context,
                                  .log = report_log());
+        if (job->params.effects & EFFECT_RADIOSITY)
+            params->shadow_size = 512; // of many lights, whose edges are averaged
         if (size->given)
             params->shadow_size = (int)size->number[0];
         res = scene_drawing_create(params, &job->scene[i].drawing);

@@ -6,7 +6,7 @@
 
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
-#include "tools/scene/build.h"
+#include "tools/scene/vector.h"
 
 static double length_of(const double v[3])
 {

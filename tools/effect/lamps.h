@@ -3,7 +3,7 @@
 #ifndef WEFT_TOOLS_EFFECT_LAMPS_H
 #define WEFT_TOOLS_EFFECT_LAMPS_H
 
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 
 // Returns a lamp's area: of a parallelogram |u x v|, of an ellipse of these diameters pi / 4 of it,
 // of a point 0.

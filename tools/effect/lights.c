@@ -239,7 +239,7 @@ static bool check(const struct effect_lights_params *p)
 static void clamp(const struct gathered *all, double asked, struct effect_virtual_lights *out)
 {
     const double area = walk_area(&all->walk.triangles);
-    const double patch = area > 0.0 ? M_PI * (double)out->count / area : 0.0;
+    const double patch = area > 0.0 ? M_PI * (double)out->count / (4.0 * area) : 0.0;
     out->mean_reflectance = all->rho;
     out->most = isnan(asked) ? patch : asked;
     for (int64_t i = 0; i < out->count; i++)

@@ -22,7 +22,7 @@
 #ifndef WEFT_TOOLS_EFFECT_LIGHTS_H
 #define WEFT_TOOLS_EFFECT_LIGHTS_H
 
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 
 enum { EFFECT_MAX_LIGHTS = 1 << 20 }; // virtual lights of a scene
 
@@ -45,9 +45,10 @@ struct effect_lights_params {
     bool paths;
     uint64_t seed; // shifts the sequence (Cranley and Patterson 1976); 0: as it is
     // Largest factor cos cos / distance^2 that counts, per unit of length squared; 0: all do. NAN
-    // (default): pi M / area of all triangles. Each light stands for 1/M of the surfaces; as a
-    // patch it would light what is near it with pi times its radiance at most, as it does with this
-    // factor. So what is lost vanishes with many lights.
+    // (default): pi M / (4 area of all triangles). Each light stands for 1/M of the surfaces; as a
+    // patch it would light what is near it with pi times its radiance at most, as it does with pi
+    // M / area. A quarter of it, that of a patch twice as wide, hides single lights in pictures of
+    // some hundred. What is lost vanishes with many lights.
     double clamp;
     double time;                // of the scene, for what moves
     const struct weft_log *log; // borrowed until the call returns; may be NULL

@@ -17,7 +17,7 @@
 #include <math.h>
 
 #include "tools/effect/effect.h"
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 
 enum {
     EFFECT_MAX_SCENES = 16,

@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_EFFECT_SELECT_H
 #define WEFT_TOOLS_EFFECT_SELECT_H
 
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 
 // A virtual light of a path.
 struct virtual_light {

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "tools/scene/build.h"
+#include "tools/scene/vector.h"
 
 static double find_tolerance(const struct scene *scene)
 {

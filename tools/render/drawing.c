@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "tools/common/log.h"
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 #include "tools/render/matrix.h"
 #include "tools/render/surface.h"
 #include "tools/render/triangles.h"

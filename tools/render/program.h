@@ -3,7 +3,7 @@
 #ifndef WEFT_TOOLS_RENDER_PROGRAM_H
 #define WEFT_TOOLS_RENDER_PROGRAM_H
 
-#include "tools/scene/gl.h"
+#include "tools/render/gl.h"
 
 extern const char tools_shader_scene_depth[];
 extern const char tools_shader_scene_depth_vertex[];

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "tools/scene/build.h"
+#include "tools/scene/vector.h"
 
 // Widest fitted face, in tangents; nearest near plane, to the diagonal.
 static const double WIDEST = 4.0, NEAR = 0x1p-10;

@@ -26,7 +26,7 @@
 #ifndef WEFT_TOOLS_RENDER_SHADOW_VIEW_H
 #define WEFT_TOOLS_RENDER_SHADOW_VIEW_H
 
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 #include "tools/render/matrix.h"
 
 // To the box's diagonal: of lights above their surfaces, of planes towards lights; of depth.

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "tools/common/log.h"
-#include "tools/scene/build.h"
+#include "tools/scene/vector.h"
 
 void scene_extent_find(const struct scene *scene, const struct scene_object *object,
                        struct scene_extent *out)

@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_RENDER_TRIANGLES_H
 
 #include "tools/render/matrix.h"
-#include "tools/scene/gl.h"
+#include "tools/render/gl.h"
 #include "tools/scene/scene.h"
 
 // All zero: none.

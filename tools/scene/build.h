@@ -5,23 +5,10 @@
 
 #include "tools/common/random.h"
 #include "tools/scene/scene.h"
-
-// ---- small things -------------------------------------------------------------------------------
+#include "tools/scene/vector.h"
 
 // Copies a name, cut and cleaned.
 void scene_set_name(char out[SCENE_NAME], const char *name);
-
-// Three numbers as vectors.
-double scene_dot(const double a[3], const double b[3]);
-void scene_cross(const double a[3], const double b[3], double out[3]);
-// Makes it of length 1 and returns its length; what has none stays.
-double scene_normalise(double v[3]);
-// The unit quaternion of a turn about an axis of any length above 0.
-void scene_rotation(const double axis[3], double degrees, double out[4]);
-// A vector turned by a unit quaternion.
-void scene_rotate(const double q[4], const double v[3], double out[3]);
-// matrix * (v, 1), of matrices whose last row is 0 0 0 1; in place, too.
-void scene_transform(const double matrix[16], const double v[3], double out[3]);
 
 // ---- building -----------------------------------------------------------------------------------
 

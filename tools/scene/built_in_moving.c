@@ -21,11 +21,11 @@ static void add_bar(struct scene_build *build)
     struct scene_key *keys = scene_build_path(build, 2);
     if (!keys)
         return;
-    keys[0].position[0] = -1.2;
-    keys[1].position[0] = 1.2;
+    keys[0].position[0] = -0.24;
+    keys[1].position[0] = 0.24;
 }
 
-// A quarter turn, of which the second half of the time has two thirds.
+// A turn of 18 degrees, of which the second half of the time has two thirds.
 static void add_cross(struct scene_build *build)
 {
     scene_build_object(build, "cross", add_colour(build, "orange", 0.85f, 0.40f, 0.06f, false));
@@ -38,19 +38,19 @@ static void add_cross(struct scene_build *build)
     for (int i = 0; i < 3; i++) {
         keys[i].position[0] = 0.95;
         keys[i].position[1] = -0.75;
-        scene_rotation((double[]){0.0, 0.0, 1.0}, i < 2 ? 30.0 * i : 90.0, keys[i].rotation);
+        scene_rotation((double[]){0.0, 0.0, 1.0}, i < 2 ? 24.0 + 6.0 * i : 42.0, keys[i].rotation);
     }
 }
 
-// Over a half circle, as 32 straight ways.
+// Over a tenth of a circle, as 8 straight ways.
 static void add_ball(struct scene_build *build)
 {
-    enum { WAYS = 32 };
+    enum { WAYS = 8 };
     scene_build_object(build, "ball", add_colour(build, "blue", 0.12f, 0.30f, 0.75f, false));
     scene_build_ball(build, (double[]){0.0, 0.0, 0.0}, 0.22, 16);
     struct scene_key *keys = scene_build_path(build, WAYS + 1);
     for (int i = 0; i <= WAYS && keys; i++) {
-        const double angle = M_PI * (1.0 - (double)i / WAYS);
+        const double angle = M_PI * (0.6 - 0.2 * (double)i / WAYS);
         keys[i].position[0] = -0.95 + 0.75 * cos(angle);
         keys[i].position[1] = -1.1 + 0.75 * sin(angle);
     }

@@ -139,13 +139,15 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    OPTION_TEXT,
                    "auto|off|C",
                    "radiosity: the factor cos cos / distance^2 of a virtual light counts up to C "
-                   "(default auto: that of a patch, one of so many that all surfaces are cut into); "
+                   "(default auto: a quarter of that of a patch, one of so many that all surfaces "
+                   "are cut into); "
                    "what is lost is told"},
     [ASK_SHADOW_SIZE] = {.name = "shadow-size",
                          0,
                          OPTION_NUMBER,
                          "TEXELS",
-                         "along a side of shadow maps (default 512)"},
+                         "along a side of shadow maps (default 1024; of radiosity, which "
+                         "has many, 512)"},
     [ASK_EYE] = {.name = "eye", 0, OPTION_POINT, "X,Y,Z", "where the camera is"},
     [ASK_TARGET] = {.name = "target", 0, OPTION_POINT, "X,Y,Z", "what it looks at"},
     [ASK_UP] = {.name = "up", 0, OPTION_POINT, "X,Y,Z", "what is up in the picture"},

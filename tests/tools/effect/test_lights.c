@@ -372,14 +372,14 @@ static void test_time(void **state)
     scene_clear(&scene);
 }
 
-// The default clamp is that of a patch of 1/M of the surfaces: pi M / area.
+// The default clamp is a quarter of that of a patch of 1/M of the surfaces, pi M / area.
 static void test_clamp(void **state)
 {
     (void)state;
     struct scene scene = furnace(0.5);
     struct effect_virtual_lights lights = make(.scene = &scene, .count = 100),
                                  asked = make(.scene = &scene, .count = 100, .clamp = 3.0);
-    assert_near(lights.most, M_PI * 100.0 / area_of(&scene), 1e-9, "clamp");
+    assert_near(lights.most, M_PI * 25.0 / area_of(&scene), 1e-9, "clamp");
     assert_true(asked.most == 3.0 && asked.light[7].most == 3.0 &&
                 lights.light[7].most == lights.most);
     effect_lights_clear(&lights);

@@ -433,7 +433,7 @@ static void test_random_numbers_and_seeds(void **state)
 
 // ---- the motions of `moving` --------------------------------------------------------------------
 
-// The bar's front is 4.95 away, and goes 2.4 evenly.
+// The bar's front is 4.95 away, and goes 0.48 evenly.
 static void test_moving_bar(void **state)
 {
     (void)state;
@@ -441,7 +441,7 @@ static void test_moving_bar(void **state)
     make("moving", 0, &s);
     for (int i = 1; i < s.object_count; i++)
         s.objects[i].path.count = 0;
-    const double expected = 2.4 / 4.95 * 512.0 / (2.0 * tan(M_PI / 9.0));
+    const double expected = 0.48 / 4.95 * 512.0 / (2.0 * tan(M_PI / 9.0));
     assert_near(scene_longest_motion(&s, size, 0.0, 1.0), expected, 1e-4, "the bar's way");
     scene_clear(&s);
 }

@@ -92,7 +92,7 @@ static void test_star_and_replacing(void **state)
     struct scene s;
     make("moving", &s);
     const int rest = find_object(&s, "ball")->path.count;
-    assert_int_equal(rest, 33);
+    assert_int_equal(rest, 9);
     assert_int_equal(read_text(&s, "cross 0 1,1,1\ncross 1 2,2,2\n"), WEFT_OK);
     assert_int_equal(find_object(&s, "cross")->path.count, 2);
     assert_int_equal(find_object(&s, "ball")->path.count, rest);

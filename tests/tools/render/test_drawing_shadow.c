@@ -9,8 +9,8 @@
 
 #include "tests/support/common.h"
 #include "tests/support/contexts.h"
-#include "tests/tools/scene/pictures.h"
-#include "tests/tools/scene/traced.h"
+#include "tests/tools/render/pictures.h"
+#include "tests/tools/render/traced.h"
 
 // What was found of a picture.
 struct tally {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/tools/scene/pictures.h - small scenes made by hand, and pictures of them as floats.
+// tests/tools/render/pictures.h - small scenes made by hand, and pictures of them as floats.
 // Include after cmocka.h and common.h.
-#ifndef WEFT_TESTS_TOOLS_SCENE_PICTURES_H
-#define WEFT_TESTS_TOOLS_SCENE_PICTURES_H
+#ifndef WEFT_TESTS_TOOLS_RENDER_PICTURES_H
+#define WEFT_TESTS_TOOLS_RENDER_PICTURES_H
 
 #include <string.h>
 
 #include "tools/scene/build.h"
-#include "tools/scene/drawing.h"
+#include "tools/render/drawing.h"
 #include "weft.h"
 
 // A scene that is being made: WEFT_CAMERA_DEFAULTS, a black background of alpha 0, no lights.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/scene/drawing.h - draws a scene on OpenGL 3.3: triangles with depth, Lambert surfaces,
+// tools/render/drawing.h - draws a scene on OpenGL 3.3: triangles with depth, Lambert surfaces,
 // shadow maps.
-#ifndef WEFT_TOOLS_SCENE_DRAWING_H
-#define WEFT_TOOLS_SCENE_DRAWING_H
+#ifndef WEFT_TOOLS_RENDER_DRAWING_H
+#define WEFT_TOOLS_RENDER_DRAWING_H
 
 #include "tools/scene/scene.h"
 
@@ -34,10 +34,10 @@ struct scene_drawing_params {
     const struct scene *scene;  // borrowed for the drawing's life (required)
     weft_context *context;      // likewise (required)
     int shadow_size;            // texels along a side of a face of a shadow map, 4 to what GL has
-                                // (default 512)
+                                // (default 1,024)
     const struct weft_log *log; // may be NULL
 };
-#define SCENE_DRAWING_DEFAULTS .shadow_size = 512,
+#define SCENE_DRAWING_DEFAULTS .shadow_size = 1024,
 #define scene_drawing_params(...)                                                                  \
     (&(struct scene_drawing_params){SCENE_DRAWING_DEFAULTS __VA_ARGS__})
 

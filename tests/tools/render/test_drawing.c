@@ -9,8 +9,8 @@
 
 #include "tests/support/common.h"
 #include "tests/support/contexts.h"
-#include "tests/tools/scene/pictures.h"
-#include "tests/tools/scene/traced.h"
+#include "tests/tools/render/pictures.h"
+#include "tests/tools/render/traced.h"
 
 // A triangle of the scene in clip space, by the matrices in double: pixels whose centre lies more
 // than 1/128 of a pixel from its edges are in or out (vertices are moved to 1/256 of a pixel, or

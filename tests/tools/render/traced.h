@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/tools/scene/traced.h - what a pixel shows, by rays in double: the surface, the light on it,
-// and whether it is hidden. Include after pictures.h.
-#ifndef WEFT_TESTS_TOOLS_SCENE_TRACED_H
-#define WEFT_TESTS_TOOLS_SCENE_TRACED_H
+// tests/tools/render/traced.h - what a pixel shows, by rays in double: the surface, the light on
+// it, and whether it is hidden. Include after pictures.h.
+#ifndef WEFT_TESTS_TOOLS_RENDER_TRACED_H
+#define WEFT_TESTS_TOOLS_RENDER_TRACED_H
 
 #include "tools/scene/rays.h"
 
