@@ -130,7 +130,7 @@ static void test_defaults_show_their_effects(void **state)
     struct scene s;
     double nearest, farthest;
     make(scene_find_default("motion-blur")[0], 0, &s);
-    assert_true(scene_longest_motion(&s, size, 0.0, 1.0) > 100.0);
+    assert_true(scene_longest_motion(&s, size, 0.0, 1.0) > 30.0);
     scene_clear(&s);
     make(scene_find_default("soft-shadow")[0], 0, &s);
     assert_true(scene_widest_penumbra(&s, size, 0.5) > 20.0);
