@@ -8,6 +8,7 @@
 #include "tools/render/matrix.h"
 #include "tools/render/surface.h"
 #include "tools/render/triangles.h"
+#include "tools/scene/vector.h"
 
 struct scene_drawing {
     const struct scene *scene;

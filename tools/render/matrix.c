@@ -1,17 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/render/matrix.h"
 
-void scene_multiply(const double a[16], const double b[16], double out[16])
-{
-    for (int column = 0; column < 4; column++)
-        for (int row = 0; row < 4; row++) {
-            double sum = 0.0;
-            for (int k = 0; k < 4; k++)
-                sum += a[4 * k + row] * b[4 * column + k];
-            out[4 * column + row] = sum;
-        }
-}
-
 bool scene_extent_seen(const struct scene_extent *extent, const double clip[16])
 {
     int outside[5] = {0};

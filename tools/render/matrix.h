@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/matrix.h - matrices of 16 numbers in columns, as passes/jitter/camera.h has them,
-// and what they show; inside of tools/render.
+// tools/render/matrix.h - what matrices show, and rounding them for OpenGL; inside of tools/render.
+// They are 16 numbers in columns, as passes/jitter/camera.h has them.
 #ifndef WEFT_TOOLS_RENDER_MATRIX_H
 #define WEFT_TOOLS_RENDER_MATRIX_H
 
 #include <stdbool.h>
-
-// a * b; out is neither.
-void scene_multiply(const double a[16], const double b[16], double out[16]);
 
 // Rounds numbers to floats.
 void scene_round(const double *from, float *to, int count);

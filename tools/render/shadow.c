@@ -6,6 +6,7 @@
 #include "tools/common/log.h"
 #include "tools/render/matrix.h"
 #include "tools/render/program.h"
+#include "tools/scene/vector.h"
 
 // ---- layers -------------------------------------------------------------------------------------
 

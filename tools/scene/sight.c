@@ -24,17 +24,6 @@ void scene_camera_at(const struct scene *scene, double time, struct weft_camera 
 
 // ---- clip coordinates ---------------------------------------------------------------------------
 
-static void multiply(const double a[16], const double b[16], double out[16])
-{
-    for (int column = 0; column < 4; column++)
-        for (int row = 0; row < 4; row++) {
-            double sum = 0.0;
-            for (int k = 0; k < 4; k++)
-                sum += a[4 * k + row] * b[4 * column + k];
-            out[4 * column + row] = sum;
-        }
-}
-
 // From an object's modelled points to clip coordinates at a time. false: the camera sees nothing.
 static bool find_matrix(const struct scene *scene, const struct scene_object *object,
                         const int size[2], double time, double out[16])
@@ -47,7 +36,7 @@ static bool find_matrix(const struct scene *scene, const struct scene_object *ob
         return false;
     double model[16];
     scene_path_at(&object->path, time, model);
-    multiply(matrices.clip, model, out);
+    scene_multiply(matrices.clip, model, out);
     return true;
 }
 

@@ -51,3 +51,14 @@ void scene_transform(const double m[16], const double v[3], double out[3])
     for (int i = 0; i < 3; i++)
         out[i] = sum[i];
 }
+
+void scene_multiply(const double a[16], const double b[16], double out[16])
+{
+    for (int column = 0; column < 4; column++)
+        for (int row = 0; row < 4; row++) {
+            double sum = 0.0;
+            for (int k = 0; k < 4; k++)
+                sum += a[4 * k + row] * b[4 * column + k];
+            out[4 * column + row] = sum;
+        }
+}

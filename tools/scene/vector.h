@@ -14,5 +14,7 @@ void scene_rotation(const double axis[3], double degrees, double out[4]);
 void scene_rotate(const double q[4], const double v[3], double out[3]);
 // matrix * (v, 1), of matrices whose last row is 0 0 0 1; in place, too.
 void scene_transform(const double matrix[16], const double v[3], double out[3]);
+// a * b; out is neither.
+void scene_multiply(const double a[16], const double b[16], double out[16]);
 
 #endif
