@@ -3,27 +3,15 @@
 
 #include <math.h>
 
-// u x v.
-static void cross(const double u[3], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = u[j] * v[k] - u[k] * v[j];
-    }
-}
-
-static double find_length(const double v[3])
-{
-    return hypot(hypot(v[0], v[1]), v[2]);
-}
+#include "tools/scene/vector.h"
 
 double effect_lamp_area(const struct scene_light *light)
 {
     double normal[3];
     if (light->shape == SCENE_LIGHT_POINT)
         return 0.0;
-    cross(light->u, light->v, normal);
-    return find_length(normal) * (light->shape == SCENE_LIGHT_DISC ? M_PI_4 : 1.0);
+    scene_cross(light->u, light->v, normal);
+    return scene_normalise(normal) * (light->shape == SCENE_LIGHT_DISC ? M_PI_4 : 1.0);
 }
 
 void effect_lamp_at(const struct scene_light *light, const double place[2],
@@ -39,10 +27,8 @@ void effect_lamp_at(const struct scene_light *light, const double place[2],
     }
     if (is_point)
         return;
-    cross(light->u, light->v, out->normal);
-    const double length = find_length(out->normal);
-    for (int i = 0; i < 3; i++) {
-        out->normal[i] /= length;
+    scene_cross(light->u, light->v, out->normal);
+    scene_normalise(out->normal);
+    for (int i = 0; i < 3; i++)
         out->position[i] += place[0] * light->u[i] + place[1] * light->v[i];
-    }
 }

@@ -7,6 +7,7 @@
 #include "tools/common/log.h"
 #include "tools/common/random.h"
 #include "tools/effect/lamps.h"
+#include "tools/scene/vector.h"
 
 // ---- numbers ------------------------------------------------------------------------------------
 
@@ -42,22 +43,6 @@ struct walk_source {
     double power;        // in units of pi, mean of R, G and B
     double end;          // of all power, what it and those before it have
 };
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
-
-// Divides by the length.
-static void normalise(double v[3])
-{
-    const double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    for (int i = 0; i < 3; i++)
-        v[i] /= length;
-}
 
 // Appends what has power.
 static void add_source(struct walk *walk, size_t triangle, const struct scene_light *lamp,
@@ -209,9 +194,9 @@ static void find_direction(const double normal[3], bool point, double u, double 
     const double z[3] = {point ? 0.0 : normal[0], point ? 0.0 : normal[1], point ? 1.0 : normal[2]};
     double a[3] = {0.0, 0.0, 0.0}, b[3];
     a[fabs(z[0]) < 0.6 ? 0 : 1] = 1.0;
-    cross(z, a, b);
-    normalise(b);
-    cross(b, z, a);
+    scene_cross(z, a, b);
+    scene_normalise(b);
+    scene_cross(b, z, a);
     for (int i = 0; i < 3; i++)
         out[i] = x * a[i] + y * b[i] + height * z[i];
 }

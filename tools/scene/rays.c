@@ -4,10 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "tools/scene/vector.h"
 
 // ---- triangles at a time ------------------------------------------------------------------------
 
@@ -30,13 +27,8 @@ static bool make_triangle(const struct scene *scene, const struct scene_object *
         u[i] = out->corner[1][i] - out->corner[0][i];
         v[i] = out->corner[2][i] - out->corner[0][i];
     }
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        out->normal[i] = u[j] * v[k] - u[k] * v[j];
-    }
-    const double length = sqrt(dot(out->normal, out->normal));
-    for (int i = 0; i < 3; i++)
-        out->normal[i] /= length;
+    scene_cross(u, v, out->normal);
+    const double length = scene_normalise(out->normal);
     out->area = length / 2.0;
     out->material = object->material;
     return length > 0.0 && isfinite(length);
@@ -186,7 +178,7 @@ static bool hit_run(const struct scene_triangles *triangles, const struct sheare
         const double distance = scaled / sum;
         if (!(distance > 0.0 && distance < most))
             continue;
-        const bool back = dot(ray->direction, triangle->normal) > 0.0;
+        const bool back = scene_dot(ray->direction, triangle->normal) > 0.0;
         if (back && triangles->scene->materials[triangle->material].single_sided)
             continue;
         most = distance;
