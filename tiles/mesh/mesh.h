@@ -4,7 +4,9 @@
 //
 // Positions are those of the file, with its nodes' transforms applied, in its own unit and axes.
 // Polygons of more than three corners, up to 4,096, are cut into triangles; points and lines are
-// left out. Skins and morph targets are left as they lie in the file.
+// left out. Skins and morph targets are left as they lie in the file. Files are read as assimp
+// reads them; what it would misread in silence is refused: strips of triangles in PLY, positions,
+// normals and texture coordinates of glTF that are no floats, sparse and interleaved at once.
 #ifndef WEFT_TILES_MESH_MESH_H
 #define WEFT_TILES_MESH_MESH_H
 
@@ -35,8 +37,9 @@ struct weft_mesh_vertex {
 struct weft_mesh_material {
     char name[WEFT_MESH_NAME]; // UTF-8 without control characters
     float reflectance[3]; // diffuse (OBJ: Kd, glTF: baseColorFactor), linear, 0 to 1; 0.7 where an
-                          // OBJ or PLY file has none, 1 where a glTF file has none
-    float emission[3];    // linear, >= 0 (OBJ: Ke, glTF: emissiveFactor times its strength)
+                          // OBJ or PLY file has no material, 0.6 where its library lacks it or its
+                          // Kd, 1 where a glTF file has none
+    float emission[3];    // linear, >= 0 (OBJ: Ke, glTF: emissiveFactor, without its strength)
 };
 
 // Triangles of one material, under one name (a node's, an object's or a group's).
@@ -72,10 +75,11 @@ struct weft_mesh_params {
 
 // Reads a mesh. Materials (.mtl) and buffers (.bin) in other files are read where they lie in the
 // folder of the file or below it: a missing one of materials is a warning, of buffers an error; a
-// name that leads out of the folder, be it by a symbolic link, is an error. On failure *out is all
-// zero. Returns WEFT_ERR_ARGUMENT (no path, an ending), WEFT_ERR_OPEN, WEFT_ERR_FORMAT (damaged; no
-// triangles; an index beyond the vertices; a number that is not finite or beyond +-1e30: the log
-// says which), WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT, WEFT_ERR_READER or WEFT_ERR_MEMORY.
+// name that leads out of the folder, be it by a symbolic link, is an error. `mtllib` names one
+// file. On failure *out is all zero. Returns WEFT_ERR_ARGUMENT (no path, an ending), WEFT_ERR_OPEN,
+// WEFT_ERR_FORMAT (damaged; no triangles; an index beyond the vertices; a number that is not finite
+// or beyond +-1e30: the log says which), WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT, WEFT_ERR_READER or
+// WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_mesh_load(const struct weft_mesh_params *params,
                                          struct weft_mesh *out);
 WEFT_API void weft_mesh_clear(struct weft_mesh *mesh); // accepts NULL, leaves zeros behind

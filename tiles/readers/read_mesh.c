@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <malloc.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "filter/check.h"
@@ -40,58 +41,58 @@ static enum weft_result put_answer(struct weft_server *server, const struct weft
     return WEFT_OK;
 }
 
-static enum weft_result clean_file(struct weft_mesh_clean *clean)
+static enum weft_result check_file(struct weft_mesh_source *source)
 {
-    switch (clean->kind) {
+    switch (source->kind) {
     case WEFT_MESH_OBJ:
-        return weft_mesh_clean_obj(clean);
+        return weft_mesh_check_obj(source);
     case WEFT_MESH_PLY:
-        return weft_mesh_clean_ply(clean);
+        return weft_mesh_check_ply(source);
     default:
-        return weft_mesh_clean_gltf(clean);
+        return weft_mesh_check_gltf(source);
     }
 }
 
-static enum weft_result make_soup(struct weft_mesh_clean *clean, struct weft_mesh_soup *soup)
+static enum weft_result make_soup(struct weft_mesh_source *source, struct weft_mesh_soup *soup)
 {
     const struct aiScene *scene = NULL;
-    enum weft_result res = clean_file(clean);
+    enum weft_result res = check_file(source);
     if (res == WEFT_OK)
-        res = weft_mesh_import(clean, &scene);
+        res = weft_mesh_import(source, &scene);
     if (res == WEFT_OK)
-        res = weft_mesh_soup_make(scene, clean, soup);
+        res = weft_mesh_soup_make(scene, source, soup);
     if (res == WEFT_OK && (!weft_mesh_soup_smooth(soup) || !weft_mesh_soup_join(soup)))
-        res = weft_mesh_clean_fail(clean, WEFT_ERR_LIMIT, "%zu triangles do not fit in memory",
-                                   soup->index_count / 3);
+        res = weft_mesh_fail(source, WEFT_ERR_LIMIT, "%zu triangles do not fit in memory",
+                             soup->index_count / 3);
     return res;
 }
 
-static enum weft_result answer_mesh(struct weft_server *server, struct weft_mesh_clean *clean,
+static enum weft_result answer_mesh(struct weft_server *server, struct weft_mesh_source *source,
                                     struct weft_mesh_soup *soup)
 {
-    if (!weft_mesh_files_begin(clean->files, server->path, server->input_fd))
-        return weft_server_fail(server, WEFT_ERR_LIMIT, "%s", clean->files->refused);
-    const enum weft_result res = make_soup(clean, soup);
+    if (!weft_mesh_files_begin(source->files, server->path, server->input_fd))
+        return weft_server_fail(server, WEFT_ERR_LIMIT, "%s", source->files->refused);
+    const enum weft_result res = make_soup(source, soup);
     if (res == WEFT_OK)
-        return put_answer(server, soup, clean->files->missing);
+        return put_answer(server, soup, source->files->missing);
     if (res == WEFT_ERR_LIMIT)
         return weft_server_fail(server, res, "%s; the limit of memory is %" PRIu64 " bytes",
-                                clean->message, server->limits.memory_bytes);
-    return weft_server_fail(server, res, "%s", clean->message);
+                                source->message, server->limits.memory_bytes);
+    return weft_server_fail(server, res, "%s", source->message);
 }
 
 static enum weft_result handle(struct weft_server *server)
 {
     struct weft_mesh_soup soup = {0};
     struct weft_mesh_files files;
-    struct weft_mesh_clean clean = {.files = &files,
-                                    .kind = (enum weft_mesh_kind)server->request->part};
+    struct weft_mesh_source source = {.files = &files,
+                                      .kind = (enum weft_mesh_kind)server->request->part};
     const struct weft_wire_request *request = server->request;
     if (request->op != WEFT_WIRE_MESH || request->part > WEFT_MESH_GLB)
         return weft_server_fail(server, WEFT_ERR_READER, "weft-read-mesh: unknown request %" PRIu32,
                                 request->op);
-    const enum weft_result res = answer_mesh(server, &clean, &soup);
-    weft_mesh_clean_clear(&clean);
+    const enum weft_result res = answer_mesh(server, &source, &soup);
+    free(source.text);
     weft_mesh_soup_clear(&soup);
     return res;
 }

@@ -90,6 +90,7 @@ bool weft_mesh_files_open(struct weft_mesh_files *files, const char *name,
             strerror(errno));
     else
         good = true;
+    files->opened += good;
     if (fd >= 0)
         close(fd);
     return good;

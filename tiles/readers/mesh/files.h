@@ -18,6 +18,7 @@ struct weft_mesh_files {
     const char *path;            // of the file itself
     struct weft_mesh_bytes main; // the file itself
     int folder;                  // that it lies in; -1: not opened yet
+    int opened;                  // files besides the file itself
     char refused[400];           // the first name that leads out of the folder or is no plain
                                  // file, in words
     char missing[256];           // the first file that is not there, in words

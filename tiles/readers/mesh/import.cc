@@ -2,25 +2,26 @@
 #include "tiles/readers/mesh/import.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <new>
 #include <string>
 
+#include <assimp/DefaultLogger.hpp>
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/LogStream.hpp>
 #include <assimp/importerdesc.h>
 #include <assimp/scene.h>
 
 namespace
 {
 
-// A text that outlives it.
+// Bytes that outlive it.
 class Stream : public Assimp::IOStream
 {
   public:
-    explicit Stream(const struct weft_mesh_text &text) : bytes_{text.data, text.size}
+    explicit Stream(const struct weft_mesh_bytes &bytes) : bytes_(bytes)
     {
     }
     size_t Read(void *out, size_t size, size_t count) override
@@ -63,16 +64,29 @@ class Stream : public Assimp::IOStream
     size_t at_ = 0;
 };
 
-// The clean file's two texts are all there is: assimp opens nothing by itself.
+// RFC 3986, section 2.1: glTF names files in URIs, of which assimp takes escapes as they are.
+std::string unescaped(const std::string &uri)
+{
+    std::string name;
+    for (size_t i = 0; i < uri.size(); i++) {
+        const bool escape = uri[i] == '%' && i + 2 < uri.size() && isxdigit(uri[i + 1]) &&
+                            isxdigit(uri[i + 2]) && uri.compare(i, 3, "%00");
+        name += escape ? static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16)) : uri[i];
+        i += escape ? 2 : 0;
+    }
+    return name;
+}
+
+// The file itself has a name that no file has: assimp looks for libraries of the same name.
 class Files : public Assimp::IOSystem
 {
   public:
-    Files(const struct weft_mesh_clean *clean, const std::string &main) : clean_(clean), main_(main)
+    Files(struct weft_mesh_source *source, const std::string &main) : source_(source), main_(main)
     {
     }
     bool Exists(const char *name) const override
     {
-        return find(name) != nullptr;
+        return main_ == name;
     }
     char getOsSeparator() const override
     {
@@ -80,35 +94,46 @@ class Files : public Assimp::IOSystem
     }
     Assimp::IOStream *Open(const char *name, const char *mode) override
     {
-        const struct weft_mesh_text *text = find(name);
-        return text && !strpbrk(mode, "wa+") ? new Stream(*text) : nullptr;
+        struct weft_mesh_bytes bytes = source_->files->main;
+        if (strpbrk(mode, "wa+"))
+            return nullptr;
+        if (main_ != name) {
+            const std::string plain = source_->kind >= WEFT_MESH_GLTF ? unescaped(name) : name;
+            return weft_mesh_files_open(source_->files, plain.c_str(), &bytes) ? new Stream(bytes)
+                                                                               : nullptr;
+        }
+        if (source_->text)
+            bytes = {source_->text, source_->size};
+        return new Stream(bytes);
     }
     void Close(Assimp::IOStream *stream) override
     {
         delete stream;
     }
-    bool CreateDirectory(const std::string &) override
-    {
-        return false;
-    }
-    bool ChangeDirectory(const std::string &) override
-    {
-        return false;
-    }
-    bool DeleteFile(const std::string &) override
-    {
-        return false;
-    }
 
   private:
-    const struct weft_mesh_text *find(const char *name) const
-    {
-        return main_ == name                    ? &clean_->main
-               : !strcmp(name, WEFT_MESH_OTHER) ? &clean_->other
-                                                : nullptr;
-    }
-    const struct weft_mesh_clean *clean_;
+    struct weft_mesh_source *source_;
     std::string main_;
+};
+
+// Keeps the first of assimp's warnings that says that something of a mesh is left out.
+class Complaints : public Assimp::LogStream
+{
+  public:
+    void write(const char *message) override
+    {
+        static const char *const bad[] = {"dropped",   "out-of-range",  "does not match",
+                                          "ignored",   "Ignoring",      "Skipping",
+                                          "not found", "Not supported", "Invalid",
+                                          "invalid",   "corrupt",       "non-contiguous"};
+        const char *text = strchr(message, ':'); // "Warn,  T0: "
+        for (const char *word : bad)
+            if (first.empty() && strstr(message, word))
+                first = text ? text + 2 : message;
+        while (!first.empty() && first.back() == '\n')
+            first.pop_back();
+    }
+    std::string first;
 };
 
 // All decoders but one. It must not matter which ones a build of assimp has.
@@ -126,44 +151,56 @@ bool keep_one(Assimp::Importer *importer, enum weft_mesh_kind kind)
     return found && importer->GetImporterCount() == 1;
 }
 
+// Polygons of three corners and more.
 uint64_t count_faces(const aiScene *scene)
 {
     uint64_t faces = 0;
     for (unsigned i = 0; i < scene->mNumMeshes; i++)
-        faces += scene->mMeshes[i]->mNumFaces;
+        for (unsigned f = 0; f < scene->mMeshes[i]->mNumFaces; f++)
+            faces += scene->mMeshes[i]->mFaces[f].mNumIndices >= 3;
     return faces;
 }
 
-const aiScene *import(const struct weft_mesh_clean *clean, std::string *error)
+const aiScene *import(struct weft_mesh_source *source, std::string *error)
 {
-    const enum weft_mesh_kind kind = clean->kind == WEFT_MESH_GLB ? WEFT_MESH_GLTF : clean->kind;
-    const std::string name = std::string(WEFT_MESH_MAIN) + weft_mesh_endings[kind];
+    const std::string name = std::string("\1main") + weft_mesh_endings[source->kind];
     // Never deleted: taking trees apart takes time.
     auto importer = new Assimp::Importer;
-    if (!keep_one(importer, kind)) {
+    auto complaints = new Complaints;
+    if (!keep_one(importer, source->kind)) {
         *error = "the assimp library lacks a decoder for it";
         return nullptr;
     }
-    importer->SetIOHandler(new Files(clean, name));
+    Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
+    Assimp::DefaultLogger::get()->attachStream(complaints,
+                                               Assimp::Logger::Warn | Assimp::Logger::Err);
+    importer->SetIOHandler(new Files(source, name));
     const aiScene *scene = importer->ReadFile(name, 0);
-    if (scene && clean->faces && count_faces(scene) != clean->faces) {
-        *error = "the assimp library found " + std::to_string(count_faces(scene)) + " of " +
-                 std::to_string(clean->faces) + " polygons";
-        return nullptr;
-    }
-    if (!scene)
+    const struct weft_mesh_files *files = source->files;
+    if (*files->refused)
+        *error = files->refused;
+    else if (!scene && *files->missing)
+        *error = files->missing;
+    else if (!complaints->first.empty())
+        *error = complaints->first;
+    else if (!scene)
         *error = importer->GetErrorString();
-    return scene;
+    else if (source->faces && count_faces(scene) != source->faces)
+        *error = "the assimp library found " + std::to_string(count_faces(scene)) + " of " +
+                 std::to_string(source->faces) + " polygons";
+    else
+        return scene;
+    return nullptr;
 }
 
 } // namespace
 
-enum weft_result weft_mesh_import(struct weft_mesh_clean *clean, const struct aiScene **out)
+enum weft_result weft_mesh_import(struct weft_mesh_source *source, const struct aiScene **out)
 {
     std::string error;
     *out = nullptr;
     try {
-        *out = import(clean, &error);
+        *out = import(source, &error);
     } catch (const std::exception &e) {
         error = e.what();
     } catch (...) {
@@ -173,6 +210,6 @@ enum weft_result weft_mesh_import(struct weft_mesh_clean *clean, const struct ai
         return WEFT_OK;
     // assimp catches exceptions, and keeps their texts.
     const bool memory = error.find(std::bad_alloc().what()) != std::string::npos;
-    return weft_mesh_clean_fail(clean, memory ? WEFT_ERR_LIMIT : WEFT_ERR_FORMAT, "%s",
-                                memory ? "its triangles do not fit in memory" : error.c_str());
+    return weft_mesh_fail(source, memory ? WEFT_ERR_LIMIT : WEFT_ERR_FORMAT, "%s",
+                          memory ? "its triangles do not fit in memory" : error.c_str());
 }

@@ -14,7 +14,7 @@
 #include "tiles/readers/mesh/polygon.h"
 
 enum {
-    DEPTH_LIMIT = 1000, // of nodes; the checks of glTF have it, too
+    DEPTH_LIMIT = 1000, // of nodes below each other
     INDEX_LIMIT = 3 * WEFT_MESH_MAX_TRIANGLES,
 };
 
@@ -25,36 +25,38 @@ struct transform {
 
 struct maker {
     const struct aiScene *scene;
-    struct weft_mesh_clean *clean;
+    struct weft_mesh_source *source;
     struct weft_mesh_soup *soup;
     uint32_t *material; // of each of the scene's: its place + 1 in the soup's list
     uint32_t object;
 };
 
-#define fail(m, result, ...) weft_mesh_clean_fail((m)->clean, result, __VA_ARGS__)
+#define fail(m, result, ...) weft_mesh_fail((m)->source, result, __VA_ARGS__)
 
 // ---- names --------------------------------------------------------------------------------------
 
-// Groups of OBJ files are numbered, from 1.
-static const char *name_of(const struct maker *m, const struct aiNode *node)
+// UTF-8, cut where a character begins.
+static void copy_name(char out[WEFT_MESH_NAME], const char *text)
 {
-    const struct weft_mesh_text *names = &m->clean->names;
-    if (m->clean->kind == WEFT_MESH_OBJ) {
-        const size_t number = strtoul(node->mName.data, NULL, 10);
-        return number && number <= names->size / WEFT_MESH_NAME
-                   ? names->data + (number - 1) * WEFT_MESH_NAME
-                   : "";
-    }
-    const bool none = m->clean->kind == WEFT_MESH_PLY ||
-                      !strncmp(node->mName.data, WEFT_MESH_NAMELESS, strlen(WEFT_MESH_NAMELESS));
-    return none ? "" : node->mName.data;
+    size_t length = strlen(text);
+    if (length >= WEFT_MESH_NAME)
+        for (length = WEFT_MESH_NAME - 1; length && ((unsigned char)text[length] & 0xc0) == 0x80;)
+            length--;
+    memcpy(out, text, length);
+    memset(out + length, 0, WEFT_MESH_NAME - length);
+}
+
+// assimp makes up names of what has none.
+static bool made_up(const char *name)
+{
+    return !strcmp(name, "defaultobject") || !strcmp(name, AI_DEFAULT_MATERIAL_NAME) ||
+           !strncmp(name, "nodes[", 6);
 }
 
 static void name_part(const struct maker *m, const struct aiNode *node, char out[WEFT_MESH_NAME])
 {
-    const char *name = name_of(m, node);
-    weft_mesh_copy_name(out, name, strlen(name));
-    if (!*out)
+    copy_name(out, node->mName.data);
+    if (!*out || m->source->kind == WEFT_MESH_PLY || made_up(out))
         snprintf(out, WEFT_MESH_NAME, "part %zu", m->soup->part_count + 1);
 }
 
@@ -81,11 +83,13 @@ static enum weft_result take_material(struct maker *m, const struct aiMaterial *
     for (int c = 0; c < 3; c++)
         to->reflectance[c] = WEFT_MESH_REFLECTANCE;
     if (aiGetMaterialString(from, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS)
-        weft_mesh_copy_name(to->name, name.data, name.length);
-    if (!strcmp(to->name, WEFT_MESH_NAMELESS))
+        copy_name(to->name, name.data);
+    const bool none = made_up(to->name), obj = m->source->kind == WEFT_MESH_OBJ;
+    if (none || m->source->kind == WEFT_MESH_PLY)
         *to->name = '\0';
-    if (m->clean->kind == WEFT_MESH_PLY)
-        return WEFT_OK; // it has none: what assimp makes up does not count
+    // What assimp makes up does not count.
+    if (m->source->kind == WEFT_MESH_PLY || (obj && (none || !m->source->files->opened)))
+        return WEFT_OK;
     colour_of(from, "$clr.diffuse", to->reflectance);
     colour_of(from, "$clr.base", to->reflectance);
     colour_of(from, "$clr.emissive", to->emission);
@@ -174,7 +178,7 @@ static void take_colour(const struct maker *m, const struct aiColor4D *from, flo
     memcpy(out, (float[3]){from->r, from->g, from->b}, 3 * sizeof *out);
     for (int c = 0; c < 3 && all_finite(out, 3); c++) {
         out[c] = limited(out[c], 1.0f);
-        if (m->clean->kind == WEFT_MESH_OBJ || m->clean->kind == WEFT_MESH_PLY)
+        if (m->source->kind == WEFT_MESH_OBJ || m->source->kind == WEFT_MESH_PLY)
             out[c] = linear(out[c]);
     }
 }
@@ -263,6 +267,8 @@ static enum weft_result take_faces(struct maker *m, const struct aiMesh *mesh, d
     static const int whole[3] = {0, 1, 2};
     for (unsigned f = 0; f < mesh->mNumFaces; f++) {
         const struct aiFace *face = &mesh->mFaces[f];
+        if (!face->mNumIndices)
+            return fail(m, WEFT_ERR_FORMAT, "face %u of '%s' has no corners", f, part);
         for (unsigned i = 0; i < face->mNumIndices; i++)
             if (face->mIndices[i] >= mesh->mNumVertices)
                 return fail(m, WEFT_ERR_FORMAT, "face %u of '%s' has the index %u of %u vertices",
@@ -302,6 +308,7 @@ static enum weft_result take_mesh(struct maker *m, const struct aiNode *node,
 
 struct totals {
     uint64_t vertices, indices, parts;
+    uint64_t lines, points, skins, morphs;
     unsigned largest; // corners of a polygon
 };
 
@@ -311,8 +318,13 @@ static void count_faces(const struct aiMesh *mesh, struct totals *t)
     for (unsigned f = 0; f < mesh->mNumFaces; f++) {
         const unsigned n = mesh->mFaces[f].mNumIndices;
         t->indices += n >= 3 ? 3 * (uint64_t)(n - 2) : 0;
+        t->lines += n == 2;
+        t->points += n == 1;
         t->largest = n > t->largest ? n : t->largest;
     }
+    t->points += !mesh->mNumFaces ? mesh->mNumVertices : 0;
+    t->skins += mesh->mNumBones > 0;
+    t->morphs += mesh->mNumAnimMeshes;
     if (t->indices == before)
         return;
     t->vertices += mesh->mNumVertices;
@@ -358,6 +370,38 @@ static enum weft_result take_nodes(struct maker *m, const struct aiNode *node,
     return res;
 }
 
+// ---- what is left out ---------------------------------------------------------------------------
+
+static void drop(char *text, uint64_t count, const char *what)
+{
+    const size_t used = strlen(text);
+    if (count)
+        snprintf(text + used, WEFT_MESH_DROPPED - used, "%s%" PRIu64 " %s%s", used ? ", " : "",
+                 count, what, count == 1 ? "" : "s");
+}
+
+static uint64_t count_textures(const struct aiScene *scene)
+{
+    uint64_t textures = 0;
+    for (unsigned i = 0; i < scene->mNumMaterials; i++)
+        for (int type = 0; type <= AI_TEXTURE_TYPE_MAX; type++)
+            textures += aiGetMaterialTextureCount(scene->mMaterials[i], (enum aiTextureType)type);
+    return textures;
+}
+
+static void say_left(const struct maker *m, const struct totals *t, char *text)
+{
+    drop(text, t->lines, "line");
+    drop(text, t->points, "point");
+    drop(text, count_textures(m->scene), "texture");
+    drop(text, m->source->strengths, "emissive strength");
+    drop(text, m->scene->mNumAnimations, "animation");
+    drop(text, t->skins, "skin");
+    drop(text, t->morphs, "morph target");
+    drop(text, m->scene->mNumCameras, "camera");
+    drop(text, m->scene->mNumLights, "light");
+}
+
 // ---- all of it ----------------------------------------------------------------------------------
 
 static bool allocate(struct maker *m, const struct totals *t)
@@ -367,29 +411,29 @@ static bool allocate(struct maker *m, const struct totals *t)
     soup->vertices = calloc(t->vertices, sizeof *soup->vertices);
     soup->objects = calloc(t->vertices, sizeof *soup->objects);
     soup->indices = calloc(t->indices, sizeof *soup->indices);
-    soup->parts = calloc(t->parts, sizeof *soup->parts);
+    soup->parts = calloc(t->parts + 1, sizeof *soup->parts); // one for lines, which then goes
     soup->materials = calloc((size_t)materials + 1, sizeof *soup->materials);
     m->material = calloc((size_t)materials + 1, sizeof *m->material);
     return soup->vertices && soup->objects && soup->indices && soup->parts && soup->materials &&
            m->material;
 }
 
-enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_clean *clean,
+enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_source *source,
                                      struct weft_mesh_soup *out)
 {
     static const struct transform none = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    struct maker m = {.scene = scene, .clean = clean, .soup = out};
+    struct maker m = {.scene = scene, .source = source, .soup = out};
     struct totals totals = {0};
     *out = (struct weft_mesh_soup){0};
-    if (!scene->mRootNode)
-        return weft_mesh_clean_no_faces(clean);
-    enum weft_result res = count_nodes(&m, scene->mRootNode, 0, &totals);
+    enum weft_result res =
+        scene->mRootNode ? count_nodes(&m, scene->mRootNode, 0, &totals) : WEFT_OK;
     if (res == WEFT_OK && totals.largest > WEFT_MESH_CORNERS)
         res = fail(&m, WEFT_ERR_LIMIT, "a polygon has %u corners: %d is the limit", totals.largest,
                    WEFT_MESH_CORNERS);
-    weft_mesh_say_left(&clean->left, out->dropped);
+    say_left(&m, &totals, out->dropped);
     if (res == WEFT_OK && !totals.indices)
-        res = weft_mesh_clean_no_faces(clean);
+        res = fail(&m, WEFT_ERR_FORMAT, "it has no triangles%s%s", *out->dropped ? ", but " : "",
+                   out->dropped);
     if (res == WEFT_OK && !allocate(&m, &totals))
         res = fail(&m, WEFT_ERR_LIMIT,
                    "%" PRIu64 " vertices and %" PRIu64 " triangles do not fit in memory",

@@ -3,7 +3,7 @@
 #ifndef WEFT_TILES_READERS_MESH_SOUP_H
 #define WEFT_TILES_READERS_MESH_SOUP_H
 
-#include "tiles/readers/mesh/clean.h"
+#include "tiles/readers/mesh/source.h"
 
 WEFT_BEGIN_DECLS
 
@@ -24,8 +24,8 @@ struct weft_mesh_soup {
 };
 
 // Applies transforms and takes materials. Normals that the file lacks are 0. Returns
-// WEFT_ERR_FORMAT or WEFT_ERR_LIMIT, with the clean file's message.
-enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_clean *clean,
+// WEFT_ERR_FORMAT or WEFT_ERR_LIMIT, with the source's message.
+enum weft_result weft_mesh_soup_make(const struct aiScene *scene, struct weft_mesh_source *source,
                                      struct weft_mesh_soup *out);
 
 // Fills in the normals that are 0. Returns false where memory is short.
