@@ -2,6 +2,7 @@
 #include "tiles/readers/mesh/import.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 #include <new>
 #include <string>
@@ -69,8 +70,10 @@ std::string unescaped(const std::string &uri)
 {
     std::string name;
     for (size_t i = 0; i < uri.size(); i++) {
-        const bool escape = uri[i] == '%' && i + 2 < uri.size() && isxdigit(uri[i + 1]) &&
-                            isxdigit(uri[i + 2]) && uri.compare(i, 3, "%00");
+        const bool escape = uri[i] == '%' && i + 2 < uri.size() &&
+                            isxdigit(static_cast<unsigned char>(uri[i + 1])) &&
+                            isxdigit(static_cast<unsigned char>(uri[i + 2])) &&
+                            uri.compare(i, 3, "%00");
         name += escape ? static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16)) : uri[i];
         i += escape ? 2 : 0;
     }
