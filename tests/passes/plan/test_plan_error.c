@@ -18,7 +18,7 @@
 #include "weft.h"
 
 // The numbers of plans, or WEFT_PLANS: 5000 is a long sweep.
-enum { EMULATED = 1000, DRAWN = 100, SIDE = 7, PIXELS = 14 };
+enum { EMULATED = 500, DRAWN = 100, SIDE = 7, PIXELS = 14 };
 
 static uint64_t random_state;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Mutated VDB files: each must be read, or refused with a clean error, within the limits, and at a
 // cost that its size explains.
-// WEFT_MUTATIONS is their number (default 60), WEFT_MUTATION_SEED their seed (default 1).
+// WEFT_MUTATIONS is their number (default 40), WEFT_MUTATION_SEED their seed (default 1).
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -111,7 +111,7 @@ static void mutate(const char *path, const char *name)
     struct bytes source = load(path);
     if (!source.size)
         skip();
-    int count = setting("WEFT_MUTATIONS", 60), fds = count_fds();
+    int count = setting("WEFT_MUTATIONS", 40), fds = count_fds();
     uint64_t seed = (uint64_t)setting("WEFT_MUTATION_SEED", 1);
     for (int i = 0; i < count; i++) {
         random_state = seed << 32 | (uint64_t)i;
@@ -134,7 +134,7 @@ static void mutate(const char *path, const char *name)
                   "%zu readers lost; longest %.2f s\n",
                   name, count, counts[0], counts[1], counts[2], counts[3], counts[4], longest);
     free(source.data);
-    assert_true(count < 60 || counts[0] < (size_t)count); // few damages are none
+    assert_true(count < 40 || counts[0] < (size_t)count); // few damages are none
     assert_int_equal(count_fds(), fds);
 }
 
@@ -233,7 +233,7 @@ static void test_lengths(void **state)
     assert_int_equal(try_file(file_path("kinds.vdb"), 0), WEFT_OK);
     const long usual = children_kilobytes();
     double longest = 0;
-    int read = 0, count = setting("WEFT_MUTATIONS", 60);
+    int read = 0, count = setting("WEFT_MUTATIONS", 40);
     random_state = (uint64_t)setting("WEFT_MUTATION_SEED", 1);
     for (int i = 0; i < count; i++) {
         const size_t at = places[next_random() % place_count];
@@ -259,7 +259,7 @@ static void test_lengths(void **state)
     print_message("kinds.vdb: %d lengths at %zu places: %d read; up to %.2f s and %ld KiB, usually "
                   "%ld KiB\n",
                   count, place_count, read, longest, children_kilobytes(), usual);
-    assert_true(count < 60 || read < count);
+    assert_true(count < 40 || read < count);
     free(places);
     free(source.data);
 }
