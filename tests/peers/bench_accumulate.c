@@ -27,9 +27,10 @@
 #include <time.h>
 
 #include "passes/gl/program.h"
+#include "tests/peers/counts.h"
 #include "tests/peers/cube.h"
 
-enum { MAX_COUNTS = 16, MAX_RUNS = 99, FRAMES_KEPT = 4, CHANNELS = 4 };
+enum { MAX_RUNS = 99, FRAMES_KEPT = 4, CHANNELS = 4 };
 
 enum source { SOURCE_DRAWN, SOURCE_TEXTURES, SOURCE_MEMORY };
 static const char *const source_names[] = {"drawn", "textures", "memory"};
@@ -355,20 +356,6 @@ static bool run(const struct options *options)
 
 // ---- options ------------------------------------------------------------------------------------
 
-static bool parse_counts(const char *text, struct options *o)
-{
-    o->counts = 0;
-    for (char *end; o->counts < MAX_COUNTS; text = end + 1) {
-        const long long n = strtoll(text, &end, 10);
-        if (end == text || n < 1 || n > WEFT_ACCUMULATE_MAX_FRAMES)
-            return false;
-        o->count[o->counts++] = n;
-        if (*end != ',')
-            return !*end;
-    }
-    return false;
-}
-
 static bool parse_option(const char *name, const char *value, struct options *o)
 {
     int used = 0;
@@ -376,7 +363,7 @@ static bool parse_option(const char *name, const char *value, struct options *o)
         return sscanf(value, "%dx%d%n", &o->width, &o->height, &used) == 2 && !value[used] &&
                o->width >= 1 && o->height >= 1 && o->width <= 8192 && o->height <= 8192;
     if (strcmp(name, "--frames") == 0)
-        return parse_counts(value, o);
+        return (o->counts = parse_counts(value, WEFT_ACCUMULATE_MAX_FRAMES, o->count)) > 0;
     if (strcmp(name, "--runs") == 0)
         return sscanf(value, "%d%n", &o->runs, &used) == 1 && !value[used] && o->runs >= 1 &&
                o->runs <= MAX_RUNS;

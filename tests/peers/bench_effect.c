@@ -22,10 +22,11 @@
 #include <string.h>
 #include <time.h>
 
+#include "tests/peers/counts.h"
 #include "tests/peers/drawn.h"
 #include "tools/render/gl.h"
 
-enum { MAX_COUNTS = 16, MAX_RUNS = 99, PAPER_FRAMES = 8, LONG = 100, LONG_RUNS = 3 };
+enum { MAX_RUNS = 99, PAPER_FRAMES = 8, LONG = 100, LONG_RUNS = 3 };
 
 static const struct row {
     const char *label;
@@ -324,20 +325,6 @@ static bool run(const struct options *options)
 
 // ---- options ------------------------------------------------------------------------------------
 
-static bool parse_counts(const char *text, struct options *o)
-{
-    o->counts = 0;
-    for (char *end; o->counts < MAX_COUNTS; text = end + 1) {
-        const long long n = strtoll(text, &end, 10);
-        if (end == text || n < 1 || n > EFFECT_MAX_FRAMES)
-            return false;
-        o->count[o->counts++] = n;
-        if (*end != ',')
-            return !*end;
-    }
-    return false;
-}
-
 static bool parse_option(const char *name, const char *value, struct options *o)
 {
     int used = 0;
@@ -345,7 +332,7 @@ static bool parse_option(const char *name, const char *value, struct options *o)
         return sscanf(value, "%dx%d%n", &o->size[0], &o->size[1], &used) == 2 && !value[used] &&
                o->size[0] >= 1 && o->size[1] >= 1 && o->size[0] <= 8192 && o->size[1] <= 8192;
     if (strcmp(name, "--frames") == 0)
-        return parse_counts(value, o);
+        return (o->counts = parse_counts(value, EFFECT_MAX_FRAMES, o->count)) > 0;
     if (strcmp(name, "--runs") == 0)
         return sscanf(value, "%d%n", &o->runs, &used) == 1 && !value[used] && o->runs >= 1 &&
                o->runs <= MAX_RUNS;

@@ -185,7 +185,7 @@ const aiScene *import(struct weft_mesh_source *source, std::string *error)
     else if (!scene && *files->missing)
         *error = files->missing;
     else if (!complaints->first.empty())
-        *error = complaints->first;
+        *error = "the assimp library says: " + complaints->first;
     else if (!scene)
         *error = importer->GetErrorString();
     else if (source->faces && count_faces(scene) != source->faces)
