@@ -58,6 +58,18 @@ void scene_drawing_destroy(scene_drawing **drawing); // accepts &NULL
 enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_frame *frame,
                                     const struct weft_draw_target *target);
 
+// ---- anti-aliasing ------------------------------------------------------------------------------
+
+// Prepares a frame, without a move or a place on the lens, for passes of anti-aliasing: where
+// objects are, and the shadow maps. Inside weft_context_call. Returns as scene_drawing_draw does.
+enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scene_frame *frame);
+
+// Draws a pass of the frame that was prepared: a callback of struct weft_antialias_drawing, priv
+// being the scene_drawing. Surfaces are numbered by the triangles that hang together smoothly:
+// those that share an edge by the same two vertices, and so their normals. Lines are the other
+// edges, and those between a front and a back, points their ends.
+enum weft_result scene_drawing_pass(void *drawing, const struct weft_antialias_pass *pass);
+
 // How shadows are found, for reports. tools/render/shadow_view.h tells the whole of it: what is lit
 // is compared, without a filter, in the middle of its texel, in the plane of its triangle, so that
 // edges of shadows are off by half a texel along each axis of the map at most.
