@@ -7,13 +7,13 @@
 #include "tools/scene/scene.h"
 
 struct scene_exact_params {
-    const struct scene *scene; // whose materials are all unlit, without a pattern, with one colour
-                               // a triangle (required)
-    int size[2];               // of the picture in pixels (required)
-    double time;               // of the scene
-    struct weft_kernel filter; // of a pixel (default nearest, a box)
-    double filter_width;       // pixels that its support is scaled to (default: as it is)
-    const struct weft_log *log;           // may be NULL
+    const struct scene *scene;  // whose materials are all unlit, without a pattern, with one colour
+                                // a triangle (required)
+    int size[2];                // of the picture in pixels (required)
+    double time;                // of the scene
+    struct weft_kernel filter;  // of a pixel (default nearest, a box)
+    double filter_width;        // pixels that its support is scaled to (default: as it is)
+    const struct weft_log *log; // may be NULL
     const struct weft_progress *progress; // may be NULL
 };
 #define SCENE_EXACT_DEFAULTS
