@@ -25,6 +25,7 @@
 #include <stdlib.h>
 
 #include "filter/check.h"
+#include "passes/jitter/discrepancy_impl.h"
 #include "passes/jitter/edge.h"
 #include "passes/jitter/points.h"
 
@@ -32,23 +33,17 @@
 // line: an edge that wide, at most the diagonal long, covers 4e-12 more than the line.
 static const double same_direction = 2e-12;
 
-// Another point as the edge turns about p: the direction, in [0, pi), of the edge through both. A
-// point `ahead` is on the left of the edge before and on its right after that; others the reverse.
-struct event {
-    double direction;
-    int ahead;
-};
-
 struct search {
     const struct weft_discrepancy_params *params;
     double size;
-    struct event *events; // as many as there are points
+    struct weft_discrepancy_event *events; // as many as there are points
     struct weft_discrepancy worst;
 };
 
 static int compare(const void *a, const void *b)
 {
-    const double x = ((const struct event *)a)->direction, y = ((const struct event *)b)->direction;
+    const double x = ((const struct weft_discrepancy_event *)a)->direction;
+    const double y = ((const struct weft_discrepancy_event *)b)->direction;
     return (x > y) - (x < y);
 }
 
@@ -105,7 +100,7 @@ static int collect(struct search *s, const double p[2])
         const double x = s->params->points[i][0] - p[0], y = s->params->points[i][1] - p[1];
         if (x == 0.0 && y == 0.0)
             continue;
-        struct event *event = &s->events[count++];
+        struct weft_discrepancy_event *event = &s->events[count++];
         event->direction = fold(atan2(y, x), &event->ahead);
     }
     qsort(s->events, (size_t)count, sizeof *s->events, compare);
@@ -137,19 +132,28 @@ static void turn_about(struct search *s, const double p[2])
         judge(s, p, stationary, left, here);
 }
 
+struct weft_discrepancy weft_discrepancy_find(const struct weft_discrepancy_params *params,
+                                              struct weft_discrepancy_event *events)
+{
+    struct search s = {
+        .params = params, .size = params->size == 0.0 ? 1.0 : params->size, .events = events};
+    for (int i = 0; i < params->count; i++)
+        turn_about(&s, params->points[i]);
+    return s.worst;
+}
+
 enum weft_result weft_discrepancy_compute(const struct weft_discrepancy_params *params,
                                           struct weft_discrepancy *out)
 {
     const struct weft_log *log = params ? params->log : NULL;
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    struct search s = {.params = params};
+    struct weft_discrepancy_event *events = NULL;
     *out = (struct weft_discrepancy){NAN, NAN, NAN, NAN, NAN};
     weft_require(log, params && params->points);
     weft_require_enum(log, params->shape, WEFT_JITTER_SHAPE_COUNT - 1);
-    s.size = params->size == 0.0 ? 1.0 : params->size;
-    if (!(s.size >= 0x1p-100 && s.size <= 0x1p100)) {
+    if (params->size != 0.0 && !(params->size >= 0x1p-100 && params->size <= 0x1p100)) {
         weft_error(log, "the size of a set of samples is %g: it must be in 2^-100 to 2^100",
-                   s.size);
+                   params->size);
         goto fail;
     }
     if (params->count < 1 || params->count > WEFT_DISCREPANCY_MAX) {
@@ -159,17 +163,15 @@ enum weft_result weft_discrepancy_compute(const struct weft_discrepancy_params *
     }
     if (!weft_points_check(params->log, params->points, params->count))
         goto fail;
-    s.events = malloc((size_t)params->count * sizeof *s.events);
-    if (!s.events) {
+    events = malloc((size_t)params->count * sizeof *events);
+    if (!events) {
         weft_error(log, "no memory for %d samples", params->count);
         res = WEFT_ERR_MEMORY;
         goto fail;
     }
-    for (int i = 0; i < params->count; i++)
-        turn_about(&s, params->points[i]);
-    *out = s.worst;
+    *out = weft_discrepancy_find(params, events);
     res = WEFT_OK;
 fail:
-    free(s.events);
+    free(events);
     return res;
 }

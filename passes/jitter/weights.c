@@ -59,26 +59,36 @@ fail:
 // ---- kernels
 // --------------------------------------------------------------------------------------
 
-static enum weft_result resolve(const struct weft_weights_kernel_params *params,
-                                struct weft_kernel *kernel)
+static enum weft_result resolve(const struct weft_log *log, struct weft_kernel *kernel)
 {
-    *kernel = params->kernel;
     if (!kernel->info)
-        return weft_kernel_create(params->log, weft_kernel_find("nearest"), NULL, kernel);
-    const enum weft_result res = weft_kernel_check(params->log, kernel);
+        return weft_kernel_create(log, weft_kernel_find("nearest"), NULL, kernel);
+    const enum weft_result res = weft_kernel_check(log, kernel);
     if (res != WEFT_OK)
         return res;
     if (kernel->info->derivation > 0) {
-        weft_error(params->log, "kernel %s is a derivative: its weights add up to 0",
-                   kernel->info->name);
+        weft_error(log, "kernel %s is a derivative: its weights add up to 0", kernel->info->name);
         return WEFT_ERR_ARGUMENT;
     }
     if (kernel->radial || kernel->prefiltered) {
-        weft_error(params->log, "samples are not weighed by %s kernels (%s)",
+        weft_error(log, "samples are not weighed by %s kernels (%s)",
                    kernel->radial ? "radial" : "prefiltered", kernel->info->name);
         return WEFT_ERR_UNSUPPORTED;
     }
     return WEFT_OK;
+}
+
+enum weft_result weft_weights_resolve(const struct weft_log *log, double width,
+                                      struct weft_kernel *kernel, double *scale)
+{
+    if (width != 0.0 && !(width >= 0x1p-20 && width <= 0x1p20)) {
+        weft_error(log, "a filter is %g pixels wide: it must be 2^-20 to 2^20", width);
+        return WEFT_ERR_ARGUMENT;
+    }
+    const enum weft_result res = resolve(log, kernel);
+    if (res == WEFT_OK)
+        *scale = width == 0.0 ? 1.0 : width / (2.0 * kernel->support);
+    return res;
 }
 
 // h at a sample's place, with both ends of its support in it, as far as rounding goes.
@@ -100,20 +110,17 @@ enum weft_result weft_weights_kernel(const struct weft_weights_kernel_params *pa
     const struct weft_log *log = params ? params->log : NULL;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     struct weft_kernel kernel;
+    double scale;
     if (report)
         *report = WEFT_WEIGHTS_NONE;
     weft_require(log, params && params->points && params->count > 0 && weights);
-    if (params->width != 0.0 && !(params->width >= 0x1p-20 && params->width <= 0x1p20)) {
-        weft_error(log, "a filter is %g pixels wide: it must be 2^-20 to 2^20", params->width);
-        goto fail;
-    }
-    res = resolve(params, &kernel);
+    kernel = params->kernel;
+    res = weft_weights_resolve(params->log, params->width, &kernel, &scale);
     if (res != WEFT_OK)
         goto fail;
     res = WEFT_ERR_ARGUMENT;
     if (!weft_points_check(params->log, params->points, params->count))
         goto fail;
-    const double scale = params->width == 0.0 ? 1.0 : params->width / (2.0 * kernel.support);
     double sum = 0.0, magnitude = 0.0;
     for (int i = 0; i < params->count; i++) {
         const double weight = weigh(&kernel, scale, params->points[i]);
