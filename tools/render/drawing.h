@@ -60,8 +60,9 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
 
 // ---- anti-aliasing ------------------------------------------------------------------------------
 
-// Prepares a frame, without a move or a place on the lens, for passes of anti-aliasing: where
-// objects are, and the shadow maps. Inside weft_context_call. Returns as scene_drawing_draw does.
+// Prepares a frame for passes of anti-aliasing: where objects are, and the shadow maps. Inside
+// weft_context_call. Passes move the picture beside the frame's own move, which is mostly 0.
+// Returns as scene_drawing_draw does, which prepares its frame, too.
 enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scene_frame *frame);
 
 // Draws a pass of the frame that was prepared: a callback of struct weft_antialias_drawing, priv

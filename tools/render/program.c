@@ -3,13 +3,12 @@
 #include "tools/common/log.h"
 #include "tools/render/program.h"
 
-static GLuint compile(const GladGLContext *gl, const struct weft_log *log, GLenum stage,
-                      const char *defines, const char *source)
+GLuint scene_shader_compile(const GladGLContext *gl, const struct weft_log *log, GLenum stage,
+                            const char *const *text, int count)
 {
-    const char *const text[3] = {"#version 330 core\n", defines, source};
     const GLuint shader = gl->CreateShader(stage);
     GLint done = 0;
-    gl->ShaderSource(shader, 3, text, NULL);
+    gl->ShaderSource(shader, count, text, NULL);
     gl->CompileShader(shader);
     gl->GetShaderiv(shader, GL_COMPILE_STATUS, &done);
     if (done)
@@ -22,37 +21,23 @@ static GLuint compile(const GladGLContext *gl, const struct weft_log *log, GLenu
     return 0;
 }
 
-static bool link(const GladGLContext *gl, const struct weft_log *log, GLuint program)
+GLuint scene_program_link(const GladGLContext *gl, const struct weft_log *log, GLuint vertex,
+                          GLuint fragment)
 {
+    const GLuint program = gl->CreateProgram();
     GLint done = 0;
+    gl->AttachShader(program, vertex);
+    gl->AttachShader(program, fragment);
     gl->LinkProgram(program);
+    // What a program was linked from may go, or be linked to others.
+    gl->DetachShader(program, vertex);
+    gl->DetachShader(program, fragment);
     gl->GetProgramiv(program, GL_LINK_STATUS, &done);
     if (done)
-        return true;
+        return program;
     char message[512] = "";
     gl->GetProgramInfoLog(program, sizeof message, NULL, message);
     log_error(log, "a program of scenes does not link: %s", message);
-    return false;
-}
-
-enum weft_result scene_program_link(const GladGLContext *gl, const struct weft_log *log,
-                                    const char *defines, const char *vertex, const char *fragment,
-                                    GLuint *out)
-{
-    *out = 0;
-    const GLuint first = compile(gl, log, GL_VERTEX_SHADER, defines, vertex);
-    const GLuint second = first ? compile(gl, log, GL_FRAGMENT_SHADER, defines, fragment) : 0;
-    if (second) {
-        *out = gl->CreateProgram();
-        gl->AttachShader(*out, first);
-        gl->AttachShader(*out, second);
-        if (!link(gl, log, *out)) {
-            gl->DeleteProgram(*out);
-            *out = 0;
-        }
-    }
-    // 0 is left alone; what is attached lives as long as the program.
-    gl->DeleteShader(first);
-    gl->DeleteShader(second);
-    return *out ? WEFT_OK : WEFT_ERR_GL;
+    gl->DeleteProgram(program);
+    return 0;
 }

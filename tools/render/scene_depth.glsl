@@ -1,4 +1,4 @@
-// Fragment shader of shadow maps: depth alone.
+// Fragment shader of shadow maps, and of stages that draw depths alone.
 void main()
 {
 }

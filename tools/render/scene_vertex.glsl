@@ -1,4 +1,6 @@
-// Vertex shader of what is seen (tools/render/drawing.c).
+// Vertex shader of what is seen (tools/render/frame.c): one object in all programs, so that depths
+// of two passes are the same.
+invariant gl_Position;
 layout(location = 0) in vec3 at;
 layout(location = 1) in vec3 points_to;
 layout(location = 2) in vec2 at_uv;

@@ -44,6 +44,19 @@ static void make_layers(const GladGLContext *gl, struct scene_shadows *shadows, 
     shadows->layers = layers;
 }
 
+static GLuint link_program(const GladGLContext *gl, const struct weft_log *log)
+{
+    const char *const vertex_text[] = {SCENE_VERSION, tools_shader_scene_depth_vertex};
+    const char *const fragment_text[] = {SCENE_VERSION, tools_shader_scene_depth};
+    const GLuint vertex = scene_shader_compile(gl, log, GL_VERTEX_SHADER, vertex_text, 2);
+    const GLuint fragment =
+        vertex ? scene_shader_compile(gl, log, GL_FRAGMENT_SHADER, fragment_text, 2) : 0;
+    const GLuint program = fragment ? scene_program_link(gl, log, vertex, fragment) : 0;
+    gl->DeleteShader(vertex); // 0 is left alone
+    gl->DeleteShader(fragment);
+    return program;
+}
+
 enum weft_result scene_shadows_make(const GladGLContext *gl, const struct weft_log *log, int size,
                                     struct scene_shadows *out)
 {
@@ -54,10 +67,9 @@ enum weft_result scene_shadows_make(const GladGLContext *gl, const struct weft_l
                   SCENE_SHADOW_LEAST, largest);
         return WEFT_ERR_LIMIT;
     }
-    const enum weft_result res = scene_program_link(gl, log, "", tools_shader_scene_depth_vertex,
-                                                    tools_shader_scene_depth, &out->program);
-    if (res != WEFT_OK)
-        return res;
+    out->program = link_program(gl, log);
+    if (!out->program)
+        return WEFT_ERR_GL;
     out->clip = gl->GetUniformLocation(out->program, "clip");
     out->size = size;
     make_layers(gl, out, 1); // shaders are to find some

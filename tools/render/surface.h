@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/surface.h - programs that draw surfaces in the light of a frame; inside of
-// tools/render. The context is current.
+// tools/render/surface.h - programs that draw surfaces in the light of a frame, and what else
+// passes of anti-aliasing draw; inside of tools/render. The context is current.
 //
-// One program for each list of kinds of lights: which shadow maps they have, how their light falls,
-// whether they shine to one side, whether they are clamped.
+// One program for each head and kind of stage; of surfaces also for each list of kinds of lights:
+// which shadow maps they have, how their light falls, whether they shine to one side, whether they
+// are clamped. All have the same vertex shader.
 #ifndef WEFT_TOOLS_RENDER_SURFACE_H
 #define WEFT_TOOLS_RENDER_SURFACE_H
 
@@ -36,9 +37,18 @@ struct scene_light_kind {
     bool is_flat, clamped;
 };
 
-struct scene_surface {
+// What a program is for.
+struct scene_surface_use {
+    const char *head;                // of its fragment shader
+    enum weft_antialias_stage stage; // points have the program of lines; all but colour have no
+                                     // lights
     struct scene_light_kind kind[SCENE_MAX_LIGHTS];
     int light_count;
+};
+
+struct scene_surface {
+    struct scene_surface_use use;
+    char *head; // a copy, which `use` has, too; owned
     GLuint program;
     GLint at[SCENE_SURFACE_UNIFORM_COUNT];
     GLint shadow_at[SCENE_SHADOW_UNIFORM_COUNT];
@@ -49,12 +59,18 @@ enum { SCENE_MAX_SURFACES = 32 };
 struct scene_surfaces {
     struct scene_surface list[SCENE_MAX_SURFACES];
     int count, next;
+    GLuint vertex; // the shader of all
 };
 void scene_surfaces_end(const GladGLContext *gl, struct scene_surfaces *surfaces);
 
-// Finds or links the program of a frame's lights with their maps. Returns WEFT_ERR_GL.
+// The head that draws into a target of one colour.
+extern const char scene_surface_head[];
+
+// Finds or links the program of a stage with a head, in the light of a frame with its maps. Returns
+// WEFT_ERR_GL or WEFT_ERR_MEMORY.
 enum weft_result scene_surfaces_find(const GladGLContext *gl, const struct weft_log *log,
                                      struct scene_surfaces *surfaces,
+                                     enum weft_antialias_stage stage, const char *head,
                                      const struct scene_shadow_view *view,
                                      const struct scene_point_light *light, int count,
                                      const struct scene_surface **out);

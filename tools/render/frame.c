@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "tools/render/frame.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "tools/scene/vector.h"
+
+// A frame that is drawn by one program.
+struct pass {
+    scene_drawing *drawing;
+    const struct scene_surface *surface; // the program
+};
+
+static void set_lights(const struct pass *pass)
+{
+    const GladGLContext *gl = &pass->drawing->gl;
+    const GLint *at = pass->surface->at;
+    float position[SCENE_MAX_LIGHTS][3], normal[SCENE_MAX_LIGHTS][3];
+    float intensity[SCENE_MAX_LIGHTS][3], most[SCENE_MAX_LIGHTS];
+    const int count = pass->drawing->frame.light_count;
+    const double unit = pass->drawing->diagonal;
+    for (int i = 0; i < count; i++) {
+        const struct scene_point_light *light = &pass->drawing->frame.light[i];
+        const bool falls = light->falloff == SCENE_FALLOFF_RADIANCE; // with the distance
+        for (int axis = 0; axis < 3; axis++) {
+            position[i][axis] =
+                (float)((light->position[axis] - pass->drawing->middle[axis]) / unit);
+            intensity[i][axis] = (float)(light->intensity[axis] / (falls ? unit * unit : 1.0));
+        }
+        scene_round(light->normal, normal[i], 3);
+        most[i] = (float)(light->most * unit * unit);
+    }
+    gl->Uniform3fv(at[SCENE_LIGHT_POSITION], count, &position[0][0]);
+    gl->Uniform3fv(at[SCENE_LIGHT_NORMAL], count, &normal[0][0]);
+    gl->Uniform3fv(at[SCENE_LIGHT_INTENSITY], count, &intensity[0][0]);
+    gl->Uniform1fv(at[SCENE_LIGHT_MOST], count, most);
+}
+
+static void set_material(const struct pass *pass, const struct scene_material *material)
+{
+    const GladGLContext *gl = &pass->drawing->gl;
+    const GLint *at = pass->surface->at;
+    static const float none[3] = {0.0f, 0.0f, 0.0f};
+    gl->Uniform3fv(at[SCENE_REFLECTANCE], 1, material->reflectance);
+    gl->Uniform3fv(at[SCENE_EMISSION], 1,
+                   pass->drawing->frame.clamped_share ? none : material->emission);
+    gl->Uniform1f(at[SCENE_CHECKS],
+                  material->pattern == SCENE_CHECKER ? material->frequency : 0.0f);
+    gl->Uniform1i(at[SCENE_UNLIT], material->unlit);
+    if (material->single_sided)
+        gl->Enable(GL_CULL_FACE);
+    else
+        gl->Disable(GL_CULL_FACE);
+}
+
+static void draw_object(const struct pass *pass, int object, const double clip[16])
+{
+    const GladGLContext *gl = &pass->drawing->gl;
+    const GLint *at = pass->surface->at;
+    const struct scene_object *o = &pass->drawing->scene->objects[object];
+    const double *model = pass->drawing->model[object];
+    const double scale = hypot(hypot(model[0], model[1]), model[2]), unit = pass->drawing->diagonal;
+    float rounded[16], placed[16] = {[15] = 1.0f}, turned[9];
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            placed[4 * i + k] = (float)(model[4 * i + k] / unit);
+            turned[3 * i + k] = (float)(model[4 * i + k] / scale);
+        }
+    for (int i = 0; i < 3; i++)
+        placed[12 + i] = (float)((model[12 + i] - pass->drawing->middle[i]) / unit);
+    scene_round(clip, rounded, 16);
+    gl->UniformMatrix4fv(at[SCENE_CLIP], 1, GL_FALSE, rounded);
+    gl->UniformMatrix4fv(at[SCENE_MODEL], 1, GL_FALSE, placed);
+    gl->UniformMatrix3fv(at[SCENE_TURN], 1, GL_FALSE, turned);
+    gl->Uniform1i(at[SCENE_FIRST_TRIANGLE], (GLint)(o->first_index / 3));
+    gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
+                     (const void *)(o->first_index * sizeof(uint32_t)));
+}
+
+static void draw_objects(const struct pass *pass, const double camera[16])
+{
+    const scene_drawing *drawing = pass->drawing;
+    int material = -1; // that is set
+    for (int i = 0; i < drawing->scene->object_count; i++) {
+        const struct scene_object *object = &drawing->scene->objects[i];
+        double clip[16];
+        scene_multiply(camera, drawing->model[i], clip);
+        if (object->index_count == 0 || !scene_extent_seen(&drawing->extent[i], clip))
+            continue;
+        if (object->material != material)
+            set_material(pass, &drawing->scene->materials[object->material]);
+        material = object->material;
+        draw_object(pass, i, clip);
+    }
+}
+
+static void set_program(const struct pass *pass)
+{
+    const scene_drawing *drawing = pass->drawing;
+    const GladGLContext *gl = &drawing->gl;
+    const struct scene_surface *surface = pass->surface;
+    const bool dark = drawing->frame.without_ambient || drawing->frame.clamped_share;
+    float ambient[3];
+    for (int i = 0; i < 3; i++)
+        ambient[i] = dark ? 0.0f : (float)drawing->scene->ambient[i];
+    gl->UseProgram(surface->program);
+    gl->ActiveTexture(GL_TEXTURE0);
+    gl->BindTexture(GL_TEXTURE_BUFFER, drawing->buffers.plane_texture);
+    gl->Uniform1i(surface->at[SCENE_PLANES], 0);
+    gl->Uniform3fv(surface->at[SCENE_AMBIENT], 1, ambient);
+    gl->Uniform1i(surface->at[SCENE_ONLY_CLAMPED], drawing->frame.clamped_share);
+    set_lights(pass);
+    scene_shadows_use(gl, &drawing->shadows, surface->shadow_at, drawing->frame.light_count, 1,
+                      drawing->middle, drawing->diagonal);
+}
+
+// ---- what is drawn ------------------------------------------------------------------------------
+
+static void draw_shadows(scene_drawing *drawing)
+{
+    const struct scene_shadow_casting casting = {
+        .scene = drawing->scene,
+        .extent = drawing->extent,
+        .hull = drawing->hull,
+        .model = (const double(*)[16])drawing->model,
+        .caster = drawing->caster,
+        .object = drawing->caster_object,
+        .diagonal = drawing->diagonal,
+    };
+    scene_shadows_draw(&drawing->gl, &drawing->shadows, &casting, drawing->frame.light,
+                       drawing->frame.light_count);
+}
+
+enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_frame *frame)
+{
+    struct weft_camera camera;
+    struct weft_camera_matrices matrices;
+    scene_camera_at(drawing->scene, frame->time, &camera);
+    const enum weft_result res =
+        weft_camera_compute(drawing->log, &camera, &frame->camera, &matrices);
+    if (res != WEFT_OK)
+        return res;
+    drawing->frame = *frame;
+    memcpy(drawing->camera, matrices.clip, sizeof drawing->camera);
+    for (int i = 0; i < drawing->scene->object_count; i++)
+        scene_path_at(&drawing->scene->objects[i].path, frame->time, drawing->model[i]);
+    drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
+    draw_shadows(drawing);
+    return scene_drawing_check(drawing, "shadows were drawn");
+}
+
+enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_stage stage,
+                                  const char *head, const double place[16])
+{
+    struct pass pass = {.drawing = drawing};
+    const enum weft_result res = scene_surfaces_find(
+        &drawing->gl, drawing->log, &drawing->surfaces, stage, head, drawing->shadows.view,
+        drawing->frame.light, drawing->frame.light_count, &pass.surface);
+    if (res != WEFT_OK)
+        return res;
+    double placed[16];
+    if (place)
+        scene_multiply(place, drawing->camera, placed);
+    drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
+    set_program(&pass);
+    draw_objects(&pass, place ? placed : drawing->camera);
+    return scene_drawing_check(drawing, "a scene was drawn");
+}
