@@ -389,6 +389,39 @@ bool options_parse(struct option_parse *parse, int argc, char **argv)
     return check_stdout(parse);
 }
 
+enum weft_result options_read_number(const struct option_value *value, const char *name, double low,
+                                     double high, const char *what, double *out)
+{
+    if (!value->given)
+        return WEFT_OK;
+    if (value->number[0] >= low && value->number[0] <= high) {
+        *out = value->number[0];
+        return WEFT_OK;
+    }
+    report_error("--%s %s: %s", name, value->text, what);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result options_read_whole(const struct option_value *value, const char *name,
+                                    int64_t least, int64_t most, int *out)
+{
+    const double n = value->number[0];
+    if (!value->given)
+        return WEFT_OK;
+    if (n >= (double)least && n <= (double)most && n == floor(n)) {
+        *out = (int)n;
+        return WEFT_OK;
+    }
+    report_error("--%s %s: not a whole number from %lld to %lld", name, value->text,
+                 (long long)least, (long long)most);
+    return WEFT_ERR_ARGUMENT;
+}
+
+bool options_ask_for_help(const struct option_value *value)
+{
+    return value->given && strcmp(value->text, "help") == 0;
+}
+
 void options_print_wrapped(const char *text, int indent)
 {
     int column = 0;

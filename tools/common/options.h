@@ -11,6 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "weft.h"
+
 enum option_type {
     OPTION_FLAG,
     OPTION_TEXT,
@@ -60,6 +62,16 @@ struct option_parse {
     bool writes_stdout;   // out: one of the outputs is standard output
 };
 bool options_parse(struct option_parse *parse, int argc, char **argv);
+
+// The value of a number that is given; otherwise *out stays as it is. Where it is not from low to
+// high returns WEFT_ERR_ARGUMENT after a line "--NAME VALUE: " and `what`.
+enum weft_result options_read_number(const struct option_value *value, const char *name, double low,
+                                     double high, const char *what, double *out);
+// The same of a number that must be a whole one, which the line says by itself.
+enum weft_result options_read_whole(const struct option_value *value, const char *name,
+                                    int64_t least, int64_t most, int *out);
+// Whether it is given, as "help": a list of names is asked for.
+bool options_ask_for_help(const struct option_value *value);
 
 // The table as help text on stdout.
 void options_print(const struct option_spec *options, int option_count);

@@ -34,7 +34,7 @@ enum weft_result preview_check(const struct preview_options *options,
 
 bool preview_help(const struct option_value *colour_map)
 {
-    if (!colour_map->given || strcmp(colour_map->text, "help") != 0)
+    if (!options_ask_for_help(colour_map))
         return false;
     puts("colour maps:");
     for (int i = 0; weft_colour_map_list[i]; i++) {

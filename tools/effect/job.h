@@ -6,38 +6,31 @@
 #include "tools/common/json.h"
 #include "tools/common/kernels.h"
 #include "tools/common/options.h"
+#include "tools/draw/picture.h"
 #include "tools/draw/preview.h"
 #include "tools/effect/run.h"
 #include "tools/methods/accumulate_report.h"
+#include "tools/render/scene_options.h"
 
 enum effect_option {
     ASK_OUTPUT,
     ASK_STDERR,
     ASK_PREVIEW,
-    ASK_SCENE,
-    ASK_SIZE,
-    ASK_FRAMES,
-    ASK_SEED,
+    ASK_SCENES, // the first of enum scene_option
+    ASK_SCENE = ASK_SCENES + SCENE_OPTION_SCENE,
+    ASK_FRAMES = ASK_SCENES + SCENE_OPTION_COUNT,
     ASK_WEIGHTS,
     ASK_AT,
-    ASK_TIME,
     ASK_SHUTTER,
-    ASK_KEYFRAMES,
     ASK_JITTER,
     ASK_CENTRE,
     ASK_FILTER,
     ASK_FILTER_WIDTH,
     ASK_APERTURE,
     ASK_FOCUS,
-    ASK_LIGHT,
     ASK_LIGHT_SIZE,
     ASK_PATHS,
     ASK_CLAMP,
-    ASK_SHADOW_SIZE,
-    ASK_EYE,
-    ASK_TARGET,
-    ASK_UP,
-    ASK_FOV,
     ASK_ADDING, // the first of enum accumulation_option
     ASK_UNTIL = ASK_ADDING + ACCUMULATION_UNTIL,
     ASK_TYPE = ASK_ADDING + ACCUMULATION_OPTION_COUNT,
@@ -51,23 +44,13 @@ enum effect_option {
     ASK_OPTION_COUNT
 };
 
-enum { EFFECT_CHANNELS = 4, EFFECT_ATTRIBUTES = 32, EFFECT_TEXT = 256 };
-extern const char *const effect_channel_names[]; // of results, "R", "G", "B", "A"
+enum { EFFECT_TEXT = 256 };
 
 // A scene that was asked for.
 struct effect_scene {
     char *name;         // as it was written, owned
     struct scene scene; // with keyframes, camera and lamp as asked for
     scene_drawing *drawing;
-};
-
-// A result as an image, row 0 on top.
-struct effect_picture {
-    struct weft_image image;
-    struct weft_image_channel channel[EFFECT_CHANNELS]; // planes are owned
-    struct weft_metadata text[EFFECT_ATTRIBUTES];
-    struct weft_image_attribute attribute[EFFECT_ATTRIBUTES];
-    struct weft_image_save_report saved;
 };
 
 // What clamping took away of a radiosity's light, by some of its frames in a smaller picture.
@@ -86,6 +69,7 @@ struct effect_job {
     const struct option_value *option; // [ASK_OPTION_COUNT]
     const char *const *operands;       // NULL-ended
 
+    struct scene_request request;
     struct effect_params params; // of the plan
     struct accumulation how;
     struct weft_kernel filter;
@@ -109,8 +93,8 @@ struct effect_job {
     struct scene_shadow_info shadow; // of the first scene
     struct effect_lost lost;
 
-    struct effect_picture mean, error;
-    struct weft_statistics statistics[EFFECT_CHANNELS]; // of the mean
+    struct picture mean, error;
+    struct weft_statistics statistics[PICTURE_CHANNELS]; // of the mean
     float preview_range[2];
     bool over_budget; // the bound is beyond --max-error, which an error line has told
     double start;     // monotonic
@@ -152,7 +136,7 @@ void effect_job_check_range(const struct effect_job *job);
 
 // What a result's attributes say; what: it is, NULL for the mean. Returns how many. (job_report.c)
 size_t effect_job_attributes(const struct effect_job *job, const char *what,
-                             struct weft_metadata out[EFFECT_ATTRIBUTES]);
+                             struct weft_metadata out[PICTURE_ATTRIBUTES]);
 struct accumulation_stop effect_job_stop(const struct effect_job *job); // with --until
 // The plan as text on standard output, and in short what came of it; with -v the plan goes where
 // messages go. (job_report.c)

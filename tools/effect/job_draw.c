@@ -23,7 +23,6 @@ static enum weft_result create_context(struct effect_job *job)
 
 static enum weft_result create_drawings(struct effect_job *job)
 {
-    const struct option_value *size = &job->option[ASK_SHADOW_SIZE];
     enum weft_result res = WEFT_OK;
     for (int i = 0; i < job->scene_count && res == WEFT_OK; i++) {
         struct scene_drawing_params *params =
@@ -31,8 +30,8 @@ static enum weft_result create_drawings(struct effect_job *job)
                                  .log = report_log());
         if (job->params.effects & EFFECT_RADIOSITY)
             params->shadow_size = 512; // of many lights, whose edges are averaged
-        if (size->given)
-            params->shadow_size = (int)size->number[0];
+        if (job->request.shadow_size)
+            params->shadow_size = job->request.shadow_size;
         res = scene_drawing_create(params, &job->scene[i].drawing);
     }
     return res;
@@ -66,7 +65,7 @@ static enum weft_result create_accumulator(struct effect_job *job, const double 
     struct weft_accumulator_params params = {
         .width = job->params.size[0],
         .height = job->params.size[1],
-        .channel_count = EFFECT_CHANNELS,
+        .channel_count = PICTURE_CHANNELS,
         .frame_count = known ? job->plan.count : 0,
         .weight = known ? weights : NULL,
         .frames_on_gl = true,

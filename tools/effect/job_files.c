@@ -46,8 +46,8 @@ enum weft_result effect_job_check_outputs(struct effect_job *job)
     enum weft_result res = check_each_other(job);
     for (int i = 0; i < job->scene_count && res == WEFT_OK; i++)
         res = check_input(job, job->scene[i].name);
-    if (res == WEFT_OK && o[ASK_KEYFRAMES].given)
-        res = check_input(job, o[ASK_KEYFRAMES].text);
+    if (res == WEFT_OK && o[ASK_SCENES + SCENE_OPTION_KEYFRAMES].given)
+        res = check_input(job, o[ASK_SCENES + SCENE_OPTION_KEYFRAMES].text);
     for (int i = 0; i < OUTPUTS && res == WEFT_OK && !o[ASK_EXPLAIN].given; i++)
         if (path_of(job, i))
             res = paths_check_output(path_of(job, i), o[ASK_NO_CLOBBER].given);

@@ -127,9 +127,9 @@ static json_t *shadow_json(const struct scene_shadow_info *shadow)
 static json_t *statistics_json(const struct effect_job *job)
 {
     json_t *list = json_array();
-    for (int c = 0; c < EFFECT_CHANNELS; c++)
+    for (int c = 0; c < PICTURE_CHANNELS; c++)
         json_array_append_new(list,
-                              json_pack("{s:s,s:o,s:o,s:o}", "name", effect_channel_names[c],
+                              json_pack("{s:s,s:o,s:o,s:o}", "name", picture_channel_names[c],
                                         "minimum", json_number(job->statistics[c].minimum),
                                         "maximum", json_number(job->statistics[c].maximum),
                                         "not_finite", json_count(job->statistics[c].not_finite)));

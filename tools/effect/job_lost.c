@@ -53,7 +53,7 @@ static enum weft_result draw_mean(const struct effect_job *job, const struct eff
         drawing[i] = job->scene[i].drawing;
     enum weft_result res = weft_accumulator_create(
         weft_accumulator_params(.width = part->size[0], .height = part->size[1],
-                                .channel_count = EFFECT_CHANNELS, .method = WEFT_ACCUMULATE_FLOAT,
+                                .channel_count = PICTURE_CHANNELS, .method = WEFT_ACCUMULATE_FLOAT,
                                 .nonfinite = WEFT_NONFINITE_PROPAGATE, .context = job->context,
                                 .log = report_log()),
         &accumulator);

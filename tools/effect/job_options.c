@@ -7,45 +7,20 @@
 
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
+#include "tools/methods/jitter_sets.h"
 
 static bool is_given(const struct effect_job *job, enum effect_option option)
 {
     return job->option[option].given;
 }
 
-// ---- lists of names -----------------------------------------------------------------------------
-
-static bool asks_for_help(const struct option_value *option)
-{
-    return option->given && strcmp(option->text, "help") == 0;
-}
-
-static void list_scenes(void)
-{
-    puts("scenes:");
-    for (int i = 0; scene_list[i]; i++) {
-        char name[80];
-        snprintf(name, sizeof name, "%s%s", scene_list[i]->name,
-                 scene_list[i]->arguments ? scene_list[i]->arguments : "");
-        printf("  %-24s %s\n", name, scene_list[i]->description);
-    }
-    puts("  FILE                     triangles of a file that ends in .obj, .ply, .gltf or .glb");
-}
-
-static void list_sets(void)
-{
-    puts("sets:");
-    for (int i = 0; weft_jitter_list[i]; i++)
-        printf("  %-12s %s\n", weft_jitter_list[i]->name, weft_jitter_list[i]->description);
-}
-
 bool effect_job_help(const struct effect_job *job)
 {
-    if (asks_for_help(&job->option[ASK_SCENE]))
-        list_scenes();
-    else if (asks_for_help(&job->option[ASK_JITTER]))
-        list_sets();
-    else if (asks_for_help(&job->option[ASK_FILTER]))
+    if (options_ask_for_help(&job->option[ASK_SCENE]))
+        scene_options_print_scenes();
+    else if (options_ask_for_help(&job->option[ASK_JITTER]))
+        jitter_sets_print();
+    else if (options_ask_for_help(&job->option[ASK_FILTER]))
         kernels_print();
     else
         return false;
@@ -150,19 +125,6 @@ static enum weft_result check_conflicts(const struct effect_job *job)
 
 // ---- single options -----------------------------------------------------------------------------
 
-// A number within a range; what: what it is.
-static enum weft_result read_number(const struct option_value *o, const char *name, double low,
-                                    double high, const char *what, double *out)
-{
-    if (!o->given)
-        return WEFT_OK;
-    *out = o->number[0];
-    if (o->number[0] >= low && o->number[0] <= high)
-        return WEFT_OK;
-    report_error("--%s %s: %s", name, o->text, what);
-    return WEFT_ERR_ARGUMENT;
-}
-
 static enum weft_result read_whole(const char *text, const char *name, int64_t most, int64_t *out)
 {
     char *end;
@@ -173,43 +135,6 @@ static enum weft_result read_whole(const char *text, const char *name, int64_t m
     }
     report_error("--%s %s: not a whole number from 1 to %lld%s", name, text, (long long)most,
                  strcmp(name, "frames") == 0 ? ", or auto" : "");
-    return WEFT_ERR_ARGUMENT;
-}
-
-static enum weft_result read_size(const struct effect_job *job, int out[2])
-{
-    const struct option_value *o = &job->option[ASK_SIZE];
-    for (int axis = 0; axis < 2; axis++) {
-        out[axis] = o->given ? (int)o->integer[axis] : 512;
-        if (!o->given || (o->integer[axis] >= 1 && o->integer[axis] <= 16384))
-            continue;
-        report_error("--size %s: each is 1 to 16384 pixels", o->text);
-        return WEFT_ERR_ARGUMENT;
-    }
-    return WEFT_OK;
-}
-
-static enum weft_result read_seed(const struct option_value *o, uint64_t *out)
-{
-    double seed = 0.0;
-    const enum weft_result res =
-        read_number(o, "seed", 0.0, 0x1p53, "not a whole number from 0 to 2^53", &seed);
-    *out = (uint64_t)seed;
-    if (res != WEFT_OK || seed == floor(seed))
-        return res;
-    report_error("--seed %s: not a whole number from 0 to 2^53", o->text);
-    return WEFT_ERR_ARGUMENT;
-}
-
-static enum weft_result read_time(const struct option_value *o, double out[2])
-{
-    if (!o->given)
-        return WEFT_OK;
-    out[0] = o->number[0];
-    out[1] = o->number[1];
-    if (out[0] >= 0.0 && out[0] <= out[1] && out[1] <= 1.0)
-        return WEFT_OK;
-    report_error("--time %s: not a time from 0 to 1, or two as 0.25..0.75", o->text);
     return WEFT_ERR_ARGUMENT;
 }
 
@@ -272,42 +197,27 @@ static enum weft_result read_filter(struct effect_job *job)
         res = kernels_load_filter(o[ASK_FILTER].text, 2, &job->filter, &job->filter_file);
     job->params.filter = job->filter;
     if (res == WEFT_OK)
-        res = read_number(&o[ASK_FILTER_WIDTH], "filter-width", 0x1p-20, 0x1p20,
-                          "not a width in pixels, from 2^-20 to 2^20", &job->params.filter_width);
+        res = options_read_number(&o[ASK_FILTER_WIDTH], "filter-width", 0x1p-20, 0x1p20,
+                                  "not a width in pixels, from 2^-20 to 2^20",
+                                  &job->params.filter_width);
     return res;
 }
 
-static enum weft_result read_lens(struct effect_job *job)
+static enum weft_result read_lens_and_lamps(struct effect_job *job)
 {
     const struct option_value *o = job->option;
-    enum weft_result res = read_number(&o[ASK_APERTURE], "aperture", 0.0, HUGE_VAL,
-                                       "a lens's diameter is 0 or more, in the unit of the scene",
-                                       &job->params.aperture);
+    enum weft_result res = options_read_number(
+        &o[ASK_APERTURE], "aperture", 0.0, HUGE_VAL,
+        "a lens's diameter is 0 or more, in the unit of the scene", &job->params.aperture);
     if (res == WEFT_OK)
-        res = read_number(&o[ASK_FOCUS], "focus", 0x1p-1022, HUGE_VAL,
-                          "the distance of what is in focus is above 0", &job->params.focus);
-    return res;
-}
-
-// That scene_params of lamps and cameras, which are changed once there are scenes, have their
-// ranges.
-static enum weft_result check_view(const struct effect_job *job)
-{
-    const struct option_value *o = job->option;
+        res =
+            options_read_number(&o[ASK_FOCUS], "focus", 0x1p-1022, HUGE_VAL,
+                                "the distance of what is in focus is above 0", &job->params.focus);
+    // Lamps are changed once there are scenes.
     double ignored;
-    enum weft_result res = read_number(&o[ASK_FOV], "fov", 0.01, 179.0,
-                                       "not an angle from 0.01 to 179 degrees", &ignored);
     if (res == WEFT_OK)
-        res = read_number(&o[ASK_LIGHT_SIZE], "light-size", 0x1p-1022, HUGE_VAL,
-                          "the longer side, or diameter, of a lamp is above 0", &ignored);
-    if (res == WEFT_OK)
-        res = read_number(&o[ASK_SHADOW_SIZE], "shadow-size", 1.0, 16384.0,
-                          "not a whole number of texels from 1 to 16384", &ignored);
-    if (res == WEFT_OK && o[ASK_SHADOW_SIZE].given && ignored != floor(ignored)) {
-        report_error("--shadow-size %s: not a whole number of texels from 1 to 16384",
-                     o[ASK_SHADOW_SIZE].text);
-        res = WEFT_ERR_ARGUMENT;
-    }
+        res = options_read_number(&o[ASK_LIGHT_SIZE], "light-size", 0x1p-1022, HUGE_VAL,
+                                  "the longer side, or diameter, of a lamp is above 0", &ignored);
     return res;
 }
 
@@ -419,7 +329,7 @@ static enum weft_result read_place(struct effect_job *job)
     const struct option_value *o = &job->option[ASK_AT];
     double t = 0.0;
     const enum weft_result res =
-        read_number(o, "at", 0.0, 1.0, "not from 0, the first scene, to 1, the last", &t);
+        options_read_number(o, "at", 0.0, 1.0, "not from 0, the first scene, to 1, the last", &t);
     if (!o->given || res != WEFT_OK)
         return res;
     const double at = t * (job->scene_count - 1);
@@ -434,13 +344,12 @@ static enum weft_result read_params(struct effect_job *job)
 {
     const struct option_value *o = job->option;
     struct effect_params *p = &job->params;
-    enum weft_result res = read_size(job, p->size);
+    enum weft_result res = scene_options_read(&o[ASK_SCENES], &job->request);
+    p->seed = job->request.seed;
+    memcpy(p->size, job->request.size, sizeof p->size);
+    memcpy(p->time, job->request.time, sizeof p->time);
     if (res == WEFT_OK)
         res = read_frames(job);
-    if (res == WEFT_OK)
-        res = read_seed(&o[ASK_SEED], &p->seed);
-    if (res == WEFT_OK)
-        res = read_time(&o[ASK_TIME], p->time);
     if (res == WEFT_OK && o[ASK_SHUTTER].given)
         res = weft_shutter_parse(report_log(), o[ASK_SHUTTER].text, &p->shutter);
     if (res == WEFT_OK)
@@ -449,10 +358,10 @@ static enum weft_result read_params(struct effect_job *job)
     if (res == WEFT_OK)
         res = read_filter(job);
     if (res == WEFT_OK)
-        res = read_lens(job);
+        res = read_lens_and_lamps(job);
     if (res == WEFT_OK)
         res = read_clamp(&o[ASK_CLAMP], &p->clamp);
-    return res == WEFT_OK ? check_view(job) : res;
+    return res;
 }
 
 enum weft_result effect_job_read_options(struct effect_job *job)

@@ -83,7 +83,7 @@ static void add_effects(const struct effect_job *job, struct weft_metadata *out,
 }
 
 size_t effect_job_attributes(const struct effect_job *job, const char *what,
-                             struct weft_metadata out[EFFECT_ATTRIBUTES])
+                             struct weft_metadata out[PICTURE_ATTRIBUTES])
 {
     const struct weft_accumulator_report *r = &job->report;
     char text[EFFECT_TEXT];

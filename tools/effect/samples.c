@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "tools/common/random.h"
-#include "tools/effect/lamps.h"
+#include "tools/render/lamps.h"
 
 // ---- orders -------------------------------------------------------------------------------------
 
@@ -218,7 +218,7 @@ static enum weft_result join_lamp(struct work *work, const struct scene_light *l
     if (res != WEFT_OK)
         return res;
     for (int k = 0; k < set.count; k++)
-        effect_lamp_at(light, set.points[work->order[k]], &work->frames[k].show.light[index]);
+        scene_lamp_at(light, set.points[work->order[k]], &work->frames[k].show.light[index]);
     res = tell_set(work, EFFECT_LAMP, shape, 1.0, &set);
     weft_jitter_clear(&set);
     return res;
@@ -227,17 +227,12 @@ static enum weft_result join_lamp(struct work *work, const struct scene_light *l
 static enum weft_result join_lamps(struct work *work)
 {
     const struct scene *scene = work->sampling->params->scene[work->sampling->scene];
-    const double middle[2] = {0.0, 0.0};
     enum weft_result res = WEFT_OK;
-    for (int i = 0; i < scene->light_count && res == WEFT_OK; i++) {
-        const struct scene_light *light = &scene->lights[i];
-        for (int k = 0; k < work->sampling->count; k++) {
-            effect_lamp_at(light, middle, &work->frames[k].show.light[i]);
-            work->frames[k].show.light_count = scene->light_count;
-        }
-        if (has(work, EFFECT_SOFT_SHADOW) && light->shape != SCENE_LIGHT_POINT)
-            res = join_lamp(work, light, i);
-    }
+    for (int k = 0; k < work->sampling->count; k++)
+        scene_lamps_in_middle(scene, &work->frames[k].show);
+    for (int i = 0; i < scene->light_count && res == WEFT_OK; i++)
+        if (has(work, EFFECT_SOFT_SHADOW) && scene->lights[i].shape != SCENE_LIGHT_POINT)
+            res = join_lamp(work, &scene->lights[i], i);
     return res;
 }
 

@@ -6,7 +6,7 @@
 
 #include "tools/common/log.h"
 #include "tools/common/random.h"
-#include "tools/effect/lamps.h"
+#include "tools/render/lamps.h"
 #include "tools/scene/vector.h"
 
 // ---- numbers ------------------------------------------------------------------------------------
@@ -78,7 +78,7 @@ static enum weft_result gather(const struct weft_log *log, const struct scene *s
         }
         if (!lamp->seen)
             add_source(walk, SIZE_MAX, lamp, lamp->radiance,
-                       lamp->shape == SCENE_LIGHT_POINT ? 1.0 : effect_lamp_area(lamp));
+                       lamp->shape == SCENE_LIGHT_POINT ? 1.0 : scene_lamp_area(lamp));
     }
     if (walk->source_count == 0) {
         log_error(log,
@@ -162,7 +162,7 @@ static void start_on_lamp(const struct scene_light *lamp, double u, double v,
         place[1] = sqrt(u) / 2.0 * sin(2.0 * M_PI * v);
     }
     struct scene_point_light light;
-    effect_lamp_at(lamp, place, &light);
+    scene_lamp_at(lamp, place, &light);
     for (int i = 0; i < 3; i++) {
         out->position[i] = light.position[i];
         out->normal[i] = light.normal[i];

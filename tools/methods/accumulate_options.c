@@ -95,19 +95,6 @@ static enum weft_result read_branching(const struct option_value *o, struct accu
     return WEFT_OK;
 }
 
-static enum weft_result read_whole(const struct option_value *o, const char *name, int64_t least,
-                                   int64_t most, int *out)
-{
-    const double n = o->number[0];
-    if (o->given && !(n >= (double)least && n <= (double)most && n == floor(n))) {
-        report_error("--%s %s: not a whole number from %lld to %lld", name, o->text,
-                     (long long)least, (long long)most);
-        return WEFT_ERR_ARGUMENT;
-    }
-    *out = (int)n;
-    return WEFT_OK;
-}
-
 static enum weft_result read_range(const struct option_value *o, struct accumulation *out)
 {
     if (!o->given)
@@ -227,11 +214,11 @@ static enum weft_result read_numbers(const struct option_value *o, struct accumu
     if (res == WEFT_OK)
         res = read_until(&o[ACCUMULATION_UNTIL], &out->until);
     if (res == WEFT_OK)
-        res =
-            read_whole(&o[ACCUMULATION_BATCH], "batch", 1, WEFT_ACCUMULATE_MAX_FRAMES, &out->batch);
+        res = options_read_whole(&o[ACCUMULATION_BATCH], "batch", 1, WEFT_ACCUMULATE_MAX_FRAMES,
+                                 &out->batch);
     if (res == WEFT_OK)
-        res =
-            read_whole(&o[ACCUMULATION_THREADS], "threads", 1, WEFT_CPU_MAX_THREADS, &out->threads);
+        res = options_read_whole(&o[ACCUMULATION_THREADS], "threads", 1, WEFT_CPU_MAX_THREADS,
+                                 &out->threads);
     return res;
 }
 

@@ -62,16 +62,11 @@ static void print_profiles(void)
         0);
 }
 
-static bool asks_for_list(const struct option_value *value)
-{
-    return value->given && strcmp(value->text, "help") == 0;
-}
-
 bool pass_options_help(const struct option_value *kernel, const struct option_value *first)
 {
-    if (asks_for_list(kernel))
+    if (options_ask_for_help(kernel))
         kernels_print();
-    else if (asks_for_list(&first[PASS_PROFILE]))
+    else if (options_ask_for_help(&first[PASS_PROFILE]))
         print_profiles();
     else
         return false;
@@ -80,28 +75,15 @@ bool pass_options_help(const struct option_value *kernel, const struct option_va
 
 // ---- parameters ---------------------------------------------------------------------------------
 
-static enum weft_result read_whole(const struct option_value *value, const char *name, int low,
-                                   int high, int *out)
-{
-    if (!value->given)
-        return WEFT_OK;
-    const double number = value->number[0];
-    if (number >= low && number <= high && number == floor(number)) {
-        *out = (int)number;
-        return WEFT_OK;
-    }
-    report_error("--%s %s: not a whole number from %d to %d", name, value->text, low, high);
-    return WEFT_ERR_ARGUMENT;
-}
-
 static enum weft_result read_numbers(const struct option_value *o, struct weft_pass_plan_params *p)
 {
-    enum weft_result res = read_whole(&o[PASS_TAPS_PER_PASS], "taps-per-pass", 1,
-                                      WEFT_PASS_MAX_GROUPS, &p->taps_per_pass);
+    enum weft_result res = options_read_whole(&o[PASS_TAPS_PER_PASS], "taps-per-pass", 1,
+                                              WEFT_PASS_MAX_GROUPS, &p->taps_per_pass);
     if (res == WEFT_OK)
-        res = read_whole(&o[PASS_BITS], "bits", 4, 16, &p->bits);
+        res = options_read_whole(&o[PASS_BITS], "bits", 4, 16, &p->bits);
     if (res == WEFT_OK)
-        res = read_whole(&o[PASS_RESOLUTION], "resolution", 1, WEFT_TILES_MAX_SAMPLES, &p->samples);
+        res = options_read_whole(&o[PASS_RESOLUTION], "resolution", 1, WEFT_TILES_MAX_SAMPLES,
+                                 &p->samples);
     return res;
 }
 

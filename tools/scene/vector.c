@@ -15,6 +15,11 @@ void scene_cross(const double a[3], const double b[3], double out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+double scene_length(const double v[3])
+{
+    return hypot(hypot(v[0], v[1]), v[2]);
+}
+
 double scene_normalise(double v[3])
 {
     const double length = sqrt(scene_dot(v, v));

@@ -6,6 +6,7 @@
 
 double scene_dot(const double a[3], const double b[3]);
 void scene_cross(const double a[3], const double b[3], double out[3]);
+double scene_length(const double v[3]);
 // Makes it of length 1 and returns its length; what has none stays.
 double scene_normalise(double v[3]);
 // The unit quaternion of a turn about an axis of any length above 0.

@@ -30,14 +30,13 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                      "OUT.png",
                      "the picture as 8-bit PNG in sRGB",
                      png_ending},
-    [ASK_SCENE] = {.name = "scene",
-                   0,
-                   OPTION_TEXT,
-                   "NAME|FILE",
-                   "what is shown: a built-in scene, or the triangles of an OBJ, PLY or glTF file; "
-                   "of a fade several, with commas between them, or semicolons where there is one; "
-                   "help lists them (default: one that shows the effect)"},
-    [ASK_SIZE] = {.name = "size", 0, OPTION_PIXELS, "WxH", "of the picture (default 512x512)"},
+    SCENE_OPTIONS(ASK_SCENES,
+                  "of a fade several, with commas between them, or semicolons where there is one; "
+                  "help lists them (default: one that shows the effect)",
+                  "in scenes, in sets of samples, in how they are joined",
+                  "the shutter is open from A to B, and scenes move from 0 to 1 (default 0..1); "
+                  "without motion-blur the middle is shown",
+                  "1024; of radiosity, which has many, 512"),
     [ASK_FRAMES] = {.name = "frames",
                     0,
                     OPTION_TEXT,
@@ -45,12 +44,6 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                     "so many, of a fade for each scene; of radiosity so many virtual lights "
                     "(default auto: as many as motion, circles of confusion and penumbrae are "
                     "pixels wide, up to 1024)"},
-    [ASK_SEED] = {.name = "seed",
-                  0,
-                  OPTION_NUMBER,
-                  "N",
-                  "of what is random: in scenes, in sets of samples, in how they are joined "
-                  "(default 0)"},
     [ASK_WEIGHTS] = {.name = "weights",
                      0,
                      OPTION_TEXT,
@@ -62,25 +55,12 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                 OPTION_NUMBER,
                 "T",
                 "fade: the weights at a time from 0, all the first scene, to 1, all the last"},
-    [ASK_TIME] = {.name = "time",
-                  0,
-                  OPTION_SPAN,
-                  "T|A..B",
-                  "the shutter is open from A to B, and scenes move from 0 to 1 (default 0..1); "
-                  "without motion-blur the middle is shown"},
     [ASK_SHUTTER] = {.name = "shutter",
                      0,
                      OPTION_TEXT,
                      "box|tent|gauss[:S]|OPEN:CLOSE",
                      "motion-blur: how much light passes over that time (default box); "
                      "OPEN:CLOSE: it opens until OPEN and closes from CLOSE on, of 1"},
-    [ASK_KEYFRAMES] = {.name = "keyframes",
-                       0,
-                       OPTION_TEXT,
-                       "FILE",
-                       "paths of objects and of the camera: lines NAME TIME X,Y,Z "
-                       "[AXIS_X,AXIS_Y,AXIS_Z,DEGREES [SCALE]]; NAME is an object's, * for all or "
-                       "camera"},
     [ASK_JITTER] = {.name = "jitter",
                     0,
                     OPTION_TEXT,
@@ -117,11 +97,6 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    "D",
                    "dof: distance of what is in focus, along the direction of sight (default: that "
                    "of the camera's target)"},
-    [ASK_LIGHT] = {.name = "light",
-                   0,
-                   OPTION_POINT,
-                   "X,Y,Z",
-                   "moves the scene's first lamp there, turned to the scene's middle"},
     [ASK_LIGHT_SIZE] = {.name = "light-size",
                         0,
                         OPTION_NUMBER,
@@ -142,20 +117,6 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    "(default auto: a quarter of that of a patch, one of so many that all surfaces "
                    "are cut into); "
                    "what is lost is told"},
-    [ASK_SHADOW_SIZE] = {.name = "shadow-size",
-                         0,
-                         OPTION_NUMBER,
-                         "TEXELS",
-                         "along a side of shadow maps (default 1024; of radiosity, which "
-                         "has many, 512)"},
-    [ASK_EYE] = {.name = "eye", 0, OPTION_POINT, "X,Y,Z", "where the camera is"},
-    [ASK_TARGET] = {.name = "target", 0, OPTION_POINT, "X,Y,Z", "what it looks at"},
-    [ASK_UP] = {.name = "up", 0, OPTION_POINT, "X,Y,Z", "what is up in the picture"},
-    [ASK_FOV] = {.name = "fov",
-                 0,
-                 OPTION_NUMBER,
-                 "DEGREES",
-                 "angle that the picture's height is seen under"},
     ACCUMULATION_OPTIONS(ASK_ADDING,
                          "exact where OpenGL is software, on a GPU the first of float and trees "
                          "that is within --max-error",

@@ -8,7 +8,7 @@
 
 #include "tests/support/alloc_fail.h"
 #include "tests/tools/effect/effects.h"
-#include "tools/effect/lamps.h"
+#include "tools/render/lamps.h"
 #include "tools/effect/samples.h"
 
 enum { MAX_COUNT = 4096 };
