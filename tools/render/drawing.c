@@ -3,19 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "tools/common/log.h"
 #include "tools/render/frame.h"
 
 // ---- making and ending --------------------------------------------------------------------------
-
-enum weft_result scene_drawing_check(const scene_drawing *drawing, const char *what)
-{
-    const GLenum error = drawing->gl.GetError();
-    if (error == GL_NO_ERROR)
-        return WEFT_OK;
-    log_error(drawing->log, "OpenGL: error 0x%04x while %s", error, what);
-    return error == GL_OUT_OF_MEMORY ? WEFT_ERR_MEMORY : WEFT_ERR_GL;
-}
 
 static enum weft_result make_objects(void *priv)
 {
@@ -29,7 +19,7 @@ static enum weft_result make_objects(void *priv)
         weft_context_get_info(drawing->context)->max_buffer_texels, &drawing->buffers);
     if (res == WEFT_OK)
         res = scene_shadows_make(gl, drawing->log, drawing->shadow_size, &drawing->shadows);
-    return res == WEFT_OK ? scene_drawing_check(drawing, "a scene was uploaded") : res;
+    return res == WEFT_OK ? scene_frame_check(drawing, "a scene was uploaded") : res;
 }
 
 static enum weft_result end_objects(void *priv)

@@ -4,7 +4,17 @@
 #include <math.h>
 #include <string.h>
 
+#include "tools/common/log.h"
 #include "tools/scene/vector.h"
+
+enum weft_result scene_frame_check(const scene_drawing *drawing, const char *what)
+{
+    const GLenum error = drawing->gl.GetError();
+    if (error == GL_NO_ERROR)
+        return WEFT_OK;
+    log_error(drawing->log, "OpenGL: error 0x%04x while %s", error, what);
+    return error == GL_OUT_OF_MEMORY ? WEFT_ERR_MEMORY : WEFT_ERR_GL;
+}
 
 // A frame that is drawn by one program.
 struct pass {
@@ -147,7 +157,7 @@ enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_
         scene_path_at(&drawing->scene->objects[i].path, frame->time, drawing->model[i]);
     drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
     draw_shadows(drawing);
-    return scene_drawing_check(drawing, "shadows were drawn");
+    return scene_frame_check(drawing, "shadows were drawn");
 }
 
 enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_stage stage,
@@ -165,5 +175,5 @@ enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_st
     drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
     set_program(&pass);
     draw_objects(&pass, place ? placed : drawing->camera);
-    return scene_drawing_check(drawing, "a scene was drawn");
+    return scene_frame_check(drawing, "a scene was drawn");
 }

@@ -43,6 +43,6 @@ enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_st
                                   const char *head, const double place[16]);
 
 // WEFT_ERR_GL, or WEFT_ERR_MEMORY, after a line where an error of GL is pending.
-enum weft_result scene_drawing_check(const scene_drawing *drawing, const char *what);
+enum weft_result scene_frame_check(const scene_drawing *drawing, const char *what);
 
 #endif
