@@ -10,10 +10,15 @@ struct format {
 };
 
 static const struct format formats[] = {
-    {GL_R8, "r8", GL_RED, GL_UNSIGNED_BYTE},    {GL_RGBA8, "rgba8", GL_RGBA, GL_UNSIGNED_BYTE},
-    {GL_R16, "r16", GL_RED, GL_UNSIGNED_SHORT}, {GL_RGBA16, "rgba16", GL_RGBA, GL_UNSIGNED_SHORT},
-    {GL_R16F, "r16f", GL_RED, GL_FLOAT},        {GL_RGBA16F, "rgba16f", GL_RGBA, GL_FLOAT},
-    {GL_R32F, "r32f", GL_RED, GL_FLOAT},        {GL_RGBA32F, "rgba32f", GL_RGBA, GL_FLOAT},
+    {GL_R8, "r8", GL_RED, GL_UNSIGNED_BYTE},
+    {GL_RGBA8, "rgba8", GL_RGBA, GL_UNSIGNED_BYTE},
+    {GL_R16, "r16", GL_RED, GL_UNSIGNED_SHORT},
+    {GL_RGBA16, "rgba16", GL_RGBA, GL_UNSIGNED_SHORT},
+    {GL_R16F, "r16f", GL_RED, GL_FLOAT},
+    {GL_RGBA16F, "rgba16f", GL_RGBA, GL_FLOAT},
+    {GL_R32F, "r32f", GL_RED, GL_FLOAT},
+    {GL_RGBA32F, "rgba32f", GL_RGBA, GL_FLOAT},
+    {GL_RGBA32I, "rgba32i", GL_RGBA_INTEGER, GL_INT},
 };
 
 static const struct format *find_format(GLenum format)

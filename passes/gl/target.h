@@ -9,7 +9,7 @@
 // A 2D texture, fetched by texel, and the framebuffer that draws into it. {0} is none.
 struct weft_gl_target {
     GLuint texture, framebuffer;
-    GLenum format;     // GL_R or GL_RGBA with 8, 16, 16F or 32F
+    GLenum format;     // GL_R or GL_RGBA with 8, 16, 16F or 32F; GL_RGBA32I
     int width, height; // texels
 };
 
@@ -33,8 +33,8 @@ void weft_gl_target_bind(const GladGLContext *gl, const struct weft_gl_target *t
 // Where texels are read to.
 struct weft_gl_pixels {
     int width, height; // from the target's first texel on
-    GLenum type;       // GL_FLOAT, of unorm targets their codes: GL_UNSIGNED_BYTE, _SHORT, or of
-                       // half ones their bits: GL_HALF_FLOAT
+    GLenum type;       // GL_FLOAT, of unorm targets their codes: GL_UNSIGNED_BYTE, _SHORT, of half
+                       // ones their bits: GL_HALF_FLOAT; of integers GL_INT
     int stride;        // texels from row to row (default width)
     void *data;        // an offset where a GL_PIXEL_PACK_BUFFER is bound
 };

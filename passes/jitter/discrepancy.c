@@ -133,11 +133,11 @@ static void turn_about(struct search *s, const double p[2])
 }
 
 struct weft_discrepancy weft_discrepancy_find(const struct weft_discrepancy_params *params,
-                                              struct weft_discrepancy_event *events)
+                                              struct weft_discrepancy_event *events, double enough)
 {
     struct search s = {
         .params = params, .size = params->size == 0.0 ? 1.0 : params->size, .events = events};
-    for (int i = 0; i < params->count; i++)
+    for (int i = 0; i < params->count && s.worst.value < enough; i++)
         turn_about(&s, params->points[i]);
     return s.worst;
 }
@@ -169,7 +169,7 @@ enum weft_result weft_discrepancy_compute(const struct weft_discrepancy_params *
         res = WEFT_ERR_MEMORY;
         goto fail;
     }
-    *out = weft_discrepancy_find(params, events);
+    *out = weft_discrepancy_find(params, events, INFINITY);
     res = WEFT_OK;
 fail:
     free(events);

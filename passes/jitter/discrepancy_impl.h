@@ -15,9 +15,10 @@ struct weft_discrepancy_event {
     int ahead;
 };
 
-// weft_discrepancy_compute of params that are right, with room for an event of each point.
+// weft_discrepancy_compute of params that are right, with room for an event of each point. It stops
+// once it has found an edge whose error is `enough` or more (INFINITY: it does not).
 struct weft_discrepancy weft_discrepancy_find(const struct weft_discrepancy_params *params,
-                                              struct weft_discrepancy_event *events);
+                                              struct weft_discrepancy_event *events, double enough);
 
 WEFT_END_DECLS
 #endif

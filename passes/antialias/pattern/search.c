@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The search for moves. It starts from the best of a family of lattices, over the whole pixel and
-// over as small a part of it as each of the device's samples has for itself, and then moves one
-// pass at a time, as long as the discrepancy falls. What it takes grows as the square of the
-// samples, so that more samples are given fewer tries.
+// The search for moves: from the best of some sets of samples, and then from random ones, one pass
+// is moved at a time and stays where the discrepancy falls. Steps of all sizes are needed, as edges
+// change both with single samples and with all.
 #include "passes/antialias/pattern/search.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "filter/check.h"
 #include "passes/jitter/discrepancy_impl.h"
 
 // Discrepancies that differ by less are the same: which of two is found must not hang on rounding.
 static const double same = 1e-9;
 
-// Of the search after the lattices: tries times samples squared.
-enum { WORK = 1 << 16, MOVES = WEFT_PATTERN_MAX };
+enum { MOVES = WEFT_PATTERN_MAX };
 
 struct search {
-    const double (*device)[2];
-    int device_count, passes;
+    const struct weft_pattern_search *params;
     struct weft_pattern pattern; // that is looked at
     struct weft_discrepancy_event events[WEFT_PATTERN_MAX];
     uint8_t best[MOVES][2];
@@ -48,12 +46,13 @@ void weft_pattern_place(const double (*device)[2], int device_count, int passes,
 // Keeps moves that are better than the best so far.
 static bool try(struct search *s, const uint8_t (*moves)[2])
 {
-    weft_pattern_place(s->device, s->device_count, s->passes, moves, &s->pattern);
+    const struct weft_pattern_search *p = s->params;
+    weft_pattern_place(p->device, p->device_count, p->passes, moves, &s->pattern);
     const double value =
         weft_discrepancy_find(
             weft_discrepancy_params(.points = (const double(*)[2])s->pattern.position,
                                     .count = s->pattern.count),
-            s->events)
+            s->events, s->value - same)
             .value;
     if (!(value < s->value - same))
         return false;
@@ -68,15 +67,17 @@ static uint8_t part_of(double move)
     return (uint8_t)(llrint(move * WEFT_PATTERN_PARTS) & (WEFT_PATTERN_PARTS - 1));
 }
 
-// Points (i, step i mod passes) / passes of a square of side `size` about the middle.
-static void try_lattice(struct search *s, int step, double size)
+// A set of samples as moves: over the whole pixel, or over as small a part of it as each of the
+// device's samples has for itself, centred so.
+static void try_set(struct search *s, const char *name, double size)
 {
+    const struct weft_jitter_info *info = weft_jitter_find(name);
+    double points[MOVES][2];
     uint8_t moves[MOVES][2] = {{0, 0}};
-    for (int i = 0; i < s->passes; i++) {
-        const int place[2] = {i, step * i % s->passes};
+    info->compute(info, s->params->passes, 0, points);
+    for (int i = 0; i < s->params->passes; i++)
         for (int axis = 0; axis < 2; axis++)
-            moves[i][axis] = part_of(size * ((place[axis] + 0.5) / s->passes - 0.5));
-    }
+            moves[i][axis] = part_of(size * points[i][axis]);
     try(s, (const uint8_t(*)[2])moves);
 }
 
@@ -86,31 +87,48 @@ static uint32_t random_below(uint64_t *state, uint32_t limit)
     return (uint32_t)((*state >> 33) % limit);
 }
 
-// One pass, anywhere or near where it was.
-static void try_move(struct search *s, uint64_t *state)
+static void try_random(struct search *s, uint64_t *state)
 {
-    uint8_t moves[MOVES][2];
-    memcpy(moves, s->best, sizeof moves);
-    const uint32_t pass = random_below(state, (uint32_t)s->passes);
-    const uint32_t reach = random_below(state, 2) ? 12 : WEFT_PATTERN_PARTS / 2;
-    for (int axis = 0; axis < 2; axis++)
-        moves[pass][axis] = (uint8_t)(moves[pass][axis] + random_below(state, 2 * reach) - reach);
+    uint8_t moves[MOVES][2] = {{0, 0}};
+    for (int i = 0; i < s->params->passes; i++)
+        for (int axis = 0; axis < 2; axis++)
+            moves[i][axis] = (uint8_t)random_below(state, WEFT_PATTERN_PARTS);
     try(s, (const uint8_t(*)[2])moves);
 }
 
-void weft_pattern_search(const double (*device)[2], int device_count, int passes,
-                         uint8_t (*moves)[2])
+// One pass, near where it was, less near or anywhere.
+static void try_move(struct search *s, uint64_t *state)
 {
-    struct search s = {
-        .device = device, .device_count = device_count, .passes = passes, .value = INFINITY};
-    const int samples = passes * device_count;
-    const int tries = WORK / (samples * samples), steps = passes < 16 ? passes : 16;
-    uint64_t state = 1;
-    for (int step = 1; step < steps; step++) {
-        try_lattice(&s, step, 1.0);
-        try_lattice(&s, step, 1.0 / sqrt(device_count));
+    static const uint32_t reaches[] = {2, 8, 32, 128};
+    uint8_t moves[MOVES][2];
+    memcpy(moves, s->best, sizeof moves);
+    const uint32_t pass = random_below(state, (uint32_t)s->params->passes);
+    const uint32_t reach = reaches[random_below(state, WEFT_COUNT(reaches))];
+    for (int axis = 0; axis < 2; axis++)
+        moves[pass][axis] =
+            (uint8_t)(moves[pass][axis] + random_below(state, 2 * reach + 1) - reach);
+    try(s, (const uint8_t(*)[2])moves);
+}
+
+double weft_pattern_search(const struct weft_pattern_search *params, uint8_t (*moves)[2])
+{
+    static const char *const sets[] = {"grid", "hammersley", "sobol", "r2"};
+    struct search s = {.params = params};
+    double least = INFINITY;
+    for (int start = 0; start < params->starts; start++) {
+        uint64_t state = (uint64_t)start;
+        s.value = INFINITY;
+        for (size_t i = 0; start == 0 && i < WEFT_COUNT(sets); i++) {
+            try_set(&s, sets[i], 1.0);
+            try_set(&s, sets[i], 1.0 / sqrt(params->device_count));
+        }
+        if (start > 0)
+            try_random(&s, &state);
+        for (int i = 0; i < params->tries; i++)
+            try_move(&s, &state);
+        if (s.value < least - same)
+            memcpy(moves, s.best, (size_t)params->passes * sizeof *moves);
+        least = s.value < least - same ? s.value : least;
     }
-    for (int i = 0; i < tries; i++)
-        try_move(&s, &state);
-    memcpy(moves, s.best, (size_t)passes * sizeof *moves);
+    return least;
 }

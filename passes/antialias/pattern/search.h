@@ -16,9 +16,15 @@ enum { WEFT_PATTERN_PARTS = 256 };
 void weft_pattern_place(const double (*device)[2], int device_count, int passes,
                         const uint8_t (*moves)[2], struct weft_pattern *out);
 
-// Finds the moves of passes > 1 passes, always the same ones.
-void weft_pattern_search(const double (*device)[2], int device_count, int passes,
-                         uint8_t (*moves)[2]);
+// What is looked for, and how long: the time grows with tries times samples squared.
+struct weft_pattern_search {
+    const double (*device)[2];
+    int device_count, passes; // more than one pass
+    int starts, tries;        // of how many sets, and with how many moves of each
+};
+
+// Finds the moves of the least discrepancy, always the same ones, and returns that.
+double weft_pattern_search(const struct weft_pattern_search *params, uint8_t (*moves)[2]);
 
 WEFT_END_DECLS
 #endif

@@ -15,13 +15,13 @@ struct shape {
     int radius, side; // side = 2 radius + 1
 };
 
-// h of the pixel `pixel` at position p, along one axis. The pixel's own place is half open, as
-// pixels are: of a box [-r, r), its lower rim is in it and its upper one is not, so that each
-// sample on a rim belongs to one of two pixels.
+// h of the pixel `pixel` at position p, along one axis. Where h jumps at its rims, what it covers is
+// half open, as pixels are: the lower rim is in it and the upper one is not, so that each sample on
+// a rim belongs to one of two pixels.
 static double weigh(const struct shape *s, int pixel, double p)
 {
     const double r = s->kernel.support, x = (pixel - p) / s->scale;
-    if (fabs(fabs(x) - r) <= r * 0x1p-50)
+    if (s->kernel.continuity < 0 && fabs(fabs(x) - r) <= r * 0x1p-50)
         return x < 0.0 ? 0.0 : weft_kernel_weight(&s->kernel, nextafter(r, 0.0));
     return weft_kernel_weight(&s->kernel, x);
 }
