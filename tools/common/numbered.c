@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/paths.h"
 #include "tools/common/report.h"
 
 // The length of "%d" or "%04d" at a percent sign, 0 if that is something else; *digits: at least so
@@ -113,4 +114,60 @@ enum weft_result numbered_read_span(const char *text, int64_t most, struct numbe
     else
         return WEFT_OK;
     return WEFT_ERR_ARGUMENT;
+}
+
+// ---- files --------------------------------------------------------------------------------------
+
+struct known_file {
+    struct paths_identity identity;
+    const struct numbered_file *file;
+};
+
+static int compare(const void *a, const void *b)
+{
+    const struct known_file *x = a, *y = b;
+    const int order = paths_compare(&x->identity, &y->identity);
+    return order ? order : (x->file->frame > y->file->frame) - (x->file->frame < y->file->frame);
+}
+
+static const struct known_file *find_output(const struct known_file *known, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!known[i].file->input)
+            return &known[i];
+    return NULL;
+}
+
+// Of files that are one: frames may read it, or one may write it.
+static enum weft_result check_group(const struct known_file *known, size_t count)
+{
+    const struct known_file *output = find_output(known, count);
+    if (count == 1 || !output)
+        return WEFT_OK;
+    const struct numbered_file *other = (output == known ? known + 1 : known)->file;
+    report_error("%s is written by frame %lld, and %s by frame %lld", output->file->path,
+                 (long long)output->file->frame, other->input ? "read" : "written",
+                 (long long)other->frame);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result numbered_check_files(const struct numbered_file *file, size_t count)
+{
+    struct known_file *known = calloc(count ? count : 1, sizeof *known);
+    enum weft_result res = WEFT_OK;
+    if (!known) {
+        report_error("out of memory for the names of %zu files", count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (size_t i = 0; i < count; i++)
+        known[i] = (struct known_file){paths_identify(file[i].path), &file[i]};
+    qsort(known, count, sizeof *known, compare);
+    for (size_t at = 0, end; at < count && res == WEFT_OK; at = end) {
+        for (end = at + 1;
+             end < count && paths_compare(&known[at].identity, &known[end].identity) == 0;)
+            end++;
+        res = check_group(known + at, end - at);
+    }
+    free(known);
+    return res;
 }

@@ -22,6 +22,16 @@ enum { NUMBERED_MAX = 999999999 };
 // Reads a span of `most` numbers at most. Returns WEFT_ERR_ARGUMENT after an error line.
 enum weft_result numbered_read_span(const char *text, int64_t most, struct numbered_span *out);
 
+// A file that a frame reads or writes.
+struct numbered_file {
+    char *path; // owned by whoever made the list
+    int64_t frame;
+    bool input;
+};
+// That no file is written twice, or is read by one frame and written by another; frames may read
+// the same. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY after an error line.
+enum weft_result numbered_check_files(const struct numbered_file *file, size_t count);
+
 // The name of a number, for one that was checked; to be freed, NULL where memory ran out.
 char *numbered_format(const char *name, int64_t number);
 

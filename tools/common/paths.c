@@ -101,3 +101,26 @@ enum weft_result paths_check_output(const char *path, bool no_clobber)
         return WEFT_OK;
     return WEFT_ERR_WRITE;
 }
+
+static enum weft_result fail_same(const struct paths_output *a, const struct paths_output *b)
+{
+    report_error("%s %s and %s %s are the same file", a->option, a->path, b->option, b->path);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result paths_check_distinct(const struct paths_output *output, int output_count,
+                                      const char *const *input, int input_count)
+{
+    for (int i = 0; i < output_count; i++) {
+        const char *path = output[i].path;
+        for (int k = 0; k < i && path; k++)
+            if (output[k].path && paths_same_file(output[k].path, path))
+                return fail_same(&output[k], &output[i]);
+        for (int k = 0; k < input_count && path; k++)
+            if (input[k] && paths_same_file(path, input[k])) {
+                report_error("the output %s is the input %s", path, input[k]);
+                return WEFT_ERR_ARGUMENT;
+            }
+    }
+    return WEFT_OK;
+}

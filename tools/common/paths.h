@@ -24,6 +24,16 @@ bool paths_same_file(const char *a, const char *b);
 // itself, and with no_clobber it does not exist. Returns WEFT_ERR_WRITE after an error line.
 enum weft_result paths_check_output(const char *path, bool no_clobber);
 
+// An output that a user named.
+struct paths_output {
+    const char *option; // "--preview"
+    const char *path;   // NULL: it was not given
+};
+// That outputs differ from each other and from inputs, of which some may be NULL. Returns
+// WEFT_ERR_ARGUMENT after an error line.
+enum weft_result paths_check_distinct(const struct paths_output *output, int output_count,
+                                      const char *const *input, int input_count);
+
 // Whether the name stands for standard output, as "/dev/stdout" does. NULL does not.
 bool paths_is_stdout(const char *path);
 

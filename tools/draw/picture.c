@@ -78,3 +78,14 @@ enum weft_result picture_save_preview(const struct picture *picture,
     return preview_save_colour(options, threads, picture->image.width, picture->image.height,
                                colour, range);
 }
+
+json_t *picture_json(const struct weft_statistics statistics[PICTURE_CHANNELS])
+{
+    json_t *list = json_array();
+    for (int c = 0; c < PICTURE_CHANNELS; c++)
+        json_array_append_new(list, json_pack("{s:s,s:o,s:o,s:o}", "name", picture_channel_names[c],
+                                              "minimum", json_number(statistics[c].minimum),
+                                              "maximum", json_number(statistics[c].maximum),
+                                              "not_finite", json_count(statistics[c].not_finite)));
+    return list;
+}

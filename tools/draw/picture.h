@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_DRAW_PICTURE_H
 #define WEFT_TOOLS_DRAW_PICTURE_H
 
-#include "weft.h"
+#include "tools/common/json.h"
 
 enum { PICTURE_CHANNELS = 4, PICTURE_ATTRIBUTES = 32 };
 extern const char *const picture_channel_names[]; // "R", "G", "B", "A"; NULL-ended
@@ -38,5 +38,7 @@ struct preview_options;
 enum weft_result picture_save_preview(const struct picture *picture,
                                       const struct preview_options *options, int threads,
                                       float range[2]);
+// The statistics of the channels for a report.
+json_t *picture_json(const struct weft_statistics statistics[PICTURE_CHANNELS]);
 
 #endif

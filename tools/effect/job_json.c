@@ -16,24 +16,14 @@ static json_t *effects_json(const struct effect_job *job)
     return list;
 }
 
-static json_t *vector_json(const double v[3])
-{
-    return json_numbers(v, 3);
-}
-
 static json_t *scene_json(const struct effect_job *job, int i)
 {
-    const struct scene *s = &job->scene[i].scene;
     double share = 0.0;
     for (int64_t k = 0; k < job->plan.count; k++)
         share += job->plan.frames[k].scene == i ? job->plan.frames[k].weight : 0.0;
-    return json_pack("{s:o,s:o,s:o,s:o,s:i,s:i,s:i,s:o,s:o,s:o,s:o,s:o}", "name",
-                     json_text(job->scene[i].name), "source", json_text(s->source), "weight",
-                     json_number(share), "triangles", json_count(s->index_count / 3), "objects",
-                     s->object_count, "materials", s->material_count, "lights", s->light_count,
-                     "low", vector_json(s->low), "high", vector_json(s->high), "eye",
-                     vector_json(s->camera.eye), "target", vector_json(s->camera.target), "fov",
-                     json_number(s->camera.fovy_degrees));
+    json_t *object = scene_options_json(job->scene[i].name, &job->scene[i].scene);
+    json_object_set_new(object, "weight", json_number(share));
+    return object;
 }
 
 static json_t *scenes_json(const struct effect_job *job)
@@ -118,24 +108,6 @@ static void set_effects(json_t *root, const struct effect_job *job)
                                       "lost_frames", json_count((uint64_t)job->lost.frames)));
 }
 
-static json_t *shadow_json(const struct scene_shadow_info *shadow)
-{
-    return json_pack("{s:i,s:i,s:o,s:o}", "faces", shadow->faces, "size", shadow->size, "bias",
-                     json_number(shadow->bias), "bytes", json_count(shadow->bytes));
-}
-
-static json_t *statistics_json(const struct effect_job *job)
-{
-    json_t *list = json_array();
-    for (int c = 0; c < PICTURE_CHANNELS; c++)
-        json_array_append_new(list,
-                              json_pack("{s:s,s:o,s:o,s:o}", "name", picture_channel_names[c],
-                                        "minimum", json_number(job->statistics[c].minimum),
-                                        "maximum", json_number(job->statistics[c].maximum),
-                                        "not_finite", json_count(job->statistics[c].not_finite)));
-    return list;
-}
-
 static json_t *seconds_json(const struct effect_job *job)
 {
     const struct effect_seconds *s = &job->seconds;
@@ -166,12 +138,12 @@ static void set_results(json_t *root, const struct effect_job *job)
 {
     const struct accumulation_stop stop = effect_job_stop(job);
     json_object_update_new(
-        root, json_pack("{s:o,s:o,s:o,s:o,s:o}", "channels", statistics_json(job), "context",
-                        run_report_context(job->context), "process_peak_bytes",
+        root, json_pack("{s:o,s:o,s:o,s:o,s:o}", "channels", picture_json(job->statistics),
+                        "context", run_report_context(job->context), "process_peak_bytes",
                         run_report_process_peak(), "seconds", seconds_json(job),
                         "frames_per_second", json_number((double)job->added / job->seconds.draw)));
     if (job->shadow.faces)
-        json_object_set_new(root, "shadow", shadow_json(&job->shadow));
+        json_object_set_new(root, "shadow", scene_options_shadow_json(&job->shadow));
     if (job->option[ASK_UNTIL].given)
         json_object_set_new(root, "until", accumulation_stop_json(&stop));
     set_outputs(root, job);

@@ -204,3 +204,21 @@ enum weft_result scene_options_make(const struct scene_request *request, const c
         res = set_camera(request, nearest, out);
     return res == WEFT_OK ? move_lamp(request, out) : res;
 }
+
+// ---- reports ------------------------------------------------------------------------------------
+
+json_t *scene_options_json(const char *name, const struct scene *s)
+{
+    return json_pack("{s:o,s:o,s:o,s:i,s:i,s:i,s:o,s:o,s:o,s:o,s:o}", "name", json_text(name),
+                     "source", json_text(s->source), "triangles", json_count(s->index_count / 3),
+                     "objects", s->object_count, "materials", s->material_count, "lights",
+                     s->light_count, "low", json_numbers(s->low, 3), "high",
+                     json_numbers(s->high, 3), "eye", json_numbers(s->camera.eye, 3), "target",
+                     json_numbers(s->camera.target, 3), "fov", json_number(s->camera.fovy_degrees));
+}
+
+json_t *scene_options_shadow_json(const struct scene_shadow_info *shadow)
+{
+    return json_pack("{s:i,s:i,s:o,s:o}", "faces", shadow->faces, "size", shadow->size, "bias",
+                     json_number(shadow->bias), "bytes", json_count(shadow->bytes));
+}

@@ -4,8 +4,9 @@
 #ifndef WEFT_TOOLS_RENDER_SCENE_OPTIONS_H
 #define WEFT_TOOLS_RENDER_SCENE_OPTIONS_H
 
+#include "tools/common/json.h"
 #include "tools/common/options.h"
-#include "tools/scene/scene.h"
+#include "tools/render/drawing.h"
 
 // A verb's own enum has these side by side, from a `first` on.
 enum scene_option {
@@ -109,6 +110,10 @@ enum weft_result scene_options_check_shadows(const struct scene_request *request
 // WEFT_ERR_ARGUMENT.
 enum weft_result scene_options_fail_lamp(const char *option, const struct scene *scene,
                                          const char *why);
+
+// A scene for a report, by the name that it was asked for; and how its shadows were found.
+json_t *scene_options_json(const char *name, const struct scene *scene);
+json_t *scene_options_shadow_json(const struct scene_shadow_info *shadow);
 
 // Prints the names of all scenes on stdout.
 void scene_options_print_scenes(void);

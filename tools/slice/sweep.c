@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "tools/common/numbered.h"
-#include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/slice/save.h"
 
@@ -112,64 +111,14 @@ enum weft_result sweep_start(struct slice_setup *setup, int index, struct slice_
 
 // ---- files --------------------------------------------------------------------------------------
 
-struct sweep_file {
-    struct paths_identity identity;
-    char *path;
-    int64_t frame;
-    bool input;
-};
-
-static int compare(const void *a, const void *b)
-{
-    const struct sweep_file *x = a, *y = b;
-    const int order = paths_compare(&x->identity, &y->identity);
-    return order ? order : (x->frame > y->frame) - (x->frame < y->frame);
-}
-
-static const struct sweep_file *find_output(const struct sweep_file *files, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!files[i].input)
-            return &files[i];
-    return NULL;
-}
-
-// Of files that are one: frames may read it, or one may write it.
-static enum weft_result check_group(const struct sweep_file *files, size_t count)
-{
-    const struct sweep_file *output = find_output(files, count);
-    if (count == 1 || !output)
-        return WEFT_OK;
-    const struct sweep_file *other = output == files ? files + 1 : files;
-    report_error("%s is written by frame %lld, and %s by frame %lld", output->path,
-                 (long long)output->frame, other->input ? "read" : "written",
-                 (long long)other->frame);
-    return WEFT_ERR_ARGUMENT;
-}
-
-static enum weft_result check_distinct(struct sweep_file *files, size_t count)
-{
-    enum weft_result res = WEFT_OK;
-    qsort(files, count, sizeof *files, compare);
-    for (size_t at = 0, end; at < count && res == WEFT_OK; at = end) {
-        for (end = at + 1;
-             end < count && paths_compare(&files[at].identity, &files[end].identity) == 0;)
-            end++;
-        res = check_group(files + at, end - at);
-    }
-    return res;
-}
-
 // Moves the job's names into the list.
-static void add_files(struct slice_job *job, struct sweep_file *files, size_t *count)
+static void add_files(struct slice_job *job, struct numbered_file *files, size_t *count)
 {
     for (int i = 0; i < 3; i++) {
         if (!job->numbered[i])
             continue;
-        files[(*count)++] = (struct sweep_file){.identity = paths_identify(job->numbered[i]),
-                                                .path = job->numbered[i],
-                                                .frame = job->frame,
-                                                .input = i == 0};
+        files[(*count)++] =
+            (struct numbered_file){.path = job->numbered[i], .frame = job->frame, .input = i == 0};
         job->numbered[i] = NULL;
     }
 }
@@ -177,7 +126,7 @@ static void add_files(struct slice_job *job, struct sweep_file *files, size_t *c
 enum weft_result sweep_check_files(struct slice_setup *setup)
 {
     const bool writes = !setup->option[SLICE_EXPLAIN].given;
-    struct sweep_file *files = calloc(3 * (size_t)setup->sweep.count, sizeof *files);
+    struct numbered_file *files = calloc(3 * (size_t)setup->sweep.count, sizeof *files);
     enum weft_result res = files ? WEFT_OK : WEFT_ERR_MEMORY;
     size_t count = 0;
     for (int i = 0; i < setup->sweep.count && res == WEFT_OK; i++) {
@@ -190,7 +139,7 @@ enum weft_result sweep_check_files(struct slice_setup *setup)
         slice_clear(&job);
     }
     if (res == WEFT_OK)
-        res = check_distinct(files, count);
+        res = numbered_check_files(files, count);
     for (size_t i = 0; i < count; i++)
         free(files[i].path);
     free(files);
