@@ -12,6 +12,7 @@ extern const char weft_shader_convolve[];
 extern const char weft_shader_full_target[];
 extern const char weft_shader_hardware[];
 extern const char weft_shader_msaa_sum[];
+extern const char weft_shader_marks_limit[];
 extern const char weft_shader_naive_slice[];
 extern const char weft_shader_rectangles[];
 extern const char weft_shader_sampler[];

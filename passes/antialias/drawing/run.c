@@ -48,6 +48,11 @@ void weft_pass_state_begin(const GladGLContext *gl, GLuint framebuffer, int32_t 
         gl->LineWidth(state->line);
     if (state->point > 0.0f)
         gl->PointSize(state->point);
+    if (state->nearer > 0.0f) {
+        gl->Enable(GL_POLYGON_OFFSET_LINE);
+        gl->Enable(GL_POLYGON_OFFSET_POINT);
+        gl->PolygonOffset(-state->nearer, -1.0f);
+    }
 }
 
 void weft_pass_state_end(const GladGLContext *gl)
@@ -64,6 +69,9 @@ void weft_pass_state_end(const GladGLContext *gl)
     gl->PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     gl->LineWidth(1.0f);
     gl->PointSize(1.0f);
+    gl->Disable(GL_POLYGON_OFFSET_LINE);
+    gl->Disable(GL_POLYGON_OFFSET_POINT);
+    gl->PolygonOffset(0.0f, 0.0f);
 }
 
 // What the callback may have left, too.
@@ -71,7 +79,6 @@ static void reset(const GladGLContext *gl, GLuint vertex_array)
 {
     weft_gl_reset_state(gl, vertex_array);
     weft_pass_state_end(gl);
-    gl->PolygonOffset(0.0f, 0.0f);
     if (gl->MinSampleShading) {
         gl->Disable(GL_SAMPLE_SHADING);
         gl->MinSampleShading(0.0f);

@@ -22,6 +22,8 @@ struct weft_pass_state {
     GLuint samples;    // a mask of those that are drawn to; 0: all
     GLenum polygon;    // GL_LINE or GL_POINT; 0: GL_FILL
     float line, point; // widths in pixels; 0: 1
+    float nearer; // of outlines and corners of polygons: so many times their slope of depth,
+                  // max(|dz/dx|, |dz/dy|)
 };
 
 // Binds pass->framebuffer with a viewport of pass->width x height, sets the state, calls `draw` and

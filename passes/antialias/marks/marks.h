@@ -3,10 +3,11 @@
 // supersampling: Lin, Lau, Lin, Cheung, "A Parallel Rendering Approach to the Adaptive
 // Supersampling Method", 1997.
 //
-// A picture of one sample is drawn first, with each pixel's surface and depth. A pixel is marked
-// where its 3 x 3 neighbours show more than one surface, and where lines of two pixels' width along
-// the edges, or points at their ends, pass. In a pixel that is not marked one surface, and no
-// other, is seen: marks.c says under which conditions that is certain.
+// A picture of one sample is drawn first, with each pixel's surface, depth and slope of depth. A
+// pixel is marked where lines of two pixels' width along the edges, or points at their ends, pass
+// that are not certainly behind what it shows; and where a neighbour shows another surface that may
+// intersect its own. In a pixel that is not marked one surface, and no other, is seen: marks.c says
+// under which conditions that is certain.
 #ifndef WEFT_PASSES_ANTIALIAS_MARKS_MARKS_H
 #define WEFT_PASSES_ANTIALIAS_MARKS_MARKS_H
 
@@ -18,8 +19,8 @@ WEFT_BEGIN_DECLS
 // Which edges count. Default: complete.
 enum weft_mark {
     WEFT_MARK_COMPLETE, // all that can be in sight in any part of a pixel: no mixed pixel is missed
-    WEFT_MARK_VISIBLE, // those whose lines and points pass the test of depth: fewer marks, and thin
-                       // ones may be missed
+    WEFT_MARK_VISIBLE,  // those whose lines and points are in front of what the pixel shows in its
+                        // middle: fewer marks, and some edges of less than a pixel are missed
     WEFT_MARK_COUNT
 };
 // NULL-ended, in the order of the enum: "complete", "visible".
