@@ -1,11 +1,11 @@
 # Turns shader files into C strings: PREFIX<name>, as passes/gl/program.h has weft_shader_. A line
 # `#include "FILE"`, from the source root, becomes that file; files that are only included have no
-# main of their own and no string.
+# main of their own and no string. NAME_head.glsl stands before a text with a main, and has one.
 set(text "// Made by cmake/embed.cmake from *.glsl.\n")
 foreach(shader IN LISTS SHADERS)
     get_filename_component(name ${shader} NAME_WE)
     file(READ ${shader} source)
-    if(NOT source MATCHES "void main\\(\\)")
+    if(NOT source MATCHES "void main\\(\\)" AND NOT name MATCHES "_head$")
         continue()
     endif()
     string(REGEX MATCHALL "#include \"[^\"\n]*\"\n" includes "${source}")

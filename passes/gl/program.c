@@ -20,7 +20,8 @@ static void log_source(const struct weft_log *log, const char *const parts[3])
 static GLuint compile(const struct weft_log *log, const GladGLContext *gl, const char *name,
                       GLenum kind, const char *defines, const char *source)
 {
-    const char *const parts[3] = {"#version 330 core\n", defines, source};
+    const bool has_version = strncmp(defines, "#version", 8) == 0;
+    const char *const parts[3] = {has_version ? "" : "#version 330 core\n", defines, source};
     GLuint shader = gl->CreateShader(kind);
     GLint done = GL_FALSE;
     gl->ShaderSource(shader, 3, parts, NULL);

@@ -6,6 +6,8 @@
 #include "passes/gl/context_backend.h"
 
 // One for each passes/*/<name>.glsl, made by cmake/embed.cmake.
+extern const char weft_shader_acaa_background[];
+extern const char weft_shader_acaa_head[];
 extern const char weft_shader_blend[];
 extern const char weft_shader_combine[];
 extern const char weft_shader_convolve[];
@@ -23,7 +25,8 @@ extern const char weft_shader_tree_node[];
 
 // A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
 // and kept by the context, which is current. It is good until the next call; who needs it longer
-// holds it. `name` names it in messages, and defines and name tell
+// holds it. Defines that begin with a #version of their own, of the fragment shader, have that one.
+// `name` names it in messages, and defines and name tell
 // programs apart. On failure the log gets GL's message, and at debug level the numbered source.
 // Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
 enum weft_result weft_program_get(weft_context *context, const char *name, const char *defines,

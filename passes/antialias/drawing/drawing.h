@@ -52,7 +52,7 @@ struct weft_antialias_pass {
 
 // How a scene is drawn. The callback finds the context current, weft's own vertex array bound, and
 // GL's default state but for tests of depth and stencil, masks, polygon mode and offset, samples,
-// blending, image units and the uniform block that weft needs: those it leaves alone, as well as
+// blending, image units 5 to 7 and binding 35 of uniform buffers: those it leaves alone, as well as
 // queries and transform feedback. It may set all else (programs, vertex arrays, texture units 0 to
 // 15, culling), and calls nothing of weft with this context but weft_context_find_function. Passes
 // of one picture draw the same scene: what they have in common (shadow maps) is made before.

@@ -54,10 +54,10 @@ void weft_drawing_place(int32_t width, int32_t height, int rim, const double sam
 // that are not asked for are taken (GL 4.6, section 14.3.1), and for shading by samples it is at
 // each sample's place.
 #define WEFT_HEAD_33 "#version 330 core\n#define WEFT_AT(name) (name)\n"
-#define WEFT_HEAD_40                                                                               \
-    "#version 400 core\n#define WEFT_AT(name) interpolateAtOffset(name, vec2(0.0))\n"
-#define WEFT_HEAD_42                                                                               \
-    "#version 420 core\n#define WEFT_AT(name) interpolateAtOffset(name, vec2(0.0))\n"
+#define WEFT_HEAD_MIDDLE "#define WEFT_AT(name) interpolateAtOffset(name, vec2(0.0))\n"
+#define WEFT_HEAD_40 "#version 400 core\n" WEFT_HEAD_MIDDLE
+#define WEFT_HEAD_42 "#version 420 core\n" WEFT_HEAD_MIDDLE
+#define WEFT_HEAD_45 "#version 450 core\n" WEFT_HEAD_MIDDLE
 
 // Of depth passes: nothing is written.
 extern const char weft_head_depth[];

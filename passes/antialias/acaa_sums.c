@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What was added up: the room that sums need, the check of all weights, and values.
+#include <math.h>
+
+#include "filter/check.h"
+#include "passes/accumulate/sums/wide.h"
+#include "passes/antialias/acaa_impl.h"
+
+static size_t pixel_count(const struct weft_acaa *a)
+{
+    return (size_t)a->params.width * (size_t)a->params.height;
+}
+
+// ---- room ---------------------------------------------------------------------------------------
+
+// The scale is a power of two, so that multiplying by it rounds nothing. Of one word sums stay
+// below 2^30 in magnitude; of two, colours do, and sums below 2^61.
+bool weft_acaa_set_range(struct weft_acaa *a, double range, double weight)
+{
+    enum { LARGEST_SCALE = 100 }; // a float's exponents go further
+    const struct weft_acaa_plan *plan = &a->plan;
+    const double sum = range * (double)plan->total * plan->magnitude * weight;
+    double log2_scale = plan->layers.sum_words == 1
+                            ? floor(log2(0x1p30 / sum))
+                            : fmin(floor(log2(0x1p30 / range)), floor(log2(0x1p61 / sum)));
+    log2_scale = fmin(log2_scale, LARGEST_SCALE);
+    a->range = range;
+    a->weight = weight;
+    a->scale_log2 = (int)log2_scale;
+    return log2_scale >= -126.0;
+}
+
+// ---- words --------------------------------------------------------------------------------------
+
+static int64_t read_words(const struct weft_acaa *a, int layer, int words, size_t pixel)
+{
+    const uint32_t *low = a->words + (size_t)layer * pixel_count(a) + pixel;
+    if (words == 1)
+        return (int32_t)*low;
+    return (int64_t)(((uint64_t)low[pixel_count(a)] << 32) | *low);
+}
+
+struct weights {
+    int64_t surfaces, background;
+};
+
+static struct weights read_weights(const struct weft_acaa *a, size_t pixel)
+{
+    const struct weft_acaa_layers *l = &a->plan.layers;
+    if (l->weight_shift) {
+        const uint32_t both = a->words[(size_t)l->weight * pixel_count(a) + pixel];
+        return (struct weights){both >> l->weight_shift, both & ((1u << l->weight_shift) - 1u)};
+    }
+    return (struct weights){read_words(a, l->weight, l->weight_words, pixel),
+                            read_words(a, l->background, 1, pixel)};
+}
+
+// The weight that shows the background: of its own samples, as far as nothing was cut off for
+// surfaces, and what nobody counted.
+static int64_t background_weight(const struct weft_acaa *a, struct weights w)
+{
+    const int64_t total = a->plan.total, missing = total - w.surfaces - w.background;
+    if (missing >= 0)
+        return w.background + missing;
+    if (a->params.coincident != WEFT_COINCIDENT_ALPHA)
+        return w.background;
+    return w.surfaces < total ? total - w.surfaces : 0;
+}
+
+// ---- the check ----------------------------------------------------------------------------------
+
+static void note_weight(struct weft_acaa_report *r, int64_t weight, int64_t total, int32_t x,
+                        int32_t y)
+{
+    int64_t *count = weight < total ? &r->less : &r->more;
+    int32_t *first = weight < total ? r->first_less : r->first_more;
+    if (weight == total)
+        return;
+    if (*count == 0) {
+        first[0] = x;
+        first[1] = y;
+    }
+    *count += 1;
+    r->largest = fmax(r->largest, fabs((double)(weight - total)) / (double)total);
+}
+
+double weft_acaa_check(struct weft_acaa *a)
+{
+    struct weft_acaa_report *r = &a->report;
+    const int64_t total = a->plan.total;
+    int64_t most = total;
+    r->less = r->more = 0;
+    r->largest = 0.0;
+    for (int i = 0; i < 2; i++)
+        r->first_less[i] = r->first_more[i] = -1;
+    for (int32_t y = 0; y < a->params.height; y++)
+        for (int32_t x = 0; x < a->params.width; x++) {
+            const struct weights w =
+                read_weights(a, (size_t)y * (size_t)a->params.width + (size_t)x);
+            note_weight(r, w.surfaces + w.background, total, x, y);
+            most = w.surfaces + w.background > most ? w.surfaces + w.background : most;
+        }
+    return a->params.coincident == WEFT_COINCIDENT_NONE ? (double)most / (double)total : 1.0;
+}
+
+float weft_acaa_weight(const struct weft_acaa *a, size_t pixel)
+{
+    const struct weights w = read_weights(a, pixel);
+    return weft_wide_quotient(w.surfaces + w.background, a->plan.total);
+}
+
+// ---- values -------------------------------------------------------------------------------------
+
+static float float_value(const struct weft_acaa *a, int channel, size_t pixel, int64_t background)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } sum = {a->words[(size_t)channel * pixel_count(a) + pixel]};
+    return (float)(((double)sum.value + (double)background * a->params.background[channel]) /
+                   (double)a->plan.total);
+}
+
+// As integers the background counts as a colour does; alpha is that of opaque surfaces but where
+// it shows.
+float weft_acaa_value(const struct weft_acaa *a, int channel, size_t pixel)
+{
+    enum { ALPHA = 3 };
+    const int64_t total = a->plan.total;
+    const int64_t background = background_weight(a, read_weights(a, pixel));
+    if (a->params.sums == WEFT_ACAA_FLOAT)
+        return channel == ALPHA ? (float)(1.0 - (double)background / (double)total *
+                                                    (1.0 - a->params.background[ALPHA]))
+                                : float_value(a, channel, pixel, background);
+    const int64_t colour = llrint(ldexp(a->params.background[channel], a->scale_log2));
+    const weft_wide sum =
+        channel == ALPHA
+            ? (weft_wide)(total - background) * llrint(ldexp(1.0, a->scale_log2))
+            : read_words(a, a->plan.layers.sum_words * channel, a->plan.layers.sum_words, pixel);
+    return ldexpf(weft_wide_quotient(sum + (weft_wide)background * colour, total), -a->scale_log2);
+}
