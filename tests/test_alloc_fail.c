@@ -16,6 +16,7 @@
 #include "filter/check.h"
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/tree/tree.h"
+#include "passes/antialias/multisample.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
 #include "passes/multipass/multipass.h"
@@ -447,6 +448,43 @@ static enum weft_result judge_samples(void)
     return res;
 }
 
+static enum weft_result spread_samples(void)
+{
+    static const double points[2][2] = {{0.0, 0.1}, {0.2, 0.0}};
+    struct weft_kernel kernel;
+    struct weft_spread spread;
+    const enum weft_result res = weft_kernel_parse(NULL, "mitchell", &kernel);
+    if (res != WEFT_OK)
+        return res;
+    const enum weft_result made =
+        weft_spread_create(weft_spread_params(.position = points, .count = 2, .filter = kernel,
+                                              .bits = 12, .log = &test_log),
+                           &spread);
+    weft_spread_clear(&spread);
+    return made;
+}
+
+static enum weft_result draw_nothing(void *priv, const struct weft_antialias_pass *pass)
+{
+    (void)priv;
+    (void)pass;
+    return WEFT_OK;
+}
+
+static enum weft_result multisample(void)
+{
+    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    weft_msaa *msaa;
+    enum weft_result res =
+        weft_msaa_create(weft_msaa_params(.width = 4, .height = 4, .resolve = WEFT_MSAA_SUM,
+                                          .context = context, .log = &test_log),
+                         &msaa);
+    if (res == WEFT_OK)
+        res = weft_msaa_run(msaa, &drawing);
+    weft_msaa_destroy(&msaa);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -563,7 +601,10 @@ static void test_plans(void **state)
         technique = (enum weft_technique)t;
         run(weft_technique_names[t], plan_and_run);
     }
+    if (context)
+        run("weft_msaa", multisample);
     weft_context_destroy(&context);
+    run("weft_spread", spread_samples);
     run("weft_tree", run_tree);
     run("weft_jitter, weft_discrepancy", judge_samples);
     for (int m = WEFT_ACCUMULATE_EXACT; m < WEFT_ACCUMULATE_METHOD_COUNT; m++) {

@@ -960,6 +960,59 @@ static void frame_weights(void)
     }
 }
 
+static void patterns(void)
+{
+    static const double device[2][2] = {{0.25, -0.25}, {-0.25, 0.25}};
+    static const double beyond[2][2] = {{0.0, 0.1}, {DBL_MAX, -DBL_MAX}};
+    struct weft_pattern_params good = {
+        .device = device, .device_count = 2, .count = 4, .log = &logger};
+    static struct weft_pattern pattern;
+#define CALL weft_pattern_create(&p, &pattern)
+    SET_REFUSED(good, device, NULL, CALL);
+    SET_REFUSED(good, device, beyond, CALL);
+    SET_REFUSED(good, device_count, 0, CALL);
+    SET_REFUSED(good, device_count, INT_MIN, CALL);
+    SET_REFUSED(good, device_count, 3, CALL);
+    SET_REFUSED(good, device_count, INT_MAX, CALL);
+    ANY_INT(good, count, CALL);
+#undef CALL
+    REFUSED(weft_pattern_create(&(struct weft_pattern_params){.log = &logger}, &pattern));
+}
+
+static void spreads(void)
+{
+    static const double points[2][2] = {{0.0, 0.1}, {0.2, 0.0}};
+    static const double beyond[2][2] = {{0.0, 0.1}, {DBL_MAX, -DBL_MAX}};
+    struct weft_spread_params good = {.position = points, .count = 2, .log = &logger};
+    struct weft_spread s;
+#define CALL weft_spread_create(&p, &s)
+#define CALL_AND_CLEAR (CALL == WEFT_OK ? weft_spread_clear(&s), WEFT_OK : WEFT_ERR_ARGUMENT)
+    SET_REFUSED(good, position, NULL, CALL);
+    SET_REFUSED(good, position, beyond, CALL);
+    SET_REFUSED(good, count, 0, CALL);
+    SET_REFUSED(good, count, INT_MAX, CALL);
+    SET_REFUSED(good, bits, 31, CALL);
+    SET_REFUSED(good, bits, INT_MIN, CALL);
+    ANY_NUMBER(good, filter_width, CALL_AND_CLEAR);
+    for (int i = 1; i < BAD_KERNELS; i++)
+        SET_REFUSED(good, filter, bad_kernel(i), CALL);
+#undef CALL_AND_CLEAR
+#undef CALL
+    weft_spread_clear(NULL);
+}
+
+static void antialias_bytes(void)
+{
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++)
+        TRUE(weft_antialias_format_bytes((enum weft_antialias_format)bad_enums[i]) == 0);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const int n = ints[i];
+        TRUE(weft_bytes_multisample(n, n, n, n, n) == 0 || n > 0);
+        TRUE(weft_bytes_accumulative(n, n, n, n, n) == 0 || n > 0);
+        TRUE(weft_bytes_adaptive(n, n, n, n, n, n) == 0 || n > 0);
+    }
+}
+
 static void shutters(void)
 {
     struct weft_shutter good = WEFT_SHUTTER_BOX, out;
@@ -2285,6 +2338,54 @@ static void samplers(void)
     weft_context_destroy(&context);
 }
 
+static enum weft_result draw_nothing(void *priv, const struct weft_antialias_pass *pass)
+{
+    (void)priv;
+    (void)pass;
+    return WEFT_OK;
+}
+
+static void multisampling(void)
+{
+    static double at[WEFT_PATTERN_MAX][2];
+    weft_context *context = open_context();
+    struct weft_msaa_params good = {.width = 4, .height = 4, .context = context, .log = &logger};
+    weft_msaa *msaa = NULL;
+    float out[16];
+    lines = 0;
+#define CALL weft_msaa_create(&p, &msaa)
+    SET_REFUSED(good, context, NULL, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+    SET_REFUSED(good, width, INT_MAX, CALL);
+    SET_REFUSED(good, samples, -1, CALL);
+    SET_REFUSED(good, samples, INT_MAX, CALL);
+    SET_REFUSED(good, depth_bits, 16, CALL);
+    SET_REFUSED(good, range, (double)NAN, CALL);
+    SET_REFUSED(good, range, -1.0, CALL);
+    SET_REFUSED(good, background[3], (double)INFINITY, CALL);
+    BAD_ENUM(good, format, CALL);
+    BAD_ENUM(good, resolve, CALL);
+#undef CALL
+    TRUE(weft_msaa_create(&good, &msaa) == WEFT_OK);
+    REFUSED(weft_msaa_read(msaa, 0, out, 0));
+    REFUSED(weft_msaa_run(msaa, NULL));
+    REFUSED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){NULL, NULL}));
+    SURVIVED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){draw_nothing, NULL}));
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        SURVIVED(weft_msaa_read(msaa, ints[i], out, 0));
+        TRUE(weft_msaa_positions(context, ints[i], at) >= 0);
+        TRUE(weft_msaa_positions(NULL, ints[i], at) == 0);
+    }
+    struct weft_msaa_report report;
+    weft_msaa_get_report(msaa, &report);
+    TRUE(report.samples == 4);
+    weft_msaa_destroy(&msaa);
+    weft_msaa_destroy(&msaa);
+    weft_msaa_destroy(NULL);
+    weft_context_destroy(&context);
+}
+
 static void method_runs(void)
 {
     weft_context *context = open_context();
@@ -2403,6 +2504,10 @@ static const struct {
     {discrepancies, {F(discrepancy_compute)}},
     {edges, {F(edge_square), F(edge_disc), F(edge_kernel)}},
     {frame_weights, {F(weights_even), F(weights_normalise), F(weights_kernel)}},
+    {patterns, {F(pattern_create)}},
+    {spreads, {F(spread_create), F(spread_clear)}},
+    {antialias_bytes,
+     {F(antialias_format_bytes), F(bytes_multisample), F(bytes_accumulative), F(bytes_adaptive)}},
     {shutters,
      {F(shutter_parse), F(shutter_light), F(shutter_share), F(shutter_weights),
       F(frames_for_motion), F(frames_for_circle), F(frames_for_penumbra)}},
@@ -2427,6 +2532,9 @@ static const struct {
     {contexts,
      {F(context_create), F(context_destroy), F(context_begin), F(context_await),
       F(context_abandon)}},
+    {multisampling,
+     {F(msaa_create), F(msaa_destroy), F(msaa_run), F(msaa_read), F(msaa_get_report),
+      F(msaa_positions)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl,
      {F(multipass_run), F(multipass_get_info), F(context_get_info), F(context_find_function),

@@ -236,10 +236,10 @@ fail:
 
 void weft_msaa_destroy(weft_msaa **msaa)
 {
-    weft_msaa *m = *msaa;
-    *msaa = NULL;
+    weft_msaa *m = msaa ? *msaa : NULL;
     if (!m)
         return;
+    *msaa = NULL;
     weft_context *context = m->params.context;
     if (context && weft_context_enter(context) == WEFT_OK) {
         const GladGLContext *gl = &context->gl;
@@ -428,7 +428,7 @@ int weft_msaa_positions(weft_context *context, int samples, double out[WEFT_PATT
     struct weft_depth_buffer depth;
     GLuint framebuffer = 0;
     int count = 0;
-    if (samples < 1 || weft_context_enter(context) != WEFT_OK)
+    if (!context || samples < 1 || weft_context_enter(context) != WEFT_OK)
         return 0;
     const GladGLContext *gl = &context->gl;
     if (weft_depth_buffer_create(NULL, gl, 1, 1, samples, 24, false, &depth) == WEFT_OK) {
