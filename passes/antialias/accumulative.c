@@ -8,22 +8,6 @@
 #include "filter/check.h"
 #include "passes/antialias/acaa_impl.h"
 
-const char *const weft_acaa_form_names[] = {
-    [WEFT_ACAA_AUTO] = "auto",           [WEFT_ACAA_POST_DEPTH] = "post-depth",
-    [WEFT_ACAA_SAMPLE_ID] = "sample-id", [WEFT_ACAA_JITTER] = "jitter",
-    [WEFT_ACAA_FORM_COUNT] = NULL,
-};
-const char *const weft_acaa_coincident_names[] = {
-    [WEFT_COINCIDENT_STENCIL] = "stencil", [WEFT_COINCIDENT_MASK] = "mask",
-    [WEFT_COINCIDENT_ALPHA] = "alpha",     [WEFT_COINCIDENT_NONE] = "none",
-    [WEFT_COINCIDENT_COUNT] = NULL,
-};
-const char *const weft_acaa_sums_names[] = {
-    [WEFT_ACAA_INTEGER] = "integer",
-    [WEFT_ACAA_FLOAT] = "float",
-    [WEFT_ACAA_SUMS_COUNT] = NULL,
-};
-
 // ---- parameters ---------------------------------------------------------------------------------
 
 static bool check_params(const struct weft_acaa_params *p)
