@@ -21,6 +21,6 @@ void main()
         else if (any(greaterThan(abs(colour), vec4(range))) && sum.x != no_number)
             sum.x = beyond;
         else if (sum.x > beyond)
-            sum += ivec4(round(colour * scale));
+            sum += ivec4(roundEven(colour * scale));
     }
 }

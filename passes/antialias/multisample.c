@@ -38,8 +38,8 @@ static GLenum format_of(enum weft_antialias_format format)
     return formats[format];
 }
 
-// The largest power of two that keeps the sums of all samples above the values with a meaning of
-// their own; a power of two, so that multiplying by it rounds nothing.
+// As of accumulative anti-aliasing: a power of two, so that multiplying by it rounds nothing, and
+// sums stay below 2^30 in magnitude, far from the values with a meaning of their own.
 static double find_scale(double range, int samples)
 {
     return exp2(floor(log2(0x1p30 / (range * samples))));
@@ -167,10 +167,12 @@ static bool check(struct weft_msaa_params *p)
         return false;
     }
     for (int c = 0; c < 4; c++)
-        if (!isfinite((float)p->background[c])) {
+        if (!(fabs(p->background[c]) <= 0x1p60)) {
             weft_error(p->log, "msaa: channel %d of the background is %g", c, p->background[c]);
             return false;
         }
+    for (int c = 0; c < 4; c++)
+        p->range = fmax(p->range, fabs(p->background[c]));
     return true;
 }
 

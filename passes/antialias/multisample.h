@@ -25,8 +25,8 @@ struct weft_msaa_params {
     int samples;
     enum weft_antialias_format format; // of samples' colours (default 8 bits)
     enum weft_msaa_resolve resolve;    // default GL's
-    // Of sums: the largest |component| of a colour, 2^-60 to 2^60 (default 1). Colours beyond are
-    // an error.
+    // Of sums: the largest |component| of a colour, 2^-60 to 2^60 (default 1); the background's are
+    // within it in any case. Colours beyond are an error.
     double range;
     int depth_bits;             // 24, or 32 (floats) (default 24)
     double background[4];       // linear, associated alpha: what samples without a surface have
