@@ -55,10 +55,8 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "filter/check.h"
-#include "filter/half.h"
 #include "passes/antialias/marks/marks_impl.h"
 #include "passes/gl/program.h"
 
@@ -394,18 +392,6 @@ static enum weft_result draw_edges(const weft_marker *m,
 
 // ---- in memory ----------------------------------------------------------------------------------
 
-void weft_marker_row(const weft_marker *marker, int32_t y, float *out)
-{
-    const size_t count = 4 * (size_t)marker->params.width, first = (size_t)y * count;
-    if (marker->params.format == WEFT_ANTIALIAS_RGBA32F)
-        memcpy(out, (const float *)marker->picture + first, count * sizeof *out);
-    else if (marker->params.format == WEFT_ANTIALIAS_RGBA16F)
-        weft_half_to_floats((const uint16_t *)marker->picture + first, count, out);
-    else
-        for (size_t i = 0; i < count; i++)
-            out[i] = (float)((const uint8_t *)marker->picture)[first + i] / 255.0f;
-}
-
 // Takes the rim of what was read off.
 static void crop(const weft_marker *m, const uint8_t *with_rim, struct weft_marks *marks)
 {
@@ -477,25 +463,5 @@ enum weft_result weft_marker_run(weft_marker *marker, const struct weft_antialia
     no_memory(marker);
 fail:
     weft_marks_clear(out);
-    return res;
-}
-
-enum weft_result weft_marker_read(const weft_marker *marker, int channel, float *out, size_t stride)
-{
-    const size_t width = (size_t)marker->params.width;
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    float *row = NULL;
-    weft_require(marker->params.log, marker->drawn);
-    weft_require(marker->params.log, channel >= 0 && channel < 4);
-    weft_require(marker->params.log, out && (stride == 0 || stride >= width));
-    row = malloc(4 * width * sizeof *row);
-    res = row ? WEFT_OK : no_memory(marker);
-    for (int32_t y = 0; y < marker->params.height && row; y++) {
-        weft_marker_row(marker, y, row);
-        for (size_t x = 0; x < width; x++)
-            out[(size_t)y * (stride ? stride : width) + x] = row[4 * x + (size_t)channel];
-    }
-fail:
-    free(row);
     return res;
 }

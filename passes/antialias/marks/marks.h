@@ -74,7 +74,7 @@ WEFT_API enum weft_result weft_marker_run(weft_marker *marker,
                                           struct weft_marks *out);
 
 // Writes a channel (0 to 3) of the last picture of one sample, out[y * stride + x], rows upwards;
-// stride 0: width. Returns WEFT_ERR_ARGUMENT (no picture, a channel).
+// stride 0: width. Returns WEFT_ERR_ARGUMENT (no picture, a channel, a stride) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_marker_read(const weft_marker *marker, int channel, float *out,
                                            size_t stride);
 WEFT_API uint64_t weft_marker_bytes(const weft_marker *marker); // of all that GL holds for it
