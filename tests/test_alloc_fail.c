@@ -16,6 +16,7 @@
 #include "filter/check.h"
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/tree/tree.h"
+#include "passes/antialias/marks/marks.h"
 #include "passes/antialias/multisample.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
@@ -485,6 +486,22 @@ static enum weft_result multisample(void)
     return res;
 }
 
+static enum weft_result mark(void)
+{
+    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    weft_marker *marker;
+    struct weft_marks marks = {0};
+    enum weft_result res =
+        weft_marker_create(weft_marker_params(.width = 4, .height = 4, .contrast = 0.5,
+                                              .context = context, .log = &test_log),
+                           &marker);
+    if (res == WEFT_OK)
+        res = weft_marker_run(marker, &drawing, &marks);
+    weft_marks_clear(&marks);
+    weft_marker_destroy(&marker);
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -601,8 +618,10 @@ static void test_plans(void **state)
         technique = (enum weft_technique)t;
         run(weft_technique_names[t], plan_and_run);
     }
-    if (context)
+    if (context) {
         run("weft_msaa", multisample);
+        run("weft_marker", mark);
+    }
     weft_context_destroy(&context);
     run("weft_spread", spread_samples);
     run("weft_tree", run_tree);

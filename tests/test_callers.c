@@ -2386,6 +2386,58 @@ static void multisampling(void)
     weft_context_destroy(&context);
 }
 
+static void marks_run(weft_marker *marker)
+{
+    float out[16];
+    struct weft_marks marks;
+    REFUSED(weft_marker_read(marker, 0, out, 0));
+    REFUSED(weft_marker_run(marker, NULL, &marks));
+    REFUSED(weft_marker_run(marker, &(struct weft_antialias_drawing){NULL, NULL}, &marks));
+    TRUE(weft_marker_run(marker, &(struct weft_antialias_drawing){draw_nothing, NULL}, &marks) ==
+         WEFT_OK);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        SURVIVED(weft_marker_read(marker, ints[i], out, 0));
+        TRUE(weft_marks_dilate(&marks, ints[i]) ==
+             (ints[i] < 0 || ints[i] > WEFT_MARKS_MAX_RADIUS ? WEFT_ERR_ARGUMENT : WEFT_OK));
+    }
+    REFUSED(weft_marker_read(marker, 0, NULL, 0));
+    REFUSED(weft_marker_read(marker, 0, out, 3));
+    TRUE(weft_marker_bytes(marker) > 0 && weft_marker_bytes(NULL) == 0);
+    weft_marks_clear(&marks);
+    weft_marks_clear(&marks);
+    weft_marks_clear(NULL);
+    TRUE(weft_marks_dilate(&marks, 1) == WEFT_ERR_ARGUMENT);
+    TRUE(weft_marks_dilate(NULL, 1) == WEFT_ERR_ARGUMENT);
+}
+
+static void marking(void)
+{
+    weft_context *context = open_context();
+    struct weft_marker_params good = {.width = 4, .height = 4, .context = context, .log = &logger};
+    weft_marker *marker = NULL;
+    lines = 0;
+#define CALL weft_marker_create(&p, &marker)
+#define CALL_AND_DESTROY (CALL == WEFT_OK ? weft_marker_destroy(&marker), WEFT_OK : WEFT_ERR_LIMIT)
+    SET_REFUSED(good, context, NULL, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+    SET_REFUSED(good, width, INT_MAX, CALL);
+    SET_REFUSED(good, contrast, (double)NAN, CALL);
+    SET_REFUSED(good, contrast, -1.0, CALL);
+    SET_REFUSED(good, background[3], (double)INFINITY, CALL);
+    ANY_NUMBER(good, max_share, CALL_AND_DESTROY);
+    BAD_ENUM(good, format, CALL);
+    BAD_ENUM(good, mark, CALL);
+#undef CALL_AND_DESTROY
+#undef CALL
+    TRUE(weft_marker_create(&good, &marker) == WEFT_OK);
+    marks_run(marker);
+    weft_marker_destroy(&marker);
+    weft_marker_destroy(&marker);
+    weft_marker_destroy(NULL);
+    weft_context_destroy(&context);
+}
+
 static void method_runs(void)
 {
     weft_context *context = open_context();
@@ -2535,6 +2587,9 @@ static const struct {
     {multisampling,
      {F(msaa_create), F(msaa_destroy), F(msaa_run), F(msaa_read), F(msaa_get_report),
       F(msaa_positions)}},
+    {marking,
+     {F(marker_create), F(marker_destroy), F(marker_run), F(marker_read), F(marker_bytes),
+      F(marks_clear), F(marks_dilate)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl,
      {F(multipass_run), F(multipass_get_info), F(context_get_info), F(context_find_function),

@@ -267,7 +267,7 @@ void weft_marker_destroy(weft_marker **marker)
 
 uint64_t weft_marker_bytes(const weft_marker *marker)
 {
-    return marker->bytes;
+    return marker ? marker->bytes : 0;
 }
 
 // ---- passes -------------------------------------------------------------------------------------
