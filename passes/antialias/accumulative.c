@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passes/antialias/accumulative.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -174,6 +175,16 @@ static double power_above(double value)
     return ldexp(1.0, part == 0.5 ? exponent - 1 : exponent);
 }
 
+static enum weft_result judge_floats(const struct weft_acaa *a, double weight)
+{
+    const double most = (double)a->plan.total * a->plan.magnitude * weight;
+    if (a->largest * most <= (double)FLT_MAX)
+        return WEFT_OK;
+    weft_error(a->params.log, "acaa: floats cannot hold components of %g with weights of %g",
+               a->largest, most);
+    return WEFT_ERR_LIMIT;
+}
+
 // Whether the sums held what was drawn. *again: they do with the range that is set now.
 static enum weft_result judge(struct weft_acaa *a, bool *again)
 {
@@ -183,7 +194,9 @@ static enum weft_result judge(struct weft_acaa *a, bool *again)
         weft_error(a->params.log, "acaa: colours are not finite");
         return WEFT_ERR_FORMAT;
     }
-    if (a->params.sums == WEFT_ACAA_FLOAT || (a->largest <= a->range && weight <= a->weight))
+    if (a->params.sums == WEFT_ACAA_FLOAT)
+        return judge_floats(a, weight);
+    if (a->largest <= a->range && weight <= a->weight)
         return WEFT_OK;
     *again = true;
     const double range = a->largest > a->range ? power_above(a->largest) : a->range;
