@@ -46,6 +46,7 @@ enum weft_result scene_drawing_create(const struct scene_drawing_params *params,
     drawing->context = params->context;
     drawing->log = params->log;
     drawing->shadow_size = params->shadow_size;
+    drawing->by_triangle = params->by_triangle;
     enum weft_result res = WEFT_ERR_MEMORY;
     const size_t room = (size_t)scene->object_count + 1;
     drawing->extent = calloc(room, sizeof *drawing->extent);
@@ -80,6 +81,7 @@ void scene_drawing_destroy(scene_drawing **drawing)
     if (!*drawing)
         return;
     weft_context_call((*drawing)->context, end_objects, *drawing);
+    scene_frame_end_lines(*drawing);
     free((*drawing)->extent);
     free((*drawing)->hull);
     free((*drawing)->model);
@@ -116,7 +118,8 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
 
 enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scene_frame *frame)
 {
-    return scene_frame_prepare(drawing, frame);
+    const enum weft_result res = scene_frame_prepare(drawing, frame);
+    return res == WEFT_OK ? scene_frame_prepare_lines(drawing) : res;
 }
 
 enum weft_result scene_drawing_pass(void *drawing, const struct weft_antialias_pass *pass)

@@ -31,10 +31,12 @@ struct scene_frame {
 };
 
 struct scene_drawing_params {
-    const struct scene *scene;  // borrowed for the drawing's life (required)
-    weft_context *context;      // likewise (required)
-    int shadow_size;            // texels along a side of a face of a shadow map, 4 to what GL has
-                                // (default 1,024)
+    const struct scene *scene; // borrowed for the drawing's life (required)
+    weft_context *context;     // likewise (required)
+    int shadow_size;           // texels along a side of a face of a shadow map, 4 to what GL has
+                               // (default 1,024)
+    bool by_triangle; // each triangle is a surface of its own, and its outline is lines, as of the
+                      // polygons of a mesh that is drawn flat (default: false)
     const struct weft_log *log; // may be NULL
 };
 #define SCENE_DRAWING_DEFAULTS .shadow_size = 1024,
@@ -60,15 +62,18 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
 
 // ---- anti-aliasing ------------------------------------------------------------------------------
 
-// Prepares a frame for passes of anti-aliasing: where objects are, and the shadow maps. Inside
-// weft_context_call. Passes move the picture beside the frame's own move, which is mostly 0.
-// Returns as scene_drawing_draw does, which prepares its frame, too.
+// Prepares a frame for passes of anti-aliasing: where objects are, the shadow maps, surfaces and
+// lines. Inside weft_context_call. Passes move the picture beside the frame's own move, which is
+// mostly 0. Returns as scene_drawing_draw does, which prepares its frame, too, but for lines.
 enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scene_frame *frame);
 
 // Draws a pass of the frame that was prepared: a callback of struct weft_antialias_drawing, priv
-// being the scene_drawing. Surfaces are numbered by the triangles that hang together smoothly:
-// those that share an edge by the same two vertices, and so their normals. Lines are the other
-// edges, and those between a front and a back, points their ends.
+// being the scene_drawing. Surfaces are numbered from 1 on over the whole scene: triangles that
+// share an edge by the same two vertices, and so their normals, are one. Lines are all other edges,
+// and those of which the frame shows one side's front and the other's back; points are their ends.
+// Edges of the picture that are none of these, and are to be found by their surfaces: where
+// triangles go through one another, and where the near plane cuts them. With by_triangle lines and
+// points are the triangles again, as outlines and corners.
 enum weft_result scene_drawing_pass(void *drawing, const struct weft_antialias_pass *pass);
 
 // How shadows are found, for reports. tools/render/shadow_view.h tells the whole of it: what is lit

@@ -2,6 +2,7 @@
 #include "tools/render/frame.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tools/common/log.h"
@@ -19,6 +20,7 @@ enum weft_result scene_frame_check(const scene_drawing *drawing, const char *wha
 // A frame that is drawn by one program.
 struct pass {
     scene_drawing *drawing;
+    enum weft_antialias_stage stage;
     const struct scene_surface *surface; // the program
 };
 
@@ -64,6 +66,24 @@ static void set_material(const struct pass *pass, const struct scene_material *m
         gl->Disable(GL_CULL_FACE);
 }
 
+static void draw_range(const struct pass *pass, size_t first, size_t end)
+{
+    const GLenum mode = pass->stage == WEFT_STAGE_POINTS ? GL_POINTS : GL_LINES;
+    if (end > first)
+        pass->drawing->gl.DrawElements(mode, (GLsizei)(2 * (end - first)), GL_UNSIGNED_INT,
+                                       (const void *)(first * sizeof(struct scene_line)));
+}
+
+// The lines of an object or, in the stage of points, their ends.
+static void draw_lines(const struct pass *pass, int object)
+{
+    const scene_drawing *drawing = pass->drawing;
+    const size_t *first = drawing->silhouette_first;
+    const size_t lines = drawing->edges.line_first[drawing->scene->object_count];
+    draw_range(pass, drawing->edges.line_first[object], drawing->edges.line_first[object + 1]);
+    draw_range(pass, lines + first[object], lines + first[object + 1]);
+}
+
 static void draw_object(const struct pass *pass, int object, const double clip[16])
 {
     const GladGLContext *gl = &pass->drawing->gl;
@@ -84,8 +104,11 @@ static void draw_object(const struct pass *pass, int object, const double clip[1
     gl->UniformMatrix4fv(at[SCENE_MODEL], 1, GL_FALSE, placed);
     gl->UniformMatrix3fv(at[SCENE_TURN], 1, GL_FALSE, turned);
     gl->Uniform1i(at[SCENE_FIRST_TRIANGLE], (GLint)(o->first_index / 3));
-    gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
-                     (const void *)(o->first_index * sizeof(uint32_t)));
+    if (pass->drawing->by_triangle || pass->stage <= WEFT_STAGE_COLOUR)
+        gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
+                         (const void *)(o->first_index * sizeof(uint32_t)));
+    else
+        draw_lines(pass, object);
 }
 
 static void draw_objects(const struct pass *pass, const double camera[16])
@@ -117,7 +140,10 @@ static void set_program(const struct pass *pass)
     gl->UseProgram(surface->program);
     gl->ActiveTexture(GL_TEXTURE0);
     gl->BindTexture(GL_TEXTURE_BUFFER, drawing->buffers.plane_texture);
+    gl->ActiveTexture(GL_TEXTURE2);
+    gl->BindTexture(GL_TEXTURE_BUFFER, drawing->buffers.surface_texture);
     gl->Uniform1i(surface->at[SCENE_PLANES], 0);
+    gl->Uniform1i(surface->at[SCENE_SURFACES], 2);
     gl->Uniform3fv(surface->at[SCENE_AMBIENT], 1, ambient);
     gl->Uniform1i(surface->at[SCENE_ONLY_CLAMPED], drawing->frame.clamped_share);
     set_lights(pass);
@@ -142,6 +168,13 @@ static void draw_shadows(scene_drawing *drawing)
                        drawing->frame.light_count);
 }
 
+// The point that a rotation and a move take to the origin.
+static void find_eye(const double view[16], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = -scene_dot(&view[4 * i], &view[12]);
+}
+
 enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_frame *frame)
 {
     struct weft_camera camera;
@@ -153,6 +186,7 @@ enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_
         return res;
     drawing->frame = *frame;
     memcpy(drawing->camera, matrices.clip, sizeof drawing->camera);
+    find_eye(matrices.view, drawing->eye);
     for (int i = 0; i < drawing->scene->object_count; i++)
         scene_path_at(&drawing->scene->objects[i].path, frame->time, drawing->model[i]);
     drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
@@ -160,10 +194,103 @@ enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_
     return scene_frame_check(drawing, "shadows were drawn");
 }
 
+// ---- lines --------------------------------------------------------------------------------------
+
+// Numbers of surfaces that are single triangles.
+static enum weft_result number_triangles(scene_drawing *drawing)
+{
+    const size_t count = drawing->scene->index_count / 3;
+    uint32_t *surface = calloc(count + 1, sizeof *surface);
+    if (!surface)
+        return WEFT_ERR_MEMORY;
+    for (size_t i = 0; i < count; i++)
+        surface[i] = (uint32_t)i + 1;
+    scene_buffers_add_edges(&drawing->gl, drawing->scene, surface, NULL, &drawing->buffers);
+    free(surface);
+    return WEFT_OK;
+}
+
+static enum weft_result make_edges(scene_drawing *drawing)
+{
+    const struct scene *scene = drawing->scene;
+    const size_t objects = (size_t)scene->object_count;
+    if (drawing->by_triangle)
+        return number_triangles(drawing);
+    const enum weft_result res = scene_edges_find(scene, &drawing->edges);
+    if (res != WEFT_OK)
+        return res;
+    drawing->front = calloc(scene->index_count / 3 + 1, sizeof *drawing->front);
+    drawing->silhouette =
+        calloc(drawing->edges.fold_first[objects] + 1, sizeof *drawing->silhouette);
+    drawing->silhouette_first = calloc(objects + 1, sizeof *drawing->silhouette_first);
+    if (!drawing->front || !drawing->silhouette || !drawing->silhouette_first) {
+        scene_frame_end_lines(drawing);
+        return WEFT_ERR_MEMORY;
+    }
+    scene_buffers_add_edges(&drawing->gl, scene, drawing->edges.surface, &drawing->edges,
+                            &drawing->buffers);
+    return WEFT_OK;
+}
+
+void scene_frame_end_lines(scene_drawing *drawing)
+{
+    scene_edges_clear(&drawing->edges);
+    free(drawing->front);
+    free(drawing->silhouette);
+    free(drawing->silhouette_first);
+    drawing->front = NULL;
+    drawing->silhouette = NULL;
+    drawing->silhouette_first = NULL;
+}
+
+// The eye, where an object is modelled: its matrix moves, turns and scales.
+static void find_model_eye(const double model[16], const double eye[3], double out[3])
+{
+    double way[3];
+    for (int i = 0; i < 3; i++)
+        way[i] = eye[i] - model[12 + i];
+    for (int i = 0; i < 3; i++)
+        out[i] = scene_dot(&model[4 * i], way) / scene_dot(&model[4 * i], &model[4 * i]);
+}
+
+static void find_silhouettes(scene_drawing *drawing)
+{
+    size_t count = 0;
+    for (int i = 0; i < drawing->scene->object_count; i++) {
+        double eye[3];
+        find_model_eye(drawing->model[i], drawing->eye, eye);
+        count += scene_edges_silhouette(drawing->scene, &drawing->edges, i, eye, drawing->front,
+                                        drawing->silhouette + count);
+        drawing->silhouette_first[i + 1] = count;
+    }
+}
+
+enum weft_result scene_frame_prepare_lines(scene_drawing *drawing)
+{
+    const GladGLContext *gl = &drawing->gl;
+    const enum weft_result res = drawing->buffers.surface_texture ? WEFT_OK : make_edges(drawing);
+    if (res != WEFT_OK) {
+        log_error(drawing->log, "out of memory for the edges of a scene");
+        return res;
+    }
+    if (!drawing->by_triangle) {
+        const size_t objects = (size_t)drawing->scene->object_count,
+                     bytes = sizeof(struct scene_line);
+        find_silhouettes(drawing);
+        gl->BindVertexArray(drawing->buffers.line_array);
+        gl->BufferSubData(
+            GL_ELEMENT_ARRAY_BUFFER, (GLintptr)(drawing->edges.line_first[objects] * bytes),
+            (GLsizeiptr)(drawing->silhouette_first[objects] * bytes), drawing->silhouette);
+    }
+    return scene_frame_check(drawing, "lines of a scene were uploaded");
+}
+
+// ---- drawing ------------------------------------------------------------------------------------
+
 enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_stage stage,
                                   const char *head, const double place[16])
 {
-    struct pass pass = {.drawing = drawing};
+    struct pass pass = {.drawing = drawing, .stage = stage};
     const enum weft_result res = scene_surfaces_find(
         &drawing->gl, drawing->log, &drawing->surfaces, stage, head, drawing->shadows.view,
         drawing->frame.light, drawing->frame.light_count, &pass.surface);
@@ -172,7 +299,9 @@ enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_st
     double placed[16];
     if (place)
         scene_multiply(place, drawing->camera, placed);
-    drawing->gl.BindVertexArray(drawing->buffers.vertex_array);
+    const bool lines = stage > WEFT_STAGE_COLOUR && !drawing->by_triangle;
+    drawing->gl.BindVertexArray(lines ? drawing->buffers.line_array
+                                      : drawing->buffers.vertex_array);
     set_program(&pass);
     draw_objects(&pass, place ? placed : drawing->camera);
     return scene_frame_check(drawing, "a scene was drawn");

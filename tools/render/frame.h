@@ -26,15 +26,27 @@ struct scene_drawing {
     double bias; // scene_shadows_get_bias
     struct scene_surfaces surfaces;
     struct scene_buffers buffers;
+    // Of anti-aliasing, once a frame was prepared for it:
+    bool by_triangle;
+    struct scene_edges edges;
+    bool *front;                   // room for the triangles of any object
+    struct scene_line *silhouette; // room for all folds; object by object
+    size_t *silhouette_first;      // of each object, and the end
     // The frame that was prepared:
     struct scene_frame frame;
     double camera[16];   // its projection * view
+    double eye[3];       // its place
     double (*model)[16]; // where each object lies
 };
 
 // Finds where all lies in a frame, and draws its shadow maps. Returns WEFT_ERR_ARGUMENT (the
 // camera), WEFT_ERR_MEMORY (GL's) or WEFT_ERR_GL.
 enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_frame *frame);
+
+// Makes what passes of anti-aliasing need, if there is none yet, and finds the silhouettes of the
+// frame that was prepared. Returns WEFT_ERR_MEMORY or WEFT_ERR_GL.
+enum weft_result scene_frame_prepare_lines(scene_drawing *drawing);
+void scene_frame_end_lines(scene_drawing *drawing); // what that made but of GL; none: nothing
 
 // Draws a stage of the frame that was prepared with the program of a head, into what is bound.
 // place: what clip coordinates are multiplied by; NULL: nothing. Returns WEFT_ERR_MEMORY (GL's) or

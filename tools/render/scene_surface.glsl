@@ -6,6 +6,7 @@ in vec3 position, normal, colour;
 in vec2 uv;
 
 uniform samplerBuffer planes; // of each triangle: normal as modelled, bend (shadow_hides)
+uniform usamplerBuffer surfaces; // of each triangle: its number
 uniform int first_triangle;
 uniform mat3 turn; // the object's rotation
 uniform vec3 reflectance, emission, ambient;
@@ -76,5 +77,5 @@ vec3 find_radiance(int triangle)
 void main()
 {
     int triangle = first_triangle + gl_PrimitiveID;
-    weft_write(vec4(find_radiance(triangle), 1.0), uint(triangle) + 1u);
+    weft_write(vec4(find_radiance(triangle), 1.0), texelFetch(surfaces, triangle).r);
 }

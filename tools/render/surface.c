@@ -95,9 +95,10 @@ static GLuint compile_fragment(const GladGLContext *gl, const struct weft_log *l
 static void find_uniforms(const GladGLContext *gl, struct scene_surface *surface)
 {
     static const char *const name[SCENE_SURFACE_UNIFORM_COUNT] = {
-        "clip",         "model",          "turn",         "planes",          "first_triangle",
-        "reflectance",  "emission",       "ambient",      "checks",          "unlit",
-        "only_clamped", "light_position", "light_normal", "light_intensity", "light_most",
+        "clip",           "model",        "turn",           "planes",       "surfaces",
+        "first_triangle", "reflectance",  "emission",       "ambient",      "checks",
+        "unlit",          "only_clamped", "light_position", "light_normal", "light_intensity",
+        "light_most",
     };
     for (int i = 0; i < SCENE_SURFACE_UNIFORM_COUNT; i++)
         surface->at[i] = gl->GetUniformLocation(surface->program, name[i]);

@@ -16,6 +16,7 @@ enum scene_surface_uniform {
     SCENE_MODEL,
     SCENE_TURN,
     SCENE_PLANES,
+    SCENE_SURFACES,
     SCENE_FIRST_TRIANGLE,
     SCENE_REFLECTANCE,
     SCENE_EMISSION,

@@ -46,15 +46,16 @@ static void find_plane(const struct scene *scene, size_t first, float out[4])
     out[3] = has_area && angle > 1e-3 ? (float)fmin(tan(fmin(angle, 1.0)), 1.0) : 0.0f;
 }
 
-static void upload_planes(const GladGLContext *gl, const float (*plane)[4], size_t count,
-                          struct scene_buffers *out)
+// A buffer that shaders read as texels.
+static void upload_texels(const GladGLContext *gl, const void *data, size_t bytes, GLenum format,
+                          GLuint *buffer, GLuint *texture)
 {
-    gl->GenBuffers(1, &out->planes);
-    gl->BindBuffer(GL_TEXTURE_BUFFER, out->planes);
-    gl->BufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)(count * sizeof *plane), plane, GL_STATIC_DRAW);
-    gl->GenTextures(1, &out->plane_texture);
-    gl->BindTexture(GL_TEXTURE_BUFFER, out->plane_texture);
-    gl->TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, out->planes);
+    gl->GenBuffers(1, buffer);
+    gl->BindBuffer(GL_TEXTURE_BUFFER, *buffer);
+    gl->BufferData(GL_TEXTURE_BUFFER, (GLsizeiptr)bytes, data, GL_STATIC_DRAW);
+    gl->GenTextures(1, texture);
+    gl->BindTexture(GL_TEXTURE_BUFFER, *texture);
+    gl->TexBuffer(GL_TEXTURE_BUFFER, format, *buffer);
 }
 
 static enum weft_result make_planes(const GladGLContext *gl, const struct scene *scene,
@@ -66,7 +67,7 @@ static enum weft_result make_planes(const GladGLContext *gl, const struct scene 
         return WEFT_ERR_MEMORY;
     for (size_t i = 0; i < count; i++)
         find_plane(scene, 3 * i, plane[i]);
-    upload_planes(gl, (const float(*)[4])plane, count, out);
+    upload_texels(gl, plane, count * sizeof *plane, GL_RGBA32F, &out->planes, &out->plane_texture);
     free(plane);
     return WEFT_OK;
 }
@@ -101,6 +102,25 @@ static void upload_triangles(const GladGLContext *gl, const struct scene *scene,
     }
 }
 
+static void upload_lines(const GladGLContext *gl, const struct scene *scene,
+                         const struct scene_edges *edges, struct scene_buffers *out)
+{
+    const size_t objects = (size_t)scene->object_count;
+    const size_t bytes = edges->line_first[objects] * sizeof *edges->line;
+    gl->GenVertexArrays(1, &out->line_array);
+    gl->BindVertexArray(out->line_array);
+    gl->BindBuffer(GL_ARRAY_BUFFER, out->vertices);
+    gl->VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(struct weft_mesh_vertex),
+                            (const void *)offsetof(struct weft_mesh_vertex, position));
+    gl->EnableVertexAttribArray(0);
+    gl->GenBuffers(1, &out->lines);
+    gl->BindBuffer(GL_ELEMENT_ARRAY_BUFFER, out->lines);
+    gl->BufferData(GL_ELEMENT_ARRAY_BUFFER,
+                   (GLsizeiptr)(bytes + edges->fold_first[objects] * sizeof *edges->line), NULL,
+                   GL_DYNAMIC_DRAW);
+    gl->BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, edges->line);
+}
+
 // ---- making and ending --------------------------------------------------------------------------
 
 enum weft_result scene_buffers_make(const GladGLContext *gl, const struct weft_log *log,
@@ -119,10 +139,21 @@ enum weft_result scene_buffers_make(const GladGLContext *gl, const struct weft_l
     return res;
 }
 
+void scene_buffers_add_edges(const GladGLContext *gl, const struct scene *scene,
+                             const uint32_t *surface, const struct scene_edges *edges,
+                             struct scene_buffers *out)
+{
+    upload_texels(gl, surface, scene->index_count / 3 * sizeof *surface, GL_R32UI, &out->surfaces,
+                  &out->surface_texture);
+    if (edges)
+        upload_lines(gl, scene, edges, out);
+}
+
 void scene_buffers_end(const GladGLContext *gl, struct scene_buffers *buffers)
 {
-    gl->DeleteVertexArrays(1, &buffers->vertex_array);
-    gl->DeleteBuffers(3, (GLuint[]){buffers->vertices, buffers->indices, buffers->planes});
-    gl->DeleteTextures(1, &buffers->plane_texture);
+    gl->DeleteVertexArrays(2, (GLuint[]){buffers->vertex_array, buffers->line_array});
+    gl->DeleteBuffers(5, (GLuint[]){buffers->vertices, buffers->indices, buffers->planes,
+                                    buffers->surfaces, buffers->lines});
+    gl->DeleteTextures(2, (GLuint[]){buffers->plane_texture, buffers->surface_texture});
     *buffers = (struct scene_buffers){.vertices = 0};
 }
