@@ -18,6 +18,7 @@
 #include "passes/accumulate/tree/tree.h"
 #include "passes/antialias/marks/marks.h"
 #include "passes/antialias/multisample.h"
+#include "passes/antialias/supersample.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
 #include "passes/multipass/multipass.h"
@@ -502,6 +503,32 @@ static enum weft_result mark(void)
     return res;
 }
 
+// Marked pixels of two samples, filtered, in blocks or not.
+static enum weft_result supersample(void)
+{
+    static const double position[2][2] = {{-0.25, 0.0}, {0.25, 0.0}};
+    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    uint8_t marked[16] = {[5] = 1};
+    const struct weft_marks marks = {.width = 4, .height = 4, .marked = marked, .count = 1};
+    struct weft_kernel kernel;
+    enum weft_result res = weft_kernel_parse(NULL, "mitchell", &kernel);
+    for (int store = 0; store < WEFT_STORE_COUNT && res == WEFT_OK; store++) {
+        weft_supersample *s;
+        float out[16];
+        res = weft_supersample_create(
+            weft_supersample_params(.width = 4, .height = 4, .position = position, .count = 2,
+                                    .filter = kernel, .store = (enum weft_supersample_store)store,
+                                    .context = context, .log = &test_log),
+            &s);
+        if (res == WEFT_OK)
+            res = weft_supersample_run(s, &drawing, &marks, NULL);
+        if (res == WEFT_OK)
+            res = weft_supersample_read(s, 0, out, 0);
+        weft_supersample_destroy(&s);
+    }
+    return res;
+}
+
 static void run(const char *what, enum weft_result (*call)(void))
 {
     enum weft_result res;
@@ -621,6 +648,7 @@ static void test_plans(void **state)
     if (context) {
         run("weft_msaa", multisample);
         run("weft_marker", mark);
+        run("weft_supersample", supersample);
     }
     weft_context_destroy(&context);
     run("weft_spread", spread_samples);

@@ -2438,6 +2438,66 @@ static void marking(void)
     weft_context_destroy(&context);
 }
 
+static void run_supersample(weft_supersample *s)
+{
+    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    struct weft_marks marks = {.width = 4, .height = 4, .marked = calloc(16, 1)};
+    float out[16];
+    REFUSED(weft_supersample_read(s, 0, out, 0));
+    REFUSED(weft_supersample_run(s, NULL, NULL, NULL));
+    REFUSED(weft_supersample_run(s, &(struct weft_antialias_drawing){NULL, NULL}, NULL, NULL));
+    REFUSED(weft_supersample_run(s, &drawing, &(struct weft_marks){0}, NULL));
+    REFUSED(weft_supersample_run(s, &drawing, &(struct weft_marks){.width = 4, .height = 4}, NULL));
+    SURVIVED(weft_supersample_run(s, &drawing, &marks, NULL));
+    SURVIVED(weft_supersample_run(s, &drawing, NULL, NULL));
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        SURVIVED(weft_supersample_read(s, ints[i], out, 0));
+    weft_marks_clear(&marks);
+}
+
+static void supersampling(void)
+{
+    static const double outside[1][2] = {{0.0, 2.0}}, none[1][2] = {{(double)NAN, 0.0}};
+    weft_context *context = open_context();
+    struct weft_supersample_params good = {
+        .width = 4, .height = 4, .count = 4, .context = context, .log = &logger};
+    weft_supersample *s = NULL;
+    struct weft_kernel kernel;
+    lines = 0;
+#define CALL weft_supersample_create(&p, &s)
+    SET_REFUSED(good, context, NULL, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+    SET_REFUSED(good, width, INT_MAX, CALL);
+    SET_REFUSED(good, count, -1, CALL);
+    SET_REFUSED(good, count, 15, CALL);
+    SET_REFUSED(good, count, INT_MAX, CALL);
+    SET_REFUSED(good, filter_width, (double)NAN, CALL);
+    SET_REFUSED(good, filter_width, 1e6, CALL);
+    SET_REFUSED(good, background[3], (double)INFINITY, CALL);
+    BAD_ENUM(good, store, CALL);
+    BAD_ENUM(good, format, CALL);
+    BAD_ENUM(good, method, CALL);
+    good.count = 1;
+    SET_REFUSED(good, position, outside, CALL);
+    SET_REFUSED(good, position, none, CALL);
+    TRUE(weft_kernel_parse(&logger, "mitchell", &kernel) == WEFT_OK);
+    good.count = 4;
+    good.filter = kernel;
+    SET_REFUSED(good, method, WEFT_ACCUMULATE_TREE, CALL);
+    good.count = 1;
+#undef CALL
+    TRUE(weft_supersample_create(&good, &s) == WEFT_OK);
+    run_supersample(s);
+    struct weft_supersample_report report;
+    weft_supersample_get_report(s, &report);
+    TRUE(report.samples == 1);
+    weft_supersample_destroy(&s);
+    weft_supersample_destroy(&s);
+    weft_supersample_destroy(NULL);
+    weft_context_destroy(&context);
+}
+
 static void method_runs(void)
 {
     weft_context *context = open_context();
@@ -2590,6 +2650,9 @@ static const struct {
     {marking,
      {F(marker_create), F(marker_destroy), F(marker_run), F(marker_read), F(marker_bytes),
       F(marks_clear), F(marks_dilate)}},
+    {supersampling,
+     {F(supersample_create), F(supersample_destroy), F(supersample_run), F(supersample_read),
+      F(supersample_get_report)}},
     {emulations, {F(multipass_compile), F(multipass_destroy), F(multipass_verify)}},
     {convolutions_on_gl,
      {F(multipass_run), F(multipass_get_info), F(context_get_info), F(context_find_function),

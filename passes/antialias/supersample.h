@@ -71,12 +71,16 @@ WEFT_API enum weft_result weft_supersample_read(weft_supersample *supersample, i
 // What the last picture came to.
 struct weft_supersample_report {
     int samples;
+    int passes;                         // samples that the filter gives a weight: those are drawn
     double discrepancy;                 // of the samples in a pixel
     int radius;                         // pixels that a sample reaches to each side
     enum weft_accumulate_method method; // never auto
     int64_t pixels;                     // that were supersampled
     int64_t sampled; // pixels whose samples were drawn: those, and what the filter reaches
-    double bound;    // of |value - exact filtered samples|
+    // |value - exact filtered samples| <= bound + filter_bound * the largest |sample| (of 8 bits,
+    // 1): what the sums make of frames, and what GL's floats make of samples in the filter; 0 of a
+    // box.
+    double bound, filter_bound;
     // By the paper's accounting with 3 bytes of colour and 4 of depth (weft_bytes_adaptive; of all
     // pixels full supersampling); of all that GL and memory hold for it.
     uint64_t formula_bytes, bytes;

@@ -19,6 +19,8 @@ extern const char weft_shader_naive_slice[];
 extern const char weft_shader_rectangles[];
 extern const char weft_shader_sampler[];
 extern const char weft_shader_separable[];
+extern const char weft_shader_supersample_gather[];
+extern const char weft_shader_supersample_mask[];
 extern const char weft_shader_fused[];
 extern const char weft_shader_tree_leaf[];
 extern const char weft_shader_tree_node[];
