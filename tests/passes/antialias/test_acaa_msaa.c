@@ -474,13 +474,46 @@ static void test_passes(void **state)
     free(vertices);
 }
 
+// ---- bytes --------------------------------------------------------------------------------------
+
+// GL's own sizes: half or less of what MSAA takes with colours of 32 bits; more than half of it
+// with halves and codes, at four samples.
+static void test_bytes(void **state)
+{
+    (void)state;
+    for (int c = 0; c < 2; c++) {
+        if (!enter_and_ask(contexts[c]))
+            continue;
+        struct weft_acaa_report report;
+        weft_acaa *acaa = create_acaa(contexts[c], (struct weft_acaa_params){0});
+        weft_acaa_get_report(acaa, &report);
+        weft_acaa_destroy(&acaa);
+        // Depths, and sums of four words; beside them a table that does not grow with the picture.
+        assert_int_equal(report.formula_bytes, PIXELS * (4 * 4 + 4 * 4));
+        assert_true(report.bytes >= report.formula_bytes &&
+                    report.bytes < report.formula_bytes + 256);
+        for (int format = 0; format < WEFT_ANTIALIAS_FORMAT_COUNT; format++) {
+            struct weft_msaa_report msaa;
+            weft_msaa *m = create_msaa(
+                contexts[c],
+                (struct weft_msaa_params){.format = (enum weft_antialias_format)format});
+            weft_msaa_get_report(m, &msaa);
+            weft_msaa_destroy(&m);
+            const double share = (double)report.bytes / (double)msaa.bytes;
+            print_message("%s: %.1f bytes a pixel instead of %.1f: %.0f %%\n",
+                          weft_antialias_format_names[format], (double)report.bytes / PIXELS,
+                          (double)msaa.bytes / PIXELS, 100.0 * share);
+            assert_int_equal(share <= 0.5, format == WEFT_ANTIALIAS_RGBA32F);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scenes),
-        cmocka_unit_test(test_counted_twice),
-        cmocka_unit_test(test_found_range),
-        cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_scenes),      cmocka_unit_test(test_counted_twice),
+        cmocka_unit_test(test_found_range), cmocka_unit_test(test_passes),
+        cmocka_unit_test(test_bytes),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
