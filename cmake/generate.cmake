@@ -7,9 +7,9 @@ add_custom_command(OUTPUT ${weft_glad_source} ${weft_generated_dir}/include/glad
         --out-path ${weft_generated_dir} c --mx
     COMMENT "Generating the GL function table" VERBATIM)
 # No extensions: the loader would look for their names in copies that it does not check for NULL.
-# The source is a part of passes/gl/gl_load.c and, for the command, of tools/render/gl_load.c.
+# The source is a part of passes/gl/gl_load.c and, for the command, of tools/render/gl/gl_load.c.
 set_source_files_properties(${weft_glad_source} PROPERTIES HEADER_FILE_ONLY ON)
-set_source_files_properties(passes/gl/gl_load.c tools/render/gl_load.c PROPERTIES COMPILE_OPTIONS -w
+set_source_files_properties(passes/gl/gl_load.c tools/render/gl/gl_load.c PROPERTIES COMPILE_OPTIONS -w
     INCLUDE_DIRECTORIES ${weft_generated_dir})
 
 # Embeds the shaders of a folder, whose strings are called prefix and name; see cmake/embed.cmake.

@@ -24,7 +24,7 @@
 
 #include "tests/peers/counts.h"
 #include "tests/peers/drawn.h"
-#include "tools/render/gl.h"
+#include "tools/render/gl/gl.h"
 
 enum { MAX_RUNS = 99, PAPER_FRAMES = 8, LONG = 100, LONG_RUNS = 3 };
 

@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_RENDER_FRAME_H
 
 #include "tools/render/drawing.h"
-#include "tools/render/matrix.h"
+#include "tools/render/gl/matrix.h"
 #include "tools/render/surface.h"
 #include "tools/render/triangles.h"
 

@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "tools/common/log.h"
-#include "tools/render/matrix.h"
-#include "tools/render/program.h"
+#include "tools/render/gl/matrix.h"
+#include "tools/render/gl/program.h"
 #include "tools/scene/vector.h"
 
 // ---- layers -------------------------------------------------------------------------------------

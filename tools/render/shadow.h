@@ -4,7 +4,7 @@
 #define WEFT_TOOLS_RENDER_SHADOW_H
 
 #include "tools/render/casters.h"
-#include "tools/render/gl.h"
+#include "tools/render/gl/gl.h"
 #include "tools/render/shadow_view.h"
 
 // A scene as it is drawn into maps; all of it is borrowed.

@@ -27,7 +27,7 @@
 #define WEFT_TOOLS_RENDER_SHADOW_VIEW_H
 
 #include "tools/render/drawing.h"
-#include "tools/render/matrix.h"
+#include "tools/render/gl/matrix.h"
 
 // To the box's diagonal: of lights above their surfaces, of planes towards lights; of depth.
 #define SCENE_SHADOW_HEIGHT 0x1p-14

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/render/program.h"
+#include "tools/render/gl/program.h"
 
 const char scene_surface_head[] = SCENE_VERSION "out vec4 weft_colour;\n"
                                                 "#define WEFT_AT(name) name\n"

@@ -5,8 +5,8 @@
 #define WEFT_TOOLS_RENDER_TRIANGLES_H
 
 #include "tools/render/edges.h"
-#include "tools/render/gl.h"
-#include "tools/render/matrix.h"
+#include "tools/render/gl/gl.h"
+#include "tools/render/gl/matrix.h"
 #include "tools/scene/scene.h"
 
 // All zero: none.

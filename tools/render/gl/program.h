@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/program.h - programs of the shaders in tools/render; inside of tools/render. The
+// tools/render/gl/program.h - programs of the shaders in tools/render; inside of it. The
 // context is current.
-#ifndef WEFT_TOOLS_RENDER_PROGRAM_H
-#define WEFT_TOOLS_RENDER_PROGRAM_H
+#ifndef WEFT_TOOLS_RENDER_GL_PROGRAM_H
+#define WEFT_TOOLS_RENDER_GL_PROGRAM_H
 
-#include "tools/render/gl.h"
+#include "tools/render/gl/gl.h"
 
 extern const char tools_shader_scene_depth[];
 extern const char tools_shader_scene_depth_vertex[];

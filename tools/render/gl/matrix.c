@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/render/matrix.h"
+#include "tools/render/gl/matrix.h"
 
 bool scene_extent_seen(const struct scene_extent *extent, const double clip[16])
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Programs of shaders.
 #include "tools/common/log.h"
-#include "tools/render/program.h"
+#include "tools/render/gl/program.h"
 
 GLuint scene_shader_compile(const GladGLContext *gl, const struct weft_log *log, GLenum stage,
                             const char *const *text, int count)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The generated loader, compiled as a part of this file: none of its names is a symbol of ours.
 #define GLAD_API_CALL static
-#include "tools/render/gl.h"
+#include "tools/render/gl/gl.h"
 
 #include "src/gl.c"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/gl.h - the functions of OpenGL, as an application gets them.
-#ifndef WEFT_TOOLS_RENDER_GL_H
-#define WEFT_TOOLS_RENDER_GL_H
+// tools/render/gl/gl.h - the functions of OpenGL, as an application gets them.
+#ifndef WEFT_TOOLS_RENDER_GL_GL_H
+#define WEFT_TOOLS_RENDER_GL_GL_H
 
 #include <glad/gl.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/render/matrix.h - what matrices show, and rounding them for OpenGL; inside of tools/render.
-// They are 16 numbers in columns, as passes/jitter/camera.h has them.
-#ifndef WEFT_TOOLS_RENDER_MATRIX_H
-#define WEFT_TOOLS_RENDER_MATRIX_H
+// tools/render/gl/matrix.h - what matrices show, and rounding them for OpenGL; inside of
+// tools/render. They are 16 numbers in columns, as passes/jitter/camera.h has them.
+#ifndef WEFT_TOOLS_RENDER_GL_MATRIX_H
+#define WEFT_TOOLS_RENDER_GL_MATRIX_H
 
 #include <stdbool.h>
 
