@@ -16,6 +16,7 @@
 #include "filter/check.h"
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/tree/tree.h"
+#include "passes/antialias/accumulative.h"
 #include "passes/antialias/marks/marks.h"
 #include "passes/antialias/multisample.h"
 #include "passes/antialias/supersample.h"
@@ -487,6 +488,22 @@ static enum weft_result multisample(void)
     return res;
 }
 
+static enum weft_acaa_form acaa_form;
+
+static enum weft_result accumulate_samples(void)
+{
+    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    weft_acaa *acaa;
+    enum weft_result res =
+        weft_acaa_create(weft_acaa_params(.width = 4, .height = 4, .form = acaa_form,
+                                          .context = context, .log = &test_log),
+                         &acaa);
+    if (res == WEFT_OK)
+        res = weft_acaa_run(acaa, &drawing, NULL);
+    weft_acaa_destroy(&acaa);
+    return res;
+}
+
 static enum weft_result mark(void)
 {
     const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
@@ -648,6 +665,9 @@ static void test_plans(void **state)
     if (context) {
         run("weft_msaa", multisample);
         run("weft_marker", mark);
+        run("weft_acaa", accumulate_samples);
+        acaa_form = WEFT_ACAA_JITTER;
+        run("weft_acaa, jitter", accumulate_samples);
         run("weft_supersample", supersample);
     }
     weft_context_destroy(&context);

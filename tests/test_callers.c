@@ -2386,6 +2386,64 @@ static void multisampling(void)
     weft_context_destroy(&context);
 }
 
+static void accumulative_run(weft_acaa *acaa)
+{
+    float out[16];
+    REFUSED(weft_acaa_read(acaa, 0, out, 0));
+    REFUSED(weft_acaa_read_weight(acaa, out, 0));
+    REFUSED(weft_acaa_run(acaa, NULL, NULL));
+    REFUSED(weft_acaa_run(acaa, &(struct weft_antialias_drawing){NULL, NULL}, NULL));
+    TRUE(weft_acaa_run(acaa, &(struct weft_antialias_drawing){draw_nothing, NULL}, NULL) ==
+         WEFT_OK);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        SURVIVED(weft_acaa_read(acaa, ints[i], out, 0));
+    REFUSED(weft_acaa_read(acaa, 0, NULL, 0));
+    REFUSED(weft_acaa_read(acaa, 0, out, 3));
+    REFUSED(weft_acaa_read_weight(acaa, NULL, 0));
+    REFUSED(weft_acaa_read_weight(acaa, out, 3));
+    TRUE(weft_acaa_read_weight(acaa, out, 0) == WEFT_OK && out[15] == 1.0f);
+}
+
+static void accumulative(void)
+{
+    weft_context *context = open_context();
+    struct weft_acaa_params good = {.width = 4, .height = 4, .context = context, .log = &logger};
+    weft_acaa *acaa = NULL;
+    lines = 0;
+#define CALL weft_acaa_create(&p, &acaa)
+#define CALL_AND_DESTROY (CALL == WEFT_OK ? weft_acaa_destroy(&acaa), WEFT_OK : WEFT_ERR_LIMIT)
+    SET_REFUSED(good, context, NULL, CALL);
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, INT_MIN, CALL);
+    SET_REFUSED(good, width, INT_MAX, CALL);
+    SET_REFUSED(good, samples, -1, CALL);
+    SET_REFUSED(good, samples, INT_MAX, CALL);
+    SET_REFUSED(good, depth_bits, 16, CALL);
+    SET_REFUSED(good, range, (double)NAN, CALL);
+    SET_REFUSED(good, background[3], (double)INFINITY, CALL);
+    ANY_NUMBER(good, range, CALL_AND_DESTROY);
+    ANY_NUMBER(good, filter_width, CALL_AND_DESTROY);
+    BAD_ENUM(good, form, CALL);
+    BAD_ENUM(good, coincident, CALL);
+    BAD_ENUM(good, sums, CALL);
+    for (int i = 1; i < BAD_KERNELS; i++)
+        SET_REFUSED(good, filter, bad_kernel(i), CALL);
+#undef CALL_AND_DESTROY
+#undef CALL
+    for (int f = WEFT_ACAA_AUTO; f < WEFT_ACAA_FORM_COUNT; f += WEFT_ACAA_JITTER) {
+        good.form = (enum weft_acaa_form)f;
+        TRUE(weft_acaa_create(&good, &acaa) == WEFT_OK);
+        accumulative_run(acaa);
+        struct weft_acaa_report report;
+        weft_acaa_get_report(acaa, &report);
+        TRUE(report.samples == 4);
+        weft_acaa_destroy(&acaa);
+    }
+    weft_acaa_destroy(&acaa);
+    weft_acaa_destroy(NULL);
+    weft_context_destroy(&context);
+}
+
 static void marks_run(weft_marker *marker)
 {
     float out[16];
@@ -2647,6 +2705,9 @@ static const struct {
     {multisampling,
      {F(msaa_create), F(msaa_destroy), F(msaa_run), F(msaa_read), F(msaa_get_report),
       F(msaa_positions)}},
+    {accumulative,
+     {F(acaa_create), F(acaa_destroy), F(acaa_run), F(acaa_read), F(acaa_read_weight),
+      F(acaa_get_report)}},
     {marking,
      {F(marker_create), F(marker_destroy), F(marker_run), F(marker_read), F(marker_bytes),
       F(marks_clear), F(marks_dilate)}},

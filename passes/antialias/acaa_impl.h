@@ -5,6 +5,7 @@
 
 #include "passes/antialias/accumulative.h"
 #include "passes/antialias/drawing/run.h"
+#include "passes/antialias/supersample.h"
 
 // ---- the plan: which form, samples, weights and layers of sums ----------------------------------
 
@@ -73,6 +74,7 @@ struct weft_acaa {
     struct weft_acaa_params params;
     struct weft_acaa_plan plan;
     struct weft_acaa_target target;
+    weft_supersample *jitter; // form jitter: nothing else is there
     char *head;
     uint32_t *words; // of the last picture: layer after layer
     double range;    // of a component
@@ -102,6 +104,16 @@ char *weft_acaa_head_make(const struct weft_acaa_params *params, const struct we
 enum weft_result weft_acaa_draw(struct weft_acaa *acaa,
                                 const struct weft_antialias_drawing *drawing,
                                 const struct weft_progress *progress);
+
+// ---- form jitter --------------------------------------------------------------------------------
+
+// These take a context that is not current.
+enum weft_result weft_acaa_jitter_create(struct weft_acaa *acaa);
+enum weft_result weft_acaa_jitter_run(struct weft_acaa *acaa,
+                                      const struct weft_antialias_drawing *drawing,
+                                      const struct weft_progress *progress);
+// Writes what it has; samples, form and callbacks stay as they are.
+void weft_acaa_jitter_report(const struct weft_acaa *acaa, struct weft_acaa_report *out);
 
 // ---- what was added up --------------------------------------------------------------------------
 

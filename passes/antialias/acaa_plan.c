@@ -11,12 +11,14 @@
 
 // ---- form ---------------------------------------------------------------------------------------
 
-static bool has_form(const GladGLContext *gl, enum weft_acaa_form form)
+static bool has_form(const GladGLContext *gl, const struct weft_acaa_params *p,
+                     enum weft_acaa_form form)
 {
     if (form == WEFT_ACAA_JITTER)
         return true;
-    return gl->VERSION_4_2 && (form != WEFT_ACAA_POST_DEPTH ||
-                               weft_drawing_has_extension(gl, "GL_ARB_post_depth_coverage"));
+    return (p->sums == WEFT_ACAA_FLOAT ? gl->VERSION_4_5 : gl->VERSION_4_2) &&
+           (form != WEFT_ACAA_POST_DEPTH ||
+            weft_drawing_has_extension(gl, "GL_ARB_post_depth_coverage"));
 }
 
 static enum weft_result choose_form(const struct weft_acaa_params *p, struct weft_acaa_plan *plan)
@@ -24,16 +26,16 @@ static enum weft_result choose_form(const struct weft_acaa_params *p, struct wef
     static const char *const why[WEFT_ACAA_FORM_COUNT] = {
         [WEFT_ACAA_POST_DEPTH] = "the context has ARB_post_depth_coverage and image atomics",
         [WEFT_ACAA_SAMPLE_ID] = "the context has image atomics, but no ARB_post_depth_coverage",
-        [WEFT_ACAA_JITTER] = "the context has no image atomics (GL 4.2)",
+        [WEFT_ACAA_JITTER] = "the context has no image atomics (GL 4.2; of floats 4.5)",
     };
     const GladGLContext *gl = &p->context->gl;
     const enum weft_result res = weft_context_enter(p->context);
     if (res != WEFT_OK)
         return res;
     enum weft_acaa_form form = p->form == WEFT_ACAA_AUTO ? WEFT_ACAA_POST_DEPTH : p->form;
-    while (p->form == WEFT_ACAA_AUTO && !has_form(gl, form))
+    while (p->form == WEFT_ACAA_AUTO && !has_form(gl, p, form))
         form++;
-    const bool has = has_form(gl, form);
+    const bool has = has_form(gl, p, form);
     weft_context_leave(p->context);
     plan->form = form;
     plan->why = p->form == WEFT_ACAA_AUTO ? why[form] : "it was asked for";
@@ -41,7 +43,9 @@ static enum weft_result choose_form(const struct weft_acaa_params *p, struct wef
         return WEFT_OK;
     weft_error(p->log, "acaa: form %s needs %s, which the context (%s) has not",
                weft_name(weft_acaa_form_names, form),
-               form == WEFT_ACAA_POST_DEPTH ? "GL 4.2 and ARB_post_depth_coverage" : "GL 4.2",
+               p->sums == WEFT_ACAA_FLOAT     ? "GL 4.5 for sums of floats"
+               : form == WEFT_ACAA_POST_DEPTH ? "GL 4.2 and ARB_post_depth_coverage"
+                                              : "GL 4.2",
                p->context->info.version);
     return WEFT_ERR_UNSUPPORTED;
 }

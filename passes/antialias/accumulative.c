@@ -83,10 +83,8 @@ static enum weft_result make_memory(struct weft_acaa *a)
 static enum weft_result make(struct weft_acaa *a)
 {
     enum weft_result res = weft_acaa_plan_make(&a->params, &a->plan);
-    if (res == WEFT_OK && a->plan.form == WEFT_ACAA_JITTER) {
-        weft_error(a->params.log, "acaa: form jitter is not there yet");
-        return WEFT_ERR_UNSUPPORTED;
-    }
+    if (res == WEFT_OK && a->plan.form == WEFT_ACAA_JITTER)
+        return weft_acaa_jitter_create(a);
     if (res == WEFT_OK)
         res = make_memory(a);
     if (res == WEFT_OK)
@@ -124,19 +122,19 @@ enum weft_result weft_acaa_create(const struct weft_acaa_params *params, weft_ac
 {
     enum { SAMPLES = 4, DEPTH_BITS = 24 };
     *out = NULL;
-    if (!params)
-        return WEFT_ERR_ARGUMENT;
     enum weft_result res = check(params);
     if (res != WEFT_OK)
         return res;
     weft_acaa *a = calloc(1, sizeof *a);
-    if (!a)
+    if (!a) {
+        weft_error(params->log, "acaa: no memory");
         return WEFT_ERR_MEMORY;
+    }
     a->params = *params;
     a->params.samples = params->samples ? params->samples : SAMPLES;
     a->params.depth_bits = params->depth_bits ? params->depth_bits : DEPTH_BITS;
     res = make(a);
-    if (res == WEFT_OK && !weft_acaa_set_range(a, first_range(params), 1.0)) {
+    if (res == WEFT_OK && !a->jitter && !weft_acaa_set_range(a, first_range(params), 1.0)) {
         weft_error(params->log, "acaa: sums cannot hold components of %g", first_range(params));
         res = WEFT_ERR_LIMIT;
     }
@@ -145,6 +143,8 @@ enum weft_result weft_acaa_create(const struct weft_acaa_params *params, weft_ac
         return res;
     }
     fill_report(a);
+    if (a->jitter)
+        weft_acaa_jitter_report(a, &a->report);
     *out = a;
     return WEFT_OK;
 }
@@ -154,6 +154,7 @@ void weft_acaa_destroy(weft_acaa **acaa)
     if (!acaa || !*acaa)
         return;
     weft_acaa *a = *acaa;
+    weft_supersample_destroy(&a->jitter);
     if (weft_context_enter(a->params.context) == WEFT_OK) {
         weft_acaa_target_destroy(a);
         weft_context_leave(a->params.context);
@@ -250,33 +251,54 @@ static double find_bound(const struct weft_acaa *a)
     return plan->magnitude * largest * rounded / (1.0 - rounded) + plan->error * largest;
 }
 
-enum weft_result weft_acaa_run(weft_acaa *a, const struct weft_antialias_drawing *drawing,
-                               const struct weft_progress *progress)
+static enum weft_result run(weft_acaa *a, const struct weft_antialias_drawing *drawing,
+                            const struct weft_progress *progress)
 {
-    if (!a || !drawing || !drawing->draw)
-        return WEFT_ERR_ARGUMENT;
-    a->has_picture = false;
-    a->reported = 0.0;
     enum weft_result res = weft_context_enter(a->params.context);
     if (res != WEFT_OK)
         return res;
     res = draw(a, drawing, progress);
     a->params.context->gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     weft_context_leave(a->params.context);
-    if (res != WEFT_OK)
-        return res;
     a->report.range = a->range;
     a->report.scale = a->params.sums == WEFT_ACAA_FLOAT ? 0.0 : ldexp(1.0, a->scale_log2);
     a->report.bound = find_bound(a);
-    a->has_picture = true;
-    return WEFT_OK;
+    return res;
+}
+
+enum weft_result weft_acaa_run(weft_acaa *a, const struct weft_antialias_drawing *drawing,
+                               const struct weft_progress *progress)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    a->has_picture = false;
+    a->reported = 0.0;
+    weft_require(a->params.log, drawing && drawing->draw);
+    res = a->jitter ? weft_acaa_jitter_run(a, drawing, progress) : run(a, drawing, progress);
+    if (res == WEFT_OK && a->jitter)
+        weft_acaa_jitter_report(a, &a->report);
+    a->has_picture = res == WEFT_OK;
+fail:
+    return res;
+}
+
+static bool check_read(const weft_acaa *a, int channel, const float *out, size_t stride)
+{
+    enum { CHANNELS = 4 };
+    if (a->has_picture && channel >= 0 && channel < CHANNELS && out &&
+        (stride == 0 || stride >= (size_t)a->params.width))
+        return true;
+    weft_error(a->params.log, "acaa: channel %d, rows of %zu: %s", channel, stride,
+               a->has_picture ? "there are channels 0 to 3, and rows are as wide as the picture"
+                              : "there is no picture yet");
+    return false;
 }
 
 enum weft_result weft_acaa_read(const weft_acaa *a, int channel, float *out, size_t stride)
 {
-    enum { CHANNELS = 4 };
-    if (!a || !a->has_picture || channel < 0 || channel >= CHANNELS)
+    if (!check_read(a, channel, out, stride))
         return WEFT_ERR_ARGUMENT;
+    if (a->jitter)
+        return weft_supersample_read(a->jitter, channel, out, stride);
     const size_t width = (size_t)a->params.width;
     for (size_t y = 0; y < (size_t)a->params.height; y++)
         for (size_t x = 0; x < width; x++)
@@ -286,16 +308,17 @@ enum weft_result weft_acaa_read(const weft_acaa *a, int channel, float *out, siz
 
 enum weft_result weft_acaa_read_weight(const weft_acaa *a, float *out, size_t stride)
 {
-    if (!a || !a->has_picture)
+    if (!check_read(a, 0, out, stride))
         return WEFT_ERR_ARGUMENT;
     const size_t width = (size_t)a->params.width;
     for (size_t y = 0; y < (size_t)a->params.height; y++)
         for (size_t x = 0; x < width; x++)
-            out[y * (stride ? stride : width) + x] = weft_acaa_weight(a, y * width + x);
+            out[y * (stride ? stride : width) + x] =
+                a->jitter ? 1.0f : weft_acaa_weight(a, y * width + x);
     return WEFT_OK;
 }
 
 void weft_acaa_get_report(const weft_acaa *a, struct weft_acaa_report *out)
 {
-    *out = a ? a->report : (struct weft_acaa_report){0};
+    *out = a->report;
 }

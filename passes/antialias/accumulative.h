@@ -19,9 +19,11 @@ enum weft_acaa_form {
     WEFT_ACAA_POST_DEPTH, // ARB_post_depth_coverage, image atomics (GL 4.2)
     WEFT_ACAA_SAMPLE_ID,  // a call of the shader for each sample, early tests and image atomics (GL
                           // 4.2): the shading of MSAA times the samples
-    // GL 3.3: a picture of one sample for each of them, moved, added up. Every sample is shaded
-    // where it is, not in the pixel's middle, and vertices are snapped to 1/256 of a pixel anew in
-    // every picture, so that edges lie elsewhere by as much. `coincident` has nothing to do.
+    // GL 3.3: a picture of one sample for each of them (weft_supersample), at the same places,
+    // moved and added up. Every sample is shaded where it is, not in the pixel's middle. Vertices
+    // are snapped to 1/256 of a pixel anew in every picture, so that samples within 1/128 of an
+    // edge may lie on its other side; all others show the same surface. `coincident` and
+    // `depth_bits` have nothing to do, and weights are not counted: they are reported as right.
     WEFT_ACAA_JITTER,
     WEFT_ACAA_FORM_COUNT
 };
@@ -47,7 +49,8 @@ WEFT_API extern const char *const weft_acaa_coincident_names[];
 // What colours are added up in.
 enum weft_acaa_sums {
     WEFT_ACAA_INTEGER, // colours as integers of a scale: the sum is exact, in any order
-    WEFT_ACAA_FLOAT,   // floats, by compare and exchange; rounded at each addition, in any order
+    WEFT_ACAA_FLOAT,   // floats, by compare and exchange (GL 4.5); rounded at each addition, in any
+                       // order
     WEFT_ACAA_SUMS_COUNT
 };
 // NULL-ended, in the order of the enum: "integer", "float".
@@ -108,16 +111,18 @@ struct weft_acaa_report {
     int samples, device_samples, passes;
     double discrepancy; // of the samples in a pixel
     int radius;         // pixels that a sample reaches to each side
-    // The self-check: weights that are less than they should be (discard, alpha to coverage, depths
-    // that differ between passes) or more (coincident surfaces), before any cutting off; where the
-    // first of each are, and the largest departure, as shares.
+    // The self-check: pixels whose weights are less than they should be (discard, alpha below 1,
+    // depths that differ between passes) or more (coincident surfaces), before any cutting off;
+    // where the first of each are, x and y, rows upwards (-1: none), and the largest departure, as
+    // a share of what it should be.
     int64_t less, more;
     int32_t first_less[2], first_more[2];
     double largest;
-    double range, scale; // of integers: of a colour; integers for each unit of it
+    double range, scale; // of integers: of a colour; integers for each unit of it (0 of floats)
     int redone;          // times that it was drawn again for its range
-    // Of |picture - exact mean of the colours that were written, by weights of the filter|: half a
-    // unit of the integers, what weights' rounding makes, the float that is read.
+    // Of |picture - exact mean of the colours that were written, by weights of the filter|, where
+    // the self-check finds nothing: half a unit of the integers, what weights' rounding makes, the
+    // float that is read; of form jitter of colours up to `range`.
     double bound;
     uint64_t formula_bytes, bytes; // weft_bytes_accumulative; of all that GL holds for it
     uint64_t callbacks;            // so far
