@@ -22,7 +22,7 @@ struct scene_exact_params {
 // Writes linear light with associated alpha over the scene's background, out[y][x][4], rows upwards
 // as OpenGL's. Every visible part of a triangle counts with its exact shape: triangles are cut where
 // they hide one another and where they go through one another, at the near and the far plane; of
-// triangles in one place (depths of normalised device coordinates within 1e-12) the first is seen.
+// triangles in one place (depths of normalised device coordinates within 1e-13) the first is seen.
 // Backs of one-sided materials are not there, fronts emit. *error: of any value, estimated; about
 // 1e-13 of the largest colour but for kernels that are not smooth between half integers. 4,000
 // polygons of 50 pixels on 512 x 512 take a second. Returns WEFT_ERR_UNSUPPORTED after a line (what

@@ -6,7 +6,7 @@
 #include "tools/scene/exact_parts.h"
 
 // Depths that differ by less are the same: rounding of planes. Areas, in pixels, that are dropped.
-static const double SAME_DEPTH = 1e-12, NO_AREA = 1e-17;
+static const double SAME_DEPTH = 1e-13, NO_AREA = 1e-17;
 
 // ---- polygons -----------------------------------------------------------------------------------
 
