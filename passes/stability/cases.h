@@ -16,6 +16,8 @@ extern const struct weft_stability_case weft_stability_blend_8, weft_stability_m
     weft_stability_nan_frame;
 extern const struct weft_stability_case weft_stability_jitter_shift, weft_stability_few_frames,
     weft_stability_lens_outside, weft_stability_light_corner;
+extern const struct weft_stability_case weft_stability_drawn_twice, weft_stability_shader_apart,
+    weft_stability_edge_ids, weft_stability_own_frustum, weft_stability_bright_sum;
 extern const struct weft_stability_case weft_stability_half_passes, weft_stability_half_overflow;
 extern const struct weft_stability_case weft_stability_filter_weights, weft_stability_texel_centres,
     weft_stability_same_size, weft_stability_odd_width;

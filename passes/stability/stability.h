@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// passes/stability/stability.h - known failures of reconstruction and accumulation, each as a case
-// that runs the naive way beside weft's own and measures both. The command (weft stability) and the
-// tests walk the same list. Every case states a limit that weft's way must keep: a bound that its
-// plan gives or that follows from roundings, not a number that was seen to be enough. Where it
-// comes from stands beside the case (passes/stability/*.c).
+// passes/stability/stability.h - known failures of reconstruction, accumulation and anti-aliasing,
+// each as a case that runs the naive way beside weft's own and measures both. The command (weft
+// stability) and the tests walk the same list. Every case states a limit that weft's way must keep:
+// a bound that its plan gives or that follows from roundings, not a number that was seen to be
+// enough. Where it comes from stands beside the case (passes/stability/*.c).
 #ifndef WEFT_PASSES_STABILITY_STABILITY_H
 #define WEFT_PASSES_STABILITY_STABILITY_H
 
