@@ -11,9 +11,9 @@
 #include "tools/verbs/verb.h"
 
 static const struct verb *const verbs[] = {
-    &verb_slice,     &verb_info,  &verb_make, &verb_resample, &verb_accumulate, &verb_effect,
-    &verb_kernel,    &verb_table, &verb_plan, &verb_validate, &verb_stability,  &verb_chart,
-    &verb_calibrate, NULL};
+    &verb_slice,    &verb_info,      &verb_make,   &verb_resample,  &verb_accumulate,
+    &verb_effect,   &verb_antialias, &verb_kernel, &verb_table,     &verb_plan,
+    &verb_validate, &verb_stability, &verb_chart,  &verb_calibrate, NULL};
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)
@@ -36,6 +36,7 @@ static void print_help(void)
          "  0  done\n"
          "  1  failed: out of memory, a GL error, no gnuplot for a plot,\n"
          "     nothing within --max-error;\n"
+         "     weft antialias: pixels without their samples' weight;\n"
          "     weft validate: invalid; weft stability: a case fails\n"
          "  2  wrong usage: options, names, geometry\n"
          "  3  unreadable or refused input: missing, damaged, unsupported, over a limit;\n"
@@ -71,14 +72,31 @@ static void print_verb_help(const struct verb *verb)
 static const struct {
     const char *name, *verb;
 } verb_aliases[] = {
-    {"cut", "slice"},          {"reslice", "slice"},    {"resize", "resample"},
-    {"scale", "resample"},     {"upscale", "resample"}, {"generate", "make"},
-    {"create", "make"},        {"print", "info"},       {"show", "info"},
-    {"check", "validate"},     {"verify", "validate"},  {"bench", "chart"},
-    {"benchmark", "chart"},    {"plot", "chart"},       {"test", "stability"},
-    {"average", "accumulate"}, {"mean", "accumulate"},  {"merge", "accumulate"},
-    {"stack", "accumulate"},   {"blur", "effect"},      {"render", "effect"},
+    {"cut", "slice"},
+    {"reslice", "slice"},
+    {"resize", "resample"},
+    {"scale", "resample"},
+    {"upscale", "resample"},
+    {"generate", "make"},
+    {"create", "make"},
+    {"print", "info"},
+    {"show", "info"},
+    {"check", "validate"},
+    {"verify", "validate"},
+    {"bench", "chart"},
+    {"benchmark", "chart"},
+    {"plot", "chart"},
+    {"test", "stability"},
+    {"average", "accumulate"},
+    {"mean", "accumulate"},
+    {"merge", "accumulate"},
+    {"stack", "accumulate"},
+    {"blur", "effect"},
+    {"render", "effect"},
     {"effects", "effect"},
+    {"aa", "antialias"},
+    {"smooth", "antialias"},
+    {"supersample", "antialias"},
 };
 enum { VERB_ALIASES = sizeof verb_aliases / sizeof *verb_aliases };
 

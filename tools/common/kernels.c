@@ -60,6 +60,17 @@ enum weft_result kernels_load_filter(const char *text, int axes, struct weft_ker
     return WEFT_ERR_ARGUMENT;
 }
 
+enum weft_result kernels_read_filter(const struct option_value *filter,
+                                     const struct option_value *width, struct weft_kernel *kernel,
+                                     weft_kernel_file **file, double *pixels)
+{
+    const enum weft_result res =
+        filter->given ? kernels_load_filter(filter->text, 2, kernel, file) : WEFT_OK;
+    return res == WEFT_OK ? options_read_number(width, "filter-width", 0x1p-20, 0x1p20,
+                                                "not a width in pixels, from 2^-20 to 2^20", pixels)
+                          : res;
+}
+
 const char *const kernels_normalise_choices[] = {"on", "off", NULL};
 
 static bool has_sums(const struct weft_kernel *kernel, int dims)

@@ -422,6 +422,20 @@ bool options_ask_for_help(const struct option_value *value)
     return value->given && strcmp(value->text, "help") == 0;
 }
 
+void options_join_names(const char *const *names, unsigned bits, const char *last, char *text,
+                        size_t size)
+{
+    *text = 0;
+    for (int i = 0; bits >> i; i++) {
+        const size_t used = strlen(text);
+        const unsigned later = bits >> i >> 1;
+        if (bits >> i & 1 && later && !(later & (later - 1)))
+            snprintf(text + used, size - used, "%s %s ", names[i], last);
+        else if (bits >> i & 1)
+            snprintf(text + used, size - used, "%s%s", names[i], later ? ", " : "");
+    }
+}
+
 void options_print_wrapped(const char *text, int indent)
 {
     int column = 0;

@@ -9,6 +9,7 @@
 #define WEFT_TOOLS_COMMON_OPTIONS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "weft.h"
@@ -72,6 +73,11 @@ enum weft_result options_read_whole(const struct option_value *value, const char
                                     int64_t least, int64_t most, int *out);
 // Whether it is given, as "help": a list of names is asked for.
 bool options_ask_for_help(const struct option_value *value);
+
+// Writes the names of a list whose bits are set, as "a, b or c", `last` being "or"; cut where they
+// do not fit.
+void options_join_names(const char *const *names, unsigned bits, const char *last, char *text,
+                        size_t size);
 
 // The table as help text on stdout.
 void options_print(const struct option_spec *options, int option_count);

@@ -49,21 +49,6 @@ static const struct {
     {ASK_CLAMP, "--clamp", EFFECT_RADIOSITY},
 };
 
-// "antialias, dof or soft-shadow".
-static void name_effects(unsigned effects, char text[EFFECT_TEXT])
-{
-    *text = 0;
-    for (int i = 0; i < EFFECT_COUNT; i++) {
-        const size_t used = strlen(text);
-        const unsigned later = effects >> (i + 1);
-        if (effects >> i & 1)
-            snprintf(text + used, EFFECT_TEXT - used, "%s%s", effect_names[i],
-                     !later                  ? ""
-                     : (later & (later - 1)) ? ", "
-                                             : " or ");
-    }
-}
-
 // An option of effects that were not named.
 static bool has_foreign_option(const struct effect_job *job)
 {
@@ -72,7 +57,7 @@ static bool has_foreign_option(const struct effect_job *job)
         if (!is_given(job, effect_options[i].option) ||
             (effect_options[i].effects & job->params.effects))
             continue;
-        name_effects(effect_options[i].effects, names);
+        options_join_names(effect_names, effect_options[i].effects, "or", names, sizeof names);
         report_error("%s is of %s: name it with the others, as %s+%s", effect_options[i].name,
                      names, job->operands[0],
                      effect_names[__builtin_ctz(effect_options[i].effects)]);
@@ -187,20 +172,6 @@ static enum weft_result read_clamp(const struct option_value *o, double *out)
     report_error("--clamp %s: not auto, off, or a factor above 0, in 1 / (unit of the scene)^2",
                  o->text);
     return WEFT_ERR_ARGUMENT;
-}
-
-static enum weft_result read_filter(struct effect_job *job)
-{
-    const struct option_value *o = job->option;
-    enum weft_result res = WEFT_OK;
-    if (o[ASK_FILTER].given)
-        res = kernels_load_filter(o[ASK_FILTER].text, 2, &job->filter, &job->filter_file);
-    job->params.filter = job->filter;
-    if (res == WEFT_OK)
-        res = options_read_number(&o[ASK_FILTER_WIDTH], "filter-width", 0x1p-20, 0x1p20,
-                                  "not a width in pixels, from 2^-20 to 2^20",
-                                  &job->params.filter_width);
-    return res;
 }
 
 static enum weft_result read_lens_and_lamps(struct effect_job *job)
@@ -356,7 +327,9 @@ static enum weft_result read_params(struct effect_job *job)
         res = read_jitter(job);
     p->centre = o[ASK_CENTRE].integer[0] == 0; // "on" is the first and the default
     if (res == WEFT_OK)
-        res = read_filter(job);
+        res = kernels_read_filter(&o[ASK_FILTER], &o[ASK_FILTER_WIDTH], &job->filter,
+                                  &job->filter_file, &p->filter_width);
+    p->filter = job->filter;
     if (res == WEFT_OK)
         res = read_lens_and_lamps(job);
     if (res == WEFT_OK)

@@ -14,15 +14,11 @@
 
 #include <cmocka.h>
 
+#include "tests/command/scenes/pictures.h"
+#include "tests/command/scenes/refused.h"
 #include "tests/support/command.h"
 
-#define COUNT(array) (sizeof(array) / sizeof *(array))
 #define fails(code, text, ...) command_fails(code, text, "effect", __VA_ARGS__)
-
-static void put(const char *path, const char *text)
-{
-    command_write_file(path, text, strlen(text));
-}
 
 // ---- options ------------------------------------------------------------------------------------
 
@@ -80,9 +76,7 @@ static void options_of_other_effects_are_refused(void **state)
 static void bad_values_are_refused(void **state)
 {
     (void)state;
-    static const struct {
-        const char *effect, *option[4], *message;
-    } cases[] = {
+    static const struct refused_value cases[] = {
         {"antialias", {"--frames", "0"}, "--frames 0: not a whole number from 1 to "},
         {"antialias",
          {"--frames", "many"},
@@ -167,16 +161,7 @@ static void bad_values_are_refused(void **state)
         {"antialias", {"-q", "-v"}, "-q and -v exclude each other"},
         {"antialias", {"-o", "p.png"}, "output"},
     };
-    for (size_t i = 0; i < COUNT(cases); i++) {
-        const char *const *o = cases[i].option;
-        const char *argv[10] = {"weft", "effect", cases[i].effect, "--output=p.exr"};
-        const bool named = o[0][0] == '-' && o[0][1] == 'o';
-        int count = named ? 3 : 4;
-        for (int k = 0; k < 4 && o[k]; k++)
-            argv[count++] = o[k];
-        argv[count] = NULL;
-        command_fails_list(__FILE__, __LINE__, 2, cases[i].message, argv);
-    }
+    refuse_values("effect", cases, COUNT(cases));
 }
 
 static void errors_beyond_the_wanted_are_refused(void **state)
@@ -223,30 +208,9 @@ static void outputs_are_checked_beforehand(void **state)
 static void bad_meshes_get_one_line(void **state)
 {
     (void)state;
-    static const struct {
-        const char *path, *text;
-    } meshes[] = {
-        {"empty.obj", ""},
-        {"points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"},
-        {"beyond.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"},
-        {"nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
-        {"large.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1e38 0\nf 1 2 3\n"},
-        {"text.ply", "hello\n"},
-        {"cut.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-                    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                    "end_header\n0 0 0\n"},
-        {"text.gltf", "{"},
-        {"text.glb", "glTF"},
-        {"outside.gltf",
-         "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"../../../etc/passwd\","
-         "\"byteLength\":36}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"accessors\":[{"
-         "\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{"
-         "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"nodes\":[{\"mesh\":0}],\"scenes\":"
-         "[{\"nodes\":[0]}],\"scene\":0}"},
-    };
-    for (size_t i = 0; i < COUNT(meshes); i++) {
-        put(meshes[i].path, meshes[i].text);
-        fails(3, meshes[i].path, "antialias", "--scene", meshes[i].path, "-o", "p.exr");
+    for (size_t i = 0; i < COUNT(bad_meshes); i++) {
+        put(bad_meshes[i].path, bad_meshes[i].text);
+        fails(3, bad_meshes[i].path, "antialias", "--scene", bad_meshes[i].path, "-o", "p.exr");
     }
     fails(3, "gone.obj", "antialias", "--scene", "gone.obj", "-o", "p.exr");
     fails(3, "gone.obj", "fade", "--scene", "cube;gone.obj", "-o", "p.exr");
@@ -278,15 +242,6 @@ static void bad_keyframes_name_their_line(void **state)
 }
 
 // ---- signals ------------------------------------------------------------------------------------
-
-static void assert_dies(pid_t pid, int signal)
-{
-    int status, before = command_folder_size();
-    const double seconds = command_signal(pid, signal, &status);
-    if (!WIFSIGNALED(status) || WTERMSIG(status) != signal || seconds > 2.0)
-        fail_msg("signal %d: status %x after %.2f s", signal, (unsigned)status, seconds);
-    assert_int_equal(command_folder_size(), before);
-}
 
 // Many frames, and at moments all over them.
 static void signals_while_it_draws(void **state)

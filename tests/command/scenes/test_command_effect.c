@@ -14,95 +14,13 @@
 
 #include <cmocka.h>
 #include <jansson.h>
-#include <png.h>
 
+#include "tests/command/scenes/pictures.h"
 #include "tests/support/command.h"
 #include "tests/support/json.h"
 #include "weft.h"
 
-#define COUNT(array) (sizeof(array) / sizeof *(array))
-
-enum { WIDTH = 48, HEIGHT = 32, PIXELS = WIDTH * HEIGHT };
-#define SIZE "--size", "48x32"
-
-static const char *const channel_names[] = {"R", "G", "B", "A", NULL};
-
 // ---- pictures -----------------------------------------------------------------------------------
-
-static const float *plane_of(const struct weft_image *image, const char *name)
-{
-    for (size_t c = 0; c < image->channel_count; c++)
-        if (strcmp(image->channels[c].name, name) == 0)
-            return image->channels[c].plane;
-    fail_msg("no channel %s", name);
-    return NULL;
-}
-
-static void load(const char *path, struct weft_image *out)
-{
-    assert_int_equal(weft_image_load(weft_image_load_params(.path = path), out), WEFT_OK);
-    assert_int_equal(out->channel_count, 4);
-}
-
-static const char *attribute(const struct weft_image *image, const char *name, char text[300])
-{
-    const struct weft_image_attribute *a = weft_image_find(image, name);
-    if (!a)
-        fail_msg("no attribute %s", name);
-    weft_image_attribute_format(a, text, 300);
-    return text;
-}
-
-static void assert_same_bytes(const char *a, const char *b, bool same)
-{
-    size_t size[2];
-    char *bytes[2] = {command_read_file(a, &size[0]), command_read_file(b, &size[1])};
-    const bool equal = size[0] == size[1] && memcmp(bytes[0], bytes[1], size[0]) == 0;
-    if (equal != same)
-        fail_msg("%s and %s are %s", a, b, equal ? "the same" : "not the same");
-    free(bytes[0]);
-    free(bytes[1]);
-}
-
-// The code of IEC 61966-2-1, in double precision; both neighbours where it is on an edge.
-static bool is_code_of(double light, int code)
-{
-    const double v = fmin(fmax(light, 0.0), 1.0);
-    const double srgb = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 / 2.4) - 0.055;
-    return fabs(255.0 * srgb - code) <= 0.5 + 1e-4;
-}
-
-static void check_preview(const char *path, const struct weft_image *image)
-{
-    png_image png = {.version = PNG_IMAGE_VERSION};
-    static png_byte codes[3 * PIXELS];
-    assert_true(png_image_begin_read_from_file(&png, path));
-    assert_int_equal(png.width, WIDTH);
-    assert_int_equal(png.height, HEIGHT);
-    png.format = PNG_FORMAT_RGB;
-    assert_true(png_image_finish_read(&png, NULL, codes, 0, NULL));
-    for (int c = 0; c < 3; c++)
-        for (int i = 0; i < PIXELS; i++)
-            if (!is_code_of((double)plane_of(image, channel_names[c])[i], codes[3 * i + c]))
-                fail_msg("%s: %s of pixel %d: code %d of %g", path, channel_names[c], i,
-                         codes[3 * i + c], (double)plane_of(image, channel_names[c])[i]);
-}
-
-// That all is finite, there is something to be seen, and coverage is a share.
-static void check_values(const char *effect, const struct weft_image *image)
-{
-    double least = INFINITY, most = -INFINITY;
-    for (int c = 0; c < 4; c++)
-        for (int i = 0; i < PIXELS; i++) {
-            const double v = (double)plane_of(image, channel_names[c])[i];
-            if (!isfinite(v) || v < -1e-6 || (c == 3 && v > 1.0 + 1e-6))
-                fail_msg("%s: %s of pixel %d is %g", effect, channel_names[c], i, v);
-            least = c < 3 ? fmin(least, v) : least;
-            most = c < 3 ? fmax(most, v) : most;
-        }
-    if (!(most > least + 0.05))
-        fail_msg("%s shows nothing: from %g to %g", effect, least, most);
-}
 
 static const char *const effects[] = {"fade",
                                       "motion-blur",
@@ -138,23 +56,12 @@ static void every_effect_makes_its_picture(void **state)
     }
 }
 
-// The sky of scene plane is blue, and above.
 static void row_0_is_on_top(void **state)
 {
     (void)state;
-    struct weft_image image;
-    double blueness[2] = {0.0, 0.0};
     command_succeeds("effect", "antialias", SIZE, "--scene", "plane", "--frames", "1", "-o",
                      "p.exr");
-    load("p.exr", &image);
-    for (int x = 0; x < WIDTH; x++)
-        for (int end = 0; end < 2; end++) {
-            const int at = x + end * (HEIGHT - 1) * WIDTH;
-            blueness[end] += (double)(plane_of(&image, "B")[at] - plane_of(&image, "R")[at]);
-        }
-    assert_true(blueness[0] > 0.1 * WIDTH);
-    assert_true(blueness[1] < 0.02 * WIDTH);
-    weft_image_clear(&image);
+    check_sky("p.exr");
 }
 
 static void the_same_request_gives_the_same_bytes(void **state)
@@ -266,11 +173,6 @@ static void methods_keep_their_bounds(void **state)
 }
 
 // ---- files and the camera -----------------------------------------------------------------------
-
-static void put(const char *path, const char *text)
-{
-    command_write_file(path, text, strlen(text));
-}
 
 // A square of side 2 in the plane z = 0 that shines, and faces z.
 static void make_square(void)
