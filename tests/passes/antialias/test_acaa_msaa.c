@@ -9,19 +9,12 @@
 #include <cmocka.h>
 
 #include <stdlib.h>
-#include <string.h>
 
-#include "tests/support/common.h"
 #include "tests/support/contexts.h"
-#include "tests/passes/antialias/samples.h"
+#include "tests/passes/antialias/small_pictures.h"
 #include "passes/accumulate/sums/wide.h"
-#include "passes/antialias/accumulative.h"
-#include "passes/antialias/drawing/run.h"
 #include "passes/antialias/multisample.h"
 
-enum { WIDTH = 24, HEIGHT = 18, PIXELS = WIDTH * HEIGHT, TRIANGLES = 24, VERTICES = 3 * TRIANGLES };
-static const int size[2] = {WIDTH, HEIGHT};
-static const double background[4] = {0.25, 0.0, 0.75, 0.5};
 static const float hdr = 48.0f;
 
 // Colours at the middle of a pixel that a triangle hardly covers lie far beyond those of its
@@ -82,20 +75,6 @@ static void choose_scene(struct triangles *t, int s)
 
 // ---- one pass -----------------------------------------------------------------------------------
 
-typedef float picture[4][PIXELS];
-
-static weft_acaa *create_acaa(weft_context *context, struct weft_acaa_params params)
-{
-    weft_acaa *acaa;
-    params.width = WIDTH;
-    params.height = HEIGHT;
-    memcpy(params.background, background, sizeof background);
-    params.context = context;
-    params.log = &log_to_stderr;
-    assert_int_equal(weft_acaa_create(&params, &acaa), WEFT_OK);
-    return acaa;
-}
-
 static weft_msaa *create_msaa(weft_context *context, struct weft_msaa_params params)
 {
     weft_msaa *msaa;
@@ -108,28 +87,11 @@ static weft_msaa *create_msaa(weft_context *context, struct weft_msaa_params par
     return msaa;
 }
 
-static void run_acaa(weft_acaa *acaa, struct triangles *t, picture out)
-{
-    assert_int_equal(weft_acaa_run(acaa, triangles_drawing(t), NULL), WEFT_OK);
-    for (int c = 0; c < 4; c++)
-        assert_int_equal(weft_acaa_read(acaa, c, out[c], 0), WEFT_OK);
-}
-
 static void run_msaa(weft_msaa *msaa, struct triangles *t, picture out)
 {
     assert_int_equal(weft_msaa_run(msaa, triangles_drawing(t)), WEFT_OK);
     for (int c = 0; c < 4; c++)
         assert_int_equal(weft_msaa_read(msaa, c, out[c], 0), WEFT_OK);
-}
-
-// NAN stays.
-static double distance(const picture a, const picture b)
-{
-    double largest = 0.0;
-    for (int c = 0; c < 4; c++)
-        for (int i = 0; i < PIXELS; i++)
-            largest = larger(largest, fabs((double)a[c][i] - (double)b[c][i]));
-    return largest;
 }
 
 // What scenes of one range of colours are drawn with.
@@ -166,14 +128,6 @@ struct found {
     double codes, floats;
 };
 
-static int count_mixed(const picture p)
-{
-    int mixed = 0;
-    for (int i = 0; i < PIXELS; i++)
-        mixed += p[3][i] > 0.5f && p[3][i] < 1.0f;
-    return mixed;
-}
-
 static void check_scene(struct ways *ways, struct triangles *t, int scene, struct found *found)
 {
     static picture sum, acaa, blit;
@@ -199,21 +153,6 @@ static void check_scene(struct ways *ways, struct triangles *t, int scene, struc
     }
     found->mixed += count_mixed(acaa);
     found->scenes++;
-}
-
-static bool has_forms(const weft_context *context)
-{
-    return context && context->gl.VERSION_4_2 &&
-           weft_drawing_has_extension(&context->gl, "GL_ARB_post_depth_coverage");
-}
-
-static bool enter_and_ask(weft_context *context)
-{
-    if (!context || weft_context_enter(context) != WEFT_OK)
-        return false;
-    const bool has = has_forms(context);
-    weft_context_leave(context);
-    return has;
 }
 
 static void check_scenes(weft_context *context, int first, int count, struct found *found)
@@ -435,9 +374,8 @@ static void test_passes(void **state)
     static const struct {
         int count;
         const char *filter;
-    } cases[] = {{8, "nearest"},    {16, "nearest"},  {64, "nearest"},  {12, "nearest"},
-                 {4, "mitchell"},   {4, "lanczos:3"}, {16, "mitchell"}, {8, "catmull-rom"},
-                 {16, "lanczos:2"}, {4, "gaussian"}};
+    } cases[] = {{8, "nearest"},   {16, "nearest"},  {64, "nearest"},
+                 {4, "lanczos:3"}, {16, "mitchell"}, {4, "gaussian"}};
     enum { SCENES = 4 };
     struct triangle_vertex *vertices = make_scenes(SCENES, 4711);
     int compared = 0;
