@@ -44,6 +44,11 @@ static void wrong_requests_are_refused(void **state)
     command_fails(2, "of slices", "chart", "--accumulate", "--kernel", "linear");
     command_fails(2, "of slices", "chart", "--accumulate", "--truth");
     command_fails(2, "of --accumulate", "chart", "--frames", "4,8");
+    command_fails(2, "what --scene names", "chart", "--antialias", "ramp");
+    command_fails(2, "of slices", "chart", "--antialias", "--kernel", "linear");
+    command_fails(2, "of --accumulate", "chart", "--antialias", "--frames", "4");
+    command_fails(2, "two charts", "chart", "--antialias", "--accumulate");
+    command_fails(2, "of --antialias", "chart", "--scene", "cube");
     command_fails(2, "ascending", "chart", "--accumulate", "--frames", "8,4");
     command_fails(2, "ascending", "chart", "--accumulate", "--frames", "0");
     command_fails(2, "ascending", "chart", "--accumulate", "--frames", "4,");
@@ -187,6 +192,73 @@ static void averages_of_frames_agree(void **state)
     json_decref(root);
 }
 
+// By the same filter no other point is both as fast and as accurate.
+static bool edges_beaten(const json_t *all, const json_t *point)
+{
+    const char *filter = json_string_value(json_object_get(point, "filter"));
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *other = json_array_get(all, i);
+        const double faster = number(point, "seconds") - number(other, "seconds");
+        const double better = number(point, "rms_error") - number(other, "rms_error");
+        if (strcmp(json_string_value(json_object_get(other, "filter")), filter) == 0 &&
+            faster >= 0.0 && better >= 0.0 && (faster > 0.0 || better > 0.0))
+            return true;
+    }
+    return false;
+}
+
+static const json_t *find_label(const json_t *all, const char *label)
+{
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *point = json_array_get(all, i);
+        if (strcmp(json_string_value(json_object_get(point, "label")), label) == 0)
+            return point;
+    }
+    fail_msg("%s is missing", label);
+    return NULL;
+}
+
+static void check_edges(const json_t *all)
+{
+    for (size_t i = 0; i < json_array_size(all); i++) {
+        const json_t *p = json_array_get(all, i);
+        assert_true(number(p, "seconds") > 0.0);
+        assert_true(number(p, "bytes") > 0.0);
+        assert_true(number(p, "formula_bytes") > 0.0);
+        assert_true(number(p, "rms_error") > 0.0);
+        assert_true(number(p, "rms_error") <= number(p, "max_error"));
+        assert_int_equal(json_boolean_value(json_object_get(p, "front")), !edges_beaten(all, p));
+    }
+}
+
+static void ways_of_antialiasing_agree(void **state)
+{
+    (void)state;
+    if (!command_has_gl())
+        skip();
+    const char *out =
+        command_succeeds("chart", "--antialias", "--quick", "--size", "48x32", "--scene",
+                         "polygons:20,200", "--csv", "edges.csv", "--json", "edges.json");
+    assert_non_null(strstr(out, "polygons:20,200, 48 x 32 pixels"));
+    json_error_t error;
+    json_t *root = json_load_file("edges.json", 0, &error);
+    const json_t *edges = json_object_get(root, "antialias");
+    const json_t *all = json_object_get(edges, "points");
+    check_edges(all);
+    assert_int_equal(count_lines("edges.csv"), 1 + json_array_size(all));
+    // More samples are closer to it, and where all edges
+    // are marked adaptive pictures are those of all pixels.
+    assert_true(number(edges, "exact_error") < 1e-6);
+    const json_t *full = find_label(all, "4 x 4"), *adaptive = find_label(all, "adaptive 4 x 4");
+    assert_true(number(full, "rms_error") < 0.5 * number(find_label(all, "none"), "rms_error"));
+    assert_true(number(find_label(all, "ACAA 64"), "rms_error") < number(full, "rms_error"));
+    assert_true(number(adaptive, "rms_error") == number(full, "rms_error"));
+    assert_true(number(adaptive, "marked") > 0.0 && number(adaptive, "marked") <= 1.0);
+    json_decref(root);
+    command_fails(3, "colour", "chart", "--antialias", "--quick", "--size", "16x16", "--scene",
+                  "cornell");
+}
+
 static void the_script_stays_without_gnuplot(void **state)
 {
     (void)state;
@@ -237,6 +309,7 @@ int main(void)
         cmocka_unit_test(a_missing_volume_is_one_line),
         cmocka_unit_test(files_agree),
         cmocka_unit_test(averages_of_frames_agree),
+        cmocka_unit_test(ways_of_antialiasing_agree),
         cmocka_unit_test(the_script_stays_without_gnuplot),
         cmocka_unit_test(interruption_keeps_results),
     };

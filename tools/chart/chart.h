@@ -3,12 +3,13 @@
 // A chart is a list of points, each a method of computing one slice, measured. The first chart has
 // the error that a method makes of its kernel; the second one the error that method, kernel and
 // sampling make of a signal that is known. The chart of --accumulate has methods of averaging
-// frames instead, over the number of frames.
+// frames instead, over the number of frames; that of --antialias ways of anti-aliasing a scene.
 #ifndef WEFT_TOOLS_CHART_CHART_H
 #define WEFT_TOOLS_CHART_CHART_H
 
 #include <stdio.h>
 
+#include "tools/antialias/drawer.h"
 #include "tools/common/cells.h"
 #include "tools/common/json.h"
 #include "tools/common/options.h"
@@ -24,6 +25,8 @@ enum chart_option {
     CHART_TRUTH,
     CHART_ACCUMULATE,
     CHART_FRAMES,
+    CHART_ANTIALIAS,
+    CHART_SCENE,
     CHART_GRID,
     CHART_PLANE,
     CHART_KERNEL,
@@ -127,13 +130,43 @@ struct chart_frames {
     size_t points, measured; // with those that were skipped; without
 };
 
+// ---- anti-aliasing ------------------------------------------------------------------------------
+
+// One way of drawing a picture with smooth edges, measured against the scene's exact coverage by
+// the same filter of a pixel.
+struct chart_edges_point {
+    struct antialias_params way; // as far as it is the way's
+    int filter;                  // of chart_edges_filters; 0: a box
+    char label[CHART_TEXT];      // "ACAA 16, mitchell"
+    double seconds;         // median of a picture, from triangles on OpenGL to floats in memory
+    int runs;               // that the median is of
+    double run[CHART_RUNS]; // seconds
+    uint64_t bytes, formula_bytes; // of all that is held for it; by the way's formula
+    double marked;                 // share of pixels with edges, of adaptive; else NAN
+    double max_error, rms_error;   // of R, G and B
+    bool front;                    // by this filter nothing is both as fast and as accurate (RMS)
+    char reason[CHART_REASON];     // why it was not measured; empty: it was
+};
+
+enum { CHART_EDGES_FILTERS = 4, CHART_EDGES_POINTS = 40 };
+extern const char *const chart_edges_filters[CHART_EDGES_FILTERS]; // the first is the box
+
+struct chart_edges {
+    char scene[CHART_TEXT]; // as it was asked for
+    int width, height;
+    double exact_error; // of the exact pictures, estimated: the largest of them
+    struct chart_edges_point point[CHART_EDGES_POINTS];
+    size_t points, measured; // with those that were skipped; without
+};
+
 struct chart_job {
-    const struct option_value *option;       // [CHART_OPTION_COUNT]
-    const struct weft_signal_info *signal;   // NULL: a volume
-    const char *path;                        // of the volume
-    bool has_methods, has_truth, has_frames; // which charts are made
+    const struct option_value *option;                  // [CHART_OPTION_COUNT]
+    const struct weft_signal_info *signal;              // NULL: a volume
+    const char *path;                                   // of the volume
+    bool has_methods, has_truth, has_frames, has_edges; // which charts are made
     struct chart methods, truth;
     struct chart_frames frames;
+    struct chart_edges edges;
     struct weft_slice_geometry geometry;     // of the first chart, in index space
     char plane[32];                          // "oblique slice", "slice across z"
     struct weft_slice_statistics statistics; // of the voxels in reach of the first chart's slice
@@ -202,6 +235,18 @@ bool chart_frames_fill_csv(const struct chart_job *job, struct cells *cells);
 json_t *chart_frames_json(const struct chart_job *job);
 enum weft_result chart_frames_print(const struct chart_job *job);
 enum exit_code chart_frames_draw(const struct chart_job *job, const char *path, bool keep_script);
+
+// ---- edges_measure.c, edges_report.c, edges_plot.c ----------------------------------------------
+
+// Reads --scene and --size.
+void chart_edges_read(struct chart_job *job);
+// As chart_measure_methods. Returns WEFT_ERR_CONTEXT without OpenGL, WEFT_ERR_UNSUPPORTED of scenes
+// whose triangles are not of one colour each, scene_make's and GL's errors, after an error line.
+enum weft_result chart_edges_measure(struct chart_job *job);
+bool chart_edges_fill_csv(const struct chart_job *job, struct cells *cells);
+json_t *chart_edges_json(const struct chart_job *job);
+enum weft_result chart_edges_print(const struct chart_job *job);
+enum exit_code chart_edges_draw(const struct chart_job *job, const char *path, bool keep_script);
 
 // ---- chart_drawing.c: what charts are drawn with ------------------------------------------------
 

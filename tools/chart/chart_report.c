@@ -59,6 +59,8 @@ static bool fill_csv(const struct chart_job *job, struct cells *cells)
 {
     if (job->has_frames)
         return chart_frames_fill_csv(job, cells);
+    if (job->has_edges)
+        return chart_edges_fill_csv(job, cells);
     const struct chart *const charts[] = {&job->methods, &job->truth};
     int row = 1;
     bool good = cells_create(cells, (int)(job->methods.count + job->truth.count) + 1, COLUMNS);
@@ -153,6 +155,8 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
         json_object_set_new(root, "truth", chart_json(&job->truth));
     if (job->has_frames)
         json_object_set_new(root, "frames", chart_frames_json(job));
+    if (job->has_edges)
+        json_object_set_new(root, "antialias", chart_edges_json(job));
     char *text = json_format(root);
     if (!text)
         return WEFT_ERR_MEMORY;
@@ -227,5 +231,7 @@ enum weft_result chart_print(const struct chart_job *job)
     }
     if (job->has_frames && job->frames.measured && res == WEFT_OK)
         res = chart_frames_print(job);
+    if (job->has_edges && job->edges.measured && res == WEFT_OK)
+        res = chart_edges_print(job);
     return res;
 }

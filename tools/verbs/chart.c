@@ -64,6 +64,17 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       "N,N,...",
                       "of --accumulate: how many frames, ascending (default 4,16,64,256,1024; "
                       "quick: 4,16,64)"},
+    [CHART_ANTIALIAS] = {.name = "antialias",
+                         0,
+                         OPTION_FLAG,
+                         NULL,
+                         "instead: ways of anti-aliasing a scene, against exact coverage"},
+    [CHART_SCENE] = {.name = "scene",
+                     0,
+                     OPTION_TEXT,
+                     "NAME",
+                     "of --antialias: what is drawn (weft antialias --scene help lists it), of one "
+                     "colour a triangle (default polygons:1000,50; quick: polygons:250,50)"},
     [CHART_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
@@ -86,7 +97,8 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                     0,
                     OPTION_PIXELS,
                     "WxH",
-                    "pixels (default 512x512; quick: 256x256; --accumulate: half of that)"},
+                    "pixels (default 512x512; quick: 256x256; --accumulate and --antialias: half "
+                    "of that)"},
     [CHART_POINTS] = {.name = "points",
                       0,
                       OPTION_TEXT,
@@ -141,16 +153,20 @@ static enum weft_result read_all_kernels(struct chart_job *job)
     return res;
 }
 
-// Of frames there is none. A signal's name, else a file. Impulses have no value between their
-// samples.
+// Of frames and scenes there is none. A signal's name, else a file. Impulses have no value between
+// their samples.
 static enum weft_result choose_source(struct chart_job *job, const char *operand)
 {
     job->has_frames = job->option[CHART_ACCUMULATE].given;
-    if (job->has_frames && operand) {
-        report_error("--accumulate makes its own frames, and takes no %s", operand);
+    job->has_edges = job->option[CHART_ANTIALIAS].given;
+    if ((job->has_frames || job->has_edges) && operand) {
+        report_error("%s, and takes no %s",
+                     job->has_frames ? "--accumulate makes its own frames"
+                                     : "--antialias draws what --scene names",
+                     operand);
         return WEFT_ERR_ARGUMENT;
     }
-    if (job->has_frames)
+    if (job->has_frames || job->has_edges)
         return WEFT_OK;
     const bool truth = job->option[CHART_TRUTH].given;
     job->signal = weft_signal_find(operand ? operand : default_signal);
@@ -181,10 +197,15 @@ static const char *option_conflict(const struct option_value *o)
         return "--plane and --points are of the first chart, which --truth leaves out";
     if (o[CHART_FRAMES].given && !o[CHART_ACCUMULATE].given)
         return "--frames is of --accumulate";
-    if (o[CHART_ACCUMULATE].given &&
+    if (o[CHART_SCENE].given && !o[CHART_ANTIALIAS].given)
+        return "--scene is of --antialias";
+    if (o[CHART_ACCUMULATE].given && o[CHART_ANTIALIAS].given)
+        return "--accumulate and --antialias are two charts";
+    if ((o[CHART_ACCUMULATE].given || o[CHART_ANTIALIAS].given) &&
         (o[CHART_TRUTH].given || o[CHART_GRID].given || o[CHART_PLANE].given ||
          o[CHART_KERNEL].given || o[CHART_POINTS].given))
-        return "--truth, --grid, --plane, --kernel and --points are of slices, not of --accumulate";
+        return "--truth, --grid, --plane, --kernel and --points are of slices, not of --accumulate "
+               "or --antialias";
     return NULL;
 }
 
@@ -214,7 +235,9 @@ static enum weft_result check_options(struct chart_job *job)
     enum weft_result res = chart_plane_check(&o[CHART_PLANE]);
     if (res == WEFT_OK)
         res = read_engine(job);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && job->has_edges)
+        chart_edges_read(job);
+    else if (res == WEFT_OK)
         res = job->has_frames ? chart_frames_read(job) : read_all_kernels(job);
     if (res == WEFT_OK && o[CHART_POINTS].given)
         res = chart_points_load(o[CHART_POINTS].text, &job->methods);
@@ -295,9 +318,11 @@ static enum exit_code draw(const struct chart_job *job, const struct chart *char
 
 static enum exit_code draw_all(const struct chart_job *job, const char *path)
 {
+    const bool script = job->option[CHART_SCRIPT].given;
     if (job->has_frames)
-        return job->frames.measured ? chart_frames_draw(job, path, job->option[CHART_SCRIPT].given)
-                                    : EXIT_CODE_DONE;
+        return job->frames.measured ? chart_frames_draw(job, path, script) : EXIT_CODE_DONE;
+    if (job->has_edges)
+        return job->edges.measured ? chart_edges_draw(job, path, script) : EXIT_CODE_DONE;
     const enum exit_code first = draw(job, &job->methods, path);
     const enum exit_code second = draw(job, &job->truth, path);
     return first ? first : second;
@@ -368,6 +393,8 @@ static enum weft_result measure(struct chart_job *job)
         res = chart_measure_truth(job);
     if (job->has_frames)
         res = chart_frames_measure(job);
+    if (job->has_edges)
+        res = chart_edges_measure(job);
     chart_find_front(&job->methods, true, true);
     chart_find_front(&job->truth, false, false);
     return res;
@@ -435,19 +462,25 @@ static const char *const epilogue[] = {
     "The chart of --accumulate averages noisy frames of 8 bits, which lie in memory, by every "
     "method, with targets of all bits and trees of 2 to 16 inputs a node: time, from memory to "
     "memory, against the largest error, its bound, and both over the number of frames.",
+    "The chart of --antialias draws a scene by every way of weft antialias, with several numbers "
+    "of "
+    "samples and filters of a pixel: error against the exact coverage of its polygons, by the same "
+    "filter, over the time of a picture and over memory.",
     "Interrupted (SIGINT, as Ctrl-C sends it), it writes what was measured so far, and dies of the "
     "signal; a second one ends it at once. Without gnuplot it leaves scripts and data in "
     "CHART.svg.gp, and ends with 1, too.",
     "weft chart smoke.vdb -o smoke.svg --csv smoke.csv --plane z",
     "weft chart marschner-lobb --quick",
     "weft chart --accumulate --frames 16,64,256,1024 --png accumulate.png",
+    "weft chart --antialias --scene polygons:50,3000 --png antialias.png",
     NULL,
 };
 
 const struct verb verb_chart = {
     .name = "chart",
-    .summary = "speed charted against accuracy, for every method of a slice or of averages",
-    .usage = "[VOLUME.vdb|SIGNAL|--accumulate] [-o CHART.svg] [options]",
+    .summary =
+        "speed charted against accuracy, for every method of slices, averages, anti-aliasing",
+    .usage = "[VOLUME.vdb|SIGNAL|--accumulate|--antialias] [-o CHART.svg] [options]",
     .description =
         "Computes one slice by every method there is, measures time, memory and error, "
         "and charts one against the other. Takes a volume, or one of the signals of "
