@@ -297,11 +297,17 @@ static enum weft_result draw_sample(weft_supersample *s,
 
 static enum weft_result add_sample(weft_supersample *s, int index)
 {
+    struct weft_plane planes[4];
     struct weft_frame frame = {0};
     enum weft_result res = weft_context_enter(s->params.context);
     if (res != WEFT_OK)
         return res;
-    res = weft_supersample_gather(s, index, &frame.texture);
+    if (weft_supersample_picks(s)) {
+        frame.plane = planes;
+        res = weft_supersample_pick(s, planes);
+    } else {
+        res = weft_supersample_gather(s, index, &frame.texture);
+    }
     weft_context_leave(s->params.context);
     return res == WEFT_OK ? weft_accumulator_add(s->sums, &frame, 1.0) : res;
 }
@@ -389,7 +395,7 @@ fail:
 static uint64_t bytes_of(const weft_supersample *s)
 {
     const struct weft_pixel_list *lists[] = {&s->result, &s->sampled};
-    uint64_t bytes = 0;
+    uint64_t bytes = weft_supersample_pick_bytes(s);
     if (weft_context_enter(s->params.context) == WEFT_OK) {
         bytes = weft_supersample_gl_bytes(s);
         weft_context_leave(s->params.context);

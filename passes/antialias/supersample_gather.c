@@ -64,6 +64,8 @@ enum weft_result weft_supersample_make_compact(weft_supersample *s)
     const struct weft_log *log = s->params.log;
     const GladGLContext *gl = &s->params.context->gl;
     enum weft_result res = WEFT_OK;
+    if (weft_supersample_picks(s))
+        return weft_supersample_make_picked(s);
     if (s->result.at)
         res = weft_places_load(log, gl, s->result.width, s->result.height,
                                (const uint16_t(*)[2])s->result.at, &s->result.texture);
@@ -86,6 +88,7 @@ void weft_supersample_destroy_compact(weft_supersample *s)
     if (s->framebuffer)
         gl->DeleteFramebuffers(1, &s->framebuffer);
     s->blocks = s->pointers = s->framebuffer = 0;
+    weft_supersample_destroy_picked(s);
 }
 
 uint64_t weft_supersample_gl_bytes(const weft_supersample *s)

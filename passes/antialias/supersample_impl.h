@@ -51,6 +51,7 @@ struct weft_supersample {
     struct weft_gl_target compact;  // a frame of the sums
     GLuint blocks, pointers;        // a layer a sample; where a pixel of the scratch is in them
     GLuint framebuffer;             // that draws into a layer
+    void *picked, *band;            // pixels of the result, and rows of the scratch, in memory
     weft_accumulator *sums;
     bool drawn;
 };
@@ -85,6 +86,16 @@ void weft_supersample_destroy_compact(weft_supersample *s);
 enum weft_result weft_supersample_keep(weft_supersample *s, int index);
 // A frame of a sample, from the scratch or from the blocks: *texture is the frame.
 enum weft_result weft_supersample_gather(weft_supersample *s, int index, GLuint *texture);
+
+// ---- supersample_pick.c -------------------------------------------------------------------------
+
+// Whether frames are picked from memory: the list and the params tell.
+bool weft_supersample_picks(const weft_supersample *s);
+uint64_t weft_supersample_pick_bytes(const weft_supersample *s); // of memory; 0: it does not
+enum weft_result weft_supersample_make_picked(weft_supersample *s);
+void weft_supersample_destroy_picked(weft_supersample *s);
+// A frame of the sample that was drawn last, as planes that are good until the next one.
+enum weft_result weft_supersample_pick(weft_supersample *s, struct weft_plane planes[4]);
 
 GLenum weft_supersample_format(const weft_supersample *s); // of the scratch
 uint64_t weft_supersample_gl_bytes(const weft_supersample *s);

@@ -51,10 +51,9 @@ static bool make_list(const struct weft_marks *marks, int rim, struct weft_pixel
         return false;
     for (int32_t y = rim; y < marks->height - rim; y++) {
         const uint8_t *row = &marks->marked[(size_t)y * (size_t)marks->width];
-        for (int32_t x = rim; x < marks->width - rim; x++) {
-            if (!row[x])
-                continue;
-            list->at[i][0] = (uint16_t)x;
+        const uint8_t *end = row + marks->width - rim, *next = row + rim;
+        while (next < end && (next = memchr(next, 1, (size_t)(end - next)))) {
+            list->at[i][0] = (uint16_t)(next++ - row);
             list->at[i++][1] = (uint16_t)y;
         }
     }
@@ -75,9 +74,12 @@ static bool copy_marks(const weft_supersample *s, const struct weft_marks *marks
         return false;
     if (!marks)
         memset(out->marked, 1, width * height);
-    for (int32_t y = 0; marks && y < marks->height; y++)
-        memcpy(&out->marked[((size_t)y + rim) * width + rim],
-               &marks->marked[(size_t)y * (size_t)marks->width], (size_t)marks->width);
+    for (size_t y = 0; marks && y < (size_t)marks->height; y++) {
+        const uint8_t *in = &marks->marked[y * (size_t)marks->width];
+        uint8_t *row = &out->marked[(y + rim) * width + rim];
+        for (int32_t x = 0; x < marks->width; x++)
+            row[x] = in[x] != 0;
+    }
     return true;
 }
 
