@@ -12,8 +12,8 @@
 // is at most z + |dz/dx| + |dz/dy| deep there. If a shows another surface that is not behind that,
 // two surfaces may intersect in P, and it is marked. If it shows T, or what is behind, S cannot be
 // at a: its outline crosses the way from q to a at some e. P is in reach of such an outline, too
-// (2.). Where P shows the background, S is in front all over it: an outline of S passes P, or S
-// covers it. At the picture's rim there is no such a: pixels that show a surface are marked.
+// (2.). Where P shows the background, no S has its middle, so that an outline passes P. At the
+// picture's rim there is no such a: pixels that show a surface are marked.
 //
 // 2. Lines of 2 pixels are drawn along an edge in columns (it is nearer to level) or rows (nearer
 // to upright) as the two pixels whose middles are on either side of it, where it passes the middle
@@ -30,14 +30,17 @@
 // its end's point. An edge nearer to level gets into P, or ends before x = 1/2 at a height that P
 // has: likewise.
 //
-// 3. A line's fragment in P has the depth of S at a place less than 1.5 pixels from q across the
-// edge and less than 1.35 along it (half a pixel of P's, half of q's, and what a middle beside the
-// line shifts by when it is projected onto it), a point's at one less than 1.5 away on one axis and
-// 2 in all. S's depth differs by less than 3 max(|dz/dx|, |dz/dy|), which polygon offset takes off:
-// what is left is less than S's depth at q, which is less than T's, at most z + (|dz/dx| + |dz/dy|)
-// / 2 in P. All that is deeper may be dropped. GL_LINES and GL_POINTS have no slope: for them 1.5
-// times the steepest of the nine slopes around P is added, which is enough where S is seen around
-// P.
+// 3. A line's fragment in P has the depth of S at a place u on the edge's line. Across that line q
+// is less than 1.58 pixels from u (P's middle less than cos t, t being the line's angle to the axis
+// that it is near, and q cos t / 2 + sin t / 2 from that), along it less than 1.42 (sin t between
+// the middles of both pixels and the same again). The head takes 1.5 times the sum of the line's
+// own two slopes off, which is more than the latter comes to. Polygon offset takes 2.25 times the
+// triangle's m = max(|dz/dx|, |dz/dy|) off, which is more than the former, as m sqrt(2) is the most
+// that a plane can slope. A point's fragment is less than 1.5 pixels from q along both axes: 3 m.
+// What is left is less than S's depth at q, which is less than T's there, at most z + (|dz/dx| +
+// |dz/dy|) / 2. All that is deeper may be dropped. For GL_LINES and GL_POINTS there is no m: 1.5
+// times the steepest of the nine slopes around P is added to the limit, which is enough where S is
+// seen around P, and not certain elsewhere.
 //
 // 4. It does not hold
 // - for surfaces of several triangles with one number, of which only some edges are drawn: those in
@@ -47,9 +50,8 @@
 // - for triangles in one plane that are not the same triangle: rounding decides which one is seen;
 // - where the near and the far plane cut: GL draws no outline along the cut;
 // - for samples less than 1/256 of a pixel from its rim: GL moves vertices by up to half of that;
-// - for a GL that leaves out more of a line than the pixels of its ends, as it may: fragments may
-// be
-//   a pixel from where the diamonds have them (OpenGL 4.6 core, 14.5.1.1).
+// - for a GL that leaves out more of a line than the pixels of its ends: fragments may be a pixel
+//   from where the diamonds have them (OpenGL 4.6 core, 14.5.1.1).
 #include "passes/antialias/marks/marks.h"
 
 #include <inttypes.h>
@@ -281,11 +283,21 @@ static const char picture_head[] =
                  "    weft_surface = uvec2(surface, floatBitsToUint(fwidth(gl_FragCoord.z)));\n"
                  "}\n";
 
-static const char line_head[] = WEFT_HEAD_33 "layout(location = 0) out float weft_marked;\n"
-                                             "void weft_write(vec4 colour, uint surface)\n"
-                                             "{\n"
-                                             "    weft_marked = 1.0;\n"
-                                             "}\n";
+// Of visible marks.
+static const char plain_head[] = WEFT_HEAD_33 "layout(location = 0) out float weft_marked;\n"
+                                              "void weft_write(vec4 colour, uint surface)\n"
+                                              "{\n"
+                                              "    weft_marked = 1.0;\n"
+                                              "}\n";
+
+// Of complete ones: lines take off what their own depth changes by.
+static const char line_head[] =
+    WEFT_HEAD_33 "layout(location = 0) out float weft_marked;\n"
+                 "void weft_write(vec4 colour, uint surface)\n"
+                 "{\n"
+                 "    weft_marked = 1.0;\n"
+                 "    gl_FragDepth = gl_FragCoord.z - 1.5 * fwidth(gl_FragCoord.z);\n"
+                 "}\n";
 
 static const char point_head[] =
     WEFT_HEAD_33 "layout(location = 0) out float weft_marked;\n"
@@ -362,10 +374,20 @@ static void find_limits(const weft_marker *m)
     weft_pass_state_end(gl);
 }
 
-// Slopes of a triangle that its depth may differ by: above, 3. Visible: half a pixel either way.
-static float slopes_of(const weft_marker *m)
+// How an edge is drawn.
+struct edge_drawing {
+    const char *head;
+    float nearer; // slopes of a triangle that its depth may differ by: 3. above. Visible: half a
+                  // pixel either way
+};
+
+static struct edge_drawing drawing_of(const weft_marker *m, enum weft_antialias_stage stage)
 {
-    return m->params.mark == WEFT_MARK_COMPLETE ? 3.0f : 1.0f;
+    if (m->params.mark == WEFT_MARK_VISIBLE)
+        return (struct edge_drawing){stage == WEFT_STAGE_POINTS ? point_head : plain_head, 1.0f};
+    if (stage == WEFT_STAGE_POINTS)
+        return (struct edge_drawing){point_head, 3.0f};
+    return (struct edge_drawing){line_head, 2.25f};
 }
 
 static enum weft_result draw_edges(const weft_marker *m,
@@ -373,14 +395,14 @@ static enum weft_result draw_edges(const weft_marker *m,
                                    enum weft_antialias_stage stage, int *index)
 {
     const struct moves moves = moves_of(m, stage);
+    const struct edge_drawing how = drawing_of(m, stage);
     const struct weft_pass_state state = {.colours = 1,
                                           .depth_func = GL_LEQUAL,
                                           .polygon = stage == WEFT_STAGE_LINES ? GL_LINE : GL_POINT,
-                                          .nearer = slopes_of(m),
+                                          .nearer = how.nearer,
                                           .line = m->line_width,
                                           .point = m->point_size};
-    struct weft_antialias_pass pass =
-        pass_of(m, stage, &m->marked, stage == WEFT_STAGE_POINTS ? point_head : line_head);
+    struct weft_antialias_pass pass = pass_of(m, stage, &m->marked, how.head);
     enum weft_result res = WEFT_OK;
     for (int i = 0; i < moves.count && res == WEFT_OK; i++) {
         pass.index = ++*index;
