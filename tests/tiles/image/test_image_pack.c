@@ -223,7 +223,7 @@ static void test_damage(void **state)
         char *file = test_read_file(path, &size);
         for (int i = 0; i < 12; i++) {
             enum weft_result results[2];
-            char messages[2][400];
+            char messages[2][sizeof test_message];
             random_state = (uint32_t)(100 * how + i);
             const size_t at = 400 + next_random() % (size - 400);
             const size_t bytes = i % 3 ? size : at;
