@@ -92,11 +92,14 @@ static void with_gl(void **state)
     static const char *const resample[] = {"weft",  "resample", "s.exr",  "--size",
                                            "16x16", "--verify", "--json", NULL};
     static const char *const info[] = {"weft", "info", "s.exr", "--json", NULL};
+    static const char *const antialias[] = {"weft",    "antialias",    "adaptive", "--size", "8x8",
+                                            "--scene", "polygons:3,9", "--verify", "--json", NULL};
     command_succeeds("slice", "ml.vdb", "--size", "8x8", "-o", "s.exr");
     every_failure_is_told(slice);
     every_failure_is_told(frames);
     every_failure_is_told(resample);
     every_failure_is_told(info);
+    every_failure_is_told(antialias);
     unlink("s.exr");
 }
 

@@ -128,6 +128,10 @@ void antialias_job_clear(struct antialias_job *job);
 // The time of the scene that a picture shows. (job_options.c)
 double antialias_job_time(const struct antialias_job *job, int frame);
 
+// An option that was given and that form jitter of acaa has no use for; NULL: none.
+// (job_options.c)
+const char *antialias_job_form_option(const struct antialias_job *job);
+
 // An output's name for a picture, to be freed; *out is NULL where it is not asked for. Returns
 // WEFT_ERR_MEMORY after an error line. (job_files.c)
 enum weft_result antialias_job_name(const struct antialias_job *job, enum antialias_option output,

@@ -57,6 +57,15 @@ static enum weft_result allocate(struct antialias_job *job)
     return WEFT_ERR_MEMORY;
 }
 
+// Which form it is, where the context decides, is known only now.
+static void warn_of_form(const struct antialias_job *job)
+{
+    const char *const option = antialias_job_form_option(job);
+    if (job->params.way == ANTIALIAS_ACAA && job->report.acaa.form == WEFT_ACAA_JITTER && option)
+        report_warning("%s: nothing comes of it, as %s: each sample is a picture of its own",
+                       option, job->report.acaa.why);
+}
+
 enum weft_result antialias_job_begin(struct antialias_job *job)
 {
     const bool explain = job->option[ASK_EXPLAIN].given;
@@ -66,8 +75,10 @@ enum weft_result antialias_job_begin(struct antialias_job *job)
     const double start = report_now_seconds();
     if (res == WEFT_OK)
         res = antialias_drawer_create(&job->params, &job->drawer);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK) {
         antialias_drawer_get_report(job->drawer, &job->report);
+        warn_of_form(job);
+    }
     if (res == WEFT_OK && !explain)
         res = create_drawing(job);
     if (res == WEFT_OK && !explain)

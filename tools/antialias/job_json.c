@@ -19,8 +19,8 @@ static json_t *acaa_json(const struct antialias_job *job)
     const struct weft_acaa_report *r = &job->report.acaa;
     const struct antialias_params *p = &job->params;
     return json_pack("{s:s,s:o,s:s,s:s,s:i,s:i,s:o,s:o,s:i,s:o}", "form",
-                     weft_acaa_form_names[r->form], "why", json_text(r->why ? r->why : ""),
-                     "coincident", weft_acaa_coincident_names[p->coincident], "sums",
+                     weft_acaa_form_names[r->form], "why", json_text(r->why), "coincident",
+                     weft_acaa_coincident_names[p->coincident], "sums",
                      weft_acaa_sums_names[p->sums], "device_samples", r->device_samples, "depth",
                      p->depth_bits, "range", json_number(r->range), "scale", json_number(r->scale),
                      "redone", r->redone, "callbacks", json_count(r->callbacks));

@@ -94,17 +94,41 @@ static const char *output_conflict(const struct antialias_job *job)
     return NULL;
 }
 
+// Options of the forms that know which samples are visible; NULL: none is given.
+const char *antialias_job_form_option(const struct antialias_job *job)
+{
+    static const struct {
+        enum antialias_option option;
+        const char *name;
+    } of_forms[] = {{ASK_COINCIDENT, "--coincident"},
+                    {ASK_SUMS, "--sums"},
+                    {ASK_SUM_RANGE, "--sum-range"},
+                    {ASK_DEPTH, "--depth"}};
+    for (size_t i = 0; i < sizeof of_forms / sizeof *of_forms; i++)
+        if (is_given(job, of_forms[i].option))
+            return of_forms[i].name;
+    return NULL;
+}
+
+static bool has_other_form_option(const struct antialias_job *job)
+{
+    const char *const name = antialias_job_form_option(job);
+    if (!name || job->option[ASK_FORM].integer[0] != WEFT_ACAA_JITTER)
+        return false;
+    report_error("%s makes no sense with --form jitter, which draws each sample as a picture of "
+                 "its own",
+                 name);
+    return true;
+}
+
 static const char *sums_conflict(const struct antialias_job *job)
 {
     const struct option_value *o = job->option;
     const bool acaa = job->params.way == ANTIALIAS_ACAA;
-    const bool jitter = o[ASK_FORM].integer[0] == WEFT_ACAA_JITTER;
     if (is_given(job, ASK_SUM_RANGE) && acaa && o[ASK_SUMS].integer[0] == WEFT_ACAA_FLOAT)
         return "--sum-range is of integers: it makes no sense with --sums float";
     if (is_given(job, ASK_SUM_RANGE) && !acaa && o[ASK_RESOLVE].integer[0] != WEFT_MSAA_SUM)
         return "--sum-range needs --resolve sum";
-    if (jitter && is_given(job, ASK_COINCIDENT))
-        return "--coincident makes no sense with --form jitter, which counts every sample once";
     if (is_given(job, ASK_EXPLAIN) && is_given(job, ASK_VERIFY))
         return "--verify needs pictures, and --explain draws none";
     return NULL;
@@ -113,7 +137,7 @@ static const char *sums_conflict(const struct antialias_job *job)
 static enum weft_result check_conflicts(const struct antialias_job *job)
 {
     const char *conflict = output_conflict(job);
-    if (!conflict && has_foreign_option(job))
+    if (!conflict && (has_foreign_option(job) || has_other_form_option(job)))
         return WEFT_ERR_ARGUMENT;
     if (!conflict)
         conflict = sums_conflict(job);

@@ -68,8 +68,9 @@ static void add_acaa(const struct antialias_job *job, struct weft_metadata *out,
     const struct antialias_params *p = &job->params;
     const struct weft_acaa_report *r = &job->report.acaa;
     run_report_add(out, count, "form", "%s", weft_acaa_form_names[r->form]);
-    if (r->form != WEFT_ACAA_JITTER)
-        run_report_add(out, count, "coincident", "%s", weft_acaa_coincident_names[p->coincident]);
+    if (r->form == WEFT_ACAA_JITTER)
+        return;
+    run_report_add(out, count, "coincident", "%s", weft_acaa_coincident_names[p->coincident]);
     run_report_add(out, count, "sums", "%s", weft_acaa_sums_names[p->sums]);
     run_report_add(out, count, "weights", "%lld less, %lld more", (long long)r->less,
                    (long long)r->more);
@@ -138,9 +139,11 @@ static void tell_way(const struct antialias_job *job, line tell)
     const struct antialias_params *p = &job->params;
     const struct antialias_report *r = &job->report;
     char text[KERNELS_TEXT];
-    if (p->way == ANTIALIAS_ACAA)
+    if (p->way == ANTIALIAS_ACAA && r->acaa.form == WEFT_ACAA_JITTER)
+        tell("form: jitter: %s", r->acaa.why);
+    else if (p->way == ANTIALIAS_ACAA)
         tell("form: %s: %s; coincident surfaces: %s, sums: %s, depths of %d bits",
-             weft_acaa_form_names[r->acaa.form], r->acaa.why ? r->acaa.why : "as asked for",
+             weft_acaa_form_names[r->acaa.form], r->acaa.why,
              weft_acaa_coincident_names[p->coincident], weft_acaa_sums_names[p->sums],
              p->depth_bits);
     else if (is_supersampled(job))

@@ -43,6 +43,15 @@ static int count_different(const struct weft_image *a, const struct weft_image *
     return count;
 }
 
+static double largest_difference(const struct weft_image *a, const struct weft_image *b, int i)
+{
+    double most = 0.0;
+    for (int c = 0; c < 4; c++)
+        most = fmax(most, fabs((double)plane_of(a, channel_names[c])[i] -
+                               (double)plane_of(b, channel_names[c])[i]));
+    return most;
+}
+
 static int different_files(const char *a, const char *b)
 {
     struct weft_image image[2];
@@ -154,6 +163,24 @@ static void accumulation_is_the_sum_of_samples(void **state)
     antialias("none", SIZE, FEW, "-o", "b.exr");
     edges = different_files("a.exr", "b.exr");
     assert_true(edges > PIXELS / 20);
+    weft_image_clear(&image[0]);
+    weft_image_clear(&image[1]);
+}
+
+// One picture a sample at the same places: but for vertices that are snapped anew, and so samples
+// that lie next to an edge.
+static void jittered_pictures_are_the_same_samples(void **state)
+{
+    (void)state;
+    struct weft_image image[2];
+    int other = 0;
+    antialias("acaa", SIZE, FEW, "-o", "a.exr");
+    antialias("acaa", SIZE, FEW, "-o", "b.exr", "--form", "jitter");
+    load("a.exr", &image[0]);
+    load("b.exr", &image[1]);
+    for (int i = 0; i < PIXELS; i++)
+        other += largest_difference(&image[0], &image[1], i) > 1e-6;
+    assert_true(other < PIXELS / 20);
     weft_image_clear(&image[0]);
     weft_image_clear(&image[1]);
 }
@@ -289,15 +316,6 @@ static void filters_reach_further(void **state)
 }
 
 // ---- adaptive -----------------------------------------------------------------------------------
-
-static double largest_difference(const struct weft_image *a, const struct weft_image *b, int i)
-{
-    double most = 0.0;
-    for (int c = 0; c < 4; c++)
-        most = fmax(most, fabs((double)plane_of(a, channel_names[c])[i] -
-                               (double)plane_of(b, channel_names[c])[i]));
-    return most;
-}
 
 // Bit for bit the pixels of one sample, or the supersampled ones.
 static void unmarked_pixels_are_those_of_one_sample(void **state)
@@ -532,6 +550,7 @@ int main(void)
         cmocka_unit_test(the_same_request_gives_the_same_bytes),
         cmocka_unit_test(one_sample_is_a_frame_of_an_effect),
         cmocka_unit_test(accumulation_is_the_sum_of_samples),
+        cmocka_unit_test(jittered_pictures_are_the_same_samples),
         cmocka_unit_test(light_beyond_the_range_is_drawn_again),
         cmocka_unit_test(more_samples_take_more_passes),
         cmocka_unit_test(wrong_weights_end_with_1),

@@ -110,6 +110,8 @@ static void bad_values_are_refused(void **state)
         {"acaa", {"--form", "magic"}, "'magic' is not one of: auto, post-depth"},
         {"acaa", {"--coincident", "all"}, "'all' is not one of: stencil, mask, alpha, none"},
         {"acaa", {"--form", "jitter", "--coincident", "mask"}, "--coincident makes no sense with"},
+        {"acaa", {"--form", "jitter", "--sums", "float"}, "--sums makes no sense with --form"},
+        {"acaa", {"--form", "jitter", "--depth", "32"}, "--depth makes no sense with --form"},
         {"acaa", {"--filter", "mitchel"}, "did you mean mitchell?"},
         {"acaa", {"--filter", "d-bspline3"}, "d-bspline3"},
         {"acaa", {"--filter-width", "0"}, "--filter-width 0: not a width in pixels"},
