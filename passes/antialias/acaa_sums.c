@@ -106,7 +106,7 @@ double weft_acaa_check(struct weft_acaa *a)
 float weft_acaa_weight(const struct weft_acaa *a, size_t pixel)
 {
     const struct weights w = read_weights(a, pixel);
-    return weft_wide_quotient(w.surfaces + w.background, a->plan.total);
+    return (float)((double)(w.surfaces + w.background) / (double)a->plan.total);
 }
 
 // ---- values -------------------------------------------------------------------------------------
@@ -119,6 +119,14 @@ static float float_value(const struct weft_acaa *a, int channel, size_t pixel, i
     } sum = {a->words[(size_t)channel * pixel_count(a) + pixel]};
     return (float)(((double)sum.value + (double)background * a->params.background[channel]) /
                    (double)a->plan.total);
+}
+
+// Rounded once; a division of doubles mostly tells.
+static float divide(weft_wide sum, int64_t total)
+{
+    float value;
+    return weft_wide_is_near((double)sum / (double)total, &value) ? value
+                                                                  : weft_wide_quotient(sum, total);
 }
 
 // As integers the background counts as a colour does; alpha is that of opaque surfaces but where
@@ -137,5 +145,5 @@ float weft_acaa_value(const struct weft_acaa *a, int channel, size_t pixel)
         channel == ALPHA
             ? (weft_wide)(total - background) * llrint(ldexp(1.0, a->scale_log2))
             : read_words(a, a->plan.layers.sum_words * channel, a->plan.layers.sum_words, pixel);
-    return ldexpf(weft_wide_quotient(sum + (weft_wide)background * colour, total), -a->scale_log2);
+    return ldexpf(divide(sum + (weft_wide)background * colour, total), -a->scale_log2);
 }
