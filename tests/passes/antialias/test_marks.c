@@ -324,26 +324,24 @@ static int make_squares(struct triangle_vertex *out, uint32_t *lines, int square
     return 6 * squares;
 }
 
-static void lines_of_surfaces_are_enough(void **state)
+// Marks by such lines miss nothing; returns how many there are beside those by triangles.
+static int64_t check_lines(const struct triangle_vertex *vertices, int count, const uint32_t *lines,
+                           int indices)
 {
-    (void)state;
-    enum { SQUARES = 60 };
-    static struct triangle_vertex vertices[6 * SQUARES];
-    static uint32_t lines[8 * SQUARES];
     static struct truth truth;
     struct triangles scene;
     struct weft_marks marks, triangles;
     int64_t mixed = 0;
     weft_marker *m = create((struct weft_marker_params){0});
     const GladGLContext *gl = &contexts[0]->gl;
-    triangles_create(contexts[0], vertices, make_squares(vertices, lines, SQUARES), &scene);
+    triangles_create(contexts[0], vertices, count, &scene);
     assert_int_equal(weft_marker_run(m, triangles_drawing(&scene), &triangles), WEFT_OK);
     assert_int_equal(weft_context_enter(contexts[0]), WEFT_OK);
     gl->GenBuffers(1, &line_buffer);
     gl->BindBuffer(GL_ARRAY_BUFFER, line_buffer);
-    gl->BufferData(GL_ARRAY_BUFFER, sizeof lines, lines, GL_STATIC_DRAW);
+    gl->BufferData(GL_ARRAY_BUFFER, indices * (GLsizeiptr)sizeof *lines, lines, GL_STATIC_DRAW);
     weft_context_leave(contexts[0]);
-    line_indices = 8 * SQUARES;
+    line_indices = indices;
     scene.before = draw_lines;
     const struct weft_antialias_drawing drawing = {draw_with_lines, &scene};
     assert_int_equal(weft_marker_run(m, &drawing, &marks), WEFT_OK);
@@ -353,11 +351,29 @@ static void lines_of_surfaces_are_enough(void **state)
         mixed += truth.mixed[p];
         assert_true(marks.marked[p] >= truth.mixed[p]);
     }
-    assert_true(mixed > 0 && marks.count < triangles.count); // no diagonals
+    assert_true(mixed > 0);
+    const int64_t more = marks.count - triangles.count;
     weft_marks_clear(&marks);
     weft_marks_clear(&triangles);
     triangles_destroy(&scene);
     weft_marker_destroy(&m);
+    return more;
+}
+
+static void lines_of_surfaces_are_enough(void **state)
+{
+    (void)state;
+    enum { SQUARES = 60, STEEP_ONES = 150 };
+    static struct triangle_vertex vertices[3 * STEEP_ONES + 6 * SQUARES];
+    static uint32_t lines[6 * STEEP_ONES + 8 * SQUARES];
+    const int squares = make_squares(vertices, lines, SQUARES);
+    assert_true(check_lines(vertices, squares, lines, 8 * SQUARES) < 0); // no diagonals
+    const int steep = make_scene(STEEP, STEEP_ONES, 4, vertices);
+    for (int i = 0; i < steep; i++) {
+        lines[2 * i] = (uint32_t)i;
+        lines[2 * i + 1] = (uint32_t)(i % 3 == 2 ? i - 2 : i + 1);
+    }
+    assert_true(check_lines(vertices, steep, lines, 2 * steep) < 0); // no slopes
 }
 
 // ---- contrast -----------------------------------------------------------------------------------
