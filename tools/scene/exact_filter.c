@@ -185,19 +185,22 @@ static double normalise(struct exact_filter *out, double error)
         for (int k = out->degree + 1; k < NODES; k++)
             if (fabs(out->series[i][k]) > 4e-15 * most)
                 out->degree = k;
-    for (int i = 0; i < count; i++) {
-        double part = 0.0;
+    for (int i = 0; i < 2 * count; i++) {
+        const int part = i / side % out->parts;
+        double all = 0.0;
         for (int k = 0; k <= out->degree; k += 2)
-            part += out->series[i][k] / (1.0 - k * k);
-        part *= out->cut[i / side + 1] - out->cut[i / side];
-        sum += part;
-        magnitude += fabs(part);
+            all += out->series[i][k] / (1.0 - k * k);
+        out->share[i] = all * (out->cut[part + 1] - out->cut[part]);
+        sum += i < count ? out->share[i] : 0.0;
+        magnitude += i < count ? fabs(out->share[i]) : 0.0;
     }
     if (!(sum > 1e-3 * magnitude))
         return 0.0;
-    for (int i = 0; i < 2 * count; i++)
+    for (int i = 0; i < 2 * count; i++) {
+        out->share[i] /= sum;
         for (int k = 0; k <= out->degree; k++)
             out->series[i][k] /= sum;
+    }
     for (int i = 0; i < count; i++)
         integrate(out, i / side, out->series[i], out->whole[i]);
     out->error = 2.0 * magnitude / sum * (error / sum + 1e-13);
@@ -224,7 +227,8 @@ enum weft_result exact_filter_make(const struct scene_exact_params *params,
     const size_t count = (size_t)(out->parts * (2 * out->radius + 1));
     out->series = calloc(2 * count, sizeof *out->series);
     out->whole = calloc(count, sizeof *out->whole);
-    if (!out->series || !out->whole) {
+    out->share = calloc(2 * count, sizeof *out->share);
+    if (!out->series || !out->whole || !out->share) {
         exact_filter_clear(out);
         return WEFT_ERR_MEMORY;
     }
@@ -243,6 +247,7 @@ void exact_filter_clear(struct exact_filter *filter)
 {
     free(filter->series);
     free(filter->whole);
+    free(filter->share);
     *filter = (struct exact_filter){.degree = 0};
 }
 
@@ -265,6 +270,26 @@ static double find_value(const double *series, const double *polynomial, int deg
     return sum;
 }
 
+// Whether a piece is all of its part, as most are.
+static bool is_part(const struct exact_filter *filter, const struct exact_piece *piece,
+                    const int part[2])
+{
+    bool same = piece->count == 4;
+    for (int i = 0; i < 4 && same; i++)
+        same = piece->corner[i][0] == filter->cut[part[0] + (i == 1 || i == 2)] &&
+               piece->corner[i][1] == filter->cut[part[1] + i / 2];
+    return same;
+}
+
+static void add_part(const struct exact_filter *filter, const int part[2], double *sum)
+{
+    const int side = 2 * filter->radius + 1;
+    const double *across = filter->share + part[0] * side;
+    const double *up = filter->share + (filter->parts + part[1]) * side;
+    for (int i = 0; i < side * side; i++)
+        sum[i] += up[i / side] * across[i % side];
+}
+
 void exact_filter_add(const struct exact_filter *filter, const struct exact_piece *piece,
                       double *sum)
 {
@@ -274,6 +299,10 @@ void exact_filter_add(const struct exact_filter *filter, const struct exact_piec
     const double(*series)[NODES] =
         (const double(*)[NODES])filter->series + (filter->parts + part[1]) * side;
     double low[2], scale[2], across[2 * EXACT_MAX_RADIUS + 1], polynomial[2][NODES + 1];
+    if (is_part(filter, piece, part)) {
+        add_part(filter, part, sum);
+        return;
+    }
     for (int axis = 0; axis < 2; axis++) {
         low[axis] = filter->cut[part[axis]];
         scale[axis] = 2.0 / (filter->cut[part[axis] + 1] - low[axis]);

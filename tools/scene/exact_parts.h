@@ -74,6 +74,7 @@ struct exact_filter {
     int degree;                             // of the series
     double (*series)[EXACT_MAX_DEGREE + 1]; // [axis][part][2 radius + 1], owned
     double (*whole)[EXACT_MAX_DEGREE + 2];  // integrals of those of axis 0
+    double *share; // integral of each series over its part, in the same order; owned
     double node[EXACT_MAX_DEGREE + 1],
         weight[EXACT_MAX_DEGREE + 1]; // Gauss and Legendre's, of 0..1
     double error;                     // of the integral of filter times a picture of values up to 1
