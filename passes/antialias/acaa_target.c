@@ -25,8 +25,10 @@ static enum weft_result check_framebuffer(const struct weft_acaa *a, const char 
     const enum weft_result res = weft_gl_check(log, gl, what);
     if (res != WEFT_OK || status == GL_FRAMEBUFFER_COMPLETE)
         return res;
-    weft_error(log, "acaa: %s of %" PRId32 " x %" PRId32 " pixels: GL says 0x%04x", what,
-               a->target.width, a->target.height, status);
+    weft_error(log,
+               "acaa: GL makes no framebuffer (0x%04x) for %s of %" PRId32 " x %" PRId32
+               " pixels with %d samples in a pass",
+               status, what, a->target.width, a->target.height, a->plan.pattern.device_count);
     return WEFT_ERR_GL;
 }
 
