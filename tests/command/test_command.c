@@ -351,6 +351,18 @@ static void the_readme_example_works(void **state)
     unlink("example.exr");
 }
 
+static void the_antialias_example_works(void **state)
+{
+    (void)state;
+    skip_without_gl();
+    struct command_result r;
+    command_run(&r, "antialias_example", "example.png");
+    assert_string_equal(r.err, "");
+    assert_int_equal(r.code, 0);
+    assert_non_null(strstr(command_succeeds("info", "example.png"), "128 x 128"));
+    unlink("example.png");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -369,6 +381,7 @@ int main(void)
         cmocka_unit_test(verify_prints_where),
         cmocka_unit_test(an_interrupt_leaves_nothing),
         cmocka_unit_test(the_readme_example_works),
+        cmocka_unit_test(the_antialias_example_works),
     };
     return cmocka_run_group_tests(tests, command_setup, command_teardown);
 }

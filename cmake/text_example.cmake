@@ -1,8 +1,8 @@
-# Writes the first C block of README to OUT.
-file(READ ${README} text)
+# Writes the first C block of TEXT to OUT.
+file(READ ${TEXT} text)
 string(FIND "${text}" "```c\n" start)
 if(start EQUAL -1)
-    message(FATAL_ERROR "${README} has no C block")
+    message(FATAL_ERROR "${TEXT} has no C block")
 endif()
 math(EXPR start "${start} + 5")
 string(SUBSTRING "${text}" ${start} -1 text)
