@@ -123,7 +123,7 @@ bool weft_acaa_set_range(struct weft_acaa *acaa, double range, double weight);
 // Looks at all weights, for the report. Returns the largest, as a share of the total, that colours
 // were counted with.
 double weft_acaa_check(struct weft_acaa *acaa);
-float weft_acaa_value(const struct weft_acaa *acaa, int channel, size_t pixel);
+void weft_acaa_read_row(const struct weft_acaa *acaa, int channel, int32_t y, float *out);
 float weft_acaa_weight(const struct weft_acaa *acaa, size_t pixel);
 
 #endif

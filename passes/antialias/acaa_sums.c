@@ -111,6 +111,8 @@ float weft_acaa_weight(const struct weft_acaa *a, size_t pixel)
 
 // ---- values -------------------------------------------------------------------------------------
 
+enum { ALPHA = 3 };
+
 static float float_value(const struct weft_acaa *a, int channel, size_t pixel, int64_t background)
 {
     union {
@@ -121,29 +123,49 @@ static float float_value(const struct weft_acaa *a, int channel, size_t pixel, i
                    (double)a->plan.total);
 }
 
-// Rounded once; a division of doubles mostly tells.
+static void read_float_row(const struct weft_acaa *a, int channel, size_t first, float *out)
+{
+    for (size_t x = 0; x < (size_t)a->params.width; x++) {
+        const int64_t background = background_weight(a, read_weights(a, first + x));
+        out[x] = channel == ALPHA ? (float)(1.0 - (double)background / (double)a->plan.total *
+                                                      (1.0 - a->params.background[ALPHA]))
+                                  : float_value(a, channel, first + x, background);
+    }
+}
+
+// Rounded once: what a division of doubles has is exact where a total is a power of two and the
+// sum has no more digits than a double; mostly it tells elsewhere, too.
 static float divide(weft_wide sum, int64_t total)
 {
+    const weft_wide exact = (weft_wide)1 << 53;
+    if ((total & (total - 1)) == 0 && sum >= -exact && sum <= exact)
+        return (float)((double)(int64_t)sum / (double)total) + 0.0f; // no negative zero
+    const double quotient = (double)sum / (double)total;
     float value;
-    return weft_wide_is_near((double)sum / (double)total, &value) ? value
-                                                                  : weft_wide_quotient(sum, total);
+    return weft_wide_is_near(quotient, &value) ? value : weft_wide_quotient(sum, total);
 }
 
 // As integers the background counts as a colour does; alpha is that of opaque surfaces but where
 // it shows.
-float weft_acaa_value(const struct weft_acaa *a, int channel, size_t pixel)
+static void read_integer_row(const struct weft_acaa *a, int channel, size_t first, float *out)
 {
-    enum { ALPHA = 3 };
-    const int64_t total = a->plan.total;
-    const int64_t background = background_weight(a, read_weights(a, pixel));
-    if (a->params.sums == WEFT_ACAA_FLOAT)
-        return channel == ALPHA ? (float)(1.0 - (double)background / (double)total *
-                                                    (1.0 - a->params.background[ALPHA]))
-                                : float_value(a, channel, pixel, background);
+    const int64_t total = a->plan.total, one = llrint(ldexp(1.0, a->scale_log2));
     const int64_t colour = llrint(ldexp(a->params.background[channel], a->scale_log2));
-    const weft_wide sum =
-        channel == ALPHA
-            ? (weft_wide)(total - background) * llrint(ldexp(1.0, a->scale_log2))
-            : read_words(a, a->plan.layers.sum_words * channel, a->plan.layers.sum_words, pixel);
-    return ldexpf(divide(sum + (weft_wide)background * colour, total), -a->scale_log2);
+    const int words = a->plan.layers.sum_words;
+    const float unit = ldexpf(1.0f, -a->scale_log2);
+    for (size_t x = 0; x < (size_t)a->params.width; x++) {
+        const int64_t background = background_weight(a, read_weights(a, first + x));
+        const weft_wide sum = channel == ALPHA ? (weft_wide)(total - background) * one
+                                               : read_words(a, words * channel, words, first + x);
+        out[x] = divide(sum + (weft_wide)background * colour, total) * unit;
+    }
+}
+
+void weft_acaa_read_row(const struct weft_acaa *a, int channel, int32_t y, float *out)
+{
+    const size_t first = (size_t)y * (size_t)a->params.width;
+    if (a->params.sums == WEFT_ACAA_FLOAT)
+        read_float_row(a, channel, first, out);
+    else
+        read_integer_row(a, channel, first, out);
 }

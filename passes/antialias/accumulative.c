@@ -299,10 +299,10 @@ enum weft_result weft_acaa_read(const weft_acaa *a, int channel, float *out, siz
         return WEFT_ERR_ARGUMENT;
     if (a->jitter)
         return weft_supersample_read(a->jitter, channel, out, stride);
-    const size_t width = (size_t)a->params.width;
-    for (size_t y = 0; y < (size_t)a->params.height; y++)
-        for (size_t x = 0; x < width; x++)
-            out[y * (stride ? stride : width) + x] = weft_acaa_value(a, channel, y * width + x);
+    if (stride == 0)
+        stride = (size_t)a->params.width;
+    for (int32_t y = 0; y < a->params.height; y++)
+        weft_acaa_read_row(a, channel, y, out + (size_t)y * stride);
     return WEFT_OK;
 }
 
