@@ -31,12 +31,14 @@ xargs grep -H '^#include "' <"$tmp/files" | awk -F'[:"]' '
         while (path ~ /^\.\.\//) { path = substr(path, 4); sub(/[^\/]*\/$/, "", file) }
         return file path }
     { near = join($1, $3); print $1, (known(near) ? near : $3), "include" }' >"$tmp/includes"
-for object in $(find "$build/CMakeFiles/weft_objects.dir" "$build/CMakeFiles/weft_tools.dir" \
-        "$build/CMakeFiles/weft.dir" -name '*.o'); do
-    file=${object#"$build"/CMakeFiles/weft*.dir/}
-    file=${file%.o}
-    [ -f "$file" ] && "$nm" "$object" | sed "s|^|$file |"
-done | awk '
+find "$build/CMakeFiles/weft_objects.dir" "$build/CMakeFiles/weft_tools.dir" \
+    "$build/CMakeFiles/weft.dir" -name '*.o' >"$tmp/objects"
+xargs "$nm" -A <"$tmp/objects" | awk -v sources="$tmp/files" -v build="$build/CMakeFiles/" '
+    BEGIN { while ((getline file <sources) > 0) source[file] = 1 }
+    # "BUILD/CMakeFiles/weft_objects.dir/FILE.o:..." is of FILE.
+    { split($1, part, ":"); file = substr(part[1], length(build) + 1)
+      sub(/^weft[^\/]*\.dir\//, "", file); sub(/\.o$/, "", file)
+      if (file in source) print file, $0 }' | awk '
     $NF ~ /^(weft_|[a-z])/ && $(NF - 1) ~ /^[TDBRC]$/ { defined[$NF] = $1 }
     $(NF - 1) == "U" { count++; user[count] = $1; used[count] = $NF }
     END { for (i = 1; i <= count; i++) if (used[i] in defined && defined[used[i]] != user[i])

@@ -12,6 +12,16 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 
+// Trees that the library has already: making them here would double the time of compiling.
+extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::DoubleTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Int64Tree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::MaskTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Vec3STree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::points::PointDataTree::RootNodeType>;
+
 namespace
 {
 

@@ -88,7 +88,7 @@ static void the_target_follows_its_model(void **state)
             for (int l = WEFT_ERROR_NEAREST; l <= WEFT_ERROR_LINEAR; l++) {
                 struct weft_tile_error e;
                 const double bound = float_tolerance(set, (enum weft_error_lookup)l);
-                measure(set, (enum weft_error_lookup)l, 64 >> (p.dims - 1), &e);
+                measure(set, (enum weft_error_lookup)l, 32 >> (p.dims - 1), &e);
                 const bool exact = formats[f].bits != 8 || formats[f].format != WEFT_TILE_UNORM ||
                                    l == WEFT_ERROR_NEAREST;
                 if (e.borders > 0)
