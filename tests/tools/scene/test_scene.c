@@ -279,6 +279,10 @@ static void test_cornell_colours_camera_and_light(void **state)
                     0.0, "the emission");
         assert_near(normal[i], down[i], 1e-12, "the lamp's side");
     }
+    const struct scene_object *light = &s.objects[s.object_count - 1];
+    for (uint32_t i = 0; i < light->index_count; i++)
+        assert_near(s.vertices[s.indices[light->first_index + i]].position[1],
+                    s.lights[0].middle[1], 0.0, "the lamp in the plane of its corners");
     scene_clear(&s);
 }
 
