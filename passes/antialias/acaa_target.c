@@ -51,13 +51,6 @@ static enum weft_result make_depth(struct weft_acaa *a)
     return check_framebuffer(a, "depths");
 }
 
-static void set_nearest(const GladGLContext *gl, GLenum kind)
-{
-    gl->TexParameteri(kind, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(kind, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(kind, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-}
-
 // Of all layers: clearing it clears each.
 static GLuint attach(const GladGLContext *gl, GLuint texture)
 {
@@ -77,7 +70,7 @@ static enum weft_result make_sums(struct weft_acaa *a)
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, t->sums);
     gl->TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32UI, p->width, p->height, a->plan.layers.count, 0,
                    GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
-    set_nearest(gl, GL_TEXTURE_2D_ARRAY);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D_ARRAY);
     t->sums_framebuffer = attach(gl, t->sums);
     const enum weft_result res = check_framebuffer(a, "sums");
     if (res != WEFT_OK || p->coincident != WEFT_COINCIDENT_MASK)
@@ -86,7 +79,7 @@ static enum weft_result make_sums(struct weft_acaa *a)
     gl->BindTexture(GL_TEXTURE_2D, t->claims);
     gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32UI, t->width, t->height, 0, GL_RED_INTEGER,
                    GL_UNSIGNED_INT, NULL);
-    set_nearest(gl, GL_TEXTURE_2D);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D);
     t->claims_framebuffer = attach(gl, t->claims);
     return check_framebuffer(a, "claims");
 }

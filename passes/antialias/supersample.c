@@ -397,7 +397,7 @@ static uint64_t bytes_of(const weft_supersample *s)
     const struct weft_pixel_list *lists[] = {&s->result, &s->sampled};
     uint64_t bytes = weft_supersample_pick_bytes(s);
     if (weft_context_enter(s->params.context) == WEFT_OK) {
-        bytes = weft_supersample_gl_bytes(s);
+        bytes += weft_supersample_gl_bytes(s);
         weft_context_leave(s->params.context);
     }
     for (size_t i = 0; i < WEFT_COUNT(lists); i++)

@@ -41,9 +41,7 @@ static enum weft_result make_blocks(weft_supersample *s)
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, s->blocks);
     gl->TexImage3D(GL_TEXTURE_2D_ARRAY, 0, (GLint)weft_supersample_format(s), s->sampled.width,
                    s->sampled.height, s->used, 0, GL_RGBA, types[s->params.format], NULL);
-    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D_ARRAY);
     gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
     gl->GenFramebuffers(1, &s->framebuffer);
     enum weft_result res = weft_gl_check(s->params.log, gl, "making blocks of samples");

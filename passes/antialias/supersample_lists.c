@@ -129,9 +129,7 @@ enum weft_result weft_places_load(const struct weft_log *log, const GladGLContex
     gl->TexImage2D(GL_TEXTURE_2D, 0, GL_RG16UI, width, height, 0, GL_RG_INTEGER, GL_UNSIGNED_SHORT,
                    at);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D);
     gl->BindTexture(GL_TEXTURE_2D, 0);
     return weft_gl_check(log, gl, "listing pixels");
 }

@@ -50,9 +50,7 @@ static GLuint load_mask(const GladGLContext *gl, const struct weft_marks *marks)
     gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R8, marks->width, marks->height, 0, GL_RED,
                    GL_UNSIGNED_BYTE, marks->marked);
     gl->PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D);
     return texture;
 }
 

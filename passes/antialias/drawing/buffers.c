@@ -104,3 +104,10 @@ void weft_depth_buffer_destroy(const GladGLContext *gl, struct weft_depth_buffer
         gl->DeleteRenderbuffers(1, &buffer->renderbuffer);
     *buffer = (struct weft_depth_buffer){0};
 }
+
+void weft_texture_by_texel(const GladGLContext *gl, GLenum target)
+{
+    gl->TexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
+    gl->TexParameteri(target, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TexParameteri(target, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}

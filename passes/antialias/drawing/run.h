@@ -87,6 +87,9 @@ enum weft_result weft_depth_buffer_create(const struct weft_log *log, const Glad
                                           struct weft_depth_buffer *out);
 void weft_depth_buffer_destroy(const GladGLContext *gl, struct weft_depth_buffer *buffer);
 
+// Of the texture that is bound to `target`: it has level 0 alone, and shaders fetch its texels.
+void weft_texture_by_texel(const GladGLContext *gl, GLenum target);
+
 // Bytes that a renderbuffer or a texture (target, level 0 of it, layers) takes by GL's own sizes of
 // it: 5 bytes of depths and stencil count as the 8 that they are kept in. It is left unbound.
 uint64_t weft_renderbuffer_bytes(const GladGLContext *gl, GLuint renderbuffer);

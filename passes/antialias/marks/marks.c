@@ -90,9 +90,7 @@ static GLuint make_texture(const GladGLContext *gl, const struct weft_marker_par
     gl->BindTexture(GL_TEXTURE_2D, texture);
     gl->TexImage2D(GL_TEXTURE_2D, 0, (GLint)internal, p->width, p->height, 0, format,
                    GL_UNSIGNED_INT, NULL);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    weft_texture_by_texel(gl, GL_TEXTURE_2D);
     return texture;
 }
 

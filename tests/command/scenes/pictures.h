@@ -139,4 +139,14 @@ static inline void assert_dies(pid_t pid, int signal)
     assert_int_equal(command_folder_size(), before);
 }
 
+// Nothing is drawn without OpenGL.
+static inline int set_up(void **state)
+{
+    const int failed = command_setup_folder(state);
+    if (failed || command_has_gl())
+        return failed;
+    command_teardown(state);
+    exit(77);
+}
+
 #endif

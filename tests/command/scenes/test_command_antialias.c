@@ -532,16 +532,6 @@ static void lines_say_what_came_of_it(void **state)
     assert_string_equal(antialias("none", SIZE, FEW, "--preview", "p.png", "-q"), "");
 }
 
-// Nothing is drawn without OpenGL.
-static int set_up(void **state)
-{
-    const int failed = command_setup_folder(state);
-    if (failed || command_has_gl())
-        return failed;
-    command_teardown(state);
-    exit(77);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {

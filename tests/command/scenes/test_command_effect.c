@@ -463,16 +463,6 @@ static void lines_say_what_came_of_it(void **state)
     assert_non_null(strstr(result.err, "targets of 8 bits hold light from 0 to 1, and there is"));
 }
 
-// Nothing is drawn without OpenGL.
-static int set_up(void **state)
-{
-    const int failed = command_setup_folder(state);
-    if (failed || command_has_gl())
-        return failed;
-    command_teardown(state);
-    exit(77);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
