@@ -14,7 +14,8 @@ tiles/image tiles/mesh tiles/readers/mesh tiles/readers passes/cpu passes/gl pas
 passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/positions passes/plan
 passes/fused/lines
 passes/fused passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
-passes/antialias/pattern passes/antialias/drawing passes/antialias/marks passes/antialias passes/stability weft tools/common tools/draw tools/methods tools/plan_json tools/scene
+passes/antialias/pattern passes/antialias/drawing passes/antialias/marks passes/antialias passes/stability
+passes/distribute/schedule passes/distribute passes/distribute/mpi weft tools/common tools/draw tools/ranks tools/methods tools/plan_json tools/scene
 tools/render/gl tools/render tools/resample tools/accumulate tools/effect tools/antialias tools/slice tools/table tools/chart tools/verbs tools'
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
