@@ -31,6 +31,7 @@ struct weft_items {
 // A rank is busy while it runs items; taking results is counted apart.
 struct weft_items_report {
     struct weft_load load;       // freed by weft_load_clear
+    int64_t count;               // items: weft_items.count
     double *item_seconds;        // [count] that run took, for cost maps and models; freed likewise
     int *item_rank;              // [count] that did it; freed likewise
     enum weft_schedule schedule; // never auto

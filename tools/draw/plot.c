@@ -89,19 +89,19 @@ bool plot_can_draw(void)
     return runs;
 }
 
-enum exit_code plot_check(const char *path, const char *otherwise)
+enum exit_code plot_check(const char *option, const char *path, const char *otherwise)
 {
     if (!ends_with(path, ".svg") && !ends_with(path, ".png")) {
-        report_error("--plot %s: the name must end in .svg or .png", path);
+        report_error("%s %s: the name must end in .svg or .png", option, path);
         return EXIT_CODE_USAGE;
     }
     if (paths_check_output(path, false) != WEFT_OK)
         return EXIT_CODE_OUTPUT;
     if (plot_can_draw())
         return EXIT_CODE_DONE;
-    report_error("--plot needs the program gnuplot (Debian package gnuplot-nox), which does not "
+    report_error("%s needs the program gnuplot (Debian package gnuplot-nox), which does not "
                  "run here; without it, %s gives the data",
-                 otherwise);
+                 option, otherwise);
     return EXIT_CODE_FAILED;
 }
 

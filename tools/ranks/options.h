@@ -17,56 +17,30 @@ enum rank_option {
     RANK_CHART,
     RANK_OPTION_COUNT
 };
-extern const char *const rank_chart_endings[]; // ".svg", ".png", ".pdf"...; NULL-ended
+extern const char *const rank_chart_endings[]; // ".svg", ".png"; NULL-ended
 
 // A verb's table has them in this order from `first` on.
+// clang-format off
 #define RANK_OPTIONS(first)                                                                        \
-    [first + RANK_SCHEDULE] =                                                                      \
-        {.name = "schedule",                                                                       \
-         0,                                                                                        \
-         OPTION_CHOICE,                                                                            \
-         NULL,                                                                                     \
-         "of several ranks (mpirun): who does what: in turn, in turn with boundaries that follow " \
-         "the load, or whoever is free (default auto)",                                            \
-         weft_schedule_names},                                                                     \
-             [first + RANK_REGION] = {.name = "region",                                            \
-                                      0,                                                           \
-                                      OPTION_TEXT,                                                 \
-                                      "N|WxH|rows:N|frame",                                        \
-                                      "the parts that a picture is divided into, in pixels; "      \
-                                      "rows: of whole rows; frame: pictures "                      \
-                                      "are not divided (default: by --granularity)"},              \
-             [first +                                                                              \
-                 RANK_GRANULARITY] = {.name = "granularity",                                       \
-                                      0,                                                           \
-                                      OPTION_NUMBER,                                               \
-                                      "G",                                                         \
-                                      "parts of a picture for each rank (default: the verb's)"},   \
-             [first + RANK_TIMEOUT] = {.name = "rank-timeout",                                     \
-                                       0,                                                          \
-                                       OPTION_NUMBER,                                              \
-                                       "SECONDS",                                                  \
-                                       "without a sign of life after which a rank is given up, "   \
-                                       "and the job is ended (default 6)"},                        \
-             [first + RANK_MIXED] = {.name = "mixed",                                              \
-                                     0,                                                            \
-                                     OPTION_FLAG,                                                  \
-                                     NULL,                                                         \
-                                     "let ranks have different renderers, instructions or "        \
-                                     "versions: bytes may then depend on "                         \
-                                     "who did what"},                                              \
-             [first + RANK_COST_MAP] = {.name = "cost-map",                                        \
-                                        0,                                                         \
-                                        OPTION_OUTPUT,                                             \
-                                        "FILE",                                                    \
-                                        "what places of the picture cost: read, where it is "      \
-                                        "there, to divide it, and written"},                       \
-             [first + RANK_CHART] = {.name = "load-chart",                                         \
-                                     0,                                                            \
-                                     OPTION_OUTPUT,                                                \
-                                     "OUT.svg|.png",                                               \
-                                     "plot how busy each rank was",                                \
-                                     rank_chart_endings}
+    [(first) + RANK_SCHEDULE] = {.name = "schedule", 0, OPTION_CHOICE, NULL,                       \
+        "of several ranks (mpirun): who does what: in turn, in turn with boundaries that follow "  \
+        "the load, or whoever is free (default auto)",                                             \
+        weft_schedule_names},                                                                      \
+    [(first) + RANK_REGION] = {.name = "region", 0, OPTION_TEXT, "N|WxH|rows:N|frame",             \
+        "the parts that a picture is divided into, in pixels; rows: of whole rows; frame: "        \
+        "pictures are not divided (default: by --granularity)"},                                   \
+    [(first) + RANK_GRANULARITY] = {.name = "granularity", 0, OPTION_NUMBER, "G",                  \
+        "parts of a picture for each rank (default: the verb's)"},                                 \
+    [(first) + RANK_TIMEOUT] = {.name = "rank-timeout", 0, OPTION_NUMBER, "SECONDS",               \
+        "without a sign of life after which a rank is given up, and the job is ended (default 6)"},\
+    [(first) + RANK_MIXED] = {.name = "mixed", 0, OPTION_FLAG, NULL,                               \
+        "let ranks have different renderers, instructions or versions: bytes may then depend on "  \
+        "who did what"},                                                                           \
+    [(first) + RANK_COST_MAP] = {.name = "cost-map", 0, OPTION_TEXT, "FILE",                       \
+        "what places of the picture cost: read, where it is there, to divide it, and written"},    \
+    [(first) + RANK_CHART] = {.name = "load-chart", 0, OPTION_OUTPUT, "OUT.svg|.png",              \
+        "plot how busy each rank was", rank_chart_endings}
+// clang-format on
 
 // What they say. Zero where an option was not given.
 struct rank_request {
@@ -78,11 +52,15 @@ struct rank_request {
     bool mixed;
     const char *cost_map, *chart; // NULL: none
 };
-// Reads them, and sets the time-out of ranks_get(). Returns WEFT_ERR_ARGUMENT after an error line.
+// Reads them, sets the time-out of ranks_get(), and on rank 0 checks that what they name can be
+// written. Texts are borrowed. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_WRITE or another result (no
+// gnuplot for the chart) after an error line.
 enum weft_result rank_options_read(const struct option_value *first, struct rank_request *out);
 
 // The regions of a picture for the ranks there are. `granularity`: the verb's, where none is asked
-// for; least: pixels that a side has at least (what filters reach).
+// for; least: pixels that a side has at least (what filters reach), where no smaller region is
+// asked for. Regions larger than the picture are the picture. Returns WEFT_ERR_LIMIT (more than
+// WEFT_REGIONS_MAX), WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY after an error line; *out is then NULL.
 enum weft_result rank_options_divide(const struct rank_request *request, const int size[2],
                                      int granularity, int least, weft_regions **out);
 

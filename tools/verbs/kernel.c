@@ -443,7 +443,7 @@ static int describe(const char *name, const struct option_value *o)
     enum weft_result res = kernels_load(name, &f->kernel, &file);
     enum exit_code code = EXIT_CODE_DONE;
     if (res == WEFT_OK && o[KERNEL_PLOT].given)
-        code = plot_check(o[KERNEL_PLOT].text, "--json");
+        code = plot_check("--plot", o[KERNEL_PLOT].text, "--json");
     if (res == WEFT_OK && code == EXIT_CODE_DONE) {
         gather(f);
         if (o[KERNEL_PLOT].given)

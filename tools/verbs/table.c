@@ -303,7 +303,7 @@ static int run_stages(struct table_job *job)
     if (res == WEFT_OK)
         res = check_outputs(o);
     if (res == WEFT_OK && o[TABLE_PLOT].given)
-        code = plot_check(o[TABLE_PLOT].text, "--format csv");
+        code = plot_check("--plot", o[TABLE_PLOT].text, "--format csv");
     if (code != EXIT_CODE_DONE)
         return code;
     if (res == WEFT_OK)

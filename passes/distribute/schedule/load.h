@@ -13,6 +13,7 @@ struct weft_rank_load {
     double taking; // seconds in which rank 0 put results together; else 0
     int64_t items;
     uint64_t bytes; // of results that it sent; 0 of rank 0
+    int threads;    // that it was given to keep busy (weft_ranks_info.threads)
     char host[64];
 };
 struct weft_load {
