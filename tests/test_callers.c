@@ -2604,6 +2604,41 @@ static void stability(void)
     SURVIVED(weft_stability_run(weft_stability_find("order-2d"), &params, &result));
 }
 
+static void schedules(void)
+{
+    struct weft_regions_params good = {.width = 20, .height = 10, .log = &logger};
+    weft_regions *regions = NULL;
+#define CALL (weft_regions_destroy(&regions), weft_regions_create(&p, &regions))
+    SET_REFUSED(good, width, 0, CALL);
+    SET_REFUSED(good, height, -1, CALL);
+    ANY_INT(good, width, CALL);
+    ANY_INT(good, height, CALL);
+    ANY_INT(good, region_width, CALL);
+    ANY_INT(good, region_height, CALL);
+    ANY_INT(good, ranks, CALL);
+    ANY_INT(good, granularity, CALL);
+    ANY_INT(good, least, CALL);
+#undef CALL
+    weft_regions_destroy(&regions);
+    TRUE(weft_regions_create(&good, &regions) == WEFT_OK);
+    TRUE(weft_regions_get(regions, -1).width < 0);
+    TRUE(weft_regions_get(regions, weft_regions_count(regions)).width < 0);
+    weft_regions_destroy(&regions);
+    weft_regions_destroy(&regions);
+    struct weft_load load, fewer = {0};
+    TRUE(weft_load_create(0, &load) == WEFT_ERR_ARGUMENT && !load.rank);
+    TRUE(weft_load_create(2, &load) == WEFT_OK);
+    struct weft_load_figures figures;
+    weft_load_add(&load, &fewer);
+    weft_load_add(&fewer, &load);
+    weft_load_compute(&fewer, &figures);
+    TRUE(figures.idle_share == 0.0 && figures.imbalance == 1.0);
+    load.rank[0].busy = NAN, load.seconds = -1.0;
+    weft_load_compute(&load, &figures);
+    weft_load_clear(&load);
+    weft_load_clear(&load);
+}
+
 // ---- the table ----------------------------------------------------------------------------------
 
 static const struct {
@@ -2746,6 +2781,9 @@ static const struct {
       F(choose_engine)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
+    {schedules,
+     {F(regions_create), F(regions_destroy), F(regions_count), F(regions_get), F(load_create),
+      F(load_clear), F(load_add), F(load_compute)}},
 #undef F
 };
 

@@ -22,16 +22,18 @@ struct weft_load {
     struct weft_rank_load *rank; // [ranks]
 };
 
-// Returns WEFT_ERR_MEMORY; *out is then {0}.
+// All zero but `ranks`, >= 1. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY; *out is then {0}.
 WEFT_API enum weft_result weft_load_create(int ranks, struct weft_load *out);
 WEFT_API void weft_load_clear(struct weft_load *load); // accepts {0}
-// Adds what another work of the same ranks took: seconds add up.
+// Adds what another work of the same ranks took: seconds add up. Hosts are taken over where there
+// were none.
 WEFT_API void weft_load_add(struct weft_load *load, const struct weft_load *other);
 
 // The figures of parallel work, as Lin et al. 1997 count them.
 struct weft_load_figures {
-    double idle_share; // 1 - sum busy / (P T), the paper's average idle time / completion time
-    double imbalance;  // largest busy / mean busy
+    double idle_share; // 1 - sum busy / (P T), the paper's average idle time / completion time; 0
+                       // where T is 0
+    double imbalance;  // largest busy / mean busy; 1 where nobody was busy
     double mean_busy, largest_busy;
 };
 WEFT_API void weft_load_compute(const struct weft_load *load, struct weft_load_figures *out);

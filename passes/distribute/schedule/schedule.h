@@ -25,15 +25,18 @@ enum { WEFT_REGIONS_MAX = 1 << 22 };
 // How a picture is divided. Regions are numbered by rows.
 struct weft_regions_params {
     int32_t width, height; // pixels (required, > 0)
-    // Of a region; width 0: all of the picture's (whole rows). Both 0 (default): at least
-    // ranks * granularity regions, as near to squares as they can be, or one a pixel.
+    // Of a region, whatever `least` is; the last ones of a row and the last row have what is left.
+    // width 0: all of the picture's (whole rows), height 0: likewise. Both 0 (default): at least
+    // ranks * granularity regions of nearly the same size, as near to squares as they can be, or as
+    // many as `least` lets there be.
     int32_t region_width, region_height;
     int ranks;       // >= 1 (default 1)
     int granularity; // regions a rank, where no size is given, >= 1 (default 8: the paper's ratio)
-    int32_t least;   // pixels of a region's sides, but where the picture ends: what filters reach
-                     // (default 1)
+    int32_t least;   // pixels of the sides of regions that weft chooses itself, here or by moving
+                     // boundaries: what filters reach; a picture may be smaller (default 1)
+    const struct weft_log *log; // borrowed until the call returns; may be NULL
 };
-#define WEFT_REGIONS_DEFAULTS .ranks = 1, .granularity = 8, .least = 1,
+#define WEFT_REGIONS_DEFAULTS
 #define weft_regions_params(...) (&(struct weft_regions_params){WEFT_REGIONS_DEFAULTS __VA_ARGS__})
 
 // Regions that cover every pixel once. Thread-safety: read-only once made; balancing changes it.
@@ -45,14 +48,17 @@ WEFT_API enum weft_result weft_regions_create(const struct weft_regions_params *
                                               weft_regions **out);
 WEFT_API void weft_regions_destroy(weft_regions **regions); // accepts &NULL, leaves NULL behind
 WEFT_API int64_t weft_regions_count(const weft_regions *regions);
+// A region; where there is none of this number one with sides of -1, which nothing takes.
 WEFT_API struct weft_rectangle weft_regions_get(const weft_regions *regions, int64_t index);
 
 // Moves the boundaries so that regions would have taken the same time in the frame before: seconds
 // [count], each >= 0, of the regions as they are. A region's load is taken to be the same all over
-// it; loads are smoothed over frames by `keep`, the share of what was known before (0 to < 1). Rows
-// of regions stay rows; no side becomes shorter than params.least. The same seconds give the same
-// regions on every rank. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY, and leaves them as they
-// were.
+// it. Rows of regions stay rows, of as many regions: first the boundaries between rows are moved,
+// then in each row those between its regions. They go the share 1 - `keep` of the way (0 <= keep <
+// 1), so that what frames before told fades away. No side becomes shorter than params.least, or
+// where so many regions do not fit then, than an even division's. Where all seconds are 0 nothing
+// moves. The same seconds give the same regions on every rank. Returns WEFT_ERR_ARGUMENT or
+// WEFT_ERR_MEMORY, and leaves them as they were.
 WEFT_API enum weft_result weft_regions_balance(weft_regions *regions, const double *seconds,
                                                double keep);
 
