@@ -14,5 +14,14 @@ struct weft_rectangle {
     int32_t x, y, width, height;
 };
 
+// Sets *out to a part of a picture, to all of it where the part is all 0. Returns
+// WEFT_ERR_ARGUMENT, after a log line with the numbers, where it is not within the picture. Pure.
+WEFT_API enum weft_result weft_rectangle_within(const struct weft_log *log,
+                                                const struct weft_rectangle *part, int32_t width,
+                                                int32_t height, struct weft_rectangle *out);
+// The pixels that two have in common; all 0 where there are none. Pure.
+WEFT_API struct weft_rectangle weft_rectangle_common(const struct weft_rectangle *a,
+                                                     const struct weft_rectangle *b);
+
 WEFT_END_DECLS
 #endif

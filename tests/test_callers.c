@@ -1935,6 +1935,24 @@ static void separable(void)
     weft_context_destroy(&context);
 }
 
+static void rectangles(void)
+{
+    static const struct weft_rectangle bad[] = {
+        {-1, 0, 2, 2},      {0, 0, 5, 2},      {0, 0, 2, 9},       {3, 0, 2, 2},
+        {0, 0, 0, 2},       {1, 1, 0, 0},      {0, 0, INT_MIN, 1}, {INT_MAX, 0, INT_MAX, 1},
+        {0, INT_MIN, 1, 1}, {0, 0, 1, INT_MAX}};
+    const struct weft_rectangle none = {0}, some = {1, 2, 3, 4};
+    struct weft_rectangle out;
+    for (size_t i = 0; i < WEFT_COUNT(bad); i++)
+        REFUSED(weft_rectangle_within(&logger, &bad[i], 4, 8, &out));
+    TRUE(weft_rectangle_within(&logger, &none, 4, 8, &out) == WEFT_OK && out.width == 4 &&
+         out.height == 8);
+    out = weft_rectangle_common(&some, &out);
+    TRUE(memcmp(&out, &some, sizeof out) == 0);
+    out = weft_rectangle_common(&some, &(struct weft_rectangle){4, 2, 1, 1});
+    TRUE(memcmp(&out, &none, sizeof out) == 0);
+}
+
 static void window_maps(void)
 {
     const struct weft_window window = {0, 4};
@@ -2757,6 +2775,7 @@ static const struct {
      {F(separable_plan_create), F(separable_plan_destroy), F(separable_plan_get_info),
       F(separable_compile), F(separable_destroy), F(separable_run), F(separable_verify),
       F(separable_error_bound), F(separable_bound_terms)}},
+    {rectangles, {F(rectangle_within), F(rectangle_common)}},
     {window_maps,
      {F(window_map_plain), F(window_map_scale), F(window_map_position), F(window_map_positions),
       F(window_map_square)}},

@@ -12,6 +12,7 @@
 #ifndef WEFT_PASSES_POSITIONS_GRID_H
 #define WEFT_PASSES_POSITIONS_GRID_H
 
+#include "filter/rectangle.h"
 #include "passes/positions/geometry.h"
 #include "tiles/volume/cell_map.h"
 
@@ -34,11 +35,6 @@ struct weft_slice_grid {
 struct weft_slice_block {
     int32_t base[3]; // multiples of 8
     int64_t position[3];
-};
-
-// Pixels from (x, y) on.
-struct weft_rectangle {
-    int x, y, width, height;
 };
 
 // Checks a cut and converts it, for a kernel of `taps` taps along each axis. Returns
