@@ -2657,6 +2657,70 @@ static void schedules(void)
     weft_load_clear(&load);
 }
 
+// ---- ranks --------------------------------------------------------------------------------------
+
+static enum weft_result idle_item(void *priv, int64_t item, void **data, size_t *size)
+{
+    (void)priv, (void)item, (void)data, (void)size;
+    return WEFT_OK;
+}
+
+static enum weft_result idle_take(void *priv, int64_t item, const void *data, size_t size)
+{
+    (void)priv, (void)item, (void)data, (void)size;
+    return WEFT_OK;
+}
+
+static enum weft_result ask_ranks(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    struct weft_ranks_info info;
+    weft_ranks_get_info(ranks, &info);
+    TRUE(info.rank == 0 && info.size == 1 && info.threads > 0 && info.host[0]);
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++)
+        if (!(numbers[i] >= 0.5 && isfinite(numbers[i])))
+            REFUSED(weft_ranks_set_timeout(ranks, numbers[i]));
+    void *data = NULL;
+    size_t size = 0;
+    struct weft_ranks_part part;
+    SURVIVED(weft_ranks_share(ranks, &data, &size));
+    SURVIVED(weft_ranks_gather(ranks, NULL, 0, &part));
+    weft_ranks_free_parts(1, &part);
+    weft_ranks_free_parts(1, &part);
+    char line[1] = "";
+    TRUE(weft_ranks_agree(ranks, WEFT_ERR_GL, line, sizeof line, NULL) == WEFT_ERR_GL);
+    SURVIVED(weft_ranks_compare(ranks, "", ""));
+
+    struct weft_items_report report = {0};
+    const double costs[2] = {1.0, 0.0};
+    struct weft_items good = {.count = 2, .run = idle_item, .take = idle_take};
+    TRUE(weft_ranks_do_items(ranks, &good, &report) == WEFT_OK && report.failed_rank == -1);
+    weft_items_report_clear(&report);
+    weft_items_report_clear(&report);
+    weft_items_report_clear(NULL);
+    BAD_ENUM(good, schedule, weft_ranks_do_items(ranks, &p, &report));
+    struct weft_items bad = good;
+    bad.count = -1;
+    REFUSED(weft_ranks_do_items(ranks, &bad, &report));
+    bad = good, bad.cost = costs;
+    REFUSED(weft_ranks_do_items(ranks, &bad, &report));
+    bad = good, bad.run = NULL;
+    REFUSED(weft_ranks_do_items(ranks, &bad, &report));
+    return WEFT_ERR_FORMAT;
+}
+
+static void several_ranks(void)
+{
+    const struct weft_distribute_params *params = weft_distribute_params(.log = &logger);
+    TRUE(weft_distribute_over(NULL, params, ask_ranks, NULL) == WEFT_ERR_FORMAT);
+    REFUSED(weft_distribute_over(NULL, params, NULL, NULL));
+    for (size_t i = 0; i < WEFT_COUNT(numbers); i++)
+        if (numbers[i] != 0.0 && !(numbers[i] >= 0.5 && isfinite(numbers[i])))
+            REFUSED(weft_distribute_over(
+                NULL, weft_distribute_params(.timeout = numbers[i], .log = &logger), ask_ranks,
+                NULL));
+}
+
 // ---- the table ----------------------------------------------------------------------------------
 
 static const struct {
@@ -2798,6 +2862,10 @@ static const struct {
     {method_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
       F(choose_engine)}},
+    {several_ranks,
+     {F(distribute_over), F(ranks_get_info), F(ranks_set_timeout), F(ranks_share), F(ranks_gather),
+      F(ranks_free_parts), F(ranks_agree), F(ranks_compare), F(ranks_do_items),
+      F(items_report_clear)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
     {schedules,

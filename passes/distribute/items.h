@@ -20,8 +20,9 @@ struct weft_items {
     // Does an item. *data is allocated with malloc and taken over; NULL of size 0: nothing is to be
     // told. Called in body's thread. Anything but WEFT_OK ends the work on all ranks.
     enum weft_result (*run)(void *priv, int64_t item, void **data, size_t *size);
-    // Takes what came of an item: on rank 0 only, in body's thread between items of its own, once
-    // an item and in any order. At most two results of a rank wait for it.
+    // Takes what came of an item, if there is something: on rank 0 only, in body's thread between
+    // items of its own, once an item and in any order. At most two results of a rank wait for it,
+    // or 64 that are at most 4 MiB together; a rank that has more goes on once they were taken.
     enum weft_result (*take)(void *priv, int64_t item, const void *data, size_t size);
     void *priv;
     const struct weft_progress *progress; // of all items; asked on rank 0 only; may be NULL

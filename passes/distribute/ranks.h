@@ -71,9 +71,10 @@ WEFT_API enum weft_result weft_ranks_gather(weft_ranks *ranks, const void *data,
                                             struct weft_ranks_part *parts);
 WEFT_API void weft_ranks_free_parts(int count, struct weft_ranks_part *parts);
 
-// Whether all is well with all: WEFT_OK, or the result of the lowest rank with another one, which
-// all ranks return alike. On rank 0 `line` (of `size` bytes, at least 1) is that rank's; what it
-// has to say, a line without its end, was given as `line` there. *failed: that rank; may be NULL.
+// Whether all is well with all: WEFT_OK, or the result of the lowest rank with another one and
+// something to say (or of the lowest, if none has), which all ranks return alike. On rank 0 `line`
+// (of `size` bytes, at least 1) is that rank's, cut where it is longer; what a rank has to say, a
+// line without its end, was given as `line` there. *failed: that rank, -1 if none; may be NULL.
 WEFT_API enum weft_result weft_ranks_agree(weft_ranks *ranks, enum weft_result result, char *line,
                                            size_t size, int *failed);
 

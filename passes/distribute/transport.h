@@ -12,7 +12,7 @@ WEFT_BEGIN_DECLS
 // Every call is made by one thread, the one that called weft_distribute_over; none waits for
 // another rank. Messages from one rank to another come in the order in which they were sent, whole,
 // and are at most WEFT_TRANSPORT_MAX bytes: larger ones are sent in pieces by what calls.
-enum { WEFT_TRANSPORT_MAX = 1 << 26 };
+enum { WEFT_TRANSPORT_MAX = 1 << 20 };
 struct weft_transport {
     int rank, size; // 0 <= rank < size
     // Of the ranks on this rank's node, ordered: which one it is, and how many there are.
@@ -28,7 +28,9 @@ struct weft_transport {
     // then `take` is called once, with room for it.
     int64_t (*probe)(void *priv, int *from);
     bool (*take)(void *priv, int from, void *data, size_t size);
-    // Ends all ranks, at once and without a word; does not return where it can.
+    // Ends all ranks, at once and without a word; does not return where it can. Where it does, what
+    // is asked of the ranks from then on gives WEFT_ERR_CANCELLED, and the calling rank ends when
+    // its body does.
     void (*abort)(void *priv, int exit_code);
 };
 
