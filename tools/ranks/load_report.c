@@ -163,8 +163,8 @@ static void write_axes(FILE *s, const struct weft_load *load)
     const int places = load->ranks < LEAST_PLACES ? LEAST_PLACES : load->ranks;
     const double middle = 0.5 * (load->ranks - 1);
     int step = 1;
-    for (int i = 0; load->ranks > step * MOST_LABELS; i++)
-        step *= i % 3 == 1 ? 5 : 2;
+    for (int i = 0; load->ranks > step * MOST_LABELS; i++) // 1, 2, 5, 10...
+        step = i % 3 == 1 ? step / 2 * 5 : step * 2;
     fprintf(s, "set xrange [%.9g:%.9g]\nset yrange [0:%.9g]\nset format y '%%g'\n",
             middle - 0.5 * places, middle + 0.5 * places,
             load->seconds > 0.0 ? 1.02 * load->seconds : 1.0);

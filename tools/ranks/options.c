@@ -112,21 +112,6 @@ enum weft_result rank_options_read(const struct option_value *first, struct rank
     return res == WEFT_OK ? check_outputs(out) : res;
 }
 
-static int32_t least_of(int64_t a, int64_t b)
-{
-    return (int32_t)(a < b ? a : b);
-}
-
-// What asks for the division, for messages.
-static void describe(const struct weft_regions_params *p, char *out, size_t size)
-{
-    if (p->region_height)
-        snprintf(out, size, "regions of %dx%d pixels", p->region_width ? p->region_width : p->width,
-                 p->region_height);
-    else
-        snprintf(out, size, "%d ranks with %d regions each", p->ranks, p->granularity);
-}
-
 enum weft_result rank_options_divide(const struct rank_request *request, const int size[2],
                                      int granularity, int least, weft_regions **out)
 {
@@ -134,23 +119,12 @@ enum weft_result rank_options_divide(const struct rank_request *request, const i
         *weft_regions_params(.width = size[0], .height = size[1], .ranks = ranks_size(),
                              .least = least,
                              .granularity =
-                                 request->granularity ? request->granularity : granularity);
+                                 request->granularity ? request->granularity : granularity,
+                             .log = report_log());
     if (request->region[1]) {
         const bool whole = request->region[0] < 0;
-        params.region_width = whole ? size[0] : least_of(request->region[0], size[0]);
-        params.region_height = whole ? size[1] : least_of(request->region[1], size[1]);
-        params.least = least_of(least, params.region_height);
-        if (params.region_width)
-            params.least = least_of(params.least, params.region_width);
+        params.region_width = whole ? size[0] : request->region[0];
+        params.region_height = whole ? size[1] : request->region[1];
     }
-    enum weft_result res = weft_regions_create(&params, out);
-    char what[128];
-    describe(&params, what, sizeof what);
-    if (res == WEFT_ERR_LIMIT)
-        report_error("a picture of %dx%d pixels in %s: more than %d regions", size[0], size[1],
-                     what, WEFT_REGIONS_MAX);
-    else if (res != WEFT_OK)
-        report_error("a picture of %dx%d pixels in %s: %s", size[0], size[1], what,
-                     weft_result_text(res));
-    return res;
+    return weft_regions_create(&params, out);
 }

@@ -32,6 +32,8 @@ void weft_load_add(struct weft_load *load, const struct weft_load *other)
         to->taking += from->taking;
         to->items += from->items;
         to->bytes += from->bytes;
+        if (!to->threads)
+            to->threads = from->threads;
         if (!to->host[0])
             memcpy(to->host, from->host, sizeof to->host);
     }
