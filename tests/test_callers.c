@@ -752,6 +752,9 @@ static void sequences(void)
         assert_int_equal(weft_image_sequence_next(sequence, &frame), WEFT_OK);
         assert_null(frame);
     }
+    REFUSED(weft_image_sequence_extend(sequence, 0));
+    REFUSED(weft_image_sequence_extend(sequence, INT64_MIN));
+    REFUSED(weft_image_sequence_extend(sequence, INT64_MAX));
     weft_image_sequence_destroy(&sequence);
     weft_image_sequence_destroy(&sequence);
     weft_image_sequence_destroy(NULL);
@@ -2771,7 +2774,9 @@ static const struct {
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
       F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
-    {sequences, {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next)}},
+    {sequences,
+     {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next),
+      F(image_sequence_extend)}},
     {previews, {F(preview_save), F(colour_preview_save)}},
     {planes, {F(plane_line), F(plane_row), F(plane_type_size)}},
     {kernel_files, {F(kernel_load), F(kernel_file_destroy)}},

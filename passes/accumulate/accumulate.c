@@ -55,7 +55,8 @@ static enum weft_result check_weight(const weft_accumulator *a, int64_t index, d
                    index, weight, ldexp(1.0, WEFT_WEIGHT_LARGEST_LOG2 - a->weights.scale_log2));
         return WEFT_ERR_ARGUMENT;
     }
-    if (a->weight && index < a->params.frame_count && weight != 0.0 && weight != a->weight[index]) {
+    if (a->weight && !a->params.part && index < a->params.frame_count && weight != 0.0 &&
+        weight != a->weight[index]) {
         weft_error(log, "accumulate: frame %" PRId64 " has the weight %g: %g was announced", index,
                    weight, a->weight[index]);
         return WEFT_ERR_ARGUMENT;
@@ -118,10 +119,19 @@ static enum weft_result choose(weft_accumulator *a)
 // What the method cannot do with frames.
 static enum weft_result check_method(const weft_accumulator *a)
 {
-    if (a->params.nonfinite != WEFT_NONFINITE_SKIP || a->way->method == WEFT_ACCUMULATE_EXACT)
+    const char *method = weft_accumulate_method_names[a->way->method];
+    if (a->way->method == WEFT_ACCUMULATE_EXACT)
         return WEFT_OK;
-    weft_error(a->params.log, "accumulate: %s cannot skip values that are not finite: exact can",
-               weft_accumulate_method_names[a->way->method]);
+    if (a->params.part)
+        weft_error(a->params.log,
+                   "accumulate: parts of the frames cannot be joined where %s adds them up: exact "
+                   "can",
+                   method);
+    else if (a->params.nonfinite == WEFT_NONFINITE_SKIP)
+        weft_error(a->params.log,
+                   "accumulate: %s cannot skip values that are not finite: exact can", method);
+    else
+        return WEFT_OK;
     return WEFT_ERR_ARGUMENT;
 }
 

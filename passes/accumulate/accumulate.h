@@ -85,6 +85,11 @@ struct weft_accumulator_params {
     // frame_count, and other weights than those given here, are refused.
     int64_t frame_count;
     const double *weight;
+    // A part of these frames comes, to be joined with the others (weft_accumulator_join): any of
+    // them, in any order. What is announced is that of all frames, so that all parts have weights
+    // of one scale, and is not compared with what comes. Exact only; auto is refused where it takes
+    // another method (default: all of them come).
+    bool part;
     // Of trees: inputs of a node, or of the nodes of each level; see weft_tree_params. Frames
     // beyond the product of level_branching are refused.
     int branching; // default 4
@@ -261,7 +266,8 @@ WEFT_API enum weft_result weft_accumulator_save(weft_accumulator *accumulator, v
 WEFT_API enum weft_result weft_accumulator_load(weft_accumulator *accumulator, const void *state,
                                                 size_t size);
 // Adds all that another accumulator has, of the same params but for frame_count and weight: the
-// same bytes as if its frames had been added here. Of the exact method only; with batches that are
+// same bytes as if its frames had been added here, in any order, of results, states and bounds. Of
+// the exact method only; with batches that are
 // not whole in one of the two at most, and weights of the same scale, as all are but those of which
 // the largest that was announced is below 2^-8 or not below 2^20.
 // Returns WEFT_ERR_ARGUMENT, WEFT_ERR_LIMIT (sums that together are too large) or WEFT_ERR_MEMORY.

@@ -16,11 +16,12 @@
 #include <string.h>
 
 #include "passes/accumulate/frame.h"
+#include "passes/accumulate/sums/reach.h"
 #include "passes/accumulate/sums/sums.h"
 
 struct channel {
     struct weft_plane_sums sums;
-    double reach;       // sum over frames of |weight| * largest |value|, weights scaled
+    weft_uwide reach;   // sum over frames of |weight| * largest |value|, weights scaled (reach.h)
     weft_wide *missing; // weight of each pixel's values that were skipped; NULL: none was
     uint8_t *poisoned;  // pixels whose mean is NAN; NULL: none is
 };
@@ -28,7 +29,7 @@ struct channel {
 struct exact {
     struct channel *channel;
     double largest;  // of all |values|
-    int64_t rounded; // frames whose products may have been rounded
+    int64_t rounded; // frames whose own products may have been rounded
 };
 
 static size_t pixel_count(const weft_accumulator *a)
@@ -83,10 +84,16 @@ static enum weft_sum_kind kind_for(const struct addition *add, int c)
                                  weft_sums_kind_of(add->planes[c].type, add->narrow));
 }
 
-static double reach_of(const struct addition *add, int c)
+// What the frame alone adds to a channel's reach.
+static double own_reach(const struct addition *add, int c)
+{
+    return fabs(add->weight.scaled) * add->a->scan[c].largest;
+}
+
+static double reach_with(const struct addition *add, int c)
 {
     const struct exact *own = add->a->own;
-    return own->channel[c].reach + fabs(add->weight.scaled) * add->a->scan[c].largest;
+    return weft_reach_read(own->channel[c].reach) + own_reach(add, c);
 }
 
 static enum weft_result refuse(const struct addition *add, int c)
@@ -98,7 +105,7 @@ static enum weft_result refuse(const struct addition *add, int c)
     weft_error(a->params.log,
                "accumulate: frame %" PRId64 ", channel %d, pixel (%" PRId32 ", %" PRId32
                ") is %g: with its weight and the frames before it sums reach %g, the limit is %g",
-               a->frames, c, place.x, place.y, place.value, reach_of(add, c),
+               a->frames, c, place.x, place.y, place.value, reach_with(add, c),
                weft_sums_capacity(kind_for(add, c)));
     return WEFT_ERR_LIMIT;
 }
@@ -118,7 +125,7 @@ static enum weft_result prepare(const struct addition *add)
     const weft_accumulator *a = add->a;
     struct exact *own = a->own;
     for (int c = 0; c < a->params.channel_count; c++)
-        if (!(reach_of(add, c) <= weft_sums_capacity(kind_for(add, c))))
+        if (!(reach_with(add, c) <= weft_sums_capacity(kind_for(add, c))))
             return refuse(add, c);
     for (int c = 0; c < a->params.channel_count; c++) {
         struct channel *channel = &own->channel[c];
@@ -161,14 +168,15 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     if (res != WEFT_OK)
         return res;
     const struct weft_frame_shape shape = weft_accumulator_shape(a);
-    bool wide = false;
+    const bool integer = weft_weight_is_integer(&add.weight);
+    bool rounded = false;
     weft_blocks_run(&shape, add.planes, a->scan, add_block, &add);
     for (int c = 0; c < a->params.channel_count; c++) {
-        own->channel[c].reach = reach_of(&add, c);
+        own->channel[c].reach += weft_reach_make(own_reach(&add, c));
         own->largest = fmax(own->largest, a->scan[c].largest);
-        wide = wide || own->channel[c].sums.kind >= WEFT_SUM_WIDE;
+        rounded |= weft_sums_kind_of(add.planes[c].type, integer) >= WEFT_SUM_WIDE;
     }
-    own->rounded += wide;
+    own->rounded += rounded;
     return WEFT_OK;
 }
 
@@ -269,9 +277,10 @@ static double bound(const weft_accumulator *a)
     const struct exact *own = a->own;
     const struct weft_weights *w = &a->weights;
     const double total = fabs(ldexp((double)w->total, -WEFT_WEIGHT_BITS));
-    const double spread = w->magnitude / total;
+    const double spread = ldexp((double)w->magnitude, -WEFT_WEIGHT_BITS) / total;
     const double units = (double)own->rounded * 0x1p-65 / total;
-    const double weights = w->lost * own->largest * (1.0 + spread) / total;
+    const double lost = ldexp((double)w->lost, -WEFT_WEIGHT_LOST_BITS);
+    const double weights = lost * own->largest * (1.0 + spread) / total;
     return half_unit(own->largest * spread + units + weights) + units + weights;
 }
 
@@ -330,7 +339,8 @@ static enum weft_result load_channel(const weft_accumulator *a, struct channel *
     weft_state_take(state, &kind, sizeof kind);
     weft_state_take(state, &marks, sizeof marks);
     weft_state_take(state, &channel->reach, sizeof channel->reach);
-    if (kind >= WEFT_SUM_KIND_COUNT || marks > (MISSING | POISONED) || !(channel->reach >= 0.0)) {
+    if (kind >= WEFT_SUM_KIND_COUNT || marks > (MISSING | POISONED) ||
+        !weft_reach_can_be(channel->reach)) {
         weft_error(a->params.log, "accumulate: the state is damaged: a channel cannot be");
         return WEFT_ERR_FORMAT;
     }
@@ -372,7 +382,7 @@ static enum weft_result check_join(const weft_accumulator *a, const weft_accumul
 {
     const struct exact *own = a->own, *theirs = other->own;
     for (int c = 0; c < a->params.channel_count; c++) {
-        const double reach = own->channel[c].reach + theirs->channel[c].reach;
+        const double reach = weft_reach_read(own->channel[c].reach + theirs->channel[c].reach);
         const double limit = weft_sums_capacity(joined_kind(a, other, c));
         if (reach <= limit)
             continue;

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/accumulate/sums/reach.h"
 #include "passes/accumulate/sums/squares.h"
 
 // Narrow sums take no more frames, and no longer batches.
@@ -22,7 +23,7 @@ static const struct weft_weight one = {
 struct channel {
     struct weft_plane_sums first, open; // of whole batches, and of the one that is not whole
     struct weft_plane_squares square;   // of the sums of whole batches
-    double reach, reach_of_squares;     // no sum exceeds these
+    weft_uwide reach, reach_of_squares; // no sum exceeds these (reach.h)
     float *least, *largest;             // NULL: not kept
     uint32_t *missing;                  // whole batches that do not count; NULL: all do everywhere
     uint8_t *spoilt;                    // the open batch will not count; NULL likewise
@@ -149,8 +150,9 @@ static double reach_of_squares(const weft_accumulator *a, double largest)
 static bool fits(const struct channel *channel, enum weft_sum_kind kind, double reach,
                  double squares)
 {
-    return channel->reach + reach <= weft_sums_capacity(kind) &&
-           channel->reach_of_squares + squares <= weft_squares_capacity(kind);
+    return weft_reach_read(channel->reach) + reach <= weft_sums_capacity(kind) &&
+           weft_reach_read_squares(channel->reach_of_squares) + squares <=
+               weft_squares_capacity(kind);
 }
 
 static enum weft_sum_kind kind_for(const weft_accumulator *a, const struct channel *channel,
@@ -174,7 +176,8 @@ enum weft_result weft_moments_check(const weft_accumulator *a, const struct weft
                    "accumulate: frame %" PRId64 ", channel %d, pixel (%" PRId32 ", %" PRId32
                    ") is %g: with the frames before it sums of squares reach %g, the limit is %g",
                    a->frames, c, place.x, place.y, place.value,
-                   channel->reach_of_squares + reach_of_squares(a, largest),
+                   weft_reach_read_squares(channel->reach_of_squares) +
+                       reach_of_squares(a, largest),
                    weft_squares_capacity(kind));
         return WEFT_ERR_LIMIT;
     }
@@ -300,8 +303,11 @@ enum weft_result weft_moments_add(weft_accumulator *a, const struct weft_plane *
         if ((keeps_variance(a) && !raise(a, channel, kind_for(a, channel, planes[c].type))) ||
             (a->scan[c].nonfinite > 0 && !make_marks(a, channel)))
             return no_memory(a);
-        channel->reach += a->scan[c].largest;
-        channel->reach_of_squares += reach_of_squares(a, a->scan[c].largest);
+        if (!keeps_variance(a))
+            continue;
+        channel->reach += weft_reach_make(a->scan[c].largest);
+        channel->reach_of_squares +=
+            weft_reach_make_squares(reach_of_squares(a, a->scan[c].largest));
     }
     weft_blocks_run(&shape, planes, a->scan, add_block, a);
     m->weight += counted.fixed;
@@ -472,11 +478,13 @@ enum weft_result weft_moments_check_join(const weft_accumulator *a, const weft_a
     for (int c = 0; c < a->params.channel_count; c++) {
         const struct channel *to = &a->moments->channel[c], *from = &other->moments->channel[c];
         const enum weft_sum_kind kind = joined_kind(a, other, c);
-        if (fits(to, kind, from->reach, from->reach_of_squares))
+        const double squares = weft_reach_read_squares(from->reach_of_squares);
+        if (fits(to, kind, weft_reach_read(from->reach), squares))
             continue;
         weft_error(a->params.log,
                    "accumulate: sums of squares of channel %d reach %g together, the limit is %g",
-                   c, to->reach_of_squares + from->reach_of_squares, weft_squares_capacity(kind));
+                   c, weft_reach_read_squares(to->reach_of_squares) + squares,
+                   weft_squares_capacity(kind));
         return WEFT_ERR_LIMIT;
     }
     return WEFT_OK;

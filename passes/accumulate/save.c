@@ -9,7 +9,7 @@
 #include "passes/accumulate/accumulate_impl.h"
 #include "passes/accumulate/moments.h"
 
-enum { VERSION = 1, ORDER_MARK = 0x01020304 };
+enum { VERSION = 2, ORDER_MARK = 0x01020304 };
 static const char magic[8] = {'W', 'E', 'F', 'T', 'S', 'U', 'M', 'S'};
 
 struct header {

@@ -102,6 +102,16 @@ fail:
     return res;
 }
 
+enum weft_result weft_image_sequence_extend(weft_image_sequence *s, int64_t count)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(s->params.log, count >= 1 && count <= INT64_MAX - s->params.count);
+    s->params.count += count;
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
 static void clear_slot(struct slot *slot)
 {
     weft_image_clear(&slot->frame.image);

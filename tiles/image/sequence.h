@@ -97,6 +97,11 @@ WEFT_API enum weft_result
 weft_image_sequence_create(const struct weft_image_sequence_params *params,
                            weft_image_sequence **out);
 
+// So many more names follow those that there were, also after the last frame was handed out: its
+// processes go on with them. For what is given out a few files at a time. Returns WEFT_ERR_ARGUMENT
+// (count < 1, or more names in all than numbers).
+WEFT_API enum weft_result weft_image_sequence_extend(weft_image_sequence *sequence, int64_t count);
+
 // Ends the readers, and the last frame with them. Accepts &NULL, leaves NULL behind.
 WEFT_API void weft_image_sequence_destroy(weft_image_sequence **sequence);
 

@@ -29,9 +29,14 @@ static int64_t integers_of(int64_t a, int64_t b)
     return a >= 0 && b >= 0 && a + b < WEFT_WEIGHT_NARROW_TOTAL ? a + b : -1;
 }
 
+bool weft_weight_is_integer(const struct weft_weight *weight)
+{
+    return weight->integer != 0 || weight->fixed == 0;
+}
+
 static int64_t integer_of(const struct weft_weight *weight)
 {
-    if (weight->integer == 0 && weight->fixed != 0)
+    if (!weft_weight_is_integer(weight))
         return -1;
     return weight->integer < 0 ? -(int64_t)weight->integer : weight->integer;
 }
@@ -48,9 +53,9 @@ void weft_weights_add(struct weft_weights *weights, const struct weft_weight *we
     weights->total += weight->fixed;
     weights->square = weft_wide256_sum(weights->square, weft_wide256_product(magnitude, magnitude));
     weights->integers = integers_of(weights->integers, integer_of(weight));
-    weights->magnitude += fabs(weight->scaled);
-    const double lost = fabs(kept - weight->scaled);
-    weights->lost += lost;
+    weights->magnitude += magnitude;
+    const double lost = fabs(kept - weight->scaled); // 2^-65 at most
+    weights->lost += (uint64_t)ceil(ldexp(lost, WEFT_WEIGHT_LOST_BITS));
     if (lost > 0.0)
         weights->change = fmax(weights->change, lost / fabs(weight->scaled));
 }

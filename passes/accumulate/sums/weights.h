@@ -10,6 +10,7 @@ WEFT_BEGIN_DECLS
 
 enum {
     WEFT_WEIGHT_BITS = 64,              // a scaled weight counts units of 2^-64
+    WEFT_WEIGHT_LOST_BITS = 128,        // what that loses of it, units of 2^-128
     WEFT_WEIGHT_LARGEST_LOG2 = 20,      // scaled weights are at most 2^20
     WEFT_WEIGHT_NARROW_TOTAL = 1 << 22, // sum of |integers| that narrow sums (sums.h) take
 };
@@ -29,16 +30,18 @@ struct weft_weights {
     weft_wide total;            // of `fixed`
     struct weft_wide256 square; // sum of squares, in units of 2^-128
     int64_t integers;           // sum of |integer|; -1: not all were integers, or too much together
-    double magnitude;           // sum of |scaled|, for bounds only
+    weft_uwide magnitude;       // sum of |fixed|, for bounds only
     // Of w' = fixed * 2^-(64 + scale_log2), what counts in the place of w:
-    double change; // largest |w - w'| / |w|
-    double lost;   // sum of |w - w'|, scaled
+    double change;   // largest |w - w'| / |w|
+    weft_uwide lost; // sum of |w - w'|, scaled, in units of 2^-128, each rounded up: of any order
 };
 
 // Chooses the scale for known weights, of which `largest` is the largest |w|.
 void weft_weights_scale(struct weft_weights *weights, double largest);
 // False: beyond 2^WEFT_WEIGHT_LARGEST_LOG2. Pure.
 bool weft_weight_make(const struct weft_weights *weights, double weight, struct weft_weight *out);
+// Whether products with it are whole units of narrow sums.
+bool weft_weight_is_integer(const struct weft_weight *weight);
 // Whether sums of the weights so far and this one may be narrow.
 bool weft_weights_are_narrow(const struct weft_weights *weights, const struct weft_weight *weight);
 void weft_weights_add(struct weft_weights *weights, const struct weft_weight *weight);

@@ -36,8 +36,13 @@ static weft_accumulator *make(struct weft_accumulator_params params)
     return a;
 }
 
+static double weight_of(int f, bool mixed)
+{
+    return mixed && f % 2 ? 0.3 + f * 0.1 : 1 + f % 3;
+}
+
 // Frame f: halves and floats, now and then codes, some values of no number, weights of all sorts.
-static void add(weft_accumulator *a, int f, bool mixed)
+static void add_weighed(weft_accumulator *a, int f, bool mixed, double weight)
 {
     float floats[PIXELS];
     uint16_t halves[PIXELS];
@@ -53,9 +58,13 @@ static void add(weft_accumulator *a, int f, bool mixed)
         {.values = halves, .type = WEFT_PLANE_HALF},
         {.values = mixed && f % 5 == 2 ? (void *)codes : floats,
          .type = mixed && f % 5 == 2 ? WEFT_PLANE_UNORM8 : WEFT_PLANE_FLOAT}};
-    const double weight = mixed && f % 2 ? 0.3 + f * 0.1 : 1 + f % 3;
     assert_int_equal(weft_accumulator_add(a, &(struct weft_frame){.plane = planes}, weight),
                      WEFT_OK);
+}
+
+static void add(weft_accumulator *a, int f, bool mixed)
+{
+    add_weighed(a, f, mixed, weight_of(f, mixed));
 }
 
 struct result {
@@ -180,7 +189,7 @@ static void test_damage(void **state)
     assert_int_equal(load(usual(), changed, size + 1), WEFT_ERR_FORMAT);
     changed[8]++; // the version
     assert_int_equal(load(usual(), changed, size), WEFT_ERR_FORMAT);
-    assert_non_null(strstr(kept.text, "version 2, this weft reads version 1"));
+    assert_non_null(strstr(kept.text, "version 3, this weft reads version 2"));
     free(changed);
     free(bytes);
 }
@@ -232,11 +241,107 @@ static void test_other_params(void **state)
     free(bytes);
 }
 
+// Samples of `batch` frames, dealt to so many parts that then are joined in one order or the other:
+// the state has the bytes of the one that had all frames in theirs. Parts are given their samples
+// from the last one down, but for one that is not whole, which comes last.
+static void check_parts(unsigned keep, int batch, bool mixed, double scale, int parts)
+{
+    const int whole = (FRAMES - 1) / batch, left = FRAMES - 1 - whole * batch; // of an odd number
+    struct weft_accumulator_params params = usual();
+    double weight[FRAMES];
+    void *bytes, *other_bytes;
+    size_t size, other_size;
+    for (int f = 0; f < FRAMES; f++)
+        weight[f] = scale * weight_of(f, mixed);
+    params.keep = keep;
+    params.batch = batch;
+    params.frame_count = FRAMES - 1;
+    params.weight = weight;
+    weft_accumulator *one = make(params), *part[5];
+    for (int f = 0; f < FRAMES - 1; f++)
+        add_weighed(one, f, mixed, weight[f]);
+    params.part = true;
+    for (int p = 0; p < parts; p++)
+        part[p] = make(params);
+    for (int s = whole - 1; s >= 0; s--)
+        for (int f = s * batch; f < (s + 1) * batch; f++)
+            add_weighed(part[(s * 3 + s / 5) % parts], f, mixed, weight[f]);
+    for (int f = whole * batch; f < whole * batch + left; f++)
+        add_weighed(part[parts - 1], f, mixed, weight[f]);
+    const bool upwards = (whole + parts) % 2;
+    const int last = upwards ? 0 : parts - 1;
+    for (int p = 0; p < parts; p++) {
+        const int other = upwards ? p : parts - 1 - p;
+        if (other != last)
+            assert_int_equal(weft_accumulator_join(part[last], part[other]), WEFT_OK);
+    }
+    assert_int_equal(weft_accumulator_save(one, &bytes, &size), WEFT_OK);
+    assert_int_equal(weft_accumulator_save(part[last], &other_bytes, &other_size), WEFT_OK);
+    assert_int_equal(size, other_size);
+    assert_memory_equal(bytes, other_bytes, size);
+    struct weft_accumulator_report a, b;
+    weft_accumulator_get_report(one, &a);
+    weft_accumulator_get_report(part[last], &b);
+    assert_true(a.bound == b.bound && a.total_weight == b.total_weight && a.counted == b.counted);
+    free(bytes);
+    free(other_bytes);
+    weft_accumulator_destroy(&one);
+    for (int p = 0; p < parts; p++)
+        weft_accumulator_destroy(&part[p]);
+}
+
+static void test_parts(void **state)
+{
+    static const unsigned keeps[] = {0, WEFT_KEEP_VARIANCE, WEFT_KEEP_VARIANCE | WEFT_KEEP_EXTREMES,
+                                     WEFT_KEEP_EXTREMES};
+    static const double scales[] = {1.0, 1.0 / 3000.0, 0x1p30 / 3.0};
+    int ran = 0;
+    (void)state;
+    for (size_t k = 0; k < WEFT_COUNT(keeps); k++)
+        for (int batch = 1; batch <= 4; batch += k & 1 ? 1 : 3)
+            for (int mixed = 0; mixed < 2; mixed++)
+                for (size_t s = 0; s < WEFT_COUNT(scales); s++)
+                    for (int parts = 1; parts <= 5; parts++, ran++)
+                        check_parts(keeps[k], batch, mixed, scales[s], parts);
+    assert_int_equal(ran, (2 * 2 + 2 * 4) * 2 * 3 * 5);
+}
+
+// Of the exact method alone; what was announced is compared with what comes where all frames come.
+static void test_refused_parts(void **state)
+{
+    static const double weight[2] = {1.0, 2.0};
+    struct weft_accumulator_params params = usual();
+    weft_accumulator *a = NULL;
+    (void)state;
+    params.nonfinite = WEFT_NONFINITE_ERROR;
+    params.part = true;
+    params.emulate = true;
+    for (int method = WEFT_ACCUMULATE_TREE; method < WEFT_ACCUMULATE_METHOD_COUNT; method++) {
+        params.method = (enum weft_accumulate_method)method;
+        assert_int_equal(weft_accumulator_create(&params, &a), WEFT_ERR_ARGUMENT);
+        assert_null(a);
+        assert_non_null(strstr(kept.text, "cannot be joined"));
+        assert_non_null(strstr(kept.text, weft_accumulate_method_names[method]));
+    }
+    params = usual();
+    params.frame_count = 2;
+    params.weight = weight;
+    for (int part = 0; part < 2; part++) {
+        params.part = part;
+        a = make(params);
+        float values[PIXELS] = {0.0f};
+        const struct weft_plane planes[CHANNELS] = {{.values = values}, {.values = values}};
+        const struct weft_frame frame = {.plane = planes};
+        assert_int_equal(weft_accumulator_add(a, &frame, 2.0), part ? WEFT_OK : WEFT_ERR_ARGUMENT);
+        weft_accumulator_destroy(&a);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_going_on),
-        cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_going_on),      cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_refused_parts), cmocka_unit_test(test_damage),
         cmocka_unit_test(test_other_params),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -515,13 +515,50 @@ static void test_stop(void **state)
     assert_int_equal(count_children(), 0);
 }
 
+// More names, before the last frame was had and after it: the same process reads them.
+static void test_extend(void **state)
+{
+    enum { COUNT = 9 };
+    const char *names[COUNT];
+    const struct weft_image_frame *frame = NULL;
+    pid_t first = 0, later = 0;
+    (void)state;
+    for (int i = 0; i < COUNT; i++) {
+        char name[20];
+        snprintf(name, sizeof name, "%d.exr", i);
+        names[i] = strdup(test_path(name));
+        save_exr(names[i], WEFT_IMAGE_ZIP, i);
+    }
+    struct names list = {.name = names};
+    weft_image_sequence *sequence = begin(&list, 2, 1);
+    for (int i = 0; i < COUNT; i++) {
+        if (i == 1)
+            assert_int_equal(weft_image_sequence_extend(sequence, 3), WEFT_OK);
+        if (i == 5) {
+            assert_int_equal(weft_image_sequence_next(sequence, &frame), WEFT_OK);
+            assert_null(frame);
+            assert_int_equal(list.asked, 5);
+            assert_int_equal(weft_image_sequence_extend(sequence, COUNT - 5), WEFT_OK);
+        }
+        assert_exr_values(good_frame(sequence, i), i);
+        assert_int_equal(children(i ? &later : &first), 1);
+        assert_true(!i || later == first);
+    }
+    assert_int_equal(weft_image_sequence_extend(sequence, 0), WEFT_ERR_ARGUMENT);
+    test_forget();
+    finish(&sequence);
+    for (int i = 0; i < COUNT; i++)
+        free((void *)(uintptr_t)names[i]);
+}
+
 int main(void)
 {
     setenv("WEFT_LIBEXEC", WEFT_BINARY_DIR, 1);
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_exr),  IN_FOLDER(test_exr_parts),  IN_FOLDER(test_dwa),
-        IN_FOLDER(test_png),  IN_FOLDER(test_png_colour), IN_FOLDER(test_info_only),
-        IN_FOLDER(test_many), IN_FOLDER(test_sizes),      IN_FOLDER(test_stop),
+        IN_FOLDER(test_exr),    IN_FOLDER(test_exr_parts),  IN_FOLDER(test_dwa),
+        IN_FOLDER(test_png),    IN_FOLDER(test_png_colour), IN_FOLDER(test_info_only),
+        IN_FOLDER(test_many),   IN_FOLDER(test_sizes),      IN_FOLDER(test_stop),
+        IN_FOLDER(test_extend),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
