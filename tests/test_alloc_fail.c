@@ -20,6 +20,8 @@
 #include "passes/antialias/marks/marks.h"
 #include "passes/antialias/multisample.h"
 #include "passes/antialias/supersample.h"
+#include "passes/distribute/schedule/load.h"
+#include "passes/distribute/schedule/schedule.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
 #include "passes/multipass/multipass.h"
@@ -680,6 +682,32 @@ static void test_plans(void **state)
     }
 }
 
+static enum weft_result divide(void)
+{
+    weft_regions *regions = NULL;
+    struct weft_load load;
+    const double seconds[8] = {1.0};
+    enum weft_result res = weft_regions_create(
+        weft_regions_params(.width = SIDE, .height = SIDE / 2, .log = &test_log), &regions);
+    if (res != WEFT_OK)
+        return res;
+    // These two have no log.
+    res = weft_regions_balance(regions, seconds, 0.0);
+    weft_regions_destroy(&regions);
+    if (res == WEFT_OK)
+        res = weft_load_create(3, &load);
+    if (res == WEFT_OK)
+        weft_load_clear(&load);
+    test_errors += res != WEFT_OK;
+    return res;
+}
+
+static void test_schedules(void **state)
+{
+    (void)state;
+    run("weft_regions, weft_load", divide);
+}
+
 #define IN_FOLDER(name) cmocka_unit_test_setup_teardown(name, test_enter_folder, test_leave_folder)
 
 int main(void)
@@ -689,9 +717,9 @@ int main(void)
     for (int i = 0; i < SIDE * SIDE; i++)
         plane[i] = (float)i;
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_outputs),    IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
-        IN_FOLDER(test_volumes),    IN_FOLDER(test_slices), IN_FOLDER(test_plans),
-        IN_FOLDER(test_resampling),
+        IN_FOLDER(test_outputs),    IN_FOLDER(test_load),      IN_FOLDER(test_tiles),
+        IN_FOLDER(test_volumes),    IN_FOLDER(test_slices),    IN_FOLDER(test_plans),
+        IN_FOLDER(test_resampling), IN_FOLDER(test_schedules),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2644,6 +2644,16 @@ static void schedules(void)
     TRUE(weft_regions_create(&good, &regions) == WEFT_OK);
     TRUE(weft_regions_get(regions, -1).width < 0);
     TRUE(weft_regions_get(regions, weft_regions_count(regions)).width < 0);
+    double seconds[8] = {1.0};
+    TRUE(weft_regions_count(regions) == 8);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const enum weft_result res = weft_regions_balance(regions, seconds, numbers[n]);
+        TRUE((res == WEFT_OK) == (numbers[n] >= 0.0 && numbers[n] < 1.0));
+        seconds[7] = numbers[n];
+        TRUE(weft_regions_balance(regions, seconds, 0.0) ==
+             (numbers[n] >= 0.0 && !isinf(numbers[n]) ? WEFT_OK : WEFT_ERR_ARGUMENT));
+        seconds[7] = 0.0;
+    }
     weft_regions_destroy(&regions);
     weft_regions_destroy(&regions);
     struct weft_load load, fewer = {0};
@@ -2874,8 +2884,8 @@ static const struct {
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
     {schedules,
-     {F(regions_create), F(regions_destroy), F(regions_count), F(regions_get), F(load_create),
-      F(load_clear), F(load_add), F(load_compute)}},
+     {F(regions_create), F(regions_destroy), F(regions_count), F(regions_get), F(regions_balance),
+      F(load_create), F(load_clear), F(load_add), F(load_compute)}},
 #undef F
 };
 

@@ -77,6 +77,31 @@ static void place(int32_t length, int64_t count, int32_t size, int32_t *at, doub
     }
 }
 
+bool weft_regions_allocate(struct weft_regions *r)
+{
+    const size_t y_count = (size_t)r->rows + 1, x_count = (size_t)r->rows * (r->columns + 1u);
+    r->x = malloc(x_count * sizeof *r->x);
+    r->exact_x = malloc(x_count * sizeof *r->exact_x);
+    r->y = malloc(y_count * sizeof *r->y);
+    r->exact_y = malloc(y_count * sizeof *r->exact_y);
+    return r->x && r->exact_x && r->y && r->exact_y;
+}
+
+void weft_regions_release(struct weft_regions *r)
+{
+    free(r->x), free(r->exact_x);
+    free(r->y), free(r->exact_y);
+}
+
+static enum weft_result fail(const struct weft_regions_params *p, const int64_t count[2],
+                             weft_regions *regions)
+{
+    weft_error(p->log, "not enough memory for %lld x %lld regions", (long long)count[0],
+               (long long)count[1]);
+    weft_regions_destroy(&regions);
+    return WEFT_ERR_MEMORY;
+}
+
 enum weft_result weft_regions_create(const struct weft_regions_params *params, weft_regions **out)
 {
     struct weft_regions_params p = *params;
@@ -89,27 +114,22 @@ enum weft_result weft_regions_create(const struct weft_regions_params *params, w
     enum weft_result res = divide(&p, count, size);
     if (res != WEFT_OK)
         return res;
-    weft_regions *r = calloc(1, sizeof *r);
+    weft_regions *r = malloc(sizeof *r);
     if (!r)
-        return WEFT_ERR_MEMORY;
+        return fail(&p, count, NULL);
     *r = (struct weft_regions){.width = p.width,
                                .height = p.height,
                                .columns = (int32_t)count[0],
                                .rows = (int32_t)count[1]};
     r->least[0] = least_of(p.least, p.width / r->columns);
     r->least[1] = least_of(p.least, p.height / r->rows);
-    const size_t stride = (size_t)count[0] + 1, x_count = (size_t)count[1] * stride;
-    r->x = malloc(x_count * sizeof *r->x);
-    r->exact_x = malloc(x_count * sizeof *r->exact_x);
-    r->y = malloc(((size_t)count[1] + 1) * sizeof *r->y);
-    r->exact_y = malloc(((size_t)count[1] + 1) * sizeof *r->exact_y);
-    if (!r->x || !r->exact_x || !r->y || !r->exact_y) {
-        weft_regions_destroy(&r);
-        return WEFT_ERR_MEMORY;
-    }
+    if (!weft_regions_allocate(r))
+        return fail(&p, count, r);
     place(p.height, count[1], size[1], r->y, r->exact_y);
-    for (size_t row = 0; row < (size_t)count[1]; row++)
-        place(p.width, count[0], size[0], r->x + row * stride, r->exact_x + row * stride);
+    for (int64_t row = 0; row < count[1]; row++) {
+        const int64_t first = row * (count[0] + 1);
+        place(p.width, count[0], size[0], r->x + first, r->exact_x + first);
+    }
     *out = r;
     return WEFT_OK;
 }
@@ -118,8 +138,7 @@ void weft_regions_destroy(weft_regions **regions)
 {
     weft_regions *r = *regions;
     if (r) {
-        free(r->x), free(r->exact_x);
-        free(r->y), free(r->exact_y);
+        weft_regions_release(r);
         free(r);
     }
     *regions = NULL;

@@ -14,4 +14,8 @@ struct weft_regions {
     double *exact_x, *exact_y; // where the boundaries would be if pixels could be divided
 };
 
+// Allocates the four lists for its rows and columns, or returns false, with whatever could be had.
+bool weft_regions_allocate(struct weft_regions *regions);
+void weft_regions_release(struct weft_regions *regions); // frees them
+
 #endif
