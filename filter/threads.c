@@ -22,13 +22,21 @@ struct worker {
     pthread_t thread;
 };
 
-int weft_threads_available(void)
+static int processors(void)
 {
     cpu_set_t set;
     if (sched_getaffinity(0, sizeof set, &set) == 0 && CPU_COUNT(&set) > 0)
         return CPU_COUNT(&set);
     const long online = sysconf(_SC_NPROCESSORS_ONLN);
     return online > 0 ? (int)online : 1;
+}
+
+int weft_threads_available(void)
+{
+    const char *most = getenv("WEFT_THREADS");
+    const long wanted = most ? strtol(most, NULL, 10) : 0;
+    const int count = processors();
+    return wanted > 0 && wanted < count ? (int)wanted : count;
 }
 
 static void *work_on(void *argument)

@@ -10,7 +10,8 @@
 
 WEFT_BEGIN_DECLS
 
-// Processors that the calling thread may use, at least 1.
+// Processors that the calling thread may use, at least 1; at most $WEFT_THREADS where that is set
+// to a number above 0, as it is for processes that share a machine.
 int weft_threads_available(void);
 
 // Calls part(priv, thread, i) once for every i from 0 to count - 1, from up to `threads` threads at

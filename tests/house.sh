@@ -32,8 +32,14 @@ xargs grep -H '^#include "' <"$tmp/files" | awk -F'[:"]' '
         while (path ~ /^\.\.\//) { path = substr(path, 4); sub(/[^\/]*\/$/, "", file) }
         return file path }
     { near = join($1, $3); print $1, (known(near) ? near : $3), "include" }' >"$tmp/includes"
-find "$build/CMakeFiles/weft_objects.dir" "$build/CMakeFiles/weft_tools.dir" \
-    "$build/CMakeFiles/weft.dir" -name '*.o' >"$tmp/objects"
+find "$build"/CMakeFiles/weft_objects.dir "$build"/CMakeFiles/weft_tools.dir \
+    "$build"/CMakeFiles/weft.dir -name '*.o' >"$tmp/objects"
+# With an MPI, where there is one; either will do.
+for name in openmpi mpich; do
+    [ ! -d "$build/CMakeFiles/weft-$name.dir" ] || [ -s "$tmp/mpi" ] ||
+        find "$build/CMakeFiles/weft_$name.dir" "$build/CMakeFiles/weft-$name.dir" -name '*.o' |
+        tee "$tmp/mpi" >>"$tmp/objects"
+done
 xargs "$nm" -A <"$tmp/objects" | awk -v sources="$tmp/files" -v build="$build/CMakeFiles/" '
     BEGIN { while ((getline file <sources) > 0) source[file] = 1 }
     # "BUILD/CMakeFiles/weft_objects.dir/FILE.o:..." is of FILE.

@@ -51,7 +51,7 @@ struct weft_cpu {
 enum { WEFT_CPU_MAX_THREADS = 1024 };
 
 // Returns how many threads run at once here: processors that the calling thread may use, 1 to
-// WEFT_CPU_MAX_THREADS.
+// WEFT_CPU_MAX_THREADS, and at most $WEFT_THREADS where that is set.
 WEFT_API int weft_cpu_threads(void);
 
 // Fills in the defaults. Returns WEFT_ERR_ARGUMENT (threads, no such set) or WEFT_ERR_UNSUPPORTED

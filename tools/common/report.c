@@ -20,7 +20,7 @@ static enum weft_log_level shown_level = WEFT_LOG_WARNING;
 static pthread_mutex_t screen = PTHREAD_MUTEX_INITIALIZER; // stderr, and what is shown there
 static volatile sig_atomic_t progress_percent = -1;        // shown; -1: none is
 static char *_Atomic last_words;                           // NULL: none
-static bool error_shown;
+static bool error_shown, muted;
 
 static const char *progress_what;
 static struct {
@@ -43,6 +43,11 @@ const char *report_get_error(void)
     return part.error;
 }
 
+const char *report_get_part(void)
+{
+    return part.name;
+}
+
 void report_set_level(bool quiet, bool verbose)
 {
     shown_level = verbose ? WEFT_LOG_DEBUG : quiet ? WEFT_LOG_ERROR : WEFT_LOG_WARNING;
@@ -50,7 +55,16 @@ void report_set_level(bool quiet, bool verbose)
 
 void report_keep_stdout(void)
 {
-    stdout = stderr;
+    if (!muted)
+        stdout = stderr;
+}
+
+void report_mute(void)
+{
+    FILE *nowhere = fopen("/dev/null", "we");
+    muted = true;
+    if (nowhere)
+        stdout = nowhere;
 }
 
 bool report_is_quiet(void)
@@ -93,7 +107,7 @@ void report_set_last_words(const char *format, ...)
     vsnprintf(text, sizeof texts[0] - 1, format, args);
     va_end(args);
     strcat(text, "\n");
-    atomic_store(&last_words, shown_level >= WEFT_LOG_WARNING ? text : NULL);
+    atomic_store(&last_words, shown_level >= WEFT_LOG_WARNING && !muted ? text : NULL);
 }
 
 void report_end(void)
@@ -120,7 +134,7 @@ static void show_line(enum weft_log_level level, char line[REPORT_LINE])
     static const char *const names[] = {"error", "warning", "info", "debug"};
     if (level == WEFT_LOG_ERROR)
         level = take_error(line);
-    if (level > shown_level)
+    if (level > shown_level || muted)
         return;
     erase_progress();
     fprintf(stderr, "weft: %s: %s%s%s\n", names[level], part.name, part.name[0] ? ": " : "",
@@ -160,7 +174,7 @@ void report_tell(const char *format, ...)
     va_start(args, format);
     vsnprintf(line, sizeof line, format, args);
     va_end(args);
-    if (report_is_quiet())
+    if (report_is_quiet() || muted)
         return;
     pthread_mutex_lock(&screen);
     erase_progress();
@@ -235,7 +249,7 @@ void report_line(const char *format, ...)
 
 static bool shows_progress(void)
 {
-    return !held_lines && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
+    return !held_lines && !muted && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
 }
 
 // What is done is no news: whatever comes next has a line of its own.

@@ -38,6 +38,7 @@ void report_tell(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void report_set_part(const char *name, const char *place);
 // The part's error line without its start, "" while there is none; until the next part.
 const char *report_get_error(void);
+const char *report_get_part(void); // its name; "": it is no part
 
 // Messages of a part that is worked on before its turn comes, or after.
 enum { REPORT_LINE = 1024, REPORT_HELD = 8 };
@@ -51,6 +52,10 @@ struct report_held {
 void report_hold(struct report_held *held);
 // Shows them, and empties it.
 void report_release(struct report_held *held);
+
+// Nothing is shown or printed from now on, by any thread: other processes tell what this one does.
+// Errors are kept for report_get_error.
+void report_mute(void);
 
 // What is said, on a line of its own, when a signal ends the command; -q: nothing. One thread's.
 void report_set_last_words(const char *format, ...) __attribute__((format(printf, 1, 2)));

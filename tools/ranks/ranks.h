@@ -8,11 +8,11 @@
 
 #include "tools/common/report.h"
 
-// Ranks of a launcher, or the one that there is without: never NULL. Alone nothing is started for
-// them, and what all ranks do together returns at once.
+// Ranks of a launcher, or the one that there is without: never NULL while a verb runs. Alone
+// nothing is started for them, and what all ranks do together returns at once.
 weft_ranks *ranks_get(void);
-// Sets them, for the time of a command (NULL: alone again). On other ranks than 0 nothing is shown
-// from then on: messages are held, errors for ranks_agree.
+// Sets them, for the time of a command (NULL: alone again, as before the first call). On other
+// ranks than 0 nothing is shown from then on; their errors are kept for ranks_agree.
 void ranks_set(weft_ranks *ranks);
 
 int ranks_rank(void);
@@ -25,6 +25,11 @@ int ranks_threads(void); // that this rank may keep busy; alone 0, the default o
 // that is told, once, by rank 0, with its rank and node if rank 0 itself had none; all ranks get
 // its result and end. Alone: `result`.
 enum weft_result ranks_agree(enum weft_result result);
+
+// The exit code of this rank's process, once its verb has returned `code`; asked by all ranks, at
+// the end. Rank 0 has its own, or that of the first rank that failed, which it then tells; others
+// have EXIT_CODE_DONE, so that the launcher has one process to speak of.
+int ranks_end(int code);
 
 // That all ranks have the same version of weft, instructions and renderer (of `context`; NULL: the
 // CPU), or an error; mixed: a warning, and WEFT_OK.

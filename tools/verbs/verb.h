@@ -17,6 +17,9 @@ struct verb {
     const struct option_spec *options;
     int option_count;
     bool many; // operands: any number of them; otherwise one at most
+    // Its work is divided among the ranks of a launcher: all of them run it (tools/ranks/ranks.h).
+    // Otherwise rank 0 alone does.
+    bool distributes;
     // Operands end with NULL. Returns the exit code.
     int (*run)(const char *const *operands, const struct option_value *values);
 };
