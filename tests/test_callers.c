@@ -1921,8 +1921,20 @@ static void separable(void)
     SET_REFUSED(run, stride, 3, CALL);
     SET_REFUSED(run, samples, NULL, CALL);
     SET_REFUSED(run, pixels, NULL, CALL);
+    SET_REFUSED(run, part.x, -1, CALL);
+    SET_REFUSED(run, part.width, 5, CALL);
+    SET_REFUSED(run, window.height, -1, CALL);
+    SET_REFUSED(run, window, ((struct weft_rectangle){1, 0, 3, 4}), CALL); // not all, no survey
 #undef CALL
     SURVIVED(weft_separable_run(compiled, &run, NULL));
+    struct weft_separable_survey survey = {0};
+    TRUE(weft_separable_reach(made, &(struct weft_rectangle){.width = 9}).width == 0);
+    REFUSED(weft_separable_survey_samples(
+        made, weft_separable_run_params(.window = {.width = 9}, .samples = voxels, .log = &logger),
+        &survey));
+    REFUSED(weft_separable_survey_samples(made, weft_separable_run_params(.log = &logger), &survey));
+    SURVIVED(weft_separable_survey_samples(made, &run, &survey));
+    weft_separable_survey_join(&survey, &survey);
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_separable_verify(
             made, &run, &(struct weft_verify_params){.max_seconds = numbers[n]}, &error));
@@ -2229,6 +2241,8 @@ static void pixel_errors(void)
     SET_REFUSED(good, samples[0].stride, 7, CALL);
     SET_REFUSED(good, pixels[0].values, NULL, CALL);
     SET_REFUSED(good, pixels[0].stride, -1, CALL);
+    SET_REFUSED(good, part.width, 4711, CALL);
+    SET_REFUSED(good, window.y, -1, CALL);
     SET_REFUSED(good, kernel[0].info, NULL, CALL);
     SET_REFUSED(good, cardinal, true, CALL); // of a kernel without a prefilter
     BAD_ENUM(good, pixels[0].type, CALL);
@@ -2244,6 +2258,7 @@ static void pixel_errors(void)
         SURVIVED(CALL);
         const struct weft_reference_value reference = {numbers[n], numbers[n]};
         weft_verify_add(&error, 0, 0, 0, numbers[(n + 1) % WEFT_COUNT(numbers)], &reference);
+        weft_verify_join(&error, &error);
     }
 #undef CALL
 }

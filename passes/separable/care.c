@@ -40,24 +40,81 @@ static uint32_t largest_finite_bits(const float *row, int count)
     return largest;
 }
 
-// The largest finite |sample| in reach.
-static double survey(struct weft_separable_care *care, const weft_separable_plan *plan,
-                     const float *samples)
+// Of the window's samples from `from` to `to`.
+static void survey_floats(const struct weft_separable_run_params *p, const int from[2],
+                          const int to[2], struct weft_separable_survey *out)
 {
-    const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
-    const int columns = x->reach[1] - x->reach[0] + 1;
+    const int columns = to[0] - from[0] + 1;
     uint32_t largest = 0;
-    for (int j = y->reach[0]; j <= y->reach[1]; j++) {
-        const float *row = samples + (size_t)j * (size_t)x->size + x->reach[0];
+    for (int y = from[1]; y <= to[1]; y++) {
+        const float *row = p->samples + weft_separable_sample(p, from[0], y);
         uint32_t bits = largest_bits(row, columns);
-        care->skips_zeros = care->skips_zeros || bits >= INFINITY_BITS;
+        out->not_finite = out->not_finite || bits >= INFINITY_BITS;
         if (bits >= INFINITY_BITS)
             bits = largest_finite_bits(row, columns);
         largest = bits > largest ? bits : largest;
     }
     float value;
     memcpy(&value, &largest, sizeof value);
-    return (double)value;
+    out->largest = (double)value;
+}
+
+static void survey_doubles(const struct weft_separable_run_params *p, const int from[2],
+                           const int to[2], struct weft_separable_survey *out)
+{
+    double zero = 0.0; // NAN as soon as one is not finite
+    for (int y = from[1]; y <= to[1]; y++)
+        for (int x = from[0]; x <= to[0]; x++)
+            zero += 0.0 * p->wide[weft_separable_sample(p, x, y)];
+    out->not_finite = zero != 0.0;
+}
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+// The params are checked.
+static struct weft_separable_survey survey(const weft_separable_plan *plan,
+                                           const struct weft_separable_run_params *p)
+{
+    const struct weft_rectangle *w = &p->window;
+    const int from[2] = {larger(plan->axis[0].reach[0], w->x),
+                         larger(plan->axis[1].reach[0], w->y)};
+    const int to[2] = {smaller(plan->axis[0].reach[1], w->x + w->width - 1),
+                       smaller(plan->axis[1].reach[1], w->y + w->height - 1)};
+    struct weft_separable_survey out = {0};
+    if (from[0] > to[0] || from[1] > to[1])
+        return out;
+    if (p->wide)
+        survey_doubles(p, from, to, &out);
+    else
+        survey_floats(p, from, to, &out);
+    return out;
+}
+
+enum weft_result weft_separable_survey_samples(const weft_separable_plan *plan,
+                                               const struct weft_separable_run_params *params,
+                                               struct weft_separable_survey *out)
+{
+    struct weft_separable_run_params p = *params;
+    *out = (struct weft_separable_survey){0};
+    const enum weft_result res = weft_separable_check_samples(plan, &p);
+    if (res == WEFT_OK)
+        *out = survey(plan, &p);
+    return res;
+}
+
+void weft_separable_survey_join(struct weft_separable_survey *sum,
+                                const struct weft_separable_survey *other)
+{
+    sum->largest = fmax(sum->largest, other->largest);
+    sum->not_finite = sum->not_finite || other->not_finite;
 }
 
 // Sums stay below 2^127, which leaves room for their roundings.
@@ -72,28 +129,14 @@ static void choose_scale(struct weft_separable_care *care, const weft_separable_
     care->margin = weft_separable_error_bound(&plan->info.kernel, WEFT_SUMS_FLOAT) * largest;
 }
 
-static bool any_not_finite(const weft_separable_plan *plan, const double *samples)
-{
-    const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
-    double zero = 0.0; // NAN as soon as one is not finite
-    for (int j = y->reach[0]; j <= y->reach[1]; j++)
-        for (int i = x->reach[0]; i <= x->reach[1]; i++)
-            zero += 0.0 * samples[(size_t)j * (size_t)x->size + (size_t)i];
-    return zero != 0.0;
-}
-
 // Sums of floats do not leave the range of doubles.
 struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
                                                     const struct weft_separable_run_params *params)
 {
-    struct weft_separable_care care = {0};
-    if (params->wide) {
-        care.skips_zeros = any_not_finite(plan, params->wide);
-        return care;
-    }
-    const double largest = survey(&care, plan, params->samples);
+    const struct weft_separable_survey of = params->survey ? *params->survey : survey(plan, params);
+    struct weft_separable_care care = {.skips_zeros = of.not_finite};
     if (plan->info.sums == WEFT_SUMS_FLOAT)
-        choose_scale(&care, plan, largest);
+        choose_scale(&care, plan, of.largest);
     return care;
 }
 
@@ -112,23 +155,23 @@ static void copy_whole(const weft_separable_plan *plan,
                        float *row)
 {
     const int32_t *columns = plan->axis[0].whole;
-    const size_t at = (size_t)sample * (size_t)plan->info.size[0];
-    for (int x = from; x < to; x++)
-        if (columns[x] >= 0)
-            row[x] = params->wide ? (float)params->wide[at + (size_t)columns[x]]
-                                  : params->samples[at + (size_t)columns[x]];
+    for (int x = from; x < to; x++) {
+        if (columns[x] < 0)
+            continue;
+        const size_t at = weft_separable_sample(params, columns[x], sample);
+        row[x - from] = params->wide ? (float)params->wide[at] : params->samples[at];
+    }
 }
 
 void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
                            const struct weft_separable_run_params *params, const int from[2],
                            const int size[2])
 {
-    const int end = from[0] + size[0];
     for (int y = from[1]; y < from[1] + size[1]; y++) {
-        float *row = params->pixels + y * params->stride;
-        for (int x = from[0]; care->scale_bits && x < end; x++)
+        float *row = weft_separable_pixel(params, from[0], y);
+        for (int x = 0; care->scale_bits && x < size[0]; x++)
             row[x] = held(care, row[x]);
         if (plan->axis[1].whole[y] >= 0)
-            copy_whole(plan, params, plan->axis[1].whole[y], from[0], end, row);
+            copy_whole(plan, params, plan->axis[1].whole[y], from[0], from[0] + size[0], row);
     }
 }

@@ -72,8 +72,9 @@ struct weft_separable_cpu {
     const weft_separable_plan *plan;
     struct weft_cpu cpu; // defaults filled in
     const struct weft_separable_lines *lines;
-    int cut[2]; // columns of a strip and rows of a band, at most
-    int strip_count, bands;
+    int columns; // of a strip, at most
+    int strip_count;
+    bool keeps_weights;
     struct weft_separable_strip *strips;
     struct weft_separable_span *spans;
     int32_t *first[2];   // of every column: its first tap among its strip's; of every row: all
@@ -92,6 +93,9 @@ struct weft_separable_cpu {
 // Writes the weights of `count` columns (axis 0) or rows as numbers, [position][tap].
 void weft_separable_cpu_weights(const struct weft_separable_cpu *compiled, int axis, int from,
                                 int count, void *out);
+
+// Rows of a band, so that so many rows of so many strips are parts for all threads.
+int weft_separable_cpu_band(const struct weft_separable_cpu *compiled, int strips, int rows);
 
 // `resolved` has its defaults filled in. Returns WEFT_ERR_LIMIT or WEFT_ERR_MEMORY.
 enum weft_result weft_separable_cpu_compile(const weft_separable_plan *plan,

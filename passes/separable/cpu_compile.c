@@ -34,7 +34,7 @@ static int blocks_of(int width, int lanes)
 }
 
 // Lays a thread's memory out for strips of so many columns and different taps.
-static void lay_out(struct weft_separable_cpu *c, int columns, int taps, bool keeps_weights)
+static void lay_out(struct weft_separable_cpu *c, int columns, int taps)
 {
     const size_t lanes = (size_t)c->lines->lanes, number = c->lines->bytes;
     const int width = c->plan->info.kernel.width;
@@ -47,7 +47,7 @@ static void lay_out(struct weft_separable_cpu *c, int columns, int taps, bool ke
     c->out_at = c->rows_at + aligned(rows * number);
     c->weights_at = c->out_at + aligned(out * number);
     c->thread_bytes = c->weights_at;
-    if (!keeps_weights)
+    if (!c->keeps_weights)
         c->thread_bytes += aligned(pitch * (size_t)width * number);
 }
 
@@ -61,25 +61,25 @@ static uint64_t kept_weight_bytes(const struct weft_separable_cpu *c)
 // Makes strips narrower until a thread's memory is what a cache holds, and then until all of it is
 // within the limit: without weights that are kept, and at last with fewer threads.
 static enum weft_result choose_columns(struct weft_separable_cpu *c,
-                                       struct weft_separable_taps *taps, bool *keeps_weights)
+                                       struct weft_separable_taps *taps)
 {
     const struct weft_separable_axis *x = &c->plan->axis[0];
     const int width = c->plan->info.kernel.width, lanes = c->lines->lanes;
     const uint64_t limit = c->plan->memory_bytes, kept = kept_weight_bytes(c);
     int most = x->all_taps;
-    *keeps_weights = kept <= limit / 2;
-    for (c->cut[0] = x->positions;;) {
-        lay_out(c, c->cut[0], most, *keeps_weights);
+    c->keeps_weights = kept <= limit / 2;
+    for (c->columns = x->positions;;) {
+        lay_out(c, c->columns, most);
         c->bytes =
-            (uint64_t)c->thread_bytes * (uint64_t)c->cpu.threads + (*keeps_weights ? kept : 0);
-        const bool wide = c->thread_bytes > CACHE_BYTES && c->cut[0] > 16 * lanes;
+            (uint64_t)c->thread_bytes * (uint64_t)c->cpu.threads + (c->keeps_weights ? kept : 0);
+        const bool wide = c->thread_bytes > CACHE_BYTES && c->columns > 16 * lanes;
         if (c->bytes <= limit && !wide)
             return WEFT_OK;
-        if (c->cut[0] > lanes) {
-            c->cut[0] = round_up((c->cut[0] + 1) / 2, lanes);
-            most = weft_separable_most_taps(x, width, c->cut[0], taps);
-        } else if (*keeps_weights) {
-            *keeps_weights = false;
+        if (c->columns > lanes) {
+            c->columns = round_up((c->columns + 1) / 2, lanes);
+            most = weft_separable_most_taps(x, width, c->columns, taps);
+        } else if (c->keeps_weights) {
+            c->keeps_weights = false;
         } else if (c->cpu.threads > 1) {
             c->cpu.threads /= 2;
         } else {
@@ -87,20 +87,18 @@ static enum weft_result choose_columns(struct weft_separable_cpu *c,
                 c->plan->log,
                 "separable filtering: %llu bytes for %d pixels with %d samples in reach, over "
                 "the limit of %llu bytes",
-                (unsigned long long)c->bytes, c->cut[0], most, (unsigned long long)limit);
+                (unsigned long long)c->bytes, c->columns, most, (unsigned long long)limit);
             return WEFT_ERR_LIMIT;
         }
     }
 }
 
-static void choose_rows(struct weft_separable_cpu *c, bool keeps_weights)
+int weft_separable_cpu_band(const struct weft_separable_cpu *c, int strips, int height)
 {
-    const int height = c->plan->axis[1].positions;
     const int per_strip =
-        parts_of((keeps_weights ? PARTS_PER_THREAD : 1) * c->cpu.threads, c->strip_count);
-    const int least = parts_of(PART_PIXELS, c->cut[0]), rows = parts_of(height, per_strip);
-    c->cut[1] = round_up(rows > least ? rows : least, c->lines->lanes);
-    c->bands = parts_of(height, c->cut[1]);
+        parts_of((c->keeps_weights ? PARTS_PER_THREAD : 1) * c->cpu.threads, strips);
+    const int least = parts_of(PART_PIXELS, c->columns), rows = parts_of(height, per_strip);
+    return round_up(rows > least ? rows : least, c->lines->lanes);
 }
 
 // ---- taps ---------------------------------------------------------------------------------------
@@ -134,8 +132,8 @@ static enum weft_result set_strip(struct weft_separable_cpu *c, int number, size
                                   struct weft_separable_taps *taps)
 {
     const struct weft_separable_axis *x = &c->plan->axis[0];
-    const int width = c->plan->info.kernel.width, from = number * c->cut[0];
-    const int left = x->positions - from, columns = left < c->cut[0] ? left : c->cut[0];
+    const int width = c->plan->info.kernel.width, from = number * c->columns;
+    const int left = x->positions - from, columns = left < c->columns ? left : c->columns;
     weft_separable_taps_number(x, width, from, from + columns, taps);
     const size_t count = count_spans(taps);
     struct weft_separable_span *grown = realloc(c->spans, (*spans + count) * sizeof *grown);
@@ -158,10 +156,10 @@ static enum weft_result set_strips(struct weft_separable_cpu *c, struct weft_sep
 {
     size_t spans = 0;
     enum weft_result res = WEFT_OK;
-    c->strip_count = parts_of(c->plan->axis[0].positions, c->cut[0]);
+    c->strip_count = parts_of(c->plan->axis[0].positions, c->columns);
     c->strips = calloc((size_t)c->strip_count, sizeof *c->strips);
     // Whole vectors of the last strip's columns read this.
-    c->first[0] = calloc((size_t)c->strip_count * (size_t)round_up(c->cut[0], c->lines->lanes),
+    c->first[0] = calloc((size_t)c->strip_count * (size_t)round_up(c->columns, c->lines->lanes),
                          sizeof *c->first[0]);
     if (!c->strips || !c->first[0])
         return out_of_memory(c);
@@ -241,28 +239,24 @@ static const struct weft_separable_lines *lines_of(enum weft_instruction_set set
     }
 }
 
-static enum weft_result cut(struct weft_separable_cpu *c, bool *keeps_weights)
+static enum weft_result cut(struct weft_separable_cpu *c)
 {
     struct weft_separable_taps taps;
     enum weft_result res = weft_separable_taps_create(c->plan->log, c->plan->info.kernel.width,
                                                       &c->plan->axis[0], &taps);
     if (res != WEFT_OK)
         return res;
-    res = choose_columns(c, &taps, keeps_weights);
+    res = choose_columns(c, &taps);
     if (res == WEFT_OK)
         res = set_strips(c, &taps);
     weft_separable_taps_destroy(&taps);
-    if (res != WEFT_OK)
-        return res;
-    choose_rows(c, *keeps_weights);
-    return set_rows(c);
+    return res == WEFT_OK ? set_rows(c) : res;
 }
 
 static enum weft_result create(struct weft_separable_cpu *c)
 {
-    bool keeps_weights;
-    enum weft_result res = cut(c, &keeps_weights);
-    if (res == WEFT_OK && keeps_weights)
+    enum weft_result res = cut(c);
+    if (res == WEFT_OK && c->keeps_weights)
         res = keep_weights(c);
     if (res != WEFT_OK)
         return res;

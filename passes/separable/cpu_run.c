@@ -11,6 +11,8 @@ struct runner {
     struct weft_separable_cpu *c;
     const struct weft_separable_run_params *params;
     struct weft_separable_care care;
+    int first_strip, bands, band_rows; // of the part of the pixels that is made
+    size_t parts;
     bool cancelled;
 };
 
@@ -19,7 +21,11 @@ struct part {
     const struct runner *r;
     const struct weft_separable_cpu *c;
     const struct weft_separable_strip *strip;
-    int width; // of the kernel
+    // Columns that are made, and the one that filtering along x begins with: a whole number of
+    // vectors from the strip's first.
+    int from, columns, start;
+    int taps[2]; // those columns': the first, and past the last, among the strip's
+    int width;   // of the kernel
     char *lines, *rows, *out;
     const char *weights; // of the strip's columns
     size_t row_bytes;    // from row to row of `rows` and `out`
@@ -30,12 +36,30 @@ struct part {
 
 // ---- rows of samples ----------------------------------------------------------------------------
 
-// Where a row of samples begins that a tap of rows is.
+// Where the window's row of samples begins that a tap of rows is. Blocks have rows that no pixel of
+// a part needs, and that are not there.
 static const void *sample_row(const struct part *p, int tap)
 {
     const struct weft_separable_run_params *params = p->r->params;
-    const size_t at = (size_t)p->c->row_sample[tap] * (size_t)p->c->plan->info.size[0];
+    const struct weft_rectangle *w = &params->window;
+    const int wanted = p->c->row_sample[tap], last = w->y + w->height - 1;
+    const int row = wanted < w->y ? w->y : wanted > last ? last : wanted;
+    const size_t at = weft_separable_sample(params, w->x, row);
     return params->wide ? (const void *)(params->wide + at) : params->samples + at;
+}
+
+// What the columns need of the strip's span number i, whose samples are counted from the window's
+// first; false: nothing.
+static bool clip_span(const struct part *p, size_t i, struct weft_separable_span *out)
+{
+    const struct weft_separable_span *span = &p->c->spans[p->strip->spans + i];
+    const int from = span->at < p->taps[0] ? p->taps[0] : span->at;
+    const int end = span->at + span->count < p->taps[1] ? span->at + span->count : p->taps[1];
+    *out = (struct weft_separable_span){.at = from,
+                                        .sample = span->sample + (from - span->at) -
+                                                  p->r->params->window.x,
+                                        .count = end - from};
+    return end > from;
 }
 
 static bool are_floats(const struct part *p)
@@ -48,8 +72,8 @@ static void run_across(const struct part *p, void *out)
     p->c->lines->across(&(struct weft_separable_across){
         .lines = p->lines,
         .weights = p->weights,
-        .first = p->c->first[0] + p->strip->from,
-        .columns = p->strip->columns,
+        .first = p->c->first[0] + p->start,
+        .columns = p->from + p->columns - p->start,
         .taps = p->width,
         .skips_zeros = p->r->care.skips_zeros,
         .out = out,
@@ -67,20 +91,28 @@ static void make_block(struct part *p, int block)
         const int tap = block * lanes + l;
         rows[l] = sample_row(p, tap < c->row_taps ? tap : c->row_taps - 1);
     }
+    struct weft_separable_span span;
     for (size_t i = 0; i < p->strip->span_count; i++)
-        c->lines->gather(rows, are_floats(p), &c->spans[p->strip->spans + i],
-                         ldexp(1.0, -p->r->care.scale_bits), p->lines);
+        if (clip_span(p, i, &span))
+            c->lines->gather(rows, are_floats(p), &span, ldexp(1.0, -p->r->care.scale_bits),
+                             p->lines);
     run_across(p, p->rows + (size_t)(slot * lanes) * p->row_bytes);
     p->block_in[slot] = block;
 }
 
-// A filtered row of samples.
+// Bytes from where filtering along x begins to the columns that are made.
+static size_t lead_bytes(const struct part *p)
+{
+    return (size_t)(p->from - p->start) * p->c->lines->bytes;
+}
+
+// A filtered row of samples, of the columns that are made.
 static const void *row_of(struct part *p, int tap)
 {
     const int lanes = p->c->lines->lanes, block = tap / lanes, slot = block % p->c->kept_blocks;
     if (p->block_in[slot] != block)
         make_block(p, block);
-    return p->rows + (size_t)(slot * lanes + tap % lanes) * p->row_bytes;
+    return p->rows + (size_t)(slot * lanes + tap % lanes) * p->row_bytes + lead_bytes(p);
 }
 
 // ---- weights of a row ---------------------------------------------------------------------------
@@ -143,8 +175,8 @@ static void measure(const struct part *p, const float *row, int count)
 static void finish(const struct part *p, int y, const void *numbers)
 {
     const struct runner *r = p->r;
-    const int from[2] = {p->strip->from, y}, size[2] = {p->strip->columns, 1};
-    float *row = r->params->pixels + y * r->params->stride + from[0];
+    const int from[2] = {p->from, y}, size[2] = {p->columns, 1};
+    float *row = weft_separable_pixel(r->params, p->from, y);
     if (numbers != row)
         p->c->lines->narrow(numbers, size[0], row);
     weft_separable_finish(&r->care, p->c->plan, r->params, from, size);
@@ -161,14 +193,14 @@ static void run_x_first(struct part *p, int from, int to)
         for (int t = 0; t < taps.count; t++)
             rows[t] = row_of(p, taps.tap[t]);
         void *out = p->c->lines->bytes == sizeof(float)
-                        ? (void *)(p->r->params->pixels + y * p->r->params->stride + p->strip->from)
+                        ? (void *)weft_separable_pixel(p->r->params, p->from, y)
                         : p->out;
-        p->c->lines->along(rows, false, taps.weight, taps.count, p->strip->columns, out);
+        p->c->lines->along(rows, false, taps.weight, taps.count, p->columns, out);
         finish(p, y, out);
     }
 }
 
-// A row of pixels filtered along y, of all taps of the strip.
+// A row of pixels filtered along y, of all taps of the columns.
 static void make_middle(const struct part *p, int y, char *out)
 {
     const struct weft_separable_cpu *c = p->c;
@@ -176,12 +208,14 @@ static void make_middle(const struct part *p, int y, char *out)
     struct taps taps;
     find_taps(p, y, ldexp(1.0, -p->r->care.scale_bits), &taps);
     for (size_t i = 0; i < p->strip->span_count; i++) {
-        const struct weft_separable_span *span = &c->spans[p->strip->spans + i];
+        struct weft_separable_span span;
         const void *rows[MAX_WIDTH];
+        if (!clip_span(p, i, &span))
+            continue;
         for (int t = 0; t < taps.count; t++)
-            rows[t] = (const char *)sample_row(p, taps.tap[t]) + (size_t)span->sample * sample;
-        c->lines->along(rows, are_floats(p), taps.weight, taps.count, span->count,
-                        out + (size_t)span->at * c->lines->bytes);
+            rows[t] = (const char *)sample_row(p, taps.tap[t]) + (size_t)span.sample * sample;
+        c->lines->along(rows, are_floats(p), taps.weight, taps.count, span.count,
+                        out + (size_t)span.at * c->lines->bytes);
     }
 }
 
@@ -191,7 +225,7 @@ static void run_y_first(struct part *p, int from, int to)
     const struct weft_separable_cpu *c = p->c;
     const int lanes = c->lines->lanes;
     const size_t middle_bytes = (size_t)p->strip->taps * c->lines->bytes;
-    const struct weft_separable_span all = {.count = p->strip->taps};
+    const struct weft_separable_span all = {p->taps[0], p->taps[0], p->taps[1] - p->taps[0]};
     const void *rows[MAX_LANES];
     for (int y = from; y < to; y += lanes) {
         const int count = to - y < lanes ? to - y : lanes;
@@ -204,24 +238,53 @@ static void run_y_first(struct part *p, int from, int to)
         c->lines->gather(rows, c->lines->bytes == sizeof(float), &all, 1.0, p->lines);
         run_across(p, p->out);
         for (int l = 0; l < count; l++)
-            finish(p, y + l, p->out + (size_t)l * p->row_bytes);
+            finish(p, y + l, p->out + (size_t)l * p->row_bytes + lead_bytes(p));
     }
 }
 
 // ---- parts --------------------------------------------------------------------------------------
+
+static int smaller(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+static int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+// What the run's part has of a strip.
+static void set_columns(struct part *p)
+{
+    const struct weft_rectangle *part = &p->r->params->part;
+    const int lanes = p->c->lines->lanes, end = p->strip->from + p->strip->columns;
+    const int32_t *first = p->c->first[0];
+    p->from = larger(part->x, p->strip->from);
+    p->columns = smaller(part->x + part->width, end) - p->from;
+    p->start = p->from - (p->from - p->strip->from) % lanes;
+    p->taps[0] = p->strip->taps;
+    p->taps[1] = 0;
+    for (int x = p->from; x < p->from + p->columns; x++) {
+        p->taps[0] = smaller(p->taps[0], first[x]);
+        p->taps[1] = larger(p->taps[1], first[x] + p->width);
+    }
+}
 
 static void set_part(struct part *p, int thread)
 {
     const struct weft_separable_cpu *c = p->c;
     const size_t lanes = (size_t)c->lines->lanes, one = (size_t)p->width * c->lines->bytes;
     char *memory = c->memory + (size_t)thread * c->thread_bytes;
+    set_columns(p);
+    const size_t columns = (size_t)(p->from + p->columns - p->start);
     p->lines = memory + c->lines_at;
     p->rows = memory + c->rows_at;
     p->out = memory + c->out_at;
-    p->row_bytes = ((size_t)p->strip->columns + lanes - 1) / lanes * lanes * c->lines->bytes;
-    p->weights = (const char *)c->weights[0] + (size_t)p->strip->from * one;
+    p->row_bytes = (columns + lanes - 1) / lanes * lanes * c->lines->bytes;
+    p->weights = (const char *)c->weights[0] + (size_t)p->start * one;
     if (!c->weights[0]) {
-        weft_separable_cpu_weights(c, 0, p->strip->from, p->strip->columns, memory + c->weights_at);
+        weft_separable_cpu_weights(c, 0, p->start, (int)columns, memory + c->weights_at);
         p->weights = memory + c->weights_at;
     }
     for (int i = 0; i < c->kept_blocks; i++)
@@ -232,18 +295,19 @@ static bool run_part(void *priv, int thread, size_t i)
 {
     struct runner *r = priv;
     const struct weft_separable_cpu *c = r->c;
-    const size_t bands = (size_t)c->bands, all = bands * (size_t)c->strip_count;
-    if (thread == 0 && !weft_separable_go_on(r->params->progress, (double)i / (double)all)) {
+    const size_t bands = (size_t)r->bands;
+    if (thread == 0 && !weft_separable_go_on(r->params->progress, (double)i / (double)r->parts)) {
         r->cancelled = true;
         return false;
     }
     struct part p = {.r = r,
                      .c = c,
-                     .strip = &c->strips[i / bands],
+                     .strip = &c->strips[(size_t)r->first_strip + i / bands],
                      .width = c->plan->info.kernel.width,
                      .pixels = &c->statistics[thread]};
-    const int height = c->plan->info.height, from = (int)(i % bands) * c->cut[1];
-    const int to = height - from < c->cut[1] ? height : from + c->cut[1];
+    const int end = r->params->part.y + r->params->part.height;
+    const int from = r->params->part.y + (int)(i % bands) * r->band_rows;
+    const int to = end - from < r->band_rows ? end : from + r->band_rows;
     set_part(&p, thread);
     if (c->plan->info.first_axis == 0)
         run_x_first(&p, from, to);
@@ -252,22 +316,32 @@ static bool run_part(void *priv, int thread, size_t i)
     return true;
 }
 
+static void cut_part(struct runner *r)
+{
+    const struct weft_rectangle *part = &r->params->part;
+    r->first_strip = part->x / r->c->columns;
+    const int strips = (part->x + part->width - 1) / r->c->columns - r->first_strip + 1;
+    r->band_rows = weft_separable_cpu_band(r->c, strips, part->height);
+    r->bands = (part->height - 1) / r->band_rows + 1;
+    r->parts = (size_t)r->bands * (size_t)strips;
+}
+
 enum weft_result weft_separable_cpu_run(struct weft_separable_cpu *c,
                                         const struct weft_separable_run_params *params,
                                         struct weft_separable_report *report)
 {
     struct runner r = {.c = c, .params = params};
-    const size_t parts = (size_t)c->bands * (size_t)c->strip_count;
     const double start = weft_now_seconds();
     r.care = weft_separable_take_care(c->plan, params);
+    cut_part(&r);
     *report = (struct weft_separable_report){.peak_bytes = c->bytes,
-                                             .rectangles = (int)parts,
+                                             .rectangles = (int)r.parts,
                                              .cpu = c->cpu,
                                              .pixels = WEFT_STATISTICS_NONE};
     for (int i = 0; i < c->cpu.threads; i++)
         c->statistics[i] = report->pixels;
     report->prepare_seconds = weft_now_seconds() - start;
-    weft_threads_run(c->cpu.threads, parts, run_part, &r);
+    weft_threads_run(c->cpu.threads, r.parts, run_part, &r);
     if (r.cancelled) {
         weft_note(params->log, "separable filtering was cancelled");
         return WEFT_ERR_CANCELLED;

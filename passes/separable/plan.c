@@ -75,19 +75,63 @@ fail:
 
 // ---- the request of a run -----------------------------------------------------------------------
 
+static bool is_within(const struct weft_rectangle *a, const struct weft_rectangle *b)
+{
+    return a->x >= b->x && a->y >= b->y && a->x + a->width <= b->x + b->width &&
+           a->y + a->height <= b->y + b->height;
+}
+
+// The part's and, without a survey, that of all pixels.
+static enum weft_result check_reach(const weft_separable_plan *plan,
+                                    const struct weft_separable_run_params *p)
+{
+    const struct weft_rectangle reach =
+        weft_separable_reach(plan, p->survey ? &p->part : &(struct weft_rectangle){0});
+    if (is_within(&reach, &p->window))
+        return WEFT_OK;
+    weft_error(
+        p->log,
+        "separable filtering: samples from (%d, %d) on, %d x %d, where %s reach %d x %d from "
+        "(%d, %d) on",
+        p->window.x, p->window.y, p->window.width, p->window.height,
+        p->survey ? "the part's pixels" : "all pixels, which are surveyed,", reach.width,
+        reach.height, reach.x, reach.y);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result weft_separable_check_samples(const weft_separable_plan *plan,
+                                              struct weft_separable_run_params *params)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(params->log, params->samples || params->wide);
+    weft_require(params->log, !params->wide || plan->info.sums == WEFT_SUMS_DOUBLE);
+    return weft_rectangle_within(params->log, &params->window, plan->info.size[0],
+                                 plan->info.size[1], &params->window);
+fail:
+    return res;
+}
+
 enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
                                           const struct weft_separable_run_params *params,
                                           struct weft_separable_run_params *out)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     *out = *params;
-    weft_require(params->log, params->pixels && (params->samples || params->wide));
-    weft_require(params->log, !params->wide || plan->info.sums == WEFT_SUMS_DOUBLE);
-    out->stride = params->stride ? params->stride : plan->info.width;
-    if (out->stride < plan->info.width) {
+    weft_require(params->log, params->pixels);
+    res = weft_separable_check_samples(plan, out);
+    if (res == WEFT_OK)
+        res = weft_rectangle_within(params->log, &params->part, plan->info.width, plan->info.height,
+                                    &out->part);
+    if (res == WEFT_OK)
+        res = check_reach(plan, out);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    out->stride = params->stride ? params->stride : out->part.width;
+    if (out->stride < out->part.width) {
         weft_error(params->log,
                    "separable filtering: a stride of %lld floats is less than the %d pixels",
-                   (long long)params->stride, plan->info.width);
+                   (long long)params->stride, out->part.width);
         goto fail;
     }
     return WEFT_OK;
@@ -226,6 +270,36 @@ static enum weft_result create_axis(const weft_separable_plan *plan, const doubl
     axis->reach[1] = taps.sample[taps.count - 1];
     weft_separable_taps_destroy(&taps);
     return WEFT_OK;
+}
+
+// ---- what a part reads --------------------------------------------------------------------------
+
+// From the first to the last sample of positions `from` to `to`, exclusive.
+void weft_separable_axis_reach(const struct weft_separable_axis *axis, int width, int from, int to,
+                               int reach[2])
+{
+    int32_t low = INT32_MAX, high = INT32_MIN;
+    for (int i = from; i < to; i++) {
+        low = axis->first[i] < low ? axis->first[i] : low;
+        high = axis->first[i] > high ? axis->first[i] : high;
+    }
+    const int last = axis->size - 1, end = high + width - 1;
+    reach[0] = low < 0 ? 0 : low;
+    reach[1] = end > last ? last : end < 0 ? 0 : end;
+}
+
+struct weft_rectangle weft_separable_reach(const weft_separable_plan *plan,
+                                           const struct weft_rectangle *part)
+{
+    struct weft_rectangle pixels;
+    int x[2], y[2];
+    if (weft_rectangle_within(NULL, part, plan->info.width, plan->info.height, &pixels) != WEFT_OK)
+        return (struct weft_rectangle){0};
+    weft_separable_axis_reach(&plan->axis[0], plan->info.kernel.width, pixels.x,
+                              pixels.x + pixels.width, x);
+    weft_separable_axis_reach(&plan->axis[1], plan->info.kernel.width, pixels.y,
+                              pixels.y + pixels.height, y);
+    return (struct weft_rectangle){x[0], y[0], x[1] - x[0] + 1, y[1] - y[0] + 1};
 }
 
 // ---- the order of the axes ----------------------------------------------------------------------

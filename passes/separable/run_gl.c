@@ -93,9 +93,10 @@ static void write_samples(const struct runner *r, float *out)
     const int row_floats = weft_separable_round_up(x->count);
     const float factor = (float)ldexp(1.0, -r->care.scale_bits);
     for (int j = 0; j < y->count; j++) {
-        const float *row = r->params.samples + (size_t)y->sample[j] * (size_t)r->plan->info.size[0];
+        const float *row =
+            r->params.samples + weft_separable_sample(&r->params, r->params.window.x, y->sample[j]);
         for (int i = 0; i < x->count; i++)
-            out[i] = row[x->sample[i]] * factor;
+            out[i] = row[x->sample[i] - r->params.window.x] * factor;
         for (int i = x->count; i < row_floats; i++)
             out[i] = 0.0f;
         out += row_floats;
@@ -195,8 +196,7 @@ static enum weft_result read_back(struct runner *r, const struct rectangle *rect
     enum weft_result res = in_place ? WEFT_OK : create_staging(r);
     if (res != WEFT_OK)
         return res;
-    float *out =
-        r->params.pixels + (int64_t)rectangle->from[1] * r->params.stride + rectangle->from[0];
+    float *out = weft_separable_pixel(&r->params, rectangle->from[0], rectangle->from[1]);
     const struct weft_gl_pixels to = {
         .width = width,
         .height = rows,
@@ -226,18 +226,28 @@ static enum weft_result run_rectangle(struct runner *r, const struct rectangle *
     return res;
 }
 
+// Where the cut after a position is.
+static int next_cut(int from, int cut)
+{
+    return (from / cut + 1) * cut;
+}
+
+// A part's rectangles are what it has of those that all pixels are cut into, for which there is
+// room.
 static enum weft_result run_rectangles(struct runner *r)
 {
-    const int width = r->plan->info.width, height = r->plan->info.height;
+    const struct weft_rectangle *part = &r->params.part;
+    const int end_x = part->x + part->width, end_y = part->y + part->height;
     const int *cut = r->c->cut;
-    const int strips = (width + cut[0] - 1) / cut[0];
-    const double total = (double)strips * ((height + cut[1] - 1) / cut[1]);
+    const int strips = (end_x - 1) / cut[0] - part->x / cut[0] + 1;
+    const double total = (double)strips * ((end_y - 1) / cut[1] - part->y / cut[1] + 1);
     enum weft_result res = WEFT_OK;
-    for (int from_x = 0; from_x < width; from_x += cut[0]) {
-        const int columns = smaller(cut[0], width - from_x);
+    for (int from_x = part->x; from_x < end_x; from_x = next_cut(from_x, cut[0])) {
+        const int columns = smaller(next_cut(from_x, cut[0]), end_x) - from_x;
         res = load_axis(r, 0, from_x, columns);
-        for (int from_y = 0; res == WEFT_OK && from_y < height; from_y += cut[1]) {
-            const int rows = smaller(cut[1], height - from_y);
+        for (int from_y = part->y; res == WEFT_OK && from_y < end_y;
+             from_y = next_cut(from_y, cut[1])) {
+            const int rows = smaller(next_cut(from_y, cut[1]), end_y) - from_y;
             if (!weft_separable_go_on(r->params.progress, r->report.rectangles / total)) {
                 weft_note(r->params.log,
                           "separable filtering was cancelled at rectangle %d of %.0f",

@@ -11,6 +11,7 @@
 #define WEFT_PASSES_SEPARABLE_SEPARABLE_H
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "../cpu/cpu.h"
 #include "../gl/context.h"
@@ -93,13 +94,28 @@ WEFT_API void weft_separable_destroy(weft_separable **compiled); // accepts &NUL
 
 // ---- runs ---------------------------------------------------------------------------------------
 
+// What decides how samples are summed: of all samples in reach of any of a plan's pixels, so that a
+// part of them is made as the whole is. Parts of the samples are surveyed apart and joined, in any
+// order.
+struct weft_separable_survey {
+    double largest;  // |finite sample|; of samples in double 0, whose sums leave no range
+    bool not_finite; // a sample is NAN or infinite
+};
+
 // Samples in, pixels out. Borrowed until the call returns.
 struct weft_separable_run_params {
     const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required);
-                          // beyond them the nearest sample's value holds
+                          // beyond all of them the nearest sample's value holds
     const double *wide;   // in their place, of plans that sum in double: the same (default NULL)
-    float *pixels;        // [y * stride + x] (required)
-    int64_t stride;       // floats from row to row (default width)
+    // The samples that are there, the first of which is sample (window.x, window.y) (default: all);
+    // at least weft_separable_reach's of the part.
+    struct weft_rectangle window;
+    struct weft_rectangle part; // of the pixels that are made (default: all)
+    // Required where the window lacks samples that any of the plan's pixels reach; default (NULL):
+    // of the samples in reach of all pixels, which a caller of many parts surveys once.
+    const struct weft_separable_survey *survey;
+    float *pixels;  // pixel (x, y) is [(y - part.y) * stride + x - part.x] (required)
+    int64_t stride; // floats from row to row (default the part's width)
     // May be NULL. Asked by the calling thread, before every rectangle that is its own.
     const struct weft_progress *progress;
     const struct weft_log *log; // may be NULL
@@ -123,14 +139,31 @@ struct weft_separable_report {
     struct weft_statistics pixels; // range and counts; no differences
 };
 
+// Returns the samples that a part of a plan's pixels (all 0: all of them) reads; all 0 for a part
+// that is not within the pixels. Pure.
+WEFT_API struct weft_rectangle weft_separable_reach(const weft_separable_plan *plan,
+                                                    const struct weft_rectangle *part);
+
+// Surveys those samples of a run's window that any of the plan's pixels reaches; of the params only
+// samples or wide, window and log are looked at. Returns WEFT_ERR_ARGUMENT (pointers, a window that
+// is not within the samples).
+WEFT_API enum weft_result
+weft_separable_survey_samples(const weft_separable_plan *plan,
+                              const struct weft_separable_run_params *params,
+                              struct weft_separable_survey *out);
+// Adds what another part of the samples has; starts as {0}.
+WEFT_API void weft_separable_survey_join(struct weft_separable_survey *sum,
+                                         const struct weft_separable_survey *other);
+
 // Filters samples with a compiled plan. Only samples in reach of a pixel are uploaded; weights stay
 // for the next run where one rectangle holds all of an axis. The pixels are the same for every
-// memory_bytes and every number of threads, bit for bit. A tap whose weight is exactly 0 does not
-// count: pixels are not finite where a sample that counts is not, or where the result is beyond the
-// range of floats, and nowhere else; sums do not leave that range on the way. Where both weights
-// are 1 and all others 0 the pixel is the sample, bit by bit. Returns WEFT_ERR_ARGUMENT (stride,
-// pointers), WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in
-// part. report may be NULL.
+// memory_bytes, every number of threads and every part that they are in, bit for bit. A tap whose
+// weight is exactly 0 does not count: pixels are not finite where a sample that counts is not, or
+// where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
+// the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit. Returns
+// WEFT_ERR_ARGUMENT (stride, pointers, a part, a window without what the part or the survey needs),
+// WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in part. report
+// may be NULL.
 WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
                                              const struct weft_separable_run_params *params,
                                              struct weft_separable_report *report);

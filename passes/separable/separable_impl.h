@@ -50,6 +50,10 @@ void weft_separable_taps_destroy(struct weft_separable_taps *taps); // {0} is fi
 void weft_separable_taps_number(const struct weft_separable_axis *axis, int width, int from, int to,
                                 struct weft_separable_taps *taps);
 
+// First and last sample of positions `from` to `to`, exclusive.
+void weft_separable_axis_reach(const struct weft_separable_axis *axis, int width, int from, int to,
+                               int reach[2]);
+
 // ---- compiled plans -----------------------------------------------------------------------------
 
 // One of the engines.
@@ -77,14 +81,32 @@ struct weft_separable_care {
     double margin; // by which rounding alone may bring a pixel past the range of floats
 };
 
-// The run with its defaults filled in. Returns WEFT_ERR_ARGUMENT.
+// The run with its defaults filled in, the survey but for that. Returns WEFT_ERR_ARGUMENT.
 enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
                                           const struct weft_separable_run_params *params,
                                           struct weft_separable_run_params *out);
 
-// Looks at the samples in reach.
+// Its samples and window alone, likewise.
+enum weft_result weft_separable_check_samples(const weft_separable_plan *plan,
+                                              struct weft_separable_run_params *params);
+
+// By the run's survey, or a look at the samples in reach.
 struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
                                                     const struct weft_separable_run_params *params);
+
+// Where a pixel is written, and which of the window's samples one is. The run is checked.
+static inline float *weft_separable_pixel(const struct weft_separable_run_params *params, int x,
+                                          int y)
+{
+    return params->pixels + (y - params->part.y) * params->stride + (x - params->part.x);
+}
+
+static inline size_t weft_separable_sample(const struct weft_separable_run_params *params, int x,
+                                           int y)
+{
+    const struct weft_rectangle *window = &params->window;
+    return (size_t)(y - window->y) * (size_t)window->width + (size_t)(x - window->x);
+}
 // Scales a rectangle of pixels back, and makes those samples, bit by bit, that are samples.
 void weft_separable_finish(const struct weft_separable_care *care, const weft_separable_plan *plan,
                            const struct weft_separable_run_params *params, const int from[2],

@@ -24,7 +24,7 @@ static double pixel(void *priv, int channel, int x, int y)
 {
     const struct subject *s = priv;
     const struct weft_verify_plane *plane = &s->p.pixels[channel];
-    return weft_verify_value(plane, y * plane->stride + x);
+    return weft_verify_value(plane, (y - s->p.part.y) * plane->stride + (x - s->p.part.x));
 }
 
 static int64_t nearest(int64_t i, int size)
@@ -38,7 +38,8 @@ static double fetch(void *priv, const int64_t index[3])
     const struct weft_verify_plane *plane = &s->p.samples[s->channel];
     const int *size = s->p.size;
     const int64_t row = nearest(index[2], size[2]) * size[1] + nearest(index[1], size[1]);
-    return weft_verify_value(plane, row * plane->stride + nearest(index[0], size[0]));
+    return weft_verify_value(plane, (row - s->p.window.y) * plane->stride +
+                                        nearest(index[0], size[0]) - s->p.window.x);
 }
 
 static enum weft_result refer(void *priv, int channel, const double at[3], bool finite,
@@ -68,15 +69,40 @@ static void fill_defaults(struct subject *s)
     }
     for (int a = p->dims > 0 ? p->dims : 1; a < 3; a++)
         p->size[a] = 1;
+}
+
+static void fill_strides(struct weft_pixels_verify_params *p)
+{
     for (int c = 0; c < 4; c++) {
-        p->samples[c].stride = p->samples[c].stride ? p->samples[c].stride : p->size[0];
-        p->pixels[c].stride = p->pixels[c].stride ? p->pixels[c].stride : p->grid->width;
+        p->samples[c].stride = p->samples[c].stride ? p->samples[c].stride : p->window.width;
+        p->pixels[c].stride = p->pixels[c].stride ? p->pixels[c].stride : p->part.width;
     }
 }
 
-static enum weft_result check(const struct subject *s)
+static bool is_part(const struct weft_rectangle *window, const int size[3])
 {
-    const struct weft_pixels_verify_params *p = &s->p;
+    return window->width != size[0] || window->height != size[1];
+}
+
+static enum weft_result check_parts(struct weft_pixels_verify_params *p)
+{
+    enum weft_result res =
+        weft_rectangle_within(p->log, &p->part, p->grid->width, p->grid->height, &p->part);
+    if (res == WEFT_OK)
+        res = weft_rectangle_within(p->log, &p->window, p->size[0], p->size[1], &p->window);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->dims <= 2 || !is_part(&p->window, p->size));
+    weft_require(p->log, !p->cardinal || !is_part(&p->window, p->size));
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+static enum weft_result check(struct subject *s)
+{
+    struct weft_pixels_verify_params *p = &s->p;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->dims >= 1 && p->dims <= 3);
     weft_require(p->log, p->channels >= 1 && p->channels <= 4);
@@ -90,12 +116,17 @@ static enum weft_result check(const struct subject *s)
             return res;
         res = WEFT_ERR_ARGUMENT;
     }
+    res = check_parts(p);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    fill_strides(p);
     for (int c = 0; c < p->channels; c++) {
         weft_require(p->log, p->samples[c].values && p->pixels[c].values);
         weft_require_enum(p->log, p->samples[c].type, WEFT_VERIFY_UINT32);
         weft_require_enum(p->log, p->pixels[c].type, WEFT_VERIFY_UINT32);
-        weft_require(p->log, p->samples[c].stride >= p->size[0]);
-        weft_require(p->log, p->pixels[c].stride >= p->grid->width);
+        weft_require(p->log, p->samples[c].stride >= p->window.width);
+        weft_require(p->log, p->pixels[c].stride >= p->part.width);
     }
     if (p->cardinal && p->dims != 2) {
         weft_error(p->log, "verifying: cardinal splines are for 2D here, not %dD", p->dims);
@@ -126,6 +157,7 @@ enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *para
         .width = s.p.grid->width,
         .height = s.p.grid->height,
         .channels = s.p.channels,
+        .pixels = s.p.part,
         .priv = &s,
         .position = position,
         .refer = refer,
@@ -170,8 +202,8 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                          .columns = plan->axis[0].at,
                                          .rows = plan->axis[1].at};
     return weft_pixels_verify(
-        weft_pixels_verify_params(.kernel = {info->kernel}, .grid = &grid,
-                                  .size = {info->size[0], info->size[1]},
+        weft_pixels_verify_params(.kernel = {info->kernel}, .grid = &grid, .part = r.part,
+                                  .size = {info->size[0], info->size[1]}, .window = r.window,
                                   .samples = {{.values = r.samples}},
                                   .pixels = {{.values = r.pixels, .stride = r.stride}},
                                   .bound_relative =

@@ -89,14 +89,14 @@ static enum weft_result refer(void *priv, int channel, const double at[3], bool 
 
 // ---- voxels -------------------------------------------------------------------------------------
 
-static enum weft_result enter_tile(void *priv, int part, struct weft_verify_part *out)
+static enum weft_result enter_tile(void *priv, int part, struct weft_rectangle *out)
 {
     struct subject *s = priv;
     const struct weft_slice_tile *tile = &s->plan->tiles[part];
     const struct weft_cell_map *bricks;
     const weft_brick_store *store = NULL, *rest = NULL;
     enum weft_result res = WEFT_OK;
-    *out = (struct weft_verify_part){tile->x, tile->y, tile->width, tile->height};
+    *out = (struct weft_rectangle){tile->x, tile->y, tile->width, tile->height};
     if (s->samples) // they are read as they are needed
         return res;
     res = weft_slice_tile_bricks(s->plan, part, &bricks);
@@ -154,6 +154,8 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pix
     struct weft_verifier v = {
         .width = plan->footprint->grid.index.width,
         .height = plan->footprint->grid.index.height,
+        .pixels = {.width = plan->footprint->grid.index.width,
+                   .height = plan->footprint->grid.index.height},
         .channels = 1,
         .priv = &subject,
         .position = position,

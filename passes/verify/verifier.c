@@ -62,6 +62,36 @@ void weft_verify_add(struct weft_verify_report *r, int x, int y, int channel, do
     r->at_reference = reference->value;
 }
 
+// Whether what is at the first place is told rather than what is at the second.
+static bool comes_first(const struct weft_verify_report *a, const struct weft_verify_report *b)
+{
+    if (a->maximum != b->maximum)
+        return a->maximum > b->maximum;
+    return a->at_y != b->at_y ? a->at_y < b->at_y : a->at_x < b->at_x;
+}
+
+void weft_verify_join(struct weft_verify_report *sum, const struct weft_verify_report *other)
+{
+    const struct weft_verify_report a = *sum, *b = other;
+    const bool any = a.values_compared || a.not_finite_mismatches;
+    if (!a.pixels_total) {
+        *sum = *other;
+        return;
+    }
+    if ((b->values_compared || b->not_finite_mismatches) && (!any || comes_first(b, &a)))
+        *sum = *b;
+    sum->pixels_total = a.pixels_total + b->pixels_total;
+    sum->pixels_checked = a.pixels_checked + b->pixels_checked;
+    sum->values_compared = a.values_compared + b->values_compared;
+    sum->not_finite_mismatches = a.not_finite_mismatches + b->not_finite_mismatches;
+    sum->squares = a.squares + b->squares;
+    sum->rms = sum->values_compared ? sqrt(sum->squares / (double)sum->values_compared) : 0.0;
+    sum->relative_maximum = fmax(a.relative_maximum, b->relative_maximum);
+    sum->magnitude = fmax(a.magnitude, b->magnitude);
+    sum->bound = sum->bound_relative * sum->magnitude + sum->bound_absolute;
+    sum->share = isnan(a.share) || isnan(b->share) ? (double)NAN : fmax(a.share, b->share);
+}
+
 // ---- one value ----------------------------------------------------------------------------------
 
 struct run {
@@ -180,7 +210,7 @@ static enum weft_result go_on(const struct run *run, double fraction)
 static enum weft_result check_part(struct run *run, int index, int count)
 {
     const struct weft_verifier *v = run->v;
-    struct weft_verify_part part = {0, 0, v->width, v->height};
+    struct weft_rectangle part = v->pixels;
     enum weft_result res = v->enter ? v->enter(v->priv, index, &part) : WEFT_OK;
     for (int y = part.y; res == WEFT_OK && y < part.y + part.height; y++) {
         res = go_on(run, (index + (double)(y - part.y) / part.height) / count);
@@ -197,7 +227,7 @@ enum weft_result weft_verifier_run(const struct weft_verifier *v, struct weft_ve
     struct run run = {
         .v = v,
         .share = share_of(v, (double)total),
-        .report = {.pixels_total = total,
+        .report = {.pixels_total = (uint64_t)v->pixels.width * (uint64_t)v->pixels.height,
                    .bound_relative = v->bound_relative,
                    .bound_absolute = v->bound_absolute,
                    .bound = v->bound_absolute},

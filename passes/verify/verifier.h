@@ -8,13 +8,10 @@
 #include "passes/multipass/compiled.h"
 #include "passes/verify/verify.h"
 
-struct weft_verify_part {
-    int x, y, width, height;
-};
-
 // Every callback gets `priv`.
 struct weft_verifier {
     int width, height, channels;
+    struct weft_rectangle pixels; // of those the ones that are verified
     void *priv;
     // Of a pixel; moved (NULL: not) is added before the position is rounded, if it is.
     void (*position)(void *priv, int x, int y, const double moved[3], double out[3]);
@@ -25,7 +22,7 @@ struct weft_verifier {
                               struct weft_reference_value *out);
     double (*pixel)(void *priv, int channel, int x, int y);
     // Makes ready for a part of the pixels, one after another; NULL: there is one, of all.
-    enum weft_result (*enter)(void *priv, int part, struct weft_verify_part *out);
+    enum weft_result (*enter)(void *priv, int part, struct weft_rectangle *out);
     int part_count;
     bool jumps;     // by more than rounding between positions that are within the margin
     bool far;       // references reach so far that their magnitude is the same there

@@ -62,6 +62,12 @@ struct weft_verify_report {
 WEFT_API void weft_verify_add(struct weft_verify_report *report, int x, int y, int channel,
                               double value, const struct weft_reference_value *reference);
 
+// Adds what another part of the same pixels showed: the report of both is the one of all that was
+// added to either, but that squares may be rounded otherwise. Of equal errors the first in rows is
+// told. *sum starts as {0}, or as any report with the same bounds.
+WEFT_API void weft_verify_join(struct weft_verify_report *sum,
+                               const struct weft_verify_report *other);
+
 // How pixels are verified. All zero is fine.
 struct weft_verify_params {
     double max_seconds; // about so long on one core of 2020 (default 10); INFINITY: all pixels
@@ -145,8 +151,14 @@ struct weft_pixels_verify_params {
                                   // say. Required is the first; info NULL: as the first
     int dims;                     // of the samples (default 2)
     const struct weft_pixel_grid *grid; // where the pixels lie, in the samples' coordinates
-    int size[3];  // samples along the axes that there are; beyond them the nearest one holds
-    int channels; // 1 to 4 (default 1)
+    // Of the grid's pixels those that are there and verified, of which pixels' first is number
+    // (part.x, part.y) (default: all).
+    struct weft_rectangle part;
+    int size[3]; // samples along the axes that there are; beyond them the nearest one holds
+    // Those that samples have, of which the first is number (window.x, window.y): at least what the
+    // pixels reach (default: all, as in 3D and of cardinal splines they are).
+    struct weft_rectangle window;
+    int channels;                                   // 1 to 4 (default 1)
     struct weft_verify_plane samples[4], pixels[4]; // of each channel
     // Samples of a prefiltered kernel are the image's own, and the reference is the cardinal spline
     // (weft_prefilter_axis_set, cut off at 2^-32), in 2D alone. Else they are coefficients.

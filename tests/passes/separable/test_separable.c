@@ -548,8 +548,8 @@ static const struct refusal {
     bool run_only;
 } refusals[] = {
     {radial, WEFT_ERR_UNSUPPORTED, "radial", false},
-    {no_samples, WEFT_ERR_ARGUMENT, "params->pixels && (params->samples", false},
-    {no_pixels, WEFT_ERR_ARGUMENT, "params->pixels && (params->samples", false},
+    {no_samples, WEFT_ERR_ARGUMENT, "params->samples || params->wide", false},
+    {no_pixels, WEFT_ERR_ARGUMENT, "required: params->pixels", false},
     {no_positions, WEFT_ERR_ARGUMENT, "p->y", false},
     {no_size, WEFT_ERR_ARGUMENT, "of 10 x 0 samples", false},
     {too_many_samples, WEFT_ERR_ARGUMENT, "16777217 x 10 samples", false},

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Random jobs of separable filtering on OpenGL and on the CPU engine with every set of instructions
 // and both kinds of sums: within their bounds of double precision, and so of each other; the same
-// bytes for any number of threads and any memory. WEFT_SEPARABLE_JOBS: how many (default 60).
+// bytes for any number of threads and any memory, and in parts. WEFT_SEPARABLE_JOBS: how many
+// (default 60).
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -198,8 +199,123 @@ static void random_jobs_agree(void **state)
     assert_int_equal(ran, jobs * where_count);
 }
 
+// ---- parts --------------------------------------------------------------------------------------
+
+// A part from any pixel on, of one pixel, a few, whole rows, or any size.
+static struct weft_rectangle make_part(struct random *r, int width, int height)
+{
+    static const int sides[] = {1, 7, 64, MOST_PIXELS};
+    const int most[2] = {sides[below(r, 4)], sides[below(r, 4)]};
+    struct weft_rectangle part = {.x = below(r, width), .y = below(r, height)};
+    if (most[0] == MOST_PIXELS)
+        part.x = 0;
+    part.width = most[0] < width - part.x ? most[0] : width - part.x;
+    part.height = most[1] < height - part.y ? most[1] : height - part.y;
+    return part;
+}
+
+// The samples of a window, and no more.
+static float *cut_window(const struct job *job, const struct weft_rectangle *window)
+{
+    float *out = malloc((size_t)window->width * (size_t)window->height * sizeof *out);
+    assert_non_null(out);
+    for (int y = 0; y < window->height; y++)
+        memcpy(out + y * window->width,
+               job->samples + (window->y + y) * job->params.size[0] + window->x,
+               (size_t)window->width * sizeof *out);
+    return out;
+}
+
+// What two halves of the samples' rows show.
+static struct weft_separable_survey survey(const weft_separable_plan *plan, const struct job *job)
+{
+    const int width = job->params.size[0], half = job->params.size[1] / 2;
+    struct weft_separable_survey sum = {0}, one;
+    for (int i = half ? 0 : 1; i < 2; i++) {
+        const struct weft_rectangle window = {0, i ? half : 0, width,
+                                              i ? job->params.size[1] - half : half};
+        float *samples = cut_window(job, &window);
+        assert_int_equal(weft_separable_survey_samples(
+                             plan,
+                             weft_separable_run_params(.samples = samples, .window = window,
+                                                       .log = &log_to_stderr),
+                             &one),
+                         WEFT_OK);
+        weft_separable_survey_join(&sum, &one);
+        free(samples);
+    }
+    return sum;
+}
+
+static void run_part(const weft_separable_plan *plan, weft_separable *compiled,
+                     const struct job *job, const struct weft_rectangle *part, const float *whole)
+{
+    static float pixels[MOST_PIXELS * (MOST_PIXELS + GAP)];
+    const struct weft_separable_survey surveyed = survey(plan, job);
+    const struct weft_rectangle window = weft_separable_reach(plan, part);
+    struct weft_separable_report report;
+    struct weft_verify_report error;
+    float *samples = cut_window(job, &window);
+    struct weft_separable_run_params run = {.samples = samples,
+                                            .window = window,
+                                            .part = *part,
+                                            .survey = &surveyed,
+                                            .pixels = pixels,
+                                            .stride = part->width + GAP,
+                                            .log = &log_to_stderr};
+    for (int i = 0; i < part->height * (part->width + GAP); i++)
+        pixels[i] = 4711.0f;
+    assert_int_equal(weft_separable_run(compiled, &run, &report), WEFT_OK);
+    assert_int_equal(report.pixels.count, part->width * part->height);
+    for (int y = 0; y < part->height; y++) {
+        const float *row = pixels + y * run.stride;
+        assert_memory_equal(row, whole + (part->y + y) * job->run.stride + part->x,
+                            (size_t)part->width * sizeof *row);
+        for (int x = 0; x < GAP; x++)
+            assert_true(row[part->width + x] == 4711.0f);
+    }
+    assert_int_equal(weft_separable_verify(plan, &run, NULL, &error), WEFT_OK);
+    assert_int_equal(error.pixels_total, part->width * part->height);
+    assert_int_equal(error.not_finite_mismatches, 0);
+    free(samples);
+}
+
+static void parts_are_the_crop(void **state)
+{
+    static float whole[MOST_PIXELS * (MOST_PIXELS + GAP)];
+    static const uint64_t memory[] = {0, 1 << 17, 1 << 15};
+    const char *asked = getenv("WEFT_SEPARABLE_JOBS");
+    const int jobs = asked ? atoi(asked) : JOBS;
+    struct random r = {17};
+    int ran = 0, finite = 0;
+    (void)state;
+    for (int i = 0; i < jobs; i++) {
+        struct job *job = make_job(&r, i);
+        const struct where *where = &wheres[i / 2 % where_count];
+        struct weft_separable_compile_params compile = where->compile;
+        weft_separable_plan *plan = NULL;
+        weft_separable *compiled = NULL;
+        job->params.memory_bytes = memory[i % 3];
+        compile.cpu.threads = 1 + i % 3;
+        run(where, job, 1, memory[i % 3], false, whole);
+        assert_int_equal(weft_separable_plan_create(&job->params, &plan), WEFT_OK);
+        assert_int_equal(weft_separable_compile(plan, &compile, &compiled), WEFT_OK);
+        for (int k = 0; k < 6; k++, ran++) {
+            const struct weft_rectangle part = make_part(&r, job->params.width, job->params.height);
+            run_part(plan, compiled, job, &part, whole);
+            finite += isfinite(whole[part.y * job->run.stride + part.x]) != 0;
+        }
+        weft_separable_destroy(&compiled);
+        weft_separable_plan_destroy(&plan);
+        free(job);
+    }
+    assert_int_equal(ran, 6 * jobs);
+    assert_true(finite > ran / 2 && (asked || finite < ran));
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(random_jobs_agree)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(random_jobs_agree),
+                                       cmocka_unit_test(parts_are_the_crop)};
     return cmocka_run_group_tests(tests, create_wheres, destroy_wheres);
 }
