@@ -50,6 +50,8 @@ int main(int argc, char **argv)
     struct command_line line = {argc, argv, EXIT_CODE_FAILED};
     int level, size, rank = launcher_rank(&size);
     command_fill_streams();
+    if (rank)
+        report_mute();
     guard_start(rank, size);
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     share_processors();

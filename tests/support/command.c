@@ -49,7 +49,10 @@ void command_input(const char *path)
 static pid_t start(const char *const *argv, int out, int err)
 {
     char path[4096];
-    snprintf(path, sizeof path, "%s/%s", WEFT_BINARY_DIR, argv[0]);
+    if (argv[0][0] == '/')
+        snprintf(path, sizeof path, "%s", argv[0]);
+    else
+        snprintf(path, sizeof path, "%s/%s", WEFT_BINARY_DIR, argv[0]);
     int count = 0;
     while (environ[count])
         count++;

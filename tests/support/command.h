@@ -20,7 +20,8 @@ int command_setup(void **state);
 int command_setup_folder(void **state); // the folder only
 int command_teardown(void **state);
 
-// Runs the program in the build folder with arguments up to NULL. Variables for its environment
+// Runs the program in the build folder, or that of a path from the root, with arguments up to NULL.
+// Variables for its environment
 // ("NAME=value") are set by command_environment, for the next run only. The test fails if a process
 // that the program started is still there afterwards.
 #define command_run(result, ...) command_run_list(result, (const char *[]){__VA_ARGS__, NULL})
