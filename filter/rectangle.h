@@ -15,7 +15,8 @@ struct weft_rectangle {
 };
 
 // Sets *out to a part of a picture, to all of it where the part is all 0. Returns
-// WEFT_ERR_ARGUMENT, after a log line with the numbers, where it is not within the picture. Pure.
+// WEFT_ERR_ARGUMENT, after a log line with the numbers, where it is not within the picture; *out is
+// then the part as it is. Pure.
 WEFT_API enum weft_result weft_rectangle_within(const struct weft_log *log,
                                                 const struct weft_rectangle *part, int32_t width,
                                                 int32_t height, struct weft_rectangle *out);
