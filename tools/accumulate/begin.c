@@ -67,6 +67,7 @@ enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator 
         .frame_count = known ? job->counting : 0,
         .weight = known ? weight : NULL,
         .nonfinite = r->nonfinite,
+        .part = job->divided.is,
         .keep = job->keeps_variance ? WEFT_KEEP_VARIANCE : 0,
         .context = job->context,
         .log = &job->log,

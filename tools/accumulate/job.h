@@ -9,6 +9,7 @@
 #include "tools/common/options.h"
 #include "tools/draw/preview.h"
 #include "tools/methods/accumulate_report.h"
+#include "tools/ranks/frames.h"
 
 enum accumulate_option {
     ACCUMULATE_OUTPUT,
@@ -29,7 +30,8 @@ enum accumulate_option {
     ACCUMULATE_COMPRESSION,
     ACCUMULATE_RANGE,
     ACCUMULATE_COLOUR_MAP,
-    ACCUMULATE_EXPLAIN,
+    ACCUMULATE_RANKS, // the first of enum rank_option
+    ACCUMULATE_EXPLAIN = ACCUMULATE_RANKS + RANK_OPTION_COUNT,
     ACCUMULATE_JSON,
     ACCUMULATE_NO_CLOBBER,
     ACCUMULATE_QUIET,
@@ -86,6 +88,13 @@ struct accumulate_decoder {
     bool told_profile;                   // that ICC profiles are not applied
 };
 
+// Frames of several ranks. (divided.c)
+struct accumulate_divided {
+    bool is; // there are several, or a rank option says how it would be
+    struct rank_request request;
+    struct rank_frames_report report;
+};
+
 // What --resume needs between its stages. (state.c)
 struct accumulate_kept {
     struct state_file file; // as it was read, until its sums are taken over
@@ -123,6 +132,7 @@ struct accumulate_job {
     int averaged_count;
     struct weft_plane *plane; // [averaged_count], of the frame that is added
 
+    struct accumulate_divided divided;
     bool keeps_variance; // of the frames, for --stderr and --until
     struct accumulate_kept kept;
     struct {
@@ -176,6 +186,8 @@ enum weft_result accumulate_read_options(struct accumulate_job *job);
 enum weft_result accumulate_list_frames(struct accumulate_job *job);
 // Their weights. (weights.c)
 enum weft_result accumulate_set_weights(struct accumulate_job *job);
+// Which frames count, and what they weigh together, where the weights are known.
+enum weft_result accumulate_sum_weights(struct accumulate_job *job);
 // That outputs can be written and are no inputs. (files.c)
 enum weft_result accumulate_check_outputs(struct accumulate_job *job);
 // That frames are there. (files.c)
@@ -186,7 +198,7 @@ enum weft_result accumulate_look(struct accumulate_job *job);
 enum weft_result accumulate_begin(struct accumulate_job *job);
 // Another accumulator for them.
 enum weft_result accumulate_create(struct accumulate_job *job, weft_accumulator **out);
-// Adds all frames from job->next on. (read.c)
+// Adds all frames from job->next on, one after another. (read.c)
 enum weft_result accumulate_read(struct accumulate_job *job);
 // The mean so far as job->result: may be called at any time after the first frame was added, again
 // and again. (result.c)

@@ -6,6 +6,7 @@
 
 #include "tools/accumulate/job.h"
 #include "tools/common/report.h"
+#include "tools/ranks/ranks.h"
 
 static bool is_given(const struct accumulate_job *job, enum accumulate_option option)
 {
@@ -78,6 +79,24 @@ static enum weft_result read_transfer(const struct option_value *o, struct accum
     return WEFT_ERR_ARGUMENT;
 }
 
+// Samples are whole in the blocks that ranks are given, if no frame is missing from them.
+static enum weft_result read_ranks(struct accumulate_job *job)
+{
+    const struct accumulate_request *r = &job->request;
+    struct accumulate_divided *d = &job->divided;
+    enum weft_result res = rank_options_read(&job->option[ACCUMULATE_RANKS], &d->request);
+    d->is = (ranks_size() > 1 || d->request.given) && !job->joins &&
+            !is_given(job, ACCUMULATE_EXPLAIN);
+    if (res != WEFT_OK || !d->is)
+        return res;
+    if (r->how.batch > 1 && is_given(job, ACCUMULATE_SKIP_BAD)) {
+        report_error("--batch and --skip-bad exclude each other on several ranks: a frame that is "
+                     "left out would move the samples behind it, which other ranks have");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return rank_frames_check(&d->request, r->how.method);
+}
+
 // ---- all ----------------------------------------------------------------------------------------
 
 enum weft_result accumulate_read_options(struct accumulate_job *job)
@@ -91,6 +110,10 @@ enum weft_result accumulate_read_options(struct accumulate_job *job)
         res = accumulation_read(&o[ACCUMULATE_ADDING],
                                 is_given(job, ACCUMULATE_STDERR) ? ACCUMULATION_TELLS_ERROR : 0,
                                 &r->how);
+    if (res == WEFT_OK && !r->how.threads)
+        r->how.threads = ranks_threads();
+    if (res == WEFT_OK)
+        res = read_ranks(job);
     if (res == WEFT_OK)
         res = read_nonfinite(&o[ACCUMULATE_NONFINITE], r);
     if (res == WEFT_OK)

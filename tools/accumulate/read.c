@@ -6,13 +6,13 @@
 #include <string.h>
 
 #include "tools/accumulate/every.h"
+#include "tools/accumulate/read.h"
 #include "tools/accumulate/state.h"
 #include "tools/common/report.h"
 
 // ---- told ---------------------------------------------------------------------------------------
 
-// Returns false once an interrupt that was deferred has come.
-static bool show_progress(struct accumulate_job *job)
+bool read_tell(struct accumulate_job *job)
 {
     snprintf(job->doing, sizeof job->doing, "reading frame %lld of %lld", (long long)job->next,
              (long long)job->counting);
@@ -93,20 +93,10 @@ static void tell_refused(struct accumulate_job *job, const char *path)
     report_error("%s: %s", path, job->message);
 }
 
-// Whether others may do better.
-static bool is_bad(enum weft_result res)
+bool read_is_bad(enum weft_result res)
 {
     return res == WEFT_ERR_OPEN || res == WEFT_ERR_FORMAT || res == WEFT_ERR_READER ||
            res == WEFT_ERR_UNSUPPORTED || res == WEFT_ERR_LIMIT;
-}
-
-// The error line stays with the frame, and others may have theirs.
-static enum weft_result skip(struct accumulate_job *job, struct accumulate_frame *named)
-{
-    named->problem = strdup(report_get_error());
-    report_set_part(NULL, NULL);
-    job->skipped++;
-    return named->problem ? WEFT_OK : WEFT_ERR_MEMORY;
 }
 
 // ---- frames -------------------------------------------------------------------------------------
@@ -128,9 +118,9 @@ static enum weft_result add(struct accumulate_job *job, const struct weft_image_
     return res;
 }
 
-static enum weft_result take_frame(struct accumulate_job *job, const struct weft_image_frame *frame)
+enum weft_result read_add(struct accumulate_job *job, const struct weft_image_frame *frame,
+                          double weight)
 {
-    struct accumulate_frame *named = &job->frame[job->sequence[job->next]];
     enum weft_result res = frame->result;
     if (res != WEFT_OK)
         report_error("%s", frame->message);
@@ -141,24 +131,54 @@ static enum weft_result take_frame(struct accumulate_job *job, const struct weft
         res = accumulate_decode(job, frame);
     job->decode_seconds += report_now_seconds() - start;
     if (res == WEFT_OK)
-        res = add(job, frame, named->weight);
+        res = add(job, frame, weight);
     if (res == WEFT_OK)
-        res = accumulate_copy(job, frame);
-    if (res == WEFT_OK) {
         accumulate_widen(job, &frame->image);
-        job->first = job->first < 0 ? job->sequence[job->next] : job->first;
-        job->added++;
-        named->stamp = (struct state_stamp){(int64_t)frame->file_bytes, frame->changed_ns};
-    } else if (job->option[ACCUMULATE_SKIP_BAD].given && is_bad(res)) {
-        named->stamp = state_file_stamp(named->path);
-        res = skip(job, named);
-    }
-    named->done = res == WEFT_OK;
-    job->next += res == WEFT_OK;
     return res;
 }
 
-static int64_t next_judged(const struct accumulate_job *job)
+enum weft_result read_count(struct accumulate_job *job, const struct state_stamp *stamp)
+{
+    struct accumulate_frame *named = &job->frame[job->sequence[job->next]];
+    job->first = job->first < 0 ? job->sequence[job->next] : job->first;
+    job->added++;
+    named->stamp = *stamp;
+    named->done = true;
+    job->next++;
+    return WEFT_OK;
+}
+
+// The error line stays with the frame, and others may have theirs.
+enum weft_result read_skip(struct accumulate_job *job, const struct state_stamp *stamp)
+{
+    struct accumulate_frame *named = &job->frame[job->sequence[job->next]];
+    named->problem = strdup(report_get_error());
+    report_set_part(NULL, NULL);
+    job->skipped++;
+    if (!named->problem)
+        return WEFT_ERR_MEMORY;
+    named->stamp = *stamp;
+    named->done = true;
+    job->next++;
+    return WEFT_OK;
+}
+
+static enum weft_result take_frame(struct accumulate_job *job, const struct weft_image_frame *frame)
+{
+    const struct accumulate_frame *named = &job->frame[job->sequence[job->next]];
+    struct state_stamp stamp = {(int64_t)frame->file_bytes, frame->changed_ns};
+    enum weft_result res = read_add(job, frame, named->weight);
+    if (res == WEFT_OK)
+        res = accumulate_copy(job, frame);
+    if (res == WEFT_OK)
+        return read_count(job, &stamp);
+    if (!job->option[ACCUMULATE_SKIP_BAD].given || !read_is_bad(res))
+        return res;
+    stamp = state_file_stamp(named->path);
+    return read_skip(job, &stamp);
+}
+
+int64_t read_next_judged(const struct accumulate_job *job)
 {
     return accumulation_next_judged(&job->request.how.until, job->judged);
 }
@@ -166,13 +186,13 @@ static int64_t next_judged(const struct accumulate_job *job)
 // Of frames that an earlier run has added: all that was judged but for the last, which may end it.
 static void remember_judged(struct accumulate_job *job)
 {
-    for (int64_t next; (next = next_judged(job)) < job->added;)
+    for (int64_t next; (next = read_next_judged(job)) < job->added;)
         job->judged = next;
 }
 
-static enum weft_result judge(struct accumulate_job *job)
+enum weft_result read_judge(struct accumulate_job *job)
 {
-    if (!job->option[ACCUMULATE_UNTIL].given || job->added < next_judged(job))
+    if (!job->option[ACCUMULATE_UNTIL].given || job->added < read_next_judged(job))
         return WEFT_OK;
     const double start = report_now_seconds();
     const enum weft_result res =
@@ -190,7 +210,7 @@ static enum weft_result read_next(struct accumulate_job *job, weft_image_sequenc
     const struct weft_image_frame *frame = NULL;
     const double start = report_now_seconds();
     *more = false;
-    if (!show_progress(job))
+    if (!read_tell(job))
         return WEFT_ERR_CANCELLED;
     enum weft_result res = weft_image_sequence_next(sequence, &frame);
     job->read_seconds += report_now_seconds() - start;
@@ -200,7 +220,7 @@ static enum weft_result read_next(struct accumulate_job *job, weft_image_sequenc
     else if (frame)
         res = take_frame(job, frame);
     if (res == WEFT_OK && frame)
-        res = judge(job);
+        res = read_judge(job);
     if (res == WEFT_OK && every_is_due(job))
         every_write(job);
     if (res == WEFT_OK && frame)
@@ -214,43 +234,42 @@ static bool asks_for_mean(void *priv)
     return every_is_due(priv);
 }
 
-static enum weft_result read_all(struct accumulate_job *job)
+enum weft_result read_open(struct accumulate_job *job, int64_t count,
+                           const char *(*name)(void *priv, int64_t i), bool (*stop)(void *priv),
+                           weft_image_sequence **out)
 {
-    weft_image_sequence *sequence = NULL;
-    enum weft_result res = WEFT_OK;
-    every_begin(job);
-    if (job->added > 0) {
-        remember_judged(job);
-        res = accumulate_copy_again(job);
-        if (res == WEFT_OK && !job->joins)
-            res = judge(job);
-    }
-    bool more = job->next < job->counting && !job->stopped;
-    if (!more || res != WEFT_OK)
-        return res;
-    job->begun = job->next;
-    res = weft_image_sequence_create(
-        weft_image_sequence_params(.count = job->counting - job->begun, .name = name_of,
-                                   .stop = asks_for_mean, .priv = job,
-                                   .readers =
-                                       job->request.how.threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
-                                           ? job->request.how.threads
-                                           : WEFT_IMAGE_SEQUENCE_MAX_READERS,
+    const int threads = job->request.how.threads;
+    return weft_image_sequence_create(
+        weft_image_sequence_params(.count = count, .name = name, .stop = stop, .priv = job,
+                                   .readers = threads < WEFT_IMAGE_SEQUENCE_MAX_READERS
+                                                  ? threads
+                                                  : WEFT_IMAGE_SEQUENCE_MAX_READERS,
                                    .memory_bytes = (uint64_t)ACCUMULATE_AHEAD_MB << 20,
                                    .part = job->request.part, .log = report_log()),
-        &sequence);
-    while (res == WEFT_OK && more)
-        res = read_next(job, sequence, &more);
-    weft_image_sequence_destroy(&sequence);
-    return res;
+        out);
+}
+
+enum weft_result read_go_on(struct accumulate_job *job)
+{
+    every_begin(job);
+    if (job->added == 0)
+        return WEFT_OK;
+    remember_judged(job);
+    const enum weft_result res = accumulate_copy_again(job);
+    return res == WEFT_OK && !job->joins ? read_judge(job) : res;
 }
 
 enum weft_result accumulate_read(struct accumulate_job *job)
 {
-    const enum weft_result res = read_all(job);
-    report_erase_progress();
-    if (res != WEFT_OK || job->added > 0)
+    weft_image_sequence *sequence = NULL;
+    enum weft_result res = read_go_on(job);
+    bool more = job->next < job->counting && !job->stopped;
+    if (!more || res != WEFT_OK)
         return res;
-    report_error("none of %lld frames could be averaged", (long long)job->counting);
-    return WEFT_ERR_FORMAT;
+    job->begun = job->next;
+    res = read_open(job, job->counting - job->begun, name_of, asks_for_mean, &sequence);
+    while (res == WEFT_OK && more)
+        res = read_next(job, sequence, &more);
+    weft_image_sequence_destroy(&sequence);
+    return res;
 }

@@ -172,6 +172,9 @@ enum weft_result accumulate_print_json(const struct accumulate_job *job)
                             seconds_json(job)));
     if (!explain && is_given(job, ACCUMULATE_UNTIL))
         json_object_set_new(root, "until", accumulation_stop_json(&stop));
+    json_t *ranks = rank_frames_json(&job->divided.report);
+    if (ranks)
+        json_object_set_new(root, "ranks", ranks);
     if (!explain)
         json_object_set_new(root, "context",
                             job->context ? run_report_context(job->context) : json_null());
@@ -265,5 +268,6 @@ void accumulate_print_text(const struct accumulate_job *job)
         return;
     if (is_given(job, ACCUMULATE_PREVIEW))
         run_report_print_preview(job->option[ACCUMULATE_PREVIEW].text, job->preview_range);
+    rank_frames_print(&job->divided.report);
     note_times(job);
 }

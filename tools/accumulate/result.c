@@ -204,6 +204,7 @@ static void clear_image(const struct accumulate_job *job, struct weft_image *ima
 
 void accumulate_clear(struct accumulate_job *job)
 {
+    rank_frames_clear(&job->divided.report);
     weft_accumulator_destroy(&job->accumulator);
     weft_context_destroy(&job->context);
     clear_image(job, &job->result);

@@ -371,11 +371,15 @@ enum weft_result state_save(struct accumulate_job *job)
     return res;
 }
 
-static bool is_due(const struct accumulate_job *job)
+double state_patience(const struct accumulate_job *job)
 {
     const double wait = STATE_PATIENCE * job->kept.cost;
-    return state_path(job) && report_now_seconds() - job->kept.saved_at >=
-                                  (wait > least_seconds ? wait : least_seconds);
+    return wait > least_seconds ? wait : least_seconds;
+}
+
+static bool is_due(const struct accumulate_job *job)
+{
+    return state_path(job) && report_now_seconds() - job->kept.saved_at >= state_patience(job);
 }
 
 void state_save_now_and_then(struct accumulate_job *job)

@@ -27,6 +27,8 @@ enum weft_result state_open(struct accumulate_job *job);
 // arguments) or as weft_accumulator_load, after an error line.
 enum weft_result state_take(struct accumulate_job *job);
 
+// Seconds after which it is due again.
+double state_patience(const struct accumulate_job *job);
 // Saves it where that is due, after a frame. Where it cannot be written a warning says so, once,
 // and the run goes on.
 void state_save_now_and_then(struct accumulate_job *job);

@@ -185,8 +185,7 @@ static enum weft_result set_by_text(struct accumulate_job *job, const char *text
     return in ? load_file(job, in, text) : fail_file(text);
 }
 
-// Which frames count, and what they weigh together.
-static enum weft_result sum_up(struct accumulate_job *job)
+enum weft_result accumulate_sum_weights(struct accumulate_job *job)
 {
     double magnitude = 0.0;
     job->sequence = malloc((size_t)job->frame_count * sizeof *job->sequence);
@@ -233,11 +232,11 @@ enum weft_result accumulate_set_weights(struct accumulate_job *job)
 {
     const struct option_value *weights = &job->option[ACCUMULATE_WEIGHTS];
     if (job->joins)
-        return sum_up(job);
+        return accumulate_sum_weights(job);
     snprintf(job->weights.text, sizeof job->weights.text, "%s",
              weights->given ? weights->text : "uniform");
     enum weft_result res = set_by_text(job, job->weights.text);
     if (res == WEFT_OK)
-        res = sum_up(job);
+        res = accumulate_sum_weights(job);
     return res == WEFT_OK ? check_negative(job) : res;
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "tools/common/log.h"
-#include "tools/effect/lights.h"
+#include "tools/effect/lights/lights.h"
 #include "tools/effect/needs.h"
 #include "tools/effect/samples.h"
 

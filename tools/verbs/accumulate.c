@@ -110,6 +110,7 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                                OPTION_TEXT,
                                "NAME",
                                "colours of a preview of one channel, as in weft slice"},
+    RANK_OPTIONS(ACCUMULATE_RANKS),
     [ACCUMULATE_EXPLAIN] = {.name = "explain",
                             0,
                             OPTION_FLAG,
@@ -147,47 +148,68 @@ static enum weft_result check_bound(struct accumulate_job *job)
     return accumulate_check_bound(job, job->report.bound);
 }
 
+// What is not refused may still be too little.
+static enum weft_result read_frames(struct accumulate_job *job)
+{
+    const enum weft_result res = job->divided.is ? divided_read(job) : accumulate_read(job);
+    report_erase_progress();
+    if (res != WEFT_OK || job->added > 0 || !ranks_tells())
+        return res;
+    report_error("none of %lld frames could be averaged", (long long)job->counting);
+    return WEFT_ERR_FORMAT;
+}
+
+// Stages up to the first one that fails, on all ranks or on rank 0 alone.
+struct step {
+    stage call;
+    bool alone; // rank 0
+};
+
+// Afterwards ranks agree on what came of it.
+static enum weft_result run_steps(struct accumulate_job *job, const struct step *step)
+{
+    enum weft_result res = WEFT_OK;
+    for (; step->call && res == WEFT_OK; step++)
+        if (!step->alone || ranks_tells())
+            res = step->call(job);
+    return ranks_agree(res);
+}
+
+// Joins and plans are rank 0's.
+static bool is_done(const struct accumulate_job *job)
+{
+    return !ranks_tells() && !job->divided.is;
+}
+
 static enum weft_result run_stages(struct accumulate_job *job)
 {
-    static const stage planning[] = {join_open,
-                                     accumulate_read_options,
-                                     every_check,
-                                     accumulate_list_frames,
-                                     accumulate_set_weights,
-                                     accumulate_check_outputs,
-                                     state_open,
-                                     accumulate_check_frames,
-                                     accumulate_look,
-                                     accumulate_begin,
-                                     join_take,
-                                     state_take,
-                                     NULL};
-    static const stage computing[] = {accumulate_read, accumulate_make_result, check_bound, NULL};
-    enum weft_result res = WEFT_OK;
-    for (const stage *s = planning; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    job->plan_seconds = report_now_seconds() - job->start;
-    if (job->option[ACCUMULATE_EXPLAIN].given)
+    static const struct step naming[] = {{join_open, true},
+                                         {accumulate_read_options, false},
+                                         {every_check, false},
+                                         {accumulate_list_frames, true},
+                                         {accumulate_set_weights, true},
+                                         {accumulate_check_outputs, true},
+                                         {state_open, true},
+                                         {accumulate_check_frames, true},
+                                         {NULL, false}},
+                             beginning[] = {{accumulate_look, false},
+                                            {accumulate_begin, false},
+                                            {join_take, true},
+                                            {state_take, true},
+                                            {NULL, false}},
+                             finishing[] = {{accumulate_make_result, true},
+                                            {check_bound, true},
+                                            {save, true},
+                                            {NULL, false}};
+    enum weft_result res = run_steps(job, naming);
+    if (res == WEFT_OK)
+        res = ranks_share(&job->divided.is, sizeof job->divided.is);
+    if (res != WEFT_OK || is_done(job))
         return res;
-    for (const stage *s = computing; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    return res == WEFT_OK ? save(job) : res;
-}
-
-static enum weft_result tell(const struct accumulate_job *job)
-{
-    const bool explain = job->option[ACCUMULATE_EXPLAIN].given;
-    report_erase_progress();
-    if (job->skipped)
-        report_warning("%lld of %lld frames were left out", (long long)job->skipped,
-                       (long long)job->counting);
-    if (!explain)
-        accumulate_print_text(job);
-    else if (!job->option[ACCUMULATE_JSON].given)
-        accumulate_explain(job);
-    return job->option[ACCUMULATE_JSON].given ? accumulate_print_json(job) : WEFT_OK;
-}
-
+    if (job->divided.is)
+        res = divided_share_frames(job);
+    if (res == WEFT_OK)
+        res = job->divided.is ? run_steps(job, beginning) : begin_alone
 static int run(const char *const *operands, const struct option_value *values)
 {
     struct accumulate_job job = {.option = values,

@@ -13,7 +13,7 @@
 
 #include "tests/support/common.h"
 #include "tests/tools/effect/path_tracer.h"
-#include "tools/effect/lights.h"
+#include "tools/effect/lights/lights.h"
 #include "tools/scene/build.h"
 
 static struct scene named(const char *name)

@@ -16,7 +16,7 @@
 #include "tests/support/common.h"
 #include "tests/tools/effect/path_tracer.h"
 #include "tests/tools/effect/pictures.h"
-#include "tools/effect/lights.h"
+#include "tools/effect/lights/lights.h"
 
 static bool is_full(void)
 {

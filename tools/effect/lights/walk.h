@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/effect/walk.h - particles that start where a scene emits, and are thrown back by what they
+// tools/effect/lights/walk.h - particles that start where a scene emits, and are thrown back by what they
 // hit, each by its own numbers of a sequence.
-#ifndef WEFT_TOOLS_EFFECT_WALK_H
-#define WEFT_TOOLS_EFFECT_WALK_H
+#ifndef WEFT_TOOLS_EFFECT_LIGHTS_WALK_H
+#define WEFT_TOOLS_EFFECT_LIGHTS_WALK_H
 
 #include "tools/scene/rays.h"
 

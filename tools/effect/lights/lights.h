@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/effect/lights.h - virtual lights (Keller, "Instant Radiosity", SIGGRAPH 1997): points where
+// tools/effect/lights/lights.h - virtual lights (Keller, "Instant Radiosity", SIGGRAPH 1997): points where
 // light starts or is thrown back. A picture drawn with each of them alone, with shadows, is a
 // frame; the mean of all frames is the picture with all the light that diffuse surfaces throw at
 // each other.
@@ -19,8 +19,8 @@
 //   beside drawing. They are chosen by their power, systematically along a curve that visits what
 //   faces alike and lies close together, so that each stands for a patch of surface of about the
 //   same power. In the Cornell box 1,024 of them have half the error of as many of Keller's.
-#ifndef WEFT_TOOLS_EFFECT_LIGHTS_H
-#define WEFT_TOOLS_EFFECT_LIGHTS_H
+#ifndef WEFT_TOOLS_EFFECT_LIGHTS_LIGHTS_H
+#define WEFT_TOOLS_EFFECT_LIGHTS_LIGHTS_H
 
 #include "tools/render/drawing.h"
 

@@ -2,14 +2,14 @@
 // Path i (from 0) comes to bounce j once there are (i + 1) / rho^j paths: floor(N rho^j) of N paths
 // do. Sorted by that number, the virtual lights of ever more paths stand in one list, of which the
 // first ones, however many, are those of fewer paths.
-#include "tools/effect/lights.h"
+#include "tools/effect/lights/lights.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "tools/common/log.h"
-#include "tools/effect/select.h"
-#include "tools/effect/walk.h"
+#include "tools/effect/lights/select.h"
+#include "tools/effect/lights/walk.h"
 
 // A path that was walked so far.
 struct path {

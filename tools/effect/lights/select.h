@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/effect/select.h - a few of many virtual lights that stand for all of them; inside of
+// tools/effect/lights/select.h - a few of many virtual lights that stand for all of them; inside of
 // lights.h.
-#ifndef WEFT_TOOLS_EFFECT_SELECT_H
-#define WEFT_TOOLS_EFFECT_SELECT_H
+#ifndef WEFT_TOOLS_EFFECT_LIGHTS_SELECT_H
+#define WEFT_TOOLS_EFFECT_LIGHTS_SELECT_H
 
 #include "tools/render/drawing.h"
 

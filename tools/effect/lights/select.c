@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/effect/select.h"
+#include "tools/effect/lights/select.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/effect/walk.h"
+#include "tools/effect/lights/walk.h"
 
 #include <math.h>
 #include <stdlib.h>
