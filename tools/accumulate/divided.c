@@ -74,8 +74,7 @@ enum weft_result divided_share_frames(struct accumulate_job *job)
 static enum weft_result compare_shapes(const struct accumulate_job *job)
 {
     struct settings settings;
-    enum weft_result res =
-        ranks_agree(settings_make(job, &settings) ? WEFT_OK : WEFT_ERR_MEMORY);
+    enum weft_result res = ranks_agree(settings_make(job, &settings) ? WEFT_OK : WEFT_ERR_MEMORY);
     if (res == WEFT_OK)
         res = weft_ranks_compare(ranks_get(), "the first frame", settings.shape);
     settings_clear(&settings);
@@ -100,7 +99,8 @@ enum weft_result divided_share_order(struct accumulate_job *job)
 
 // ---- frames of this rank ------------------------------------------------------------------------
 
-// Frames of a round, from job->next on, and this rank's sequence, which goes on from block to block.
+// Frames of a round, from job->next on, and this rank's sequence, which goes on from block to
+// block.
 struct reading {
     struct accumulate_job *job;
     weft_image_sequence *sequence; // NULL: not yet

@@ -85,8 +85,8 @@ static enum weft_result read_ranks(struct accumulate_job *job)
     const struct accumulate_request *r = &job->request;
     struct accumulate_divided *d = &job->divided;
     enum weft_result res = rank_options_read(&job->option[ACCUMULATE_RANKS], &d->request);
-    d->is = (ranks_size() > 1 || d->request.given) && !job->joins &&
-            !is_given(job, ACCUMULATE_EXPLAIN);
+    d->is =
+        (ranks_size() > 1 || d->request.given) && !job->joins && !is_given(job, ACCUMULATE_EXPLAIN);
     if (res != WEFT_OK || !d->is)
         return res;
     if (r->how.batch > 1 && is_given(job, ACCUMULATE_SKIP_BAD)) {

@@ -69,12 +69,12 @@ enum weft_result outcomes_pack(const struct outcomes *outcomes, const struct acc
         put_text(out, o->problem);
         put_text(out, o->warning);
     }
+    if (!report_close(out)) {
+        free(bytes);
+        return no_memory(outcomes->count);
+    }
     *data = bytes;
-    if (report_close(out))
-        return WEFT_OK;
-    free(bytes);
-    *data = NULL;
-    return no_memory(outcomes->count);
+    return WEFT_OK;
 }
 
 struct cursor {

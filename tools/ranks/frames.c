@@ -130,7 +130,8 @@ enum weft_result rank_frames_add(const struct rank_frames *frames,
         res = ranks_agree(add_lead(frames, blocks.first));
     if (res == WEFT_OK)
         res = ranks_agree(make_blocks(frames, &blocks) ? WEFT_OK : WEFT_ERR_MEMORY);
-    // In their order, so that the last block, whose sample may not be whole, is its rank's last one.
+    // In their order, so that the last block, whose sample may not be whole, is its rank's last
+    // one.
     if (res == WEFT_OK && blocks.count) {
         res = ranks_agree(weft_ranks_do_items(ranks_get(),
                                               &(struct weft_items){
@@ -197,7 +198,8 @@ enum weft_result rank_frames_join(weft_accumulator **sums,
 {
     const double start = report_now_seconds();
     enum weft_result res = WEFT_OK;
-    for (int first = 0; first < ranks_size() && ranks_size() > 1 && res == WEFT_OK; first += GROUP) {
+    for (int first = 0; first < ranks_size() && ranks_size() > 1 && res == WEFT_OK;
+         first += GROUP) {
         struct joining joining = {sums, create, priv, first / GROUP, report};
         res = ranks_agree(weft_ranks_do_items(ranks_get(),
                                               &(struct weft_items){

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/ranks/frames.h - frames that ranks divide among each other. Every rank adds its own to exact
-// sums of its own, and these become one on rank 0: exact sums have no order, so that it has the
-// bytes of one process, whichever rank adds which frames, in blocks of whatever size.
+// tools/ranks/frames.h - frames that ranks divide among each other. Every rank adds its own to
+// exact sums of its own, and these become one on rank 0: exact sums have no order, so that it has
+// the bytes of one process, whichever rank adds which frames, in blocks of whatever size.
 //
 // Samples of several frames (weft_accumulator_params.batch) must lie in one block, and of sums that
 // are joined only one may end in a sample that is not whole. So blocks are whole samples, but for
@@ -13,12 +13,12 @@
 #include "tools/ranks/options.h"
 #include "weft.h"
 
-// Blocks a rank has where --granularity does not say it: the last ones, in which ranks wait for each
-// other, are then a sixteenth of its work at most.
+// Blocks a rank has where --granularity does not say it: the last ones, in which ranks wait for
+// each other, are then a sixteenth of its work at most.
 enum { RANK_FRAMES_GRANULARITY = 16 };
 
-// Frames that are added one after the other in one process: all that there are, or those up to where
-// the mean is looked at. All ranks give the same, but for priv.
+// Frames that are added one after the other in one process: all that there are, or those up to
+// where the mean is looked at. All ranks give the same, but for priv.
 struct rank_frames {
     int64_t count;   // > 0
     int64_t counted; // frames that are in the sums of all ranks before, and count
@@ -55,8 +55,8 @@ enum weft_result rank_frames_join(weft_accumulator **sums,
                                   enum weft_result (*create)(void *priv, weft_accumulator **out),
                                   void *priv, struct rank_frames_report *report);
 
-// Refuses what cannot be divided so: options of parts of pictures, and methods that add frames up in
-// their order. `method` as it was asked for. Returns WEFT_ERR_ARGUMENT after an error line.
+// Refuses what cannot be divided so: options of parts of pictures, and methods that add frames up
+// in their order. `method` as it was asked for. Returns WEFT_ERR_ARGUMENT after an error line.
 enum weft_result rank_frames_check(const struct rank_request *request,
                                    enum weft_accumulate_method method);
 

@@ -2,12 +2,15 @@
 // weft accumulate: the weighted mean of any number of frames.
 #include <stddef.h>
 
+#include "tools/accumulate/divided.h"
 #include "tools/accumulate/every.h"
 #include "tools/accumulate/join.h"
 #include "tools/accumulate/state.h"
 #include "tools/common/ending.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
+#include "tools/ranks/load_report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
 static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
@@ -159,29 +162,24 @@ static enum weft_result read_frames(struct accumulate_job *job)
     return WEFT_ERR_FORMAT;
 }
 
-// Stages up to the first one that fails, on all ranks or on rank 0 alone.
+// Of rank 0 alone, or of all ranks that have a part in the work.
 struct step {
     stage call;
-    bool alone; // rank 0
+    bool alone;
 };
 
-// Afterwards ranks agree on what came of it.
-static enum weft_result run_steps(struct accumulate_job *job, const struct step *step)
+// Up to the first one that fails; then ranks agree on what came of it.
+static enum weft_result run_steps(struct accumulate_job *job, bool takes_part,
+                                  const struct step *step)
 {
     enum weft_result res = WEFT_OK;
     for (; step->call && res == WEFT_OK; step++)
-        if (!step->alone || ranks_tells())
+        if (ranks_tells() || (takes_part && !step->alone))
             res = step->call(job);
     return ranks_agree(res);
 }
 
-// Joins and plans are rank 0's.
-static bool is_done(const struct accumulate_job *job)
-{
-    return !ranks_tells() && !job->divided.is;
-}
-
-static enum weft_result run_stages(struct accumulate_job *job)
+static enum weft_result plan(struct accumulate_job *job)
 {
     static const struct step naming[] = {{join_open, true},
                                          {accumulate_read_options, false},
@@ -196,20 +194,50 @@ static enum weft_result run_stages(struct accumulate_job *job)
                                             {accumulate_begin, false},
                                             {join_take, true},
                                             {state_take, true},
-                                            {NULL, false}},
-                             finishing[] = {{accumulate_make_result, true},
+                                            {NULL, false}};
+    enum weft_result res = run_steps(job, true, naming);
+    if (res == WEFT_OK) // states are joined, and plans told, by rank 0 alone
+        res = ranks_share(&job->divided.is, sizeof job->divided.is);
+    if (res == WEFT_OK && job->divided.is)
+        res = divided_share_frames(job);
+    if (res == WEFT_OK)
+        res = run_steps(job, job->divided.is, beginning);
+    return res == WEFT_OK && job->divided.is ? divided_share_order(job) : res;
+}
+
+static enum weft_result run_stages(struct accumulate_job *job)
+{
+    static const struct step computing[] = {{read_frames, false},
+                                            {accumulate_make_result, true},
                                             {check_bound, true},
                                             {save, true},
                                             {NULL, false}};
-    enum weft_result res = run_steps(job, naming);
-    if (res == WEFT_OK)
-        res = ranks_share(&job->divided.is, sizeof job->divided.is);
-    if (res != WEFT_OK || is_done(job))
-        return res;
-    if (job->divided.is)
-        res = divided_share_frames(job);
-    if (res == WEFT_OK)
-        res = job->divided.is ? run_steps(job, beginning) : begin_alone
+    const enum weft_result res = plan(job);
+    job->plan_seconds = report_now_seconds() - job->start;
+    return res == WEFT_OK && !job->option[ACCUMULATE_EXPLAIN].given
+               ? run_steps(job, job->divided.is, computing)
+               : res;
+}
+
+static enum weft_result tell(const struct accumulate_job *job)
+{
+    const bool explain = job->option[ACCUMULATE_EXPLAIN].given;
+    const char *chart = job->divided.request.chart;
+    report_erase_progress();
+    if (job->skipped)
+        report_warning("%lld of %lld frames were left out", (long long)job->skipped,
+                       (long long)job->counting);
+    if (!explain)
+        accumulate_print_text(job);
+    else if (!job->option[ACCUMULATE_JSON].given)
+        accumulate_explain(job);
+    const enum weft_result res =
+        job->option[ACCUMULATE_JSON].given ? accumulate_print_json(job) : WEFT_OK;
+    return res == WEFT_OK && chart && job->divided.is
+               ? load_report_plot(&job->divided.report.work, chart)
+               : res;
+}
+
 static int run(const char *const *operands, const struct option_value *values)
 {
     struct accumulate_job job = {.option = values,
@@ -222,7 +250,7 @@ static int run(const char *const *operands, const struct option_value *values)
     if (preview_help(&values[ACCUMULATE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
     enum weft_result res = run_stages(&job);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && ranks_tells())
         res = tell(&job);
     const bool over_budget = job.over_budget, skipped = job.skipped > 0;
     join_clear(&job);
@@ -285,5 +313,6 @@ const struct verb verb_accumulate = {
     .options = options,
     .option_count = ACCUMULATE_OPTION_COUNT,
     .many = true,
+    .distributes = true,
     .run = run,
 };
