@@ -1,0 +1,513 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What ranks do together, over transports that are late and out of order: every rank gets what the
+// header says, whatever the sizes, and all that was sent was taken when it ends.
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "filter/check.h"
+#include "filter/threads.h"
+#include "tests/passes/distribute/threads_transport.h"
+
+static const int rank_counts[] = {1, 2, 3, 7};
+
+static atomic_int faults;
+
+// In the threads of ranks.
+#define CHECK(condition)                                                                           \
+    do {                                                                                           \
+        if (!(condition)) {                                                                        \
+            atomic_fetch_add(&faults, 1);                                                          \
+            print_error("line %d, rank %d: %s\n", __LINE__, info_of(ranks).rank, #condition);      \
+        }                                                                                          \
+    } while (0)
+
+static struct weft_ranks_info info_of(weft_ranks *ranks)
+{
+    struct weft_ranks_info info;
+    weft_ranks_get_info(ranks, &info);
+    return info;
+}
+
+static void pause_for(double seconds)
+{
+    nanosleep(&(struct timespec){(time_t)seconds, (long)((seconds - (time_t)seconds) * 1e9)}, NULL);
+}
+
+// Runs it on so many ranks, which all end well.
+static void run_well(weft_body body, void *priv, int ranks, unsigned seed, double delay)
+{
+    struct threads_params params = {.ranks = ranks, .seed = seed, .delay = delay, .body = body};
+    struct threads_outcome out;
+    for (int r = 0; r < ranks; r++)
+        params.priv[r] = priv;
+    threads_run(&params, &out);
+    assert_int_equal(atomic_load(&faults), 0);
+    assert_int_equal(out.exit_code, -1);
+    assert_int_equal(out.lines, 0);
+    assert_int_equal(out.left, 0);
+    for (int r = 0; r < ranks; r++)
+        assert_int_equal(out.result[r], WEFT_OK);
+}
+
+static void fill(unsigned char *data, size_t size, unsigned seed)
+{
+    for (size_t i = 0; i < size; i++)
+        data[i] = (unsigned char)((i * 2654435761u + seed) >> 13);
+}
+
+static bool is_filled(const unsigned char *data, size_t size, unsigned seed)
+{
+    for (size_t i = 0; i < size; i++)
+        if (data[i] != (unsigned char)((i * 2654435761u + seed) >> 13))
+            return false;
+    return true;
+}
+
+// ---- share and gather ---------------------------------------------------------------------------
+
+static void share_bytes(weft_ranks *ranks, size_t wanted, unsigned seed)
+{
+    const int rank = info_of(ranks).rank;
+    void *data = rank == 0 && wanted > 0 ? malloc(wanted) : NULL;
+    size_t size = rank == 0 ? wanted : 12345;
+    if (data)
+        fill(data, wanted, seed);
+    CHECK(weft_ranks_share(ranks, &data, &size) == WEFT_OK);
+    CHECK(size == wanted && (size > 0) == (data != NULL) && is_filled(data, size, seed));
+    free(data);
+}
+
+// Each rank has another size.
+static void gather_bytes(weft_ranks *ranks, size_t most, unsigned seed)
+{
+    const struct weft_ranks_info info = info_of(ranks);
+    struct weft_ranks_part parts[THREADS_RANKS_MAX];
+    memset(parts, 0x5a, sizeof parts);
+    const size_t size = most * (size_t)(info.rank + 1) / (size_t)info.size;
+    unsigned char *data = size > 0 ? malloc(size) : NULL;
+    fill(data, size, seed + (unsigned)info.rank);
+    CHECK(weft_ranks_gather(ranks, data, size, parts) == WEFT_OK);
+    memset(data ? data : (unsigned char[1]){0}, 0, size);
+    free(data);
+    if (info.rank != 0) {
+        CHECK(parts[0].size == (size_t)0x5a5a5a5a5a5a5a5a);
+        return;
+    }
+    for (int r = 0; r < info.size; r++)
+        CHECK(parts[r].size == most * (size_t)(r + 1) / (size_t)info.size &&
+              is_filled(parts[r].data, parts[r].size, seed + (unsigned)r));
+    weft_ranks_free_parts(info.size, parts);
+    CHECK(!parts[0].data && parts[0].size == 0);
+}
+
+static enum weft_result move_bytes(void *priv, weft_ranks *ranks)
+{
+    static const size_t sizes[] = {0, 1, 191, 192, 193, 5000, (1 << 20) - 1, 1 << 20, 3200000};
+    const size_t count = *(const size_t *)priv;
+    for (size_t i = 0; i < count; i++) {
+        share_bytes(ranks, sizes[i], (unsigned)i);
+        gather_bytes(ranks, sizes[i], 100u + (unsigned)i);
+    }
+    return WEFT_OK;
+}
+
+static void bytes_of_all_sizes_arrive(void **state)
+{
+    (void)state;
+    size_t all = 9, few = 6;
+    for (size_t i = 0; i < WEFT_COUNT(rank_counts); i++) {
+        run_well(move_bytes, &all, rank_counts[i], (unsigned)i, 0.0);
+        for (unsigned seed = 1; seed < 4; seed++)
+            run_well(move_bytes, &few, rank_counts[i], seed, 0.002);
+    }
+}
+
+static enum weft_result move_much(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    share_bytes(ranks, (size_t)70000001, 1);
+    gather_bytes(ranks, (size_t)70000001, 2);
+    return WEFT_OK;
+}
+
+static void large_messages_arrive(void **state)
+{
+    (void)state;
+    run_well(move_much, NULL, 2, 5, 0.0);
+}
+
+// ---- agree and compare --------------------------------------------------------------------------
+
+struct opinion {
+    enum weft_result result[THREADS_RANKS_MAX];
+    const char *line[THREADS_RANKS_MAX];
+    enum weft_result agreed;
+    int failed;
+    const char *told;
+};
+
+static const struct opinion opinions[] = {
+    {.failed = -1},
+    {{WEFT_ERR_GL}, {"no GL"}, WEFT_ERR_GL, 0, "no GL"},
+    {{0, WEFT_ERR_OPEN}, {"", "no file"}, WEFT_ERR_OPEN, 1, "no file"},
+    {{WEFT_ERR_GL, WEFT_ERR_OPEN}, {"no GL", "no file"}, WEFT_ERR_GL, 0, "no GL"},
+    // A rank that only heard of it has nothing to say.
+    {{WEFT_ERR_OPEN, WEFT_ERR_OPEN}, {"", "no file"}, WEFT_ERR_OPEN, 1, "no file"},
+    {{WEFT_ERR_OPEN, WEFT_ERR_OPEN}, {"", ""}, WEFT_ERR_OPEN, 0, ""},
+    {{0, WEFT_ERR_FORMAT}, {"said without a need", ""}, WEFT_ERR_FORMAT, 1, ""},
+};
+
+static enum weft_result agree(void *priv, weft_ranks *ranks)
+{
+    const struct weft_ranks_info info = info_of(ranks);
+    (void)priv;
+    for (size_t i = 0; i < WEFT_COUNT(opinions); i++) {
+        const struct opinion *o = &opinions[i];
+        char line[64] = "";
+        int failed = 99;
+        if (info.size == 1 && o->failed > 0)
+            continue;
+        if (o->line[info.rank])
+            (void)snprintf(line, sizeof line, "%s", o->line[info.rank]);
+        CHECK(weft_ranks_agree(ranks, o->result[info.rank], line, sizeof line, &failed) ==
+              o->agreed);
+        CHECK(info.size == 1 || failed == o->failed);
+        CHECK(info.rank != 0 || o->failed < 0 || strcmp(line, o->told) == 0);
+    }
+    char cut[4] = "abc";
+    CHECK(weft_ranks_agree(ranks, info.rank == info.size - 1 ? WEFT_ERR_LIMIT : WEFT_OK, cut,
+                           sizeof cut, NULL) == WEFT_ERR_LIMIT);
+    CHECK(strcmp(cut, "abc") == 0);
+    return WEFT_OK;
+}
+
+static void all_agree(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < WEFT_COUNT(rank_counts); i++)
+        for (unsigned seed = 0; seed < 3; seed++)
+            run_well(agree, NULL, rank_counts[i], seed, 0.003);
+}
+
+static char logged[1024];
+
+static void keep_line(void *priv, enum weft_log_level level, const char *message)
+{
+    (void)priv, (void)level;
+    (void)snprintf(logged, sizeof logged, "%s", message);
+}
+
+static enum weft_result compare(void *priv, weft_ranks *ranks)
+{
+    const int rank = info_of(ranks).rank;
+    (void)priv;
+    CHECK(weft_ranks_compare(ranks, "the version", "0.1.0") == WEFT_OK);
+    CHECK(weft_ranks_compare(ranks, "the renderer", rank == 2 ? "iron" : "pipes") ==
+          WEFT_ERR_UNSUPPORTED);
+    CHECK(weft_ranks_compare(ranks, "the nothing", rank == 1 ? "" : "x") == WEFT_ERR_UNSUPPORTED);
+    return WEFT_OK;
+}
+
+static void what_differs_is_named(void **state)
+{
+    (void)state;
+    const struct weft_log log = {.write = keep_line};
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 3, .body = compare, .log = &log, .node_ranks = 1},
+                &out);
+    assert_int_equal(atomic_load(&faults), 0);
+    assert_string_equal(logged,
+                        "the nothing of rank 1 on node1 is '', of rank 0 on node0 it is 'x'");
+}
+
+// ---- bodies -------------------------------------------------------------------------------------
+
+static enum weft_result return_own(void *priv, weft_ranks *ranks)
+{
+    (void)ranks;
+    return *(const enum weft_result *)priv;
+}
+
+static void each_rank_has_its_result(void **state)
+{
+    (void)state;
+    enum weft_result results[3] = {WEFT_ERR_GL, WEFT_OK, WEFT_ERR_OPEN};
+    struct threads_params params = {.ranks = 3, .body = return_own};
+    struct threads_outcome out;
+    for (int r = 0; r < 3; r++)
+        params.priv[r] = &results[r];
+    threads_run(&params, &out);
+    for (int r = 0; r < 3; r++)
+        assert_int_equal(out.result[r], results[r]);
+    assert_int_equal(out.lines + out.left, 0);
+}
+
+static enum weft_result tell_threads(void *priv, weft_ranks *ranks)
+{
+    const struct weft_ranks_info info = info_of(ranks);
+    (void)priv;
+    struct weft_ranks_part parts[THREADS_RANKS_MAX];
+    CHECK(info.threads >= 1 && info.size == 7 && info.rank < 7 && info.timeout == 60.0);
+    CHECK(weft_ranks_gather(ranks, &info.threads, sizeof info.threads, parts) == WEFT_OK);
+    if (info.rank != 0)
+        return WEFT_OK;
+    // Nodes of 2, 2, 2 and 1 ranks, each with all of this machine's processors.
+    const int processors = weft_threads_available();
+    for (int r = 0; r < 7; r++) {
+        const int first = *(const int *)parts[r - r % 2].data;
+        const int second = r == 6 ? 0 : *(const int *)parts[r - r % 2 + 1].data;
+        CHECK(first + second == processors || (processors == 1 && first == 1 && second == 1));
+        CHECK(first >= second);
+    }
+    weft_ranks_free_parts(7, parts);
+    return WEFT_OK;
+}
+
+static void threads_are_shared_out(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 7, .node_ranks = 2, .body = tell_threads}, &out);
+    assert_int_equal(atomic_load(&faults), 0);
+}
+
+// ---- signs of life ------------------------------------------------------------------------------
+
+// Rank 1 computes for long, rank 2 ends at once; then those that are left meet.
+static enum weft_result work_long(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    const int rank = info_of(ranks).rank;
+    if (rank == 1)
+        pause_for(1.2);
+    return WEFT_OK;
+}
+
+static void long_work_is_alive(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 3, .timeout = 0.5, .body = work_long}, &out);
+    assert_int_equal(out.lines, 0);
+    assert_int_equal(out.exit_code, -1);
+    assert_true(out.seconds > 1.1);
+    for (int r = 0; r < 3; r++)
+        assert_int_equal(out.result[r], WEFT_OK);
+}
+
+// Until the job has ended.
+static enum weft_result meet_again_and_again(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    char line[8] = "";
+    for (int i = 0; i < 1000; i++) {
+        const enum weft_result res = weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
+        if (res != WEFT_OK)
+            return res;
+        pause_for(0.01);
+    }
+    return WEFT_OK;
+}
+
+static void assert_ended(const struct threads_outcome *out, int rank, const char *line)
+{
+    assert_int_equal(out->exit_code, 7);
+    assert_int_equal(out->lines, 1);
+    assert_int_equal(out->line_rank, rank);
+    if (!strstr(out->line, line))
+        fail_msg("'%s' is not in '%s'", line, out->line);
+    assert_in_range(out->seconds * 1000.0, 0, 4000);
+}
+
+static void a_silent_rank_is_named_once(void **state)
+{
+    (void)state;
+    for (int silent = 0; silent < 3; silent++) {
+        struct threads_outcome out;
+        char line[128];
+        threads_run(&(struct threads_params){.ranks = 3,
+                                             .timeout = 0.6,
+                                             .delay = 0.002,
+                                             .body = meet_again_and_again,
+                                             .sends_before = 6,
+                                             .stopping_rank = silent + 1,
+                                             .node_ranks = 1},
+                    &out);
+        (void)snprintf(line, sizeof line,
+                       "rank %d on node%d (process %ld) is lost: no sign of life for 0.6 seconds",
+                       silent, silent, (long)getpid());
+        assert_ended(&out, (silent + 1) % 3, line);
+        for (int r = 0; r < 3; r++)
+            assert_int_equal(out.result[r], WEFT_ERR_CANCELLED);
+    }
+}
+
+static void a_rank_that_never_spoke_is_lost(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(
+        &(struct threads_params){
+            .ranks = 2, .timeout = 0.5, .stopping_rank = 2, .body = meet_again_and_again},
+        &out);
+    assert_ended(&out, 0, "rank 1 is lost: no sign of life for 0.5 seconds, nor before");
+}
+
+static void what_cannot_be_sent_ends_the_job(void **state)
+{
+    (void)state;
+    for (int before = 0; before < 8; before++)
+        for (int failing = 0; failing < 3; failing++) {
+            struct threads_outcome out;
+            char line[64];
+            threads_run(&(struct threads_params){.ranks = 3,
+                                                 .body = meet_again_and_again,
+                                                 .sends_before = before,
+                                                 .delay = 0.001,
+                                                 .failing_rank = failing + 1},
+                        &out);
+            (void)snprintf(line, sizeof line, "(process %ld): cannot send to rank ",
+                           (long)getpid());
+            assert_ended(&out, failing, line);
+        }
+}
+
+static enum weft_result meet_a_few_times(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    char line[8] = "";
+    for (int i = 0; i < 20; i++) {
+        CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
+        pause_for(0.005);
+    }
+    return WEFT_OK;
+}
+
+static void a_job_that_was_stopped_goes_on(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 3,
+                                         .timeout = 0.5,
+                                         .body = meet_a_few_times,
+                                         .stopping_rank = 2,
+                                         .sends_before = 8,
+                                         .stop_seconds = 1.2,
+                                         .stop_all = true},
+                &out);
+    assert_int_equal(atomic_load(&faults), 0);
+    assert_int_equal(out.lines, 0);
+    assert_int_equal(out.exit_code, -1);
+    assert_true(out.seconds > 1.2);
+}
+
+static enum weft_result set_timeout(void *priv, weft_ranks *ranks)
+{
+    CHECK(weft_ranks_set_timeout(ranks, 0.1) == WEFT_ERR_ARGUMENT);
+    CHECK(weft_ranks_set_timeout(ranks, 0.5) == WEFT_OK);
+    CHECK(info_of(ranks).timeout == 0.5);
+    return meet_again_and_again(priv, ranks);
+}
+
+static void the_time_out_may_be_changed(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 2,
+                                         .timeout = 3600.0,
+                                         .body = set_timeout,
+                                         .stopping_rank = 1,
+                                         .sends_before = 20},
+                &out);
+    assert_ended(&out, 1, "is lost: no sign of life for 0.5 seconds");
+}
+
+// ---- mistakes of callers ------------------------------------------------------------------------
+
+static enum weft_result do_other_things(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    char line[8] = "";
+    void *data = NULL;
+    size_t size = 0;
+    if (info_of(ranks).rank == 1)
+        return weft_ranks_share(ranks, &data, &size);
+    return weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
+}
+
+static enum weft_result leave_one_alone(void *priv, weft_ranks *ranks)
+{
+    const int leaves = *(const int *)priv;
+    char line[8] = "";
+    if (info_of(ranks).rank == leaves)
+        return WEFT_OK;
+    return weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
+}
+
+static void who_waits_in_vain_ends_the_job(void **state)
+{
+    (void)state;
+    struct threads_outcome out;
+    threads_run(&(struct threads_params){.ranks = 3, .body = do_other_things}, &out);
+    assert_ended(&out, 0, "ranks do not do the same: rank 0 is at agree, rank 1 at share");
+    for (int leaves = 0; leaves < 3; leaves++) {
+        struct threads_params params = {.ranks = 3, .body = leave_one_alone, .delay = 0.01};
+        for (int r = 0; r < 3; r++)
+            params.priv[r] = &leaves;
+        threads_run(&params, &out);
+        char line[64];
+        (void)snprintf(line, sizeof line, "rank %d has ended while ", leaves);
+        assert_ended(&out, 0, line);
+    }
+}
+
+static void transports_are_checked(void **state)
+{
+    (void)state;
+    const struct weft_log log = {.write = keep_line};
+    struct weft_transport bad[] = {
+        {.rank = 0, .size = 0, .node_size = 1},
+        {.rank = 2, .size = 2, .node_size = 1},
+        {.rank = -1, .size = 2, .node_size = 1},
+        {.rank = 0, .size = 2, .node_size = 1}, // no functions
+    };
+    for (size_t i = 0; i < WEFT_COUNT(bad); i++) {
+        logged[0] = '\0';
+        enum weft_result none = WEFT_OK;
+        assert_int_equal(
+            weft_distribute_over(&bad[i], weft_distribute_params(.log = &log), return_own, &none),
+            WEFT_ERR_ARGUMENT);
+        assert_true(logged[0]);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bytes_of_all_sizes_arrive),
+        cmocka_unit_test(large_messages_arrive),
+        cmocka_unit_test(all_agree),
+        cmocka_unit_test(what_differs_is_named),
+        cmocka_unit_test(each_rank_has_its_result),
+        cmocka_unit_test(threads_are_shared_out),
+        cmocka_unit_test(long_work_is_alive),
+        cmocka_unit_test(a_silent_rank_is_named_once),
+        cmocka_unit_test(a_rank_that_never_spoke_is_lost),
+        cmocka_unit_test(what_cannot_be_sent_ends_the_job),
+        cmocka_unit_test(a_job_that_was_stopped_goes_on),
+        cmocka_unit_test(the_time_out_may_be_changed),
+        cmocka_unit_test(who_waits_in_vain_ends_the_job),
+        cmocka_unit_test(transports_are_checked),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
