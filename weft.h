@@ -32,6 +32,7 @@
 #include "passes/choose/cost.h"
 #include "passes/choose/method.h"
 #include "passes/cpu/cpu.h"
+#include "passes/distribute/division.h"
 #include "passes/distribute/items.h"
 #include "passes/distribute/ranks.h"
 #include "passes/distribute/schedule/cost_map.h"

@@ -20,6 +20,8 @@
 #include "passes/antialias/marks/marks.h"
 #include "passes/antialias/multisample.h"
 #include "passes/antialias/supersample.h"
+#include "passes/distribute/division.h"
+#include "passes/distribute/schedule/cost_map.h"
 #include "passes/distribute/schedule/load.h"
 #include "passes/distribute/schedule/schedule.h"
 #include "passes/fused/resident_impl.h"
@@ -702,9 +704,47 @@ static enum weft_result divide(void)
     return res;
 }
 
+static enum weft_result learn(void *priv, weft_ranks *ranks)
+{
+    weft_division *division = NULL;
+    double seconds[8] = {1.0};
+    const struct weft_items_report report = {.item_seconds = seconds,
+                                             .schedule = WEFT_SCHEDULE_DYNAMIC};
+    enum weft_result res = weft_division_create(
+        ranks,
+        weft_division_params(.regions = {.width = SIDE, .height = SIDE / 2, .log = &test_log},
+                             .schedule = WEFT_SCHEDULE_DYNAMIC, .map = priv),
+        &division);
+    if (res == WEFT_OK)
+        res = weft_division_learn(division, &report);
+    weft_division_destroy(&division);
+    return res;
+}
+
+static enum weft_result keep_costs(void)
+{
+    weft_cost_map *map = NULL;
+    enum weft_result res = weft_cost_map_create(SIDE, SIDE / 2, &map);
+    test_errors += res != WEFT_OK; // without a log
+    if (res == WEFT_OK)
+        res = weft_cost_map_save(&test_log, map, test_path("out"));
+    weft_cost_map_destroy(&map);
+    if (res == WEFT_OK)
+        res = weft_cost_map_load(&test_log, test_path("out"), SIDE, SIDE / 2, &map);
+    remove(test_path("out"));
+    if (res != WEFT_OK)
+        return res;
+    res = weft_distribute_over(NULL, weft_distribute_params(.log = &test_log), learn, map);
+    if (res != WEFT_OK && test_errors == 0)
+        test_errors++; // boundaries are moved without a log
+    weft_cost_map_destroy(&map);
+    return res;
+}
+
 static void test_schedules(void **state)
 {
     (void)state;
+    run("weft_cost_map, weft_division", keep_costs);
     run("weft_regions, weft_load", divide);
 }
 

@@ -2749,6 +2749,68 @@ static void several_ranks(void)
                 NULL));
 }
 
+static void cost_maps(void)
+{
+    weft_cost_map *map = NULL;
+    for (size_t n = 0; n < WEFT_COUNT(ints); n++) {
+        TRUE((weft_cost_map_create(ints[n], 1, &map) == WEFT_OK) == (ints[n] > 0));
+        weft_cost_map_destroy(&map);
+        TRUE((weft_cost_map_create(1, ints[n], &map) == WEFT_OK) == (ints[n] > 0));
+        weft_cost_map_destroy(&map);
+        TRUE(weft_cost_map_load(&logger, "/nonexistent", ints[n], 1, &map) != WEFT_OK && lines > 0);
+        lines = 0;
+    }
+    REFUSED(weft_cost_map_load(&logger, NULL, 1, 1, &map));
+    TRUE(!map && weft_cost_map_create(100, 100, &map) == WEFT_OK);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        for (size_t k = 0; k < WEFT_COUNT(ints); k++) {
+            const struct weft_rectangle across = {ints[i], 0, ints[k], 1};
+            const struct weft_rectangle down = {0, ints[i], 1, ints[k]};
+            weft_cost_map_add(map, &across, 1.0);
+            weft_cost_map_add(map, &down, 1.0);
+            TRUE(weft_cost_map_estimate(map, &across) >= 0.0);
+            TRUE(weft_cost_map_estimate(map, &down) >= 0.0);
+        }
+    const struct weft_rectangle all = {0, 0, 100, 100};
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
+        weft_cost_map_add(map, &all, numbers[n]);
+    TRUE(weft_cost_map_estimate(map, &all) > 0.0);
+    REFUSED(weft_cost_map_save(&logger, map, NULL));
+    REFUSED(weft_cost_map_save(&logger, map, "/nonexistent/map"));
+    weft_cost_map_destroy(&map);
+    weft_cost_map_destroy(&map);
+}
+
+static enum weft_result divide_badly(void *priv, weft_ranks *ranks)
+{
+    (void)priv;
+    weft_division *division = NULL;
+    struct weft_division_params good = {.regions = {.width = 20, .height = 10, .log = &logger}};
+#define CALL (weft_division_destroy(&division), weft_division_create(ranks, &p, &division))
+    BAD_ENUM(good, schedule, CALL);
+    ANY_NUMBER(good, keep, CALL);
+    ANY_INT(good, regions.width, CALL);
+    ANY_INT(good, regions.least, CALL);
+#undef CALL
+    weft_division_destroy(&division);
+    good.schedule = WEFT_SCHEDULE_DYNAMIC;
+    TRUE(weft_division_create(ranks, &good, &division) == WEFT_OK);
+    TRUE(weft_regions_count(weft_division_regions(division)) == 8);
+    TRUE(!weft_division_costs(division));
+    double seconds[8] = {NAN, INFINITY, -1.0};
+    struct weft_items_report report = {.item_seconds = seconds, .schedule = WEFT_SCHEDULE_DYNAMIC};
+    TRUE(weft_division_learn(division, &report) == WEFT_ERR_ARGUMENT);
+    weft_division_destroy(&division);
+    weft_division_destroy(&division);
+    return WEFT_OK;
+}
+
+static void divisions(void)
+{
+    TRUE(weft_distribute_over(NULL, weft_distribute_params(.log = &logger), divide_badly, NULL) ==
+         WEFT_OK);
+}
+
 // ---- the table ----------------------------------------------------------------------------------
 
 static const struct {
@@ -2898,6 +2960,12 @@ static const struct {
       F(items_report_clear)}},
     {calibrations, {F(cost_calibrate)}},
     {stability, {F(stability_run)}},
+    {cost_maps,
+     {F(cost_map_create), F(cost_map_destroy), F(cost_map_add), F(cost_map_estimate),
+      F(cost_map_load), F(cost_map_save)}},
+    {divisions,
+     {F(division_create), F(division_destroy), F(division_regions), F(division_costs),
+      F(division_learn)}},
     {schedules,
      {F(regions_create), F(regions_destroy), F(regions_count), F(regions_get), F(regions_balance),
       F(load_create), F(load_clear), F(load_add), F(load_compute)}},
