@@ -480,7 +480,7 @@ static enum weft_result draw_nothing(void *priv, const struct weft_antialias_pas
 
 static enum weft_result multisample(void)
 {
-    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    const struct weft_antialias_drawing drawing = {.draw = draw_nothing};
     weft_msaa *msaa;
     enum weft_result res =
         weft_msaa_create(weft_msaa_params(.width = 4, .height = 4, .resolve = WEFT_MSAA_SUM,
@@ -496,7 +496,7 @@ static enum weft_acaa_form acaa_form;
 
 static enum weft_result accumulate_samples(void)
 {
-    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    const struct weft_antialias_drawing drawing = {.draw = draw_nothing};
     weft_acaa *acaa;
     enum weft_result res =
         weft_acaa_create(weft_acaa_params(.width = 4, .height = 4, .form = acaa_form,
@@ -510,7 +510,7 @@ static enum weft_result accumulate_samples(void)
 
 static enum weft_result mark(void)
 {
-    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    const struct weft_antialias_drawing drawing = {.draw = draw_nothing};
     weft_marker *marker;
     struct weft_marks marks = {0};
     enum weft_result res =
@@ -528,7 +528,7 @@ static enum weft_result mark(void)
 static enum weft_result supersample(void)
 {
     static const double position[2][2] = {{-0.25, 0.0}, {0.25, 0.0}};
-    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    const struct weft_antialias_drawing drawing = {.draw = draw_nothing};
     uint8_t marked[16] = {[5] = 1};
     const struct weft_marks marks = {.width = 4, .height = 4, .marked = marked, .count = 1};
     struct weft_kernel kernel;

@@ -2406,8 +2406,10 @@ static void multisampling(void)
     TRUE(weft_msaa_create(&good, &msaa) == WEFT_OK);
     REFUSED(weft_msaa_read(msaa, 0, out, 0));
     REFUSED(weft_msaa_run(msaa, NULL));
-    REFUSED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){NULL, NULL}));
-    SURVIVED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){draw_nothing, NULL}));
+    REFUSED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){.draw = NULL}));
+    REFUSED(weft_msaa_run(
+        msaa, &(struct weft_antialias_drawing){.draw = draw_nothing, .part = {0, -1, 1, 1}}));
+    SURVIVED(weft_msaa_run(msaa, &(struct weft_antialias_drawing){.draw = draw_nothing}));
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
         SURVIVED(weft_msaa_read(msaa, ints[i], out, 0));
         TRUE(weft_msaa_positions(context, ints[i], at) >= 0);
@@ -2422,14 +2424,29 @@ static void multisampling(void)
     weft_context_destroy(&context);
 }
 
+static void accumulative_room(weft_acaa *acaa, bool has)
+{
+    struct weft_acaa_room room;
+    weft_acaa_get_room(acaa, &room);
+    TRUE(has ? room.range >= 1.0 && room.weight == 1.0 : room.range == 0.0);
+    TRUE(weft_acaa_set_room(acaa, &room) == WEFT_OK);
+    if (!has)
+        return;
+    REFUSED(weft_acaa_set_room(acaa, &(struct weft_acaa_room){0.0, 1.0}));
+    REFUSED(weft_acaa_set_room(acaa, &(struct weft_acaa_room){room.range, (double)NAN}));
+    REFUSED(weft_acaa_set_room(acaa, &(struct weft_acaa_room){1e300, 1e300}));
+}
+
 static void accumulative_run(weft_acaa *acaa)
 {
     float out[16];
     REFUSED(weft_acaa_read(acaa, 0, out, 0));
     REFUSED(weft_acaa_read_weight(acaa, out, 0));
     REFUSED(weft_acaa_run(acaa, NULL, NULL));
-    REFUSED(weft_acaa_run(acaa, &(struct weft_antialias_drawing){NULL, NULL}, NULL));
-    TRUE(weft_acaa_run(acaa, &(struct weft_antialias_drawing){draw_nothing, NULL}, NULL) ==
+    REFUSED(weft_acaa_run(acaa, &(struct weft_antialias_drawing){.draw = NULL}, NULL));
+    REFUSED(weft_acaa_run(
+        acaa, &(struct weft_antialias_drawing){.draw = draw_nothing, .part = {1, 0, 4, 1}}, NULL));
+    TRUE(weft_acaa_run(acaa, &(struct weft_antialias_drawing){.draw = draw_nothing}, NULL) ==
          WEFT_OK);
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
         SURVIVED(weft_acaa_read(acaa, ints[i], out, 0));
@@ -2470,6 +2487,7 @@ static void accumulative(void)
         good.form = (enum weft_acaa_form)f;
         TRUE(weft_acaa_create(&good, &acaa) == WEFT_OK);
         accumulative_run(acaa);
+        accumulative_room(acaa, f != WEFT_ACAA_JITTER);
         struct weft_acaa_report report;
         weft_acaa_get_report(acaa, &report);
         TRUE(report.samples == 4);
@@ -2486,8 +2504,8 @@ static void marks_run(weft_marker *marker)
     struct weft_marks marks;
     REFUSED(weft_marker_read(marker, 0, out, 0));
     REFUSED(weft_marker_run(marker, NULL, &marks));
-    REFUSED(weft_marker_run(marker, &(struct weft_antialias_drawing){NULL, NULL}, &marks));
-    TRUE(weft_marker_run(marker, &(struct weft_antialias_drawing){draw_nothing, NULL}, &marks) ==
+    REFUSED(weft_marker_run(marker, &(struct weft_antialias_drawing){.draw = NULL}, &marks));
+    TRUE(weft_marker_run(marker, &(struct weft_antialias_drawing){.draw = draw_nothing}, &marks) ==
          WEFT_OK);
     for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
         SURVIVED(weft_marker_read(marker, ints[i], out, 0));
@@ -2534,12 +2552,12 @@ static void marking(void)
 
 static void run_supersample(weft_supersample *s)
 {
-    const struct weft_antialias_drawing drawing = {draw_nothing, NULL};
+    const struct weft_antialias_drawing drawing = {.draw = draw_nothing};
     struct weft_marks marks = {.width = 4, .height = 4, .marked = calloc(16, 1)};
     float out[16];
     REFUSED(weft_supersample_read(s, 0, out, 0));
     REFUSED(weft_supersample_run(s, NULL, NULL, NULL));
-    REFUSED(weft_supersample_run(s, &(struct weft_antialias_drawing){NULL, NULL}, NULL, NULL));
+    REFUSED(weft_supersample_run(s, &(struct weft_antialias_drawing){.draw = NULL}, NULL, NULL));
     REFUSED(weft_supersample_run(s, &drawing, &(struct weft_marks){0}, NULL));
     REFUSED(weft_supersample_run(s, &drawing, &(struct weft_marks){.width = 4, .height = 4}, NULL));
     SURVIVED(weft_supersample_run(s, &drawing, &marks, NULL));
@@ -2916,7 +2934,7 @@ static const struct {
       F(msaa_positions)}},
     {accumulative,
      {F(acaa_create), F(acaa_destroy), F(acaa_run), F(acaa_read), F(acaa_read_weight),
-      F(acaa_get_report)}},
+      F(acaa_get_room), F(acaa_set_room), F(acaa_get_report)}},
     {marking,
      {F(marker_create), F(marker_destroy), F(marker_run), F(marker_read), F(marker_bytes),
       F(marks_clear), F(marks_dilate)}},

@@ -48,7 +48,8 @@ static enum weft_result draw_background(struct weft_acaa *a)
     const GladGLContext *gl = &a->params.context->gl;
     const struct weft_acaa_target *t = &a->target;
     const struct weft_pass_state state = visible_state(a);
-    weft_pass_state_begin(gl, t->framebuffer, t->width, t->height, &state);
+    const struct weft_rectangle part = weft_acaa_target_part(a);
+    weft_pass_state_begin(gl, t->framebuffer, t->width, t->height, &part, &state);
     gl->DepthRange(1.0, 1.0); // exactly what depths are cleared with
     gl->UseProgram(t->background);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
@@ -107,7 +108,8 @@ enum weft_result weft_acaa_draw(struct weft_acaa *a, const struct weft_antialias
     struct weft_antialias_pass pass = {.count = 2 * passes,
                                        .framebuffer = a->target.framebuffer,
                                        .width = a->target.width,
-                                       .height = a->target.height};
+                                       .height = a->target.height,
+                                       .part = weft_acaa_target_part(a)};
     enum weft_result res = weft_acaa_target_clear(a);
     for (int i = 0; res == WEFT_OK && i < passes; i++) {
         res = draw_pass(a, drawing, &pass, i);

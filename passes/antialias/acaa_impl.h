@@ -62,8 +62,8 @@ struct weft_acaa_target {
     int32_t width, height; // with the rim
     struct weft_depth_buffer depth;
     GLuint framebuffer;
-    GLuint sums, sums_framebuffer;
-    GLuint claims, claims_framebuffer; // 0: surfaces do not claim samples
+    GLuint sums, sums_framebuffer, layer_framebuffer; // of all layers; of one, to be read
+    GLuint claims, claims_framebuffer;                // 0: surfaces do not claim samples
     struct weft_gl_buffer table;
     GLuint pass; // uniform buffer
     GLuint background;
@@ -76,12 +76,13 @@ struct weft_acaa {
     struct weft_acaa_target target;
     weft_supersample *jitter; // form jitter: nothing else is there
     char *head;
-    uint32_t *words; // of the last picture: layer after layer
-    double range;    // of a component
-    double weight;   // as a share of the total, that sums have room for
-    int scale_log2;  // integers for each unit of colour: 2^scale_log2
-    double largest;  // component, of those beyond the range
-    double reported; // progress of this picture
+    struct weft_rectangle part; // of the picture, that was drawn last
+    uint32_t *words;            // of it: layer after layer
+    double range;               // of a component
+    double weight;              // as a share of the total, that sums have room for
+    int scale_log2;             // integers for each unit of colour: 2^scale_log2
+    double largest;             // component, of those beyond the range
+    double reported;            // progress of this picture
     bool has_picture;
     struct weft_acaa_report report;
 };
@@ -89,6 +90,8 @@ struct weft_acaa {
 // These take a context that is current.
 enum weft_result weft_acaa_target_create(struct weft_acaa *acaa);
 void weft_acaa_target_destroy(struct weft_acaa *acaa);
+// What of the target counts for the part.
+struct weft_rectangle weft_acaa_target_part(const struct weft_acaa *acaa);
 // Sums 0, nothing noted.
 enum weft_result weft_acaa_target_clear(struct weft_acaa *acaa);
 // Binds what the head reads, for a pass.

@@ -41,8 +41,10 @@ enum weft_result weft_acaa_jitter_run(struct weft_acaa *a,
                                       const struct weft_progress *progress)
 {
     struct counted counted = {drawing, &a->report.callbacks};
-    return weft_supersample_run(a->jitter, &(struct weft_antialias_drawing){draw, &counted}, NULL,
-                                progress);
+    return weft_supersample_run(
+        a->jitter,
+        &(struct weft_antialias_drawing){.draw = draw, .priv = &counted, .part = a->part}, NULL,
+        progress);
 }
 
 void weft_acaa_jitter_report(const struct weft_acaa *a, struct weft_acaa_report *r)

@@ -8,7 +8,7 @@
 
 static size_t pixel_count(const struct weft_acaa *a)
 {
-    return (size_t)a->params.width * (size_t)a->params.height;
+    return weft_part_pixels(&a->part);
 }
 
 // ---- room ---------------------------------------------------------------------------------------
@@ -93,11 +93,10 @@ double weft_acaa_check(struct weft_acaa *a)
     r->largest = 0.0;
     for (int i = 0; i < 2; i++)
         r->first_less[i] = r->first_more[i] = -1;
-    for (int32_t y = 0; y < a->params.height; y++)
-        for (int32_t x = 0; x < a->params.width; x++) {
-            const struct weights w =
-                read_weights(a, (size_t)y * (size_t)a->params.width + (size_t)x);
-            note_weight(r, w.surfaces + w.background, total, x, y);
+    for (int32_t y = 0; y < a->part.height; y++)
+        for (int32_t x = 0; x < a->part.width; x++) {
+            const struct weights w = read_weights(a, (size_t)y * (size_t)a->part.width + (size_t)x);
+            note_weight(r, w.surfaces + w.background, total, a->part.x + x, a->part.y + y);
             most = w.surfaces + w.background > most ? w.surfaces + w.background : most;
         }
     return a->params.coincident == WEFT_COINCIDENT_NONE ? (double)most / (double)total : 1.0;
@@ -125,7 +124,7 @@ static float float_value(const struct weft_acaa *a, int channel, size_t pixel, i
 
 static void read_float_row(const struct weft_acaa *a, int channel, size_t first, float *out)
 {
-    for (size_t x = 0; x < (size_t)a->params.width; x++) {
+    for (size_t x = 0; x < (size_t)a->part.width; x++) {
         const int64_t background = background_weight(a, read_weights(a, first + x));
         out[x] = channel == ALPHA ? (float)(1.0 - (double)background / (double)a->plan.total *
                                                       (1.0 - a->params.background[ALPHA]))
@@ -153,7 +152,7 @@ static void read_integer_row(const struct weft_acaa *a, int channel, size_t firs
     const int64_t colour = llrint(ldexp(a->params.background[channel], a->scale_log2));
     const int words = a->plan.layers.sum_words;
     const float unit = ldexpf(1.0f, -a->scale_log2);
-    for (size_t x = 0; x < (size_t)a->params.width; x++) {
+    for (size_t x = 0; x < (size_t)a->part.width; x++) {
         const int64_t background = background_weight(a, read_weights(a, first + x));
         const weft_wide sum = channel == ALPHA ? (weft_wide)(total - background) * one
                                                : read_words(a, words * channel, words, first + x);
@@ -163,7 +162,7 @@ static void read_integer_row(const struct weft_acaa *a, int channel, size_t firs
 
 void weft_acaa_read_row(const struct weft_acaa *a, int channel, int32_t y, float *out)
 {
-    const size_t first = (size_t)y * (size_t)a->params.width;
+    const size_t first = (size_t)y * (size_t)a->part.width;
     if (a->params.sums == WEFT_ACAA_FLOAT)
         read_float_row(a, channel, first, out);
     else

@@ -71,6 +71,7 @@ static enum weft_result make_sums(struct weft_acaa *a)
     gl->TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_R32UI, p->width, p->height, a->plan.layers.count, 0,
                    GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
     weft_texture_by_texel(gl, GL_TEXTURE_2D_ARRAY);
+    gl->GenFramebuffers(1, &t->layer_framebuffer);
     t->sums_framebuffer = attach(gl, t->sums);
     const enum weft_result res = check_framebuffer(a, "sums");
     if (res != WEFT_OK || p->coincident != WEFT_COINCIDENT_MASK)
@@ -151,7 +152,8 @@ void weft_acaa_target_destroy(struct weft_acaa *a)
 {
     const GladGLContext *gl = &a->params.context->gl;
     struct weft_acaa_target *t = &a->target;
-    const GLuint framebuffers[] = {t->framebuffer, t->sums_framebuffer, t->claims_framebuffer};
+    const GLuint framebuffers[] = {t->framebuffer, t->sums_framebuffer, t->layer_framebuffer,
+                                   t->claims_framebuffer};
     const GLuint textures[] = {t->sums, t->claims};
     gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl->DeleteFramebuffers(WEFT_COUNT(framebuffers), framebuffers);
@@ -165,19 +167,37 @@ void weft_acaa_target_destroy(struct weft_acaa *a)
 
 // ---- a picture ----------------------------------------------------------------------------------
 
-static void clear_words(const GladGLContext *gl, GLuint framebuffer, int32_t width, int32_t height)
+// A pixel counts where samples of those within the radius reach it. What is drawn in the rim beyond
+// is looked at for its range, too: parts at the picture's rim have it.
+struct weft_rectangle weft_acaa_target_part(const struct weft_acaa *a)
+{
+    const struct weft_acaa_plan *plan = &a->plan;
+    const struct weft_acaa_params *p = &a->params;
+    const struct weft_rectangle *r = &a->part;
+    const int reach = plan->rim + plan->radius;
+    const int32_t low[2] = {r->x == 0 ? 0 : r->x, r->y == 0 ? 0 : r->y + plan->wrap};
+    const int32_t high[2] = {
+        r->x + r->width == p->width ? a->target.width : r->x + r->width + reach,
+        r->y + r->height == p->height ? a->target.height : r->y + r->height + reach + plan->wrap};
+    return (struct weft_rectangle){low[0], low[1], high[0] - low[0], high[1] - low[1]};
+}
+
+static void clear_words(const GladGLContext *gl, GLuint framebuffer,
+                        const struct weft_rectangle *part, int32_t width, int32_t height)
 {
     static const GLuint zero[4] = {0};
     gl->BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl->Viewport(0, 0, width, height);
+    weft_part_scissor(gl, part, width, height);
     gl->ClearBufferuiv(GL_COLOR, 0, zero);
+    gl->Disable(GL_SCISSOR_TEST);
 }
 
 enum weft_result weft_acaa_target_clear(struct weft_acaa *a)
 {
     static const int32_t none = 0;
     const GladGLContext *gl = &a->params.context->gl;
-    clear_words(gl, a->target.sums_framebuffer, a->params.width, a->params.height);
+    clear_words(gl, a->target.sums_framebuffer, &a->part, a->params.width, a->params.height);
     gl->BindBuffer(GL_TEXTURE_BUFFER, a->target.table.buffer);
     gl->BufferSubData(GL_TEXTURE_BUFFER, 0, sizeof none, &none);
     return weft_gl_check(a->params.log, gl, "clearing sums");
@@ -201,9 +221,11 @@ void weft_acaa_target_begin(struct weft_acaa *a, int pass)
         .range = noted_range(a),
         .rows = 1 + (int32_t)((size_t)pass * weft_acaa_pass_rows(plan)),
     };
+    const struct weft_rectangle part = weft_acaa_target_part(a);
     if (t->claims)
-        clear_words(gl, t->claims_framebuffer, t->width, t->height);
+        clear_words(gl, t->claims_framebuffer, &part, t->width, t->height);
     gl->BindFramebuffer(GL_FRAMEBUFFER, t->framebuffer);
+    weft_part_scissor(gl, &part, t->width, t->height);
     gl->Clear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
     gl->BindBuffer(GL_UNIFORM_BUFFER, t->pass);
     gl->BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
@@ -229,10 +251,14 @@ void weft_acaa_target_end(struct weft_acaa *a)
 enum weft_result weft_acaa_target_read(struct weft_acaa *a)
 {
     const GladGLContext *gl = &a->params.context->gl;
+    const struct weft_rectangle *r = &a->part;
     float largest = 0.0f;
-    gl->BindTexture(GL_TEXTURE_2D_ARRAY, a->target.sums);
-    gl->GetTexImage(GL_TEXTURE_2D_ARRAY, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, a->words);
-    gl->BindTexture(GL_TEXTURE_2D_ARRAY, 0);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, a->target.layer_framebuffer);
+    for (int i = 0; i < a->plan.layers.count; i++) {
+        gl->FramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, a->target.sums, 0, i);
+        gl->ReadPixels(r->x, r->y, r->width, r->height, GL_RED_INTEGER, GL_UNSIGNED_INT,
+                       a->words + (size_t)i * weft_part_pixels(r));
+    }
     gl->BindBuffer(GL_TEXTURE_BUFFER, a->target.table.buffer);
     gl->GetBufferSubData(GL_TEXTURE_BUFFER, 0, sizeof largest, &largest);
     a->largest = (double)largest;

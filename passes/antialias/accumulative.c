@@ -231,6 +231,41 @@ static enum weft_result draw(struct weft_acaa *a, const struct weft_antialias_dr
     return WEFT_OK;
 }
 
+// ---- room ---------------------------------------------------------------------------------------
+
+static bool has_room(const weft_acaa *a)
+{
+    return !a->jitter && a->params.sums == WEFT_ACAA_INTEGER;
+}
+
+void weft_acaa_get_room(const weft_acaa *a, struct weft_acaa_room *out)
+{
+    *out = (struct weft_acaa_room){0};
+    if (has_room(a))
+        *out = (struct weft_acaa_room){a->range, a->weight};
+}
+
+enum weft_result weft_acaa_set_room(weft_acaa *a, const struct weft_acaa_room *room)
+{
+    const double range = a->range, weight = a->weight;
+    if (!has_room(a))
+        return WEFT_OK;
+    if (!(room->range >= first_range(&a->params) && room->weight >= 1.0 && isfinite(room->range) &&
+          isfinite(room->weight))) {
+        weft_error(a->params.log, "acaa: room for components of %g with %g times their weights",
+                   room->range, room->weight);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (weft_acaa_set_range(a, room->range, room->weight))
+        return WEFT_OK;
+    weft_acaa_set_range(a, range, weight);
+    weft_error(a->params.log, "acaa: sums cannot hold components of %g with %g times their weights",
+               room->range, room->weight);
+    return WEFT_ERR_LIMIT;
+}
+
+// ---- the last picture ---------------------------------------------------------------------------
+
 // Of |picture - exact mean of the colours by weights of the filter|. A colour is rounded to an
 // integer, off by half a unit at most, and so is their mean by weights, times the sum of the
 // weights' magnitudes; weights are off by `error` in all, of colours up to the range; the float
@@ -273,6 +308,10 @@ enum weft_result weft_acaa_run(weft_acaa *a, const struct weft_antialias_drawing
     a->has_picture = false;
     a->reported = 0.0;
     weft_require(a->params.log, drawing && drawing->draw);
+    res = weft_rectangle_within(a->params.log, &drawing->part, a->params.width, a->params.height,
+                                &a->part);
+    if (res != WEFT_OK)
+        goto fail;
     res = a->jitter ? weft_acaa_jitter_run(a, drawing, progress) : run(a, drawing, progress);
     if (res == WEFT_OK && a->jitter)
         weft_acaa_jitter_report(a, &a->report);
@@ -285,7 +324,7 @@ static bool check_read(const weft_acaa *a, int channel, const float *out, size_t
 {
     enum { CHANNELS = 4 };
     if (a->has_picture && channel >= 0 && channel < CHANNELS && out &&
-        (stride == 0 || stride >= (size_t)a->params.width))
+        (stride == 0 || stride >= (size_t)a->part.width))
         return true;
     weft_error(a->params.log, "acaa: channel %d, rows of %zu: %s", channel, stride,
                a->has_picture ? "there are channels 0 to 3, and rows are as wide as the picture"
@@ -300,8 +339,8 @@ enum weft_result weft_acaa_read(const weft_acaa *a, int channel, float *out, siz
     if (a->jitter)
         return weft_supersample_read(a->jitter, channel, out, stride);
     if (stride == 0)
-        stride = (size_t)a->params.width;
-    for (int32_t y = 0; y < a->params.height; y++)
+        stride = (size_t)a->part.width;
+    for (int32_t y = 0; y < a->part.height; y++)
         weft_acaa_read_row(a, channel, y, out + (size_t)y * stride);
     return WEFT_OK;
 }
@@ -310,8 +349,8 @@ enum weft_result weft_acaa_read_weight(const weft_acaa *a, float *out, size_t st
 {
     if (!check_read(a, 0, out, stride))
         return WEFT_ERR_ARGUMENT;
-    const size_t width = (size_t)a->params.width;
-    for (size_t y = 0; y < (size_t)a->params.height; y++)
+    const size_t width = (size_t)a->part.width;
+    for (size_t y = 0; y < (size_t)a->part.height; y++)
         for (size_t x = 0; x < width; x++)
             out[y * (stride ? stride : width) + x] =
                 a->jitter ? 1.0f : weft_acaa_weight(a, y * width + x);

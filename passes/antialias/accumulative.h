@@ -87,16 +87,34 @@ typedef struct weft_acaa weft_acaa;
 WEFT_API enum weft_result weft_acaa_create(const struct weft_acaa_params *params, weft_acaa **out);
 WEFT_API void weft_acaa_destroy(weft_acaa **acaa); // accepts &NULL, leaves NULL behind
 
-// Draws a picture. It may be called again and again. progress: NULL: nobody asks. Returns
-// WEFT_ERR_CANCELLED, what `draw` returned, WEFT_ERR_LIMIT (colours beyond what sums hold),
+// Draws a picture. It may be called again and again. progress: NULL: nobody asks. Of a part of the
+// picture the report tells of its own pixels. Its sums of integers have the whole picture's bytes
+// if they had room for the same (weft_acaa_set_room); those of floats, and weights that are cut off
+// (WEFT_COINCIDENT_ALPHA), depend on the order of fragments, which GL keeps for fragments of one
+// pixel only. Returns WEFT_ERR_ARGUMENT (nothing to draw, a part), WEFT_ERR_CANCELLED, what `draw`
+// returned, WEFT_ERR_LIMIT (colours beyond what sums hold),
 // WEFT_ERR_FORMAT (colours that are not finite), WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_acaa_run(weft_acaa *acaa,
                                         const struct weft_antialias_drawing *drawing,
                                         const struct weft_progress *progress);
 
-// Writes a channel (0 to 3: R, G, B, alpha) of the last picture, out[y * stride + x], rows upwards
-// as GL has them; stride 0: width. Each value is the exact mean of integers, rounded once; samples
-// that nobody counted show the background. Returns WEFT_ERR_ARGUMENT (no picture, a channel).
+// What sums of integers have room for, from which their scale follows. It grows from picture to
+// picture with what is drawn, and never shrinks. That of a whole picture is the largest of its
+// parts', each drawn with the room that there was before; parts that had less are drawn again with
+// it. Form jitter and floats need none: theirs is {0}.
+struct weft_acaa_room {
+    double range;  // largest |component| of a colour, at first params.range
+    double weight; // of a pixel, as a share of all its samples, at first 1
+};
+WEFT_API void weft_acaa_get_room(const weft_acaa *acaa, struct weft_acaa_room *out);
+// For pictures from now on, be it less than before. Returns WEFT_ERR_ARGUMENT (less than at first,
+// or what is not finite) or WEFT_ERR_LIMIT (sums cannot); it is then as before.
+WEFT_API enum weft_result weft_acaa_set_room(weft_acaa *acaa, const struct weft_acaa_room *room);
+
+// Writes a channel (0 to 3: R, G, B, alpha) of the last picture, or of the part that was drawn,
+// out[y * stride + x], rows upwards as GL has them; stride 0: its width. Each value is the exact
+// mean of integers, rounded once; samples that nobody counted show the background. Returns
+// WEFT_ERR_ARGUMENT (no picture, a channel).
 WEFT_API enum weft_result weft_acaa_read(const weft_acaa *acaa, int channel, float *out,
                                          size_t stride);
 

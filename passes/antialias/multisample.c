@@ -25,9 +25,11 @@ struct weft_msaa {
     struct weft_gl_target resolved; // none of a blit of one sample
     GLuint program;                 // of sums
     double scale, discrepancy;
+    GLfloat background[4]; // as the format keeps it
     uint64_t bytes;
     bool has_picture;
-    float *picture; // four channels a pixel
+    struct weft_rectangle part; // that was drawn last
+    float *picture;             // of it; four channels a pixel
 };
 
 // ---- targets ------------------------------------------------------------------------------------
@@ -182,7 +184,10 @@ static enum weft_result make(weft_msaa *m)
     enum weft_result res = weft_context_enter(p->context);
     if (res != WEFT_OK)
         return res;
-    res = make_drawn(m);
+    res = weft_background_kept(p->log, &p->context->gl, format_of(p->format), p->background,
+                               m->background);
+    if (res == WEFT_OK)
+        res = make_drawn(m);
     if (res == WEFT_OK)
         res = find_discrepancy(m);
     if (res == WEFT_OK)
@@ -275,25 +280,25 @@ static enum weft_result draw(weft_msaa *m, const struct weft_antialias_drawing *
         .framebuffer = drawn_framebuffer(m),
         .width = p->width,
         .height = p->height,
+        .part = m->part,
         .head = weft_head_colour(gl, m->samples > 1),
     };
-    GLfloat background[4];
-    for (int c = 0; c < 4; c++)
-        background[c] = (GLfloat)p->background[c];
     weft_drawing_place(p->width, p->height, 0, (const double[2]){0.0, 0.0}, pass.place);
     gl->BindFramebuffer(GL_FRAMEBUFFER, pass.framebuffer);
-    gl->ClearBufferfv(GL_COLOR, 0, background);
+    weft_part_scissor(gl, &m->part, p->width, p->height);
+    gl->ClearBufferfv(GL_COLOR, 0, m->background);
     gl->ClearBufferfv(GL_DEPTH, 0, &(GLfloat){1.0f});
     return weft_drawing_run(p->log, p->context, drawing, &pass, &state);
 }
 
 static void blit(const weft_msaa *m)
 {
-    const struct weft_msaa_params *p = &m->params;
-    const GladGLContext *gl = &p->context->gl;
+    const GladGLContext *gl = &m->params.context->gl;
+    const struct weft_rectangle *r = &m->part;
+    const GLint end[2] = {r->x + r->width, r->y + r->height};
     gl->BindFramebuffer(GL_READ_FRAMEBUFFER, m->framebuffer);
     gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, m->resolved.framebuffer);
-    gl->BlitFramebuffer(0, 0, p->width, p->height, 0, 0, p->width, p->height, GL_COLOR_BUFFER_BIT,
+    gl->BlitFramebuffer(r->x, r->y, end[0], end[1], r->x, r->y, end[0], end[1], GL_COLOR_BUFFER_BIT,
                         GL_NEAREST);
 }
 
@@ -304,12 +309,14 @@ static void add_up(const weft_msaa *m)
     const bool several = m->samples > 1;
     const GLenum kind = several ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
     weft_gl_target_bind(gl, &m->resolved, p->width, p->height);
+    weft_part_scissor(gl, &m->part, p->width, p->height);
     gl->UseProgram(m->program);
     weft_gl_bind_texture(gl, m->program, 0, "colours", kind,
                          several ? m->texture : m->single.texture);
     gl->Uniform1f(weft_gl_location(gl, m->program, "scale"), (GLfloat)m->scale);
     gl->Uniform1f(weft_gl_location(gl, m->program, "range"), (GLfloat)p->range);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->Disable(GL_SCISSOR_TEST);
     gl->BindTexture(kind, 0);
 }
 
@@ -318,8 +325,10 @@ static enum weft_result read_back(weft_msaa *m)
     const struct weft_msaa_params *p = &m->params;
     const struct weft_gl_target *from = m->resolved.texture ? &m->resolved : &m->single;
     const struct weft_gl_pixels pixels = {
-        .width = p->width,
-        .height = p->height,
+        .x = m->part.x,
+        .y = m->part.y,
+        .width = m->part.width,
+        .height = m->part.height,
         .type = p->resolve == WEFT_MSAA_SUM         ? GL_INT
                 : p->format == WEFT_ANTIALIAS_RGBA8 ? GL_UNSIGNED_BYTE
                                                     : GL_FLOAT,
@@ -351,7 +360,7 @@ static void convert_sums(float *picture, size_t count, double divisor, int32_t *
 static enum weft_result convert(weft_msaa *m)
 {
     const struct weft_msaa_params *p = &m->params;
-    const size_t count = 4 * (size_t)p->width * (size_t)p->height;
+    const size_t count = 4 * weft_part_pixels(&m->part);
     int32_t worst = 0;
     if (p->resolve == WEFT_MSAA_SUM)
         convert_sums(m->picture, count, m->scale * m->samples, &worst);
@@ -374,7 +383,9 @@ enum weft_result weft_msaa_run(weft_msaa *msaa, const struct weft_antialias_draw
     enum weft_result res = WEFT_ERR_ARGUMENT;
     msaa->has_picture = false;
     weft_require(p->log, drawing && drawing->draw);
-    res = weft_context_enter(p->context);
+    res = weft_rectangle_within(p->log, &drawing->part, p->width, p->height, &msaa->part);
+    if (res == WEFT_OK)
+        res = weft_context_enter(p->context);
     if (res != WEFT_OK)
         goto fail;
     res = draw(msaa, drawing);
@@ -396,7 +407,7 @@ fail:
 enum weft_result weft_msaa_read(const weft_msaa *msaa, int channel, float *out, size_t stride)
 {
     const struct weft_msaa_params *p = &msaa->params;
-    const size_t width = (size_t)p->width;
+    const size_t width = (size_t)msaa->part.width;
     if (!msaa->has_picture || channel < 0 || channel > 3) {
         weft_error(p->log, "msaa: %s",
                    msaa->has_picture ? "channels are 0 to 3" : "no picture yet");
@@ -404,7 +415,7 @@ enum weft_result weft_msaa_read(const weft_msaa *msaa, int channel, float *out, 
     }
     const float *in = msaa->picture + channel;
     stride = stride ? stride : width;
-    for (size_t y = 0; y < (size_t)p->height; y++, out += stride)
+    for (size_t y = 0; y < (size_t)msaa->part.height; y++, out += stride)
         for (size_t x = 0; x < width; x++, in += 4)
             out[x] = *in;
     return WEFT_OK;

@@ -46,15 +46,16 @@ WEFT_API void weft_msaa_destroy(weft_msaa **msaa); // accepts &NULL, leaves NULL
 
 // Draws a picture: one call of stage colour, with no depths drawn before; of surfaces in the same
 // place the first that is drawn is seen. It may be called again and again; on failure there is no
-// picture. Returns what `draw` returned, of sums WEFT_ERR_LIMIT (colours beyond the range) or
-// WEFT_ERR_FORMAT (some that are not finite), WEFT_ERR_ARGUMENT (nothing to draw), WEFT_ERR_MEMORY
-// or WEFT_ERR_GL.
+// picture. Of a part of the picture the errors are those of its own pixels. Returns what `draw`
+// returned, of sums WEFT_ERR_LIMIT (colours beyond the range) or
+// WEFT_ERR_FORMAT (some that are not finite), WEFT_ERR_ARGUMENT (nothing to draw, a part),
+// WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_msaa_run(weft_msaa *msaa,
                                         const struct weft_antialias_drawing *drawing);
 
-// Writes a channel (0 to 3: R, G, B, alpha) of the last picture, out[y * stride + x], rows upwards
-// as GL has them; stride 0: width. Sums are divided in double and rounded once. Returns
-// WEFT_ERR_ARGUMENT (no picture, a channel).
+// Writes a channel (0 to 3: R, G, B, alpha) of the last picture, or of the part that was drawn,
+// out[y * stride + x], rows upwards as GL has them; stride 0: its width. Sums are divided in double
+// and rounded once. Returns WEFT_ERR_ARGUMENT (no picture, a channel).
 WEFT_API enum weft_result weft_msaa_read(const weft_msaa *msaa, int channel, float *out,
                                          size_t stride);
 

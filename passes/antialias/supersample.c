@@ -13,6 +13,7 @@
 #include <stdlib.h>
 
 #include "filter/check.h"
+#include "passes/antialias/marks/marks_impl.h"
 #include "passes/antialias/supersample_impl.h"
 #include "passes/jitter/discrepancy.h"
 
@@ -329,6 +330,34 @@ static enum weft_result draw_picture(weft_supersample *s,
     return res == WEFT_OK ? report_progress(progress, 1.0) : res;
 }
 
+// The last picture is kept where there is something wrong with them.
+static enum weft_result find_part(weft_supersample *s, const struct weft_rectangle *asked,
+                                  const struct weft_marks *marks)
+{
+    const struct weft_supersample_params *p = &s->params;
+    struct weft_rectangle part;
+    const enum weft_result res = weft_rectangle_within(p->log, asked, p->width, p->height, &part);
+    if (res != WEFT_OK)
+        return res;
+    if (marks) {
+        const struct weft_rectangle of = weft_marks_part(marks),
+                                    needed = weft_part_grown(&part, s->radius, p->width, p->height),
+                                    both = weft_rectangle_common(&of, &needed);
+        if (weft_part_pixels(&both) < weft_part_pixels(&needed)) {
+            weft_error(p->log,
+                       "supersample: marks of %d x %d pixels from (%d, %d) on, for %d x %d from "
+                       "(%d, %d) on",
+                       of.width, of.height, of.x, of.y, needed.width, needed.height, needed.x,
+                       needed.y);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    s->part = part;
+    s->window = (struct weft_rectangle){part.x, part.y, part.width + 2 * s->radius,
+                                        part.height + 2 * s->radius};
+    return WEFT_OK;
+}
+
 enum weft_result weft_supersample_run(weft_supersample *s,
                                       const struct weft_antialias_drawing *drawing,
                                       const struct weft_marks *marks,
@@ -344,6 +373,9 @@ enum weft_result weft_supersample_run(weft_supersample *s,
                    marks->width, marks->height, s->params.width, s->params.height);
         goto fail;
     }
+    res = find_part(s, &drawing->part, marks);
+    if (res != WEFT_OK)
+        goto fail;
     forget_picture(s);
     res = prepare(s, marks);
     if (res == WEFT_OK && s->result.count > 0)
@@ -370,8 +402,8 @@ static enum weft_result read_listed(weft_supersample *s, int channel, float *out
     const enum weft_result res =
         weft_accumulator_current(s->sums, WEFT_ACCUMULATED_MEAN, channel, compact, 0);
     for (int64_t i = 0; res == WEFT_OK && i < list->count; i++)
-        out[(size_t)(list->at[i][1] - s->radius) * stride + (list->at[i][0] - s->radius)] =
-            compact[i];
+        out[(size_t)(list->at[i][1] - s->radius - s->part.y) * stride +
+            (size_t)(list->at[i][0] - s->radius - s->part.x)] = compact[i];
     free(compact);
     return res;
 }
@@ -382,7 +414,7 @@ enum weft_result weft_supersample_read(weft_supersample *s, int channel, float *
     weft_require(s->params.log, s->drawn);
     weft_require(s->params.log, channel >= 0 && channel < 4);
     if (stride == 0)
-        stride = (size_t)s->params.width;
+        stride = (size_t)s->part.width;
     if (s->result.count == 0)
         return WEFT_OK;
     if (!s->result.at)

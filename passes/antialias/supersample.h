@@ -52,19 +52,20 @@ WEFT_API enum weft_result weft_supersample_create(const struct weft_supersample_
                                                   weft_supersample **out);
 WEFT_API void weft_supersample_destroy(weft_supersample **supersample); // accepts &NULL
 
-// Draws a picture: one pass of stage colour a sample. marks: of this size; NULL: all pixels. Pixels
-// are supersampled that are marked, or that a marked one is within the filter's radius of
-// (weft_marks_dilate); they have the bytes that they have without marks. The others are left alone.
-// progress: NULL: nobody asks. Returns WEFT_ERR_ARGUMENT (marks of another size),
-// WEFT_ERR_CANCELLED, what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
+// Draws a picture: one pass of stage colour a sample. marks: of this size; NULL: all pixels. Of a
+// part of the picture they are to have the part and the filter's radius around it, as far as that
+// is within the picture. Pixels are supersampled that are marked, or that a marked one is within
+// the filter's radius of (weft_marks_dilate); they have the bytes that they have without marks. The
+// others are left alone. progress: NULL: nobody asks. Returns WEFT_ERR_ARGUMENT (a part; marks of
+// another size or part), WEFT_ERR_CANCELLED, what `draw` returned, WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_supersample_run(weft_supersample *supersample,
                                                const struct weft_antialias_drawing *drawing,
                                                const struct weft_marks *marks,
                                                const struct weft_progress *progress);
 
-// Writes a channel (0 to 3) of the last picture, out[y * stride + x], rows upwards; stride 0:
-// width. Pixels that were not supersampled keep what stands in `out`. Returns WEFT_ERR_ARGUMENT (no
-// picture, a channel), WEFT_ERR_MEMORY or WEFT_ERR_GL.
+// Writes a channel (0 to 3) of the last picture, or of the part that was drawn, out[y * stride +
+// x], rows upwards; stride 0: its width. Pixels that were not supersampled keep what stands in
+// `out`. Returns WEFT_ERR_ARGUMENT (no picture, a channel), WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_supersample_read(weft_supersample *supersample, int channel,
                                                 float *out, size_t stride);
 
@@ -76,7 +77,8 @@ struct weft_supersample_report {
     int radius;                         // pixels that a sample reaches to each side
     enum weft_accumulate_method method; // never auto
     int64_t pixels;                     // that were supersampled
-    int64_t sampled; // pixels whose samples were drawn: those, and what the filter reaches
+    int64_t sampled; // pixels whose samples were drawn: those, and what the filter reaches, beyond
+                     // a part, too
     // |value - exact filtered samples| <= bound + filter_bound * the largest |sample| (of 8 bits,
     // 1): what the sums make of frames, and what GL's floats make of samples in the filter; 0 of a
     // box.

@@ -10,11 +10,12 @@
 
 // ---- what they go into --------------------------------------------------------------------------
 
-// Where the pixels of the scratch target are in a layer.
+// Where the pixels of the window are in a layer.
 static enum weft_result load_pointers(weft_supersample *s)
 {
     const struct weft_pixel_list *list = &s->sampled;
-    const size_t width = (size_t)s->scratch.width, height = (size_t)s->scratch.height;
+    const struct weft_rectangle *window = &s->window;
+    const size_t width = (size_t)window->width, height = (size_t)window->height;
     uint16_t(*at)[2] = calloc(width * height, sizeof *at);
     if (!at) {
         weft_error(s->params.log, "supersample: not enough memory for %zu pointers",
@@ -22,12 +23,13 @@ static enum weft_result load_pointers(weft_supersample *s)
         return WEFT_ERR_MEMORY;
     }
     for (int64_t i = 0; i < list->count; i++) {
-        uint16_t *pointer = at[list->at[i][1] * width + list->at[i][0]];
+        uint16_t *pointer =
+            at[(size_t)(list->at[i][1] - window->y) * width + (size_t)(list->at[i][0] - window->x)];
         pointer[0] = (uint16_t)(i % list->width);
         pointer[1] = (uint16_t)(i / list->width);
     }
     const enum weft_result res =
-        weft_places_load(s->params.log, &s->params.context->gl, s->scratch.width, s->scratch.height,
+        weft_places_load(s->params.log, &s->params.context->gl, window->width, window->height,
                          (const uint16_t(*)[2])at, &s->pointers);
     free(at);
     return res;
@@ -54,7 +56,8 @@ static enum weft_result make_blocks(weft_supersample *s)
 // A picture of all pixels, whose samples are not filtered, is a frame as it is.
 static bool scratch_is_frame(const weft_supersample *s)
 {
-    return s->copies && !s->result.at && s->params.store == WEFT_STORE_SUMS;
+    return s->copies && !s->result.at && s->params.store == WEFT_STORE_SUMS &&
+           s->result.count == (int64_t)s->params.width * s->params.height;
 }
 
 enum weft_result weft_supersample_make_compact(weft_supersample *s)
@@ -140,11 +143,14 @@ static enum weft_result run(weft_supersample *s, const struct gathering *g)
     if (g->from_blocks) {
         weft_gl_bind_texture(gl, program, 1, "blocks", GL_TEXTURE_2D_ARRAY, s->blocks);
         weft_gl_bind_texture(gl, program, 2, "pointers", GL_TEXTURE_2D, s->pointers);
+        gl->Uniform2i(weft_gl_location(gl, program, "window"), s->window.x, s->window.y);
         gl->Uniform1i(weft_gl_location(gl, program, "layer"), g->layer);
     } else {
         weft_gl_bind_texture(gl, program, 1, "scratch", GL_TEXTURE_2D, s->scratch.texture);
     }
-    gl->Uniform1i(weft_gl_location(gl, program, "rim"), s->radius);
+    if (!g->list->at)
+        gl->Uniform2i(weft_gl_location(gl, program, "corner"), s->part.x + s->radius,
+                      s->part.y + s->radius);
     if (g->filter) {
         const struct weft_supersample_sample *f = g->filter;
         gl->Uniform2i(weft_gl_location(gl, program, "first"), f->first[0], f->first[1]);

@@ -13,14 +13,17 @@ uniform usampler2D list; // places in the scratch target
 #endif
 #if BLOCKS
 uniform sampler2DArray blocks;
-uniform usampler2D pointers; // of the scratch target's pixels: where they are in a layer
+uniform usampler2D pointers; // of the window's pixels: where they are in a layer
+uniform ivec2 window;        // pixel of the scratch target that it begins with
 uniform int layer;
 #else
 uniform sampler2D scratch;
 #endif
-uniform int rim;
+#if !LISTED
+uniform ivec2 corner; // pixel of the scratch target that is the first one
+#endif
 #if COLUMNS > 0
-uniform ivec2 first; // pixel of the window, from the one that is filtered
+uniform ivec2 first; // pixel of the filter's window, from the one that is filtered
 uniform int rows;
 uniform float weight[LARGEST];
 #endif
@@ -29,7 +32,7 @@ out vec4 value;
 vec4 fetch(ivec2 at)
 {
 #if BLOCKS
-    return texelFetch(blocks, ivec3(texelFetch(pointers, at, 0).xy, layer), 0);
+    return texelFetch(blocks, ivec3(texelFetch(pointers, at - window, 0).xy, layer), 0);
 #else
     return texelFetch(scratch, at, 0);
 #endif
@@ -40,7 +43,7 @@ void main()
 #if LISTED
     ivec2 at = ivec2(texelFetch(list, ivec2(gl_FragCoord.xy), 0).xy);
 #else
-    ivec2 at = ivec2(gl_FragCoord.xy) + rim;
+    ivec2 at = ivec2(gl_FragCoord.xy) + corner;
 #endif
 #if COLUMNS > 0
     ROUNDED vec4 sum = vec4(0.0);

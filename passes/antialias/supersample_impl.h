@@ -25,7 +25,7 @@ struct weft_supersample_sample {
 struct weft_pixel_list {
     int64_t count;
     int32_t width, height; // of the compact target
-    uint16_t (*at)[2];     // [y][x]; NULL: all pixels of the picture, in its own order
+    uint16_t (*at)[2];     // [y][x]; NULL: all pixels of the part, in its own order
     GLuint texture;        // the same, RG16UI; 0 likewise
 };
 
@@ -42,14 +42,17 @@ struct weft_supersample {
 
     struct weft_gl_target scratch; // of the picture with a rim of radius
     struct weft_depth_buffer depth;
+    GLfloat background[4]; // as the format keeps it
 
     // Of the last picture.
+    struct weft_rectangle part;     // that was asked for
+    struct weft_rectangle window;   // of the scratch, that it takes: with the radius around it
     struct weft_pixel_list result;  // pixels that are supersampled
     struct weft_pixel_list sampled; // that are drawn; of sums no more than their count
     bool masked;                    // some are not drawn
-    struct weft_marks mask;         // those that are, until the stencil has them
+    struct weft_marks mask;         // of the window: those that are, until the stencil has them
     struct weft_gl_target compact;  // a frame of the sums
-    GLuint blocks, pointers;        // a layer a sample; where a pixel of the scratch is in them
+    GLuint blocks, pointers;        // a layer a sample; where a pixel of the window is in them
     GLuint framebuffer;             // that draws into a layer
     void *picked, *band;            // pixels of the result, and rows of the scratch, in memory
     weft_accumulator *sums;
@@ -58,7 +61,7 @@ struct weft_supersample {
 
 // ---- supersample_lists.c ------------------------------------------------------------------------
 
-// Finds which pixels count and which have to be drawn. Returns WEFT_ERR_MEMORY.
+// Finds which pixels of the part count and which have to be drawn. Returns WEFT_ERR_MEMORY.
 enum weft_result weft_supersample_list(weft_supersample *s, const struct weft_marks *marks);
 void weft_pixel_list_clear(const GladGLContext *gl, struct weft_pixel_list *list);
 // Makes a texture of places. Returns WEFT_ERR_MEMORY or WEFT_ERR_GL.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // On software GL, samples that are not filtered are picked from memory, a band of rows at a time:
 // reading rows is copying them there, and a pixel of a list costs a tenth of what a shader and
-// reading back its target take. Values are the same ones, codes or bits of floats.
+// reading back its target take. All pixels of a part are read at once. Values are the same ones,
+// codes or bits of floats.
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +30,8 @@ static size_t pixel_bytes(const weft_supersample *s)
 bool weft_supersample_picks(const weft_supersample *s)
 {
     const enum weft_accumulate_method method = s->params.method;
-    return s->copies && s->result.at && s->params.store == WEFT_STORE_SUMS &&
+    const bool all = s->result.count == (int64_t)s->params.width * s->params.height;
+    return s->copies && (s->result.at || !all) && s->params.store == WEFT_STORE_SUMS &&
            !weft_context_get_info(s->params.context)->hardware &&
            (method == WEFT_ACCUMULATE_AUTO || method == WEFT_ACCUMULATE_EXACT);
 }
@@ -39,7 +41,7 @@ uint64_t weft_supersample_pick_bytes(const weft_supersample *s)
     const struct weft_pixel_list *list = &s->result;
     return weft_supersample_picks(s)
                ? pixel_bytes(s) * ((uint64_t)list->width * (uint64_t)list->height +
-                                   BAND_ROWS * (uint64_t)s->scratch.width)
+                                   (list->at ? BAND_ROWS * (uint64_t)s->part.width : 0))
                : 0;
 }
 
@@ -47,8 +49,9 @@ enum weft_result weft_supersample_make_picked(weft_supersample *s)
 {
     const size_t pixels = (size_t)s->result.width * (size_t)s->result.height;
     s->picked = malloc(pixels * pixel_bytes(s));
-    s->band = malloc(BAND_ROWS * (size_t)s->scratch.width * pixel_bytes(s));
-    if (s->picked && s->band)
+    if (s->result.at)
+        s->band = malloc(BAND_ROWS * (size_t)s->part.width * pixel_bytes(s));
+    if (s->picked && (s->band || !s->result.at))
         return WEFT_OK;
     weft_error(s->params.log, "supersample: not enough memory for %" PRId64 " pixels",
                s->result.count);
@@ -66,14 +69,14 @@ void weft_supersample_destroy_picked(weft_supersample *s)
 static size_t pick_band(weft_supersample *s, size_t first, size_t low, size_t bytes)
 {
     const struct weft_pixel_list *list = &s->result;
-    const size_t room = (size_t)list->width * (size_t)list->height,
-                 width = (size_t)s->scratch.width;
+    const size_t room = (size_t)list->width * (size_t)list->height, width = (size_t)s->part.width,
+                 left = (size_t)(s->part.x + s->radius);
     const char *band = s->band;
     char *out = s->picked;
     size_t i = first;
     for (; i < room && list->at[i][1] < low + BAND_ROWS; i++)
-        memcpy(out + i * bytes, band + ((list->at[i][1] - low) * width + list->at[i][0]) * bytes,
-               bytes);
+        memcpy(out + i * bytes,
+               band + ((list->at[i][1] - low) * width + list->at[i][0] - left) * bytes, bytes);
     return i;
 }
 
@@ -90,21 +93,35 @@ static size_t pick(weft_supersample *s, size_t first, size_t low)
     }
 }
 
+// Columns of the part, from a row of the scratch on.
+static void read_rows(const weft_supersample *s, int32_t low, int32_t rows, void *out)
+{
+    s->params.context->gl.ReadPixels(s->part.x + s->radius, low, s->part.width, rows, GL_RGBA,
+                                     formats[s->params.format].type, out);
+}
+
+static void pick_list(weft_supersample *s)
+{
+    const struct weft_pixel_list *list = &s->result;
+    const size_t room = (size_t)list->width * (size_t)list->height;
+    const int32_t end = s->part.y + s->radius + s->part.height;
+    for (size_t i = 0; i < room;) {
+        const int32_t low = list->at[i][1];
+        read_rows(s, low, end - low < BAND_ROWS ? end - low : BAND_ROWS, s->band);
+        i = pick(s, i, (size_t)low);
+    }
+}
+
 enum weft_result weft_supersample_pick(weft_supersample *s, struct weft_plane planes[4])
 {
     const GladGLContext *gl = &s->params.context->gl;
     const struct weft_pixel_list *list = &s->result;
-    const size_t room = (size_t)list->width * (size_t)list->height;
-    const int32_t height = s->scratch.height;
     gl->BindFramebuffer(GL_FRAMEBUFFER, s->scratch.framebuffer);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
-    for (size_t i = 0; i < room;) {
-        const int32_t low = list->at[i][1];
-        gl->ReadPixels(0, low, s->scratch.width,
-                       height - low < BAND_ROWS ? height - low : BAND_ROWS, GL_RGBA,
-                       formats[s->params.format].type, s->band);
-        i = pick(s, i, (size_t)low);
-    }
+    if (list->at)
+        pick_list(s);
+    else
+        read_rows(s, s->part.y + s->radius, s->part.height, s->picked);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
     for (int c = 0; c < 4; c++)
         planes[c] = (struct weft_plane){

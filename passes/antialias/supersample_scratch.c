@@ -15,8 +15,11 @@ enum weft_result weft_supersample_make_scratch(weft_supersample *s)
     const GladGLContext *gl = &s->params.context->gl;
     const struct weft_log *log = s->params.log;
     const int width = s->params.width + 2 * s->radius, height = s->params.height + 2 * s->radius;
-    enum weft_result res =
-        weft_gl_target_create(log, gl, weft_supersample_format(s), width, height, &s->scratch);
+    enum weft_result res = weft_background_kept(log, gl, weft_supersample_format(s),
+                                                s->params.background, s->background);
+    if (res == WEFT_OK)
+        res =
+            weft_gl_target_create(log, gl, weft_supersample_format(s), width, height, &s->scratch);
     if (res == WEFT_OK)
         res = weft_depth_buffer_create(log, gl, width, height, 1, 24, true, &s->depth);
     if (res != WEFT_OK)
@@ -69,11 +72,13 @@ enum weft_result weft_supersample_mask(weft_supersample *s)
     if (res != WEFT_OK)
         return res;
     const GLuint texture = load_mask(gl, &s->mask);
-    weft_pass_state_begin(gl, s->scratch.framebuffer, s->scratch.width, s->scratch.height, &state);
+    weft_pass_state_begin(gl, s->scratch.framebuffer, s->scratch.width, s->scratch.height,
+                          &s->window, &state);
     gl->ClearStencil(0);
     gl->Clear(GL_STENCIL_BUFFER_BIT);
     gl->UseProgram(program);
     weft_gl_bind_texture(gl, program, 0, "mask", GL_TEXTURE_2D, texture);
+    gl->Uniform2i(weft_gl_location(gl, program, "first"), s->window.x, s->window.y);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
     weft_pass_state_end(gl);
     gl->DrawBuffer(GL_COLOR_ATTACHMENT0);
@@ -89,7 +94,6 @@ enum weft_result weft_supersample_draw(weft_supersample *s,
                                        const struct weft_antialias_drawing *drawing, int index)
 {
     const GladGLContext *gl = &s->params.context->gl;
-    const double *b = s->params.background;
     struct weft_antialias_pass pass = {
         .stage = WEFT_STAGE_COLOUR,
         .index = index,
@@ -97,6 +101,7 @@ enum weft_result weft_supersample_draw(weft_supersample *s,
         .framebuffer = s->scratch.framebuffer,
         .width = s->scratch.width,
         .height = s->scratch.height,
+        .part = s->window,
         .head = weft_head_colour(gl, false),
     };
     struct weft_pass_state state = {.colours = 1, .depth_func = GL_LESS, .depth_write = true};
@@ -109,7 +114,8 @@ enum weft_result weft_supersample_draw(weft_supersample *s,
     weft_drawing_place(s->params.width, s->params.height, s->radius, s->sample[index].position,
                        pass.place);
     gl->BindFramebuffer(GL_FRAMEBUFFER, s->scratch.framebuffer);
-    gl->ClearColor((float)b[0], (float)b[1], (float)b[2], (float)b[3]);
+    weft_part_scissor(gl, &s->window, s->scratch.width, s->scratch.height);
+    gl->ClearColor(s->background[0], s->background[1], s->background[2], s->background[3]);
     gl->Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     return weft_drawing_run(s->params.log, s->params.context, drawing, &pass, &state);
 }

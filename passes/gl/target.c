@@ -93,8 +93,8 @@ enum weft_result weft_gl_target_read(const struct weft_log *log, const GladGLCon
     gl->BindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
     gl->PixelStorei(GL_PACK_ROW_LENGTH, out->stride);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 1);
-    gl->ReadPixels(0, 0, out->width, out->height, find_format(target->format)->channels, out->type,
-                   out->data);
+    gl->ReadPixels(out->x, out->y, out->width, out->height, find_format(target->format)->channels,
+                   out->type, out->data);
     gl->PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl->PixelStorei(GL_PACK_ROW_LENGTH, 0);
     return weft_gl_check(log, gl, "reading pixels back");

@@ -32,11 +32,12 @@ void weft_gl_target_bind(const GladGLContext *gl, const struct weft_gl_target *t
 
 // Where texels are read to.
 struct weft_gl_pixels {
-    int width, height; // from the target's first texel on
+    int width, height; // from the texel (x, y) on
     GLenum type;       // GL_FLOAT, of unorm targets their codes: GL_UNSIGNED_BYTE, _SHORT, of half
                        // ones their bits: GL_HALF_FLOAT; of integers GL_INT
     int stride;        // texels from row to row (default width)
     void *data;        // an offset where a GL_PIXEL_PACK_BUFFER is bound
+    int x, y;          // of the target's (default its first texel)
 };
 // Waits for what was drawn. Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.
 enum weft_result weft_gl_target_read(const struct weft_log *log, const GladGLContext *gl,

@@ -56,7 +56,8 @@ static enum weft_result accumulate(const struct weft_stability_params *params,
                                    enum weft_acaa_coincident coincident, float *out,
                                    struct weft_acaa_report *report)
 {
-    const struct weft_antialias_drawing drawing = {weft_stability_scene_draw, scene};
+    const struct weft_antialias_drawing drawing = {.draw = weft_stability_scene_draw,
+                                                   .priv = scene};
     weft_acaa *acaa = NULL;
     enum weft_result res =
         weft_acaa_create(weft_acaa_params(.width = SIZE, .height = SIZE, .coincident = coincident,
@@ -250,7 +251,8 @@ static enum weft_result mark(const struct weft_stability_params *params,
                              struct weft_marks *out)
 {
     struct weft_stability_scene scene;
-    const struct weft_antialias_drawing drawing = {weft_stability_scene_draw, &scene};
+    const struct weft_antialias_drawing drawing = {.draw = weft_stability_scene_draw,
+                                                   .priv = &scene};
     weft_marker *marker = NULL;
     *out = (struct weft_marks){0};
     enum weft_result res = weft_stability_scene_create(params, SIZE, triangles, TRIANGLES, &scene);
@@ -314,7 +316,8 @@ static enum weft_result supersample(const struct weft_stability_params *params,
                                     struct weft_stability_scene *scene,
                                     const struct weft_marks *marks, float *out)
 {
-    const struct weft_antialias_drawing drawing = {weft_stability_scene_draw, scene};
+    const struct weft_antialias_drawing drawing = {.draw = weft_stability_scene_draw,
+                                                   .priv = scene};
     weft_supersample *s = NULL;
     enum weft_result res = weft_supersample_create(
         weft_supersample_params(.width = SIZE, .height = SIZE, .count = ROW * ROW,
@@ -336,13 +339,15 @@ static enum weft_result draw_once(const struct weft_stability_params *params,
                                   const double place[16])
 {
     const GladGLContext *gl = &params->context->gl;
-    const struct weft_antialias_drawing drawing = {weft_stability_scene_draw, scene};
+    const struct weft_antialias_drawing drawing = {.draw = weft_stability_scene_draw,
+                                                   .priv = scene};
     const struct weft_pass_state state = {
         .colours = 1, .depth_func = depths ? GL_LESS : 0, .depth_write = depths};
     struct weft_antialias_pass pass = {.stage = WEFT_STAGE_COLOUR,
                                        .framebuffer = target->framebuffer,
                                        .width = target->width,
                                        .height = target->height,
+                                       .part = {0, 0, target->width, target->height},
                                        .head = weft_head_colour(gl, false)};
     memcpy(pass.place, place, sizeof pass.place);
     return weft_drawing_run(params->log, params->context, &drawing, &pass, &state);

@@ -140,7 +140,8 @@ static enum weft_result run_and_read(struct antialias_job *job, int frame)
     snprintf(doing, sizeof doing, "drawing %d picture%s", job->frames, job->frames == 1 ? "" : "s");
     struct part part = {frame, job->frames, report_progress(doing)};
     const struct weft_progress progress = {report_part, &part};
-    const struct weft_antialias_drawing drawing = {scene_drawing_pass, job->drawing};
+    const struct weft_antialias_drawing drawing = {.draw = scene_drawing_pass,
+                                                   .priv = job->drawing};
     const double start = report_now_seconds();
     enum weft_result res = antialias_drawer_run(job->drawer, &drawing, &progress);
     if (res == WEFT_OK)

@@ -14,6 +14,7 @@
 #ifndef WEFT_PASSES_ANTIALIAS_DRAWING_DRAWING_H
 #define WEFT_PASSES_ANTIALIAS_DRAWING_DRAWING_H
 
+#include "../../../filter/rectangle.h"
 #include "../../gl/context.h"
 
 WEFT_BEGIN_DECLS
@@ -41,6 +42,11 @@ struct weft_antialias_pass {
     int index, count;      // of this pass, and how many there will be in all; 0: not known yet
     unsigned framebuffer;  // bound for drawing, with the viewport set
     int32_t width, height; // of the framebuffer: the picture with a rim where filters reach beyond
+    // Of the framebuffer, rows upwards, what counts: all of it, or the part that is drawn with what
+    // filters and neighbours reach. The scissor is set to it. Objects of which no pixel's middle or
+    // sample can be within it, be it by an edge that is drawn wider, may be left out; all others
+    // are drawn in the order in which they are for the whole.
+    struct weft_rectangle part;
     // Clip coordinates are to be multiplied by it from the left, in the application's matrix
     // (place * projection * view), column by column: it moves the picture by parts of a pixel, and
     // makes room for the rim.
@@ -50,16 +56,21 @@ struct weft_antialias_pass {
     const char *head;
 };
 
-// How a scene is drawn. The callback finds the context current, weft's own vertex array bound, and
-// GL's default state but for tests of depth and stencil, masks, polygon mode and offset, samples,
-// blending, image units 5 to 7 and binding 35 of uniform buffers: those it leaves alone, as well as
-// queries and transform feedback. It may set all else (programs, vertex arrays, texture units 0 to
-// 15, culling), and calls nothing of weft with this context but weft_context_find_function. Passes
-// of one picture draw the same scene: what they have in common (shadow maps) is made before.
-// Anything but WEFT_OK ends the work, which returns it; an error of GL is WEFT_ERR_GL.
+// How a scene is drawn, and what of the picture. The callback finds the context current, weft's own
+// vertex array bound, and GL's default state but for the viewport, the scissor, tests of depth and
+// stencil, masks, polygon mode and offset, samples, blending, image units 5 to 7 and binding 35 of
+// uniform buffers: those it leaves alone, as well as queries and transform feedback. It may set all
+// else (programs, vertex arrays, texture units 0 to 15, culling), and calls nothing of weft with
+// this context but weft_context_find_function. Passes of one picture draw the same scene: what they
+// have in common (shadow maps) is made before. Anything but WEFT_OK ends the work, which returns
+// it; an error of GL is WEFT_ERR_GL.
 struct weft_antialias_drawing {
     enum weft_result (*draw)(void *priv, const struct weft_antialias_pass *pass);
     void *priv;
+    // Of the picture, rows upwards (all 0, default: all of it). What is drawn, added up and read
+    // back are these pixels, which have the bytes that they have in the whole picture: vertices and
+    // viewport are the whole picture's, and pixels of the part are cut out by the scissor.
+    struct weft_rectangle part;
 };
 
 WEFT_END_DECLS

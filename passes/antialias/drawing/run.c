@@ -32,10 +32,12 @@ static void begin_tests(const GladGLContext *gl, const struct weft_pass_state *s
 }
 
 void weft_pass_state_begin(const GladGLContext *gl, GLuint framebuffer, int32_t width,
-                           int32_t height, const struct weft_pass_state *state)
+                           int32_t height, const struct weft_rectangle *part,
+                           const struct weft_pass_state *state)
 {
     gl->BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl->Viewport(0, 0, width, height);
+    weft_part_scissor(gl, part, width, height);
     draw_to(gl, state->colours);
     begin_tests(gl, state);
     if (state->samples) {
@@ -57,6 +59,7 @@ void weft_pass_state_begin(const GladGLContext *gl, GLuint framebuffer, int32_t 
 
 void weft_pass_state_end(const GladGLContext *gl)
 {
+    gl->Disable(GL_SCISSOR_TEST);
     gl->Disable(GL_DEPTH_TEST);
     gl->DepthFunc(GL_LESS);
     gl->DepthMask(GL_TRUE);
@@ -94,7 +97,7 @@ enum weft_result weft_drawing_run(const struct weft_log *log, weft_context *cont
     const GladGLContext *gl = &context->gl;
     GLint vertex_array = 0;
     gl->GetIntegerv(GL_VERTEX_ARRAY_BINDING, &vertex_array);
-    weft_pass_state_begin(gl, pass->framebuffer, pass->width, pass->height, state);
+    weft_pass_state_begin(gl, pass->framebuffer, pass->width, pass->height, &pass->part, state);
     const enum weft_result res = drawing->draw(drawing->priv, pass);
     if (res != WEFT_OK)
         weft_error(log, "antialias: pass %d of stage %s was not drawn: %s", pass->index,

@@ -22,24 +22,43 @@ struct weft_pass_state {
     GLuint samples;    // a mask of those that are drawn to; 0: all
     GLenum polygon;    // GL_LINE or GL_POINT; 0: GL_FILL
     float line, point; // widths in pixels; 0: 1
-    float nearer; // of outlines and corners of polygons: so many times their slope of depth,
-                  // max(|dz/dx|, |dz/dy|)
+    float nearer;      // of outlines and corners of polygons: so many times their slope of depth,
+                       // max(|dz/dx|, |dz/dy|)
 };
 
-// Binds pass->framebuffer with a viewport of pass->width x height, sets the state, calls `draw` and
-// sets GL's defaults again; pass->framebuffer stays bound, drawing to state->colours attachments.
-// Returns what `draw` returned, with a line in the log, or WEFT_ERR_GL or WEFT_ERR_MEMORY for an
-// error of GL that it left.
+// Binds pass->framebuffer with a viewport of pass->width x height, sets the state and the scissor
+// to pass->part, calls `draw` and sets GL's defaults again; pass->framebuffer stays bound, drawing
+// to state->colours attachments. Returns what `draw` returned, with a line in the log, or
+// WEFT_ERR_GL or WEFT_ERR_MEMORY for an error of GL that it left.
 enum weft_result weft_drawing_run(const struct weft_log *log, weft_context *context,
                                   const struct weft_antialias_drawing *drawing,
                                   const struct weft_antialias_pass *pass,
                                   const struct weft_pass_state *state);
 
 // Sets what the state says, for draws of weft's own; weft_pass_state_end sets GL's defaults again,
-// but for the framebuffer and what shaders read.
+// but for the framebuffer and what shaders read. part: of the framebuffer, to be drawn.
 void weft_pass_state_begin(const GladGLContext *gl, GLuint framebuffer, int32_t width,
-                           int32_t height, const struct weft_pass_state *state);
+                           int32_t height, const struct weft_rectangle *part,
+                           const struct weft_pass_state *state);
 void weft_pass_state_end(const GladGLContext *gl);
+
+// ---- parts --------------------------------------------------------------------------------------
+
+// Sets the scissor to a part of a framebuffer of this size; of all of it there is none.
+void weft_part_scissor(const GladGLContext *gl, const struct weft_rectangle *part, int32_t width,
+                       int32_t height);
+// The part with `by` pixels around it, as far as they are within width x height. Pure.
+struct weft_rectangle weft_part_grown(const struct weft_rectangle *part, int by, int32_t width,
+                                      int32_t height);
+// Moved. Pure.
+struct weft_rectangle weft_part_moved(const struct weft_rectangle *part, int32_t x, int32_t y);
+size_t weft_part_pixels(const struct weft_rectangle *part);
+
+// What a target of this format keeps of a colour. Clearing a part draws it on some GL, whose
+// roundings are not those of clearing: of what is kept both are the same. Returns WEFT_ERR_GL or
+// WEFT_ERR_MEMORY.
+enum weft_result weft_background_kept(const struct weft_log *log, const GladGLContext *gl,
+                                      GLenum format, const double colour[4], GLfloat out[4]);
 
 // The matrix `place` of a pass: of a picture of width x height with a rim of so many pixels around
 // it, whose pixels' middles see what lies at `sample`, x to the right, y down the rows, in pixels

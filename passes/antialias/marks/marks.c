@@ -162,6 +162,9 @@ static enum weft_result make_all(weft_marker *m)
                            weft_shader_marks_limit, &m->program);
     weft_program_hold(context, m->program);
     if (res == WEFT_OK)
+        res = weft_background_kept(m->params.log, gl, colour_format(m->params.format),
+                                   m->params.background, m->background);
+    if (res == WEFT_OK)
         res = make_picture(m, gl);
     if (res == WEFT_OK)
         res = make_marked(m, gl);
@@ -216,6 +219,7 @@ enum weft_result weft_marker_create(const struct weft_marker_params *params, wef
     weft_require_enum(params->log, params->mark, WEFT_MARK_COUNT - 1);
     weft_require(params->log, params->contrast >= 0.0);
     weft_require(params->log, params->max_share >= 0.0 && params->max_share <= 1.0);
+    weft_require(params->log, params->reach >= 0 && params->reach <= WEFT_MARKS_MAX_RADIUS);
     weft_require(params->log, is_finite(params->background, 4));
     weft_require(params->log, params->context);
     res = check_size(params);
@@ -229,8 +233,7 @@ enum weft_result weft_marker_create(const struct weft_marker_params *params, wef
     }
     m->params = *params;
     m->picture = malloc(pixels_of(m) * (size_t)weft_antialias_format_bytes(params->format));
-    m->marked_rows = malloc(((size_t)params->width + 2 * RIM) * ((size_t)params->height + 2 * RIM));
-    res = m->picture && m->marked_rows ? make_all(m) : no_memory(m);
+    res = m->picture ? make_all(m) : no_memory(m);
     if (res != WEFT_OK)
         goto fail;
     *out = m;
@@ -260,7 +263,6 @@ void weft_marker_destroy(weft_marker **marker)
         return;
     destroy_targets(*marker);
     free((*marker)->picture);
-    free((*marker)->marked_rows);
     free(*marker);
     *marker = NULL;
 }
@@ -327,6 +329,16 @@ static struct moves moves_of(const weft_marker *m, enum weft_antialias_stage sta
     return (struct moves){in_place, WEFT_COUNT(in_place)};
 }
 
+// Of the picture's own target, or of the one with the rim.
+static struct weft_rectangle part_of(const weft_marker *m, enum weft_antialias_stage stage)
+{
+    if (stage == WEFT_STAGE_COLOUR)
+        return m->seen;
+    return weft_part_pixels(&m->found) == pixels_of(m)
+               ? (struct weft_rectangle){0, 0, m->marked.width, m->marked.height}
+               : weft_part_moved(&m->found, RIM, RIM);
+}
+
 static struct weft_antialias_pass pass_of(const weft_marker *m, enum weft_antialias_stage stage,
                                           const struct weft_gl_target *target, const char *head)
 {
@@ -336,6 +348,7 @@ static struct weft_antialias_pass pass_of(const weft_marker *m, enum weft_antial
                                         .framebuffer = target->framebuffer,
                                         .width = target->width,
                                         .height = target->height,
+                                        .part = part_of(m, stage),
                                         .head = head};
 }
 
@@ -345,12 +358,9 @@ static enum weft_result draw_picture(const weft_marker *m,
     const GladGLContext *gl = &m->params.context->gl;
     const struct weft_pass_state state = {.colours = 2, .depth_func = GL_LESS, .depth_write = true};
     struct weft_antialias_pass pass = pass_of(m, WEFT_STAGE_COLOUR, &m->colours, picture_head);
-    GLfloat background[4];
-    for (int c = 0; c < 4; c++)
-        background[c] = (GLfloat)m->params.background[c];
     weft_drawing_place(pass.width, pass.height, 0, in_place[0], pass.place);
-    weft_pass_state_begin(gl, pass.framebuffer, pass.width, pass.height, &state);
-    gl->ClearBufferfv(GL_COLOR, 0, background);
+    weft_pass_state_begin(gl, pass.framebuffer, pass.width, pass.height, &pass.part, &state);
+    gl->ClearBufferfv(GL_COLOR, 0, m->background);
     gl->ClearBufferuiv(GL_COLOR, 1, (const GLuint[4]){0});
     gl->ClearBufferfv(GL_DEPTH, 0, &(const GLfloat){1.0f});
     return weft_drawing_run(m->params.log, m->params.context, drawing, &pass, &state);
@@ -361,7 +371,9 @@ static void find_limits(const weft_marker *m)
     const GladGLContext *gl = &m->params.context->gl;
     const struct weft_pass_state state = {
         .colours = 1, .depth_func = GL_ALWAYS, .depth_write = true};
-    weft_pass_state_begin(gl, m->marked.framebuffer, m->marked.width, m->marked.height, &state);
+    const struct weft_rectangle part = part_of(m, WEFT_STAGE_LINES);
+    weft_pass_state_begin(gl, m->marked.framebuffer, m->marked.width, m->marked.height, &part,
+                          &state);
     gl->UseProgram(m->program);
     weft_gl_bind_texture(gl, m->program, 0, "surfaces", GL_TEXTURE_2D, m->surfaces);
     weft_gl_bind_texture(gl, m->program, 1, "depths", GL_TEXTURE_2D, m->depths);
@@ -412,14 +424,26 @@ static enum weft_result draw_edges(const weft_marker *m,
 
 // ---- in memory ----------------------------------------------------------------------------------
 
-// Takes the rim of what was read off.
-static void crop(const weft_marker *m, const uint8_t *with_rim, struct weft_marks *marks)
+bool weft_marker_counts(const weft_marker *m, int32_t x, int32_t y)
 {
-    const size_t width = (size_t)m->params.width, stride = (size_t)m->marked.width;
-    for (size_t i = 0; i < pixels_of(m); i++) {
-        marks->marked[i] = with_rim[(i / width + RIM) * stride + i % width + RIM] != 0;
-        marks->count += marks->marked[i];
-    }
+    const int32_t from[2] = {m->found.x - m->part.x + x, m->found.y - m->part.y + y};
+    return from[0] >= 0 && from[0] < m->part.width && from[1] >= 0 && from[1] < m->part.height;
+}
+
+struct weft_rectangle weft_marks_part(const struct weft_marks *marks)
+{
+    return marks->part.width ? marks->part
+                             : (struct weft_rectangle){0, 0, marks->width, marks->height};
+}
+
+static void count(const weft_marker *m, struct weft_marks *marks)
+{
+    uint8_t *next = marks->marked;
+    for (int32_t y = 0; y < m->found.height; y++)
+        for (int32_t x = 0; x < m->found.width; x++, next++) {
+            *next = *next != 0;
+            marks->count += *next && weft_marker_counts(m, x, y);
+        }
 }
 
 static enum weft_result read_back(weft_marker *m, struct weft_marks *marks)
@@ -428,19 +452,23 @@ static enum weft_result read_back(weft_marker *m, struct weft_marks *marks)
                                    [WEFT_ANTIALIAS_RGBA16F] = GL_HALF_FLOAT,
                                    [WEFT_ANTIALIAS_RGBA32F] = GL_FLOAT};
     const GladGLContext *gl = &m->params.context->gl;
-    struct weft_gl_pixels pixels = {.width = m->params.width,
-                                    .height = m->params.height,
+    struct weft_gl_pixels pixels = {.x = m->seen.x,
+                                    .y = m->seen.y,
+                                    .width = m->seen.width,
+                                    .height = m->seen.height,
                                     .type = types[m->params.format],
                                     .data = m->picture};
     enum weft_result res = weft_gl_target_read(m->params.log, gl, &m->colours, &pixels);
-    pixels = (struct weft_gl_pixels){.width = m->marked.width,
-                                     .height = m->marked.height,
+    pixels = (struct weft_gl_pixels){.x = m->found.x + RIM,
+                                     .y = m->found.y + RIM,
+                                     .width = m->found.width,
+                                     .height = m->found.height,
                                      .type = GL_UNSIGNED_BYTE,
-                                     .data = m->marked_rows};
+                                     .data = marks->marked};
     if (res == WEFT_OK)
         res = weft_gl_target_read(m->params.log, gl, &m->marked, &pixels);
     if (res == WEFT_OK)
-        crop(m, m->marked_rows, marks);
+        count(m, marks);
     return res;
 }
 
@@ -465,14 +493,37 @@ static enum weft_result find_edges(weft_marker *m, const struct weft_antialias_d
     return res;
 }
 
+// What is asked for, what is to be marked, and the neighbours that this takes.
+static enum weft_result find_parts(weft_marker *m, const struct weft_rectangle *part)
+{
+    const struct weft_marker_params *p = &m->params;
+    const enum weft_result res = weft_rectangle_within(p->log, part, p->width, p->height, &m->part);
+    if (res != WEFT_OK)
+        return res;
+    if (p->max_share > 0.0 && weft_part_pixels(&m->part) < pixels_of(m)) {
+        weft_error(p->log,
+                   "antialias: which pixels are the share of %g that is marked is known of "
+                   "the whole picture only",
+                   p->max_share);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    m->found = weft_part_grown(&m->part, p->reach, p->width, p->height);
+    m->seen = weft_part_grown(&m->found, 1, p->width, p->height);
+    return WEFT_OK;
+}
+
 enum weft_result weft_marker_run(weft_marker *marker, const struct weft_antialias_drawing *drawing,
                                  struct weft_marks *out)
 {
     *out = (struct weft_marks){.width = marker->params.width, .height = marker->params.height};
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(marker->params.log, drawing && drawing->draw);
     marker->drawn = false;
-    out->marked = malloc(pixels_of(marker));
+    weft_require(marker->params.log, drawing && drawing->draw);
+    res = find_parts(marker, &drawing->part);
+    if (res != WEFT_OK)
+        goto fail;
+    out->part = marker->found;
+    out->marked = malloc(weft_part_pixels(&out->part));
     res = out->marked ? find_edges(marker, drawing, out) : no_memory(marker);
     if (res != WEFT_OK)
         goto fail;

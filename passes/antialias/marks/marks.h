@@ -35,7 +35,11 @@ struct weft_marker_params {
     double contrast;
     // Largest share of pixels that are marked (default 0: any). If more were, those with the
     // largest difference stay, of equal ones those that come first, row by row from the lowest.
+    // Which those are is known of the whole picture only: parts of it are not marked.
     double max_share;
+    // Of parts of the picture: pixels around them that marks are found for, too, 0 to
+    // WEFT_MARKS_MAX_RADIUS: the radius of a filter, by which they are dilated (default 0).
+    int reach;
     double background[4];       // linear, associated alpha
     weft_context *context;      // borrowed for the object's life (required)
     const struct weft_log *log; // likewise; may be NULL
@@ -54,8 +58,10 @@ WEFT_API void weft_marker_destroy(weft_marker **marker); // accepts &NULL, leave
 
 // Marks. All zero: none.
 struct weft_marks {
-    int32_t width, height;
-    uint8_t *marked;     // [y][x], rows upwards: 1 or 0; owned
+    int32_t width, height;      // of the picture
+    struct weft_rectangle part; // of it, that is marked (all 0: all of it)
+    uint8_t *marked;            // [y][x] of the part, rows upwards: 1 or 0; owned
+    // Pixels without those that params.reach adds around what was drawn:
     int64_t count;       // of those that are 1
     int64_t by_edges;    // found by surfaces, lines and points, before max_share
     int64_t by_contrast; // found by contrast alone, likewise
@@ -69,20 +75,24 @@ struct weft_marks {
 WEFT_API void weft_marks_clear(struct weft_marks *marks); // accepts NULL, leaves zeros behind
 
 // Draws the picture of one sample and its lines and points, and marks: passes of stage colour,
-// lines and points. On failure *out is all zero. Returns what `draw` returned, WEFT_ERR_MEMORY or
-// WEFT_ERR_GL.
+// lines and points. Of a part of the picture the marks have params.reach pixels around it, as far
+// as these are within the picture. On failure *out is all zero. Returns WEFT_ERR_ARGUMENT (nothing
+// to draw, a part), WEFT_ERR_UNSUPPORTED (a part and max_share), what `draw` returned,
+// WEFT_ERR_MEMORY or WEFT_ERR_GL.
 WEFT_API enum weft_result weft_marker_run(weft_marker *marker,
                                           const struct weft_antialias_drawing *drawing,
                                           struct weft_marks *out);
 
-// Writes a channel (0 to 3) of the last picture of one sample, out[y * stride + x], rows upwards;
-// stride 0: width. Returns WEFT_ERR_ARGUMENT (no picture, a channel, a stride) or WEFT_ERR_MEMORY.
+// Writes a channel (0 to 3) of the last picture of one sample, or of the part that was drawn, out[y
+// * stride + x], rows upwards; stride 0: its width. Returns WEFT_ERR_ARGUMENT (no picture, a
+// channel, a stride) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_marker_read(const weft_marker *marker, int channel, float *out,
                                            size_t stride);
 WEFT_API uint64_t weft_marker_bytes(const weft_marker *marker); // of all that GL holds for it
 
-// Marks all pixels within `radius` (0 to WEFT_MARKS_MAX_RADIUS) of a marked one along both axes.
 enum { WEFT_MARKS_MAX_RADIUS = 64 };
+// Marks all pixels of the part within `radius` (0 to WEFT_MARKS_MAX_RADIUS) of a marked one along
+// both axes, and counts all that are marked.
 // Returns WEFT_ERR_ARGUMENT (a radius; no marks) or WEFT_ERR_MEMORY; the marks are then as before.
 WEFT_API enum weft_result weft_marks_dilate(struct weft_marks *marks, int radius);
 

@@ -19,13 +19,20 @@ struct weft_marker {
     uint64_t bytes;
     // Of 2 and 3 pixels, what GL draws: where it draws less, they are drawn several times, moved.
     float line_width, point_size;
+    GLfloat background[4]; // as the format keeps it
     bool drawn;
-    void *picture;        // the last one's colours, 4 a pixel, in the format's own type
-    uint8_t *marked_rows; // what is marked on its way back, with the rim
+    // The last picture: what was asked for, what is marked, and what was drawn for that.
+    struct weft_rectangle part, found, seen;
+    void *picture; // colours of `seen`, 4 a pixel, in the format's own type
 };
 
-// A row of a picture in memory, 4 floats a pixel.
+// A row of `seen` in memory, from 0 on, 4 floats a pixel.
 void weft_marker_row(const weft_marker *marker, int32_t y, float *out);
+
+// Whether a pixel of what is marked, from 0 on, is of the part that was asked for.
+bool weft_marker_counts(const weft_marker *marker, int32_t x, int32_t y);
+// marks->part, or all of the picture.
+struct weft_rectangle weft_marks_part(const struct weft_marks *marks);
 
 // Marks what contrast finds and leaves out what is too much, as the params say: marks->count is
 // that of marks by edges before. Returns WEFT_ERR_MEMORY.

@@ -9,7 +9,7 @@
 
 void weft_marker_row(const weft_marker *marker, int32_t y, float *out)
 {
-    const size_t count = 4 * (size_t)marker->params.width, first = (size_t)y * count;
+    const size_t count = 4 * (size_t)marker->seen.width, first = (size_t)y * count;
     if (marker->params.format == WEFT_ANTIALIAS_RGBA32F)
         memcpy(out, (const float *)marker->picture + first, count * sizeof *out);
     else if (marker->params.format == WEFT_ANTIALIAS_RGBA16F)
@@ -21,21 +21,23 @@ void weft_marker_row(const weft_marker *marker, int32_t y, float *out)
 
 enum weft_result weft_marker_read(const weft_marker *marker, int channel, float *out, size_t stride)
 {
-    const size_t width = (size_t)marker->params.width;
+    const size_t width = (size_t)marker->part.width;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     float *row = NULL;
     weft_require(marker->params.log, marker->drawn);
     weft_require(marker->params.log, channel >= 0 && channel < 4);
     weft_require(marker->params.log, out && (stride == 0 || stride >= width));
-    row = malloc(4 * width * sizeof *row);
+    row = malloc(4 * (size_t)marker->seen.width * sizeof *row);
     res = row ? WEFT_OK : WEFT_ERR_MEMORY;
     if (!row)
         weft_error(marker->params.log, "antialias: not enough memory for a row of %zu pixels",
-                   width);
-    for (int32_t y = 0; y < marker->params.height && row; y++) {
-        weft_marker_row(marker, y, row);
+                   (size_t)marker->seen.width);
+    const int32_t first[2] = {marker->part.x - marker->seen.x, marker->part.y - marker->seen.y};
+    for (int32_t y = 0; y < marker->part.height && row; y++) {
+        weft_marker_row(marker, first[1] + y, row);
         for (size_t x = 0; x < width; x++)
-            out[(size_t)y * (stride ? stride : width) + x] = row[4 * x + (size_t)channel];
+            out[(size_t)y * (stride ? stride : width) + x] =
+                row[4 * ((size_t)first[0] + x) + (size_t)channel];
     }
 fail:
     free(row);

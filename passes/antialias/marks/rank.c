@@ -49,10 +49,11 @@ static void note_rows(int32_t width, const float *row, const float *above, float
     }
 }
 
-// Of each pixel: the largest |difference| of a component to one of its 3 x 3 neighbours.
+// Of each pixel of `seen`: the largest |difference| of a component to one of its 3 x 3 neighbours.
+// Those of what is marked have them all, but where the picture ends.
 static enum weft_result find_differences(const weft_marker *marker, float *out)
 {
-    const int32_t width = marker->params.width, height = marker->params.height;
+    const int32_t width = marker->seen.width, height = marker->seen.height;
     const size_t floats = (size_t)width * COMPONENTS;
     float *rows = malloc(2 * floats * sizeof *rows);
     if (!rows)
@@ -89,9 +90,9 @@ static int compare(const void *left, const void *right)
 // A left pixel whose edge has the contrast D, at a place of which nothing is known, shows one of
 // both sides. Where either side has a share of a, evenly distributed from 0 to 1, that is off by
 // D min(a, 1 - a), whose mean square is D^2 / 12.
-static enum weft_result leave_out(const float *differences, size_t pixels, int64_t most,
-                                  struct weft_marks *marks)
+static enum weft_result leave_out(const float *differences, int64_t most, struct weft_marks *marks)
 {
+    const size_t pixels = weft_part_pixels(&marks->part);
     struct candidate *list = malloc((size_t)marks->count * sizeof *list);
     size_t count = 0;
     double squares = 0.0;
@@ -112,27 +113,41 @@ static enum weft_result leave_out(const float *differences, size_t pixels, int64
     return WEFT_OK;
 }
 
+static void mark_contrasts(const weft_marker *marker, const float *differences,
+                           struct weft_marks *marks)
+{
+    const struct weft_rectangle *found = &marker->found, *seen = &marker->seen;
+    for (int32_t y = 0; y < found->height; y++) {
+        uint8_t *row = &marks->marked[(size_t)y * (size_t)found->width];
+        const float *line = differences + (size_t)(found->y - seen->y + y) * (size_t)seen->width +
+                            (found->x - seen->x);
+        for (int32_t x = 0; x < found->width; x++)
+            if (!row[x] && (double)line[x] > marker->params.contrast) {
+                row[x] = 1;
+                marks->by_contrast += weft_marker_counts(marker, x, y);
+            }
+    }
+    marks->count += marks->by_contrast;
+}
+
 enum weft_result weft_marks_choose(const weft_marker *marker, struct weft_marks *marks)
 {
     const struct weft_marker_params *p = &marker->params;
-    const size_t pixels = (size_t)p->width * (size_t)p->height;
+    const size_t pixels = weft_part_pixels(&marker->seen);
     const int64_t most =
         p->max_share > 0.0 ? (int64_t)floor(p->max_share * (double)pixels) : (int64_t)pixels;
     marks->by_edges = marks->count;
     if (!(p->contrast > 0.0) && marks->count <= most)
         return WEFT_OK;
     float *differences = malloc(pixels * sizeof *differences);
-    enum weft_result res = differences ? find_differences(marker, differences) : WEFT_ERR_MEMORY;
-    for (size_t i = 0; i < pixels && res == WEFT_OK && p->contrast > 0.0; i++)
-        if (!marks->marked[i] && (double)differences[i] > p->contrast) {
-            marks->marked[i] = 1;
-            marks->by_contrast++;
-        }
-    marks->count += marks->by_contrast;
-    if (res == WEFT_OK && marks->count > most)
-        res = leave_out(differences, pixels, most, marks);
+    const enum weft_result res =
+        differences ? find_differences(marker, differences) : WEFT_ERR_MEMORY;
+    if (res == WEFT_OK && p->contrast > 0.0)
+        mark_contrasts(marker, differences, marks);
+    const enum weft_result chosen =
+        res == WEFT_OK && marks->count > most ? leave_out(differences, most, marks) : res;
     free(differences);
-    return res;
+    return chosen;
 }
 
 // ---- wider marks --------------------------------------------------------------------------------
@@ -155,16 +170,17 @@ enum weft_result weft_marks_dilate(struct weft_marks *marks, int radius)
 {
     if (!marks || !marks->marked || radius < 0 || radius > WEFT_MARKS_MAX_RADIUS)
         return WEFT_ERR_ARGUMENT;
-    const size_t width = (size_t)marks->width, height = (size_t)marks->height;
+    const struct weft_rectangle part = weft_marks_part(marks);
+    const size_t width = (size_t)part.width, height = (size_t)part.height;
     if (radius == 0)
         return WEFT_OK;
     uint8_t *across = malloc(width * height);
     if (!across)
         return WEFT_ERR_MEMORY;
     for (size_t y = 0; y < height; y++)
-        widen(marks->marked + y * width, across + y * width, marks->width, 1, radius);
+        widen(marks->marked + y * width, across + y * width, part.width, 1, radius);
     for (size_t x = 0; x < width; x++)
-        widen(across + x, marks->marked + x, marks->height, width, radius);
+        widen(across + x, marks->marked + x, part.height, width, radius);
     free(across);
     marks->count = 0;
     for (size_t i = 0; i < width * height; i++)

@@ -116,6 +116,7 @@ void samples_read(struct triangles *triangles, int width, int height, int count,
                                        .framebuffer = target.framebuffer,
                                        .width = width,
                                        .height = height,
+                                       .part = {0, 0, width, height},
                                        .head = weft_head_colour(gl, true)};
     memcpy(pass.place, place, sizeof pass.place);
     assert_int_equal(

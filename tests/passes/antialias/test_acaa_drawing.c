@@ -78,6 +78,7 @@ static struct weft_antialias_pass pass_of(const struct target *target,
                                        .framebuffer = target->framebuffer,
                                        .width = WIDTH,
                                        .height = HEIGHT,
+                                       .part = {0, 0, WIDTH, HEIGHT},
                                        .head = head};
     weft_drawing_place(WIDTH, HEIGHT, 0, none, pass.place);
     return pass;

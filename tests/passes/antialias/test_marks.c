@@ -113,9 +113,10 @@ static void draw_sample(weft_marker *m, struct triangles *scene, const double sa
                                        .framebuffer = m->colours.framebuffer,
                                        .width = SIZE,
                                        .height = SIZE,
+                                       .part = {0, 0, SIZE, SIZE},
                                        .head = head};
     weft_drawing_place(SIZE, SIZE, 0, sample, pass.place);
-    weft_pass_state_begin(gl, pass.framebuffer, SIZE, SIZE, &state);
+    weft_pass_state_begin(gl, pass.framebuffer, SIZE, SIZE, &pass.part, &state);
     gl->ClearBufferfv(GL_COLOR, 0, (const GLfloat[4]){0.0f});
     gl->ClearBufferuiv(GL_COLOR, 1, (const GLuint[4]){0});
     gl->ClearBufferfv(GL_DEPTH, 0, &(const GLfloat){1.0f});
@@ -343,7 +344,7 @@ static int64_t check_lines(const struct triangle_vertex *vertices, int count, co
     weft_context_leave(contexts[0]);
     line_indices = indices;
     scene.before = draw_lines;
-    const struct weft_antialias_drawing drawing = {draw_with_lines, &scene};
+    const struct weft_antialias_drawing drawing = {.draw = draw_with_lines, .priv = &scene};
     assert_int_equal(weft_marker_run(m, &drawing, &marks), WEFT_OK);
     scene.count = 0;
     find_truth(m, &scene, &truth);
@@ -456,7 +457,7 @@ static void check_contrast(const struct contrast_case *c)
         .format = c->format, .contrast = c->contrast, .max_share = c->share});
     random_state = 3;
     create_tiles(c->value, &scene);
-    const struct weft_antialias_drawing drawing = {draw_without_lines, &scene};
+    const struct weft_antialias_drawing drawing = {.draw = draw_without_lines, .priv = &scene};
     assert_int_equal(weft_marker_run(m, &drawing, &marks), WEFT_OK);
     assert_int_equal(weft_marker_read(m, 0, picture, 0), WEFT_OK);
     const int64_t rim = marks.by_edges; // of one surface only the rim is marked

@@ -354,8 +354,9 @@ static void test_errors(void **state)
     weft_msaa *msaa = create(good, contexts[0]);
     message.count = 0;
     assert_int_equal(weft_msaa_read(msaa, 0, out, 0), WEFT_ERR_ARGUMENT);
-    assert_int_equal(weft_msaa_run(msaa, &(struct weft_antialias_drawing){no_drawing, NULL}),
-                     WEFT_ERR_UNSUPPORTED);
+    assert_int_equal(
+        weft_msaa_run(msaa, &(struct weft_antialias_drawing){.draw = no_drawing, .priv = NULL}),
+        WEFT_ERR_UNSUPPORTED);
     assert_int_equal(weft_msaa_run(msaa, NULL), WEFT_ERR_ARGUMENT);
     assert_int_equal(message.count, 3);
     weft_msaa_destroy(&msaa);

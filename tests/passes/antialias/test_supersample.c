@@ -232,6 +232,7 @@ static void draw_moved(struct triangles *t, enum weft_antialias_format format, i
     struct weft_antialias_pass pass = {.stage = WEFT_STAGE_COLOUR,
                                        .width = WIDTH + 2 * rim,
                                        .height = HEIGHT + 2 * rim,
+                                       .part = {0, 0, WIDTH + 2 * rim, HEIGHT + 2 * rim},
                                        .place = {[10] = 1.0, [15] = 1.0},
                                        .head = weft_head_colour(&t->context->gl, false)};
     // x of the target = x of the picture + rim - sample, in pixels; in clip coordinates that is

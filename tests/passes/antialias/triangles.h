@@ -51,7 +51,7 @@ void triangles_destroy(struct triangles *triangles);
 
 // The callback, and it with its triangles.
 enum weft_result triangles_draw(void *triangles, const struct weft_antialias_pass *pass);
-#define triangles_drawing(t) (&(struct weft_antialias_drawing){triangles_draw, (t)})
+#define triangles_drawing(t) (&(struct weft_antialias_drawing){.draw = triangles_draw, .priv = (t)})
 
 // Vertices of a flat triangle: corners in pixels of a picture of width x height, y upwards, depth
 // 0 to 1 at all three.

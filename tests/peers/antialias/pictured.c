@@ -139,7 +139,8 @@ static double now(void)
 double pictured_draw(const struct pictured *pictured, antialias_drawer *drawer,
                      float *const planes[4])
 {
-    const struct weft_antialias_drawing drawing = {scene_drawing_pass, pictured->drawing};
+    const struct weft_antialias_drawing drawing = {.draw = scene_drawing_pass,
+                                                   .priv = pictured->drawing};
     const double start = now();
     enum weft_result res = antialias_drawer_run(drawer, &drawing, NULL);
     for (int c = 0; c < PICTURED_CHANNELS && res == WEFT_OK; c++)

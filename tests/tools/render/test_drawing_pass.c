@@ -68,8 +68,11 @@ struct drawn_pass {
 
 static void draw_stage(const GladGLContext *gl, const struct drawn_pass *d)
 {
-    struct weft_antialias_pass pass = {
-        .stage = d->stage, .width = WIDTH, .height = HEIGHT, .head = d->head};
+    struct weft_antialias_pass pass = {.stage = d->stage,
+                                       .width = WIDTH,
+                                       .height = HEIGHT,
+                                       .part = {0, 0, WIDTH, HEIGHT},
+                                       .head = d->head};
     memcpy(pass.place, identity, sizeof identity);
     if (d->depths_first) {
         struct weft_antialias_pass depths = pass;
@@ -309,7 +312,9 @@ static int64_t count_wrong(const struct scene *scene, enum weft_acaa_form form,
                          &acaa),
         WEFT_OK);
     assert_int_equal(
-        weft_acaa_run(acaa, &(struct weft_antialias_drawing){scene_drawing_pass, drawing}, NULL),
+        weft_acaa_run(acaa,
+                      &(struct weft_antialias_drawing){.draw = scene_drawing_pass, .priv = drawing},
+                      NULL),
         WEFT_OK);
     weft_acaa_get_report(acaa, &report);
     assert_int_equal(weft_acaa_read(acaa, 0, red, 0), WEFT_OK);
