@@ -191,7 +191,7 @@ static bool parse_output(const struct option_parse *parse, const struct option_s
         return true;
     char endings[64], other[64] = "";
     list_endings(spec, endings, sizeof endings);
-    for (int i = 0; i < parse->option_count; i++) {
+    for (int i = 0; i < parse->option_count && !*other; i++) {
         const struct option_spec *that = &parse->options[i];
         if (that->type == OPTION_OUTPUT && find_ending(that, ending) >= 0)
             snprintf(other, sizeof other, " (--%s writes %s)", that->name, ending);
