@@ -10,6 +10,7 @@
 #include "tools/draw/preview.h"
 #include "tools/effect/run.h"
 #include "tools/methods/accumulate_report.h"
+#include "tools/ranks/frames.h"
 #include "tools/render/scene_options.h"
 
 enum effect_option {
@@ -36,7 +37,8 @@ enum effect_option {
     ASK_TYPE = ASK_ADDING + ACCUMULATION_OPTION_COUNT,
     ASK_COMPRESSION,
     ASK_RANGE,
-    ASK_EXPLAIN,
+    ASK_RANKS, // the first of enum rank_option
+    ASK_EXPLAIN = ASK_RANKS + RANK_OPTION_COUNT,
     ASK_JSON,
     ASK_NO_CLOBBER,
     ASK_QUIET,
@@ -65,6 +67,14 @@ struct effect_seconds {
     double scene, plan, context, prepare, draw, judge, lost, result, write;
 };
 
+// Frames of several ranks. (job_divided.c)
+struct effect_divided {
+    bool is; // there are several, or a rank option says how it would be
+    struct rank_request request;
+    struct rank_frames_report report;
+    int64_t shadow_of; // the last frame that job->shadow is of; -1: none
+};
+
 struct effect_job {
     const struct option_value *option; // [ASK_OPTION_COUNT]
     const char *const *operands;       // NULL-ended
@@ -82,6 +92,7 @@ struct effect_job {
     double depth[2];  // nearest and farthest in sight in the middle of the time; NAN: nothing is
     double circle[2]; // of dof: of confusion, in pixels, there
     double brightest; // light that the scenes hold: lamps and surfaces that are seen
+    struct effect_divided divided;
     weft_context *context; // NULL: nothing was drawn
     weft_accumulator *accumulator;
     struct weft_accumulator_report planned, report; // before the first frame; of all that are in
@@ -115,9 +126,14 @@ enum weft_result effect_job_make_scenes(struct effect_job *job);
 enum weft_result effect_job_make_plan(struct effect_job *job);
 // The context, the accumulator, and with frames to be drawn the drawings. (job_draw.c)
 enum weft_result effect_job_begin(struct effect_job *job);
+// Another accumulator for them.
+enum weft_result effect_job_create(struct effect_job *job, weft_accumulator **out);
 // Draws and adds frames, until --until is met. (job_draw.c)
 enum weft_result effect_job_draw(struct effect_job *job);
-// Of radiosity that is clamped: how much light is lost. (job_lost.c)
+// The same on several ranks, of which each draws some; rank 0 has then what one process has.
+// Collective. (job_divided.c)
+enum weft_result effect_job_draw_divided(struct effect_job *job);
+// Of radiosity that is clamped: how much light is lost. Collective. (job_lost.c)
 enum weft_result effect_job_measure_lost(struct effect_job *job);
 // The mean and its standard error as images. (job_result.c)
 enum weft_result effect_job_make_result(struct effect_job *job);
@@ -126,6 +142,13 @@ enum weft_result effect_job_save(struct effect_job *job);
 void effect_job_clear(struct effect_job *job);
 
 // ---- parts of them ------------------------------------------------------------------------------
+
+// Draws and adds so many frames from `first` on. (job_draw.c)
+enum weft_result effect_job_draw_range(struct effect_job *job, int64_t first, int64_t count,
+                                       const struct weft_progress *progress);
+// After how many frames, of all, --until is judged next; and judges then. (job_draw.c)
+int64_t effect_job_next_end(const struct effect_job *job);
+enum weft_result effect_job_judge(struct effect_job *job);
 
 // Refuses a bound that is beyond --max-error: sets over_budget. Returns WEFT_ERR_UNSUPPORTED after
 // an error line. (job_draw.c)

@@ -58,7 +58,8 @@ static bool draws_floats(enum weft_accumulate_method method)
     return method != WEFT_ACCUMULATE_TREE && method != WEFT_ACCUMULATE_BLEND;
 }
 
-static enum weft_result create_accumulator(struct effect_job *job, const double *weights)
+static enum weft_result create_accumulator(struct effect_job *job, const double *weights,
+                                           weft_accumulator **out)
 {
     const struct option_value *o = job->option;
     const bool known = !o[ASK_UNTIL].given;
@@ -70,6 +71,7 @@ static enum weft_result create_accumulator(struct effect_job *job, const double 
         .weight = known ? weights : NULL,
         .frames_on_gl = true,
         .nonfinite = takes_nonfinite(&job->how) ? WEFT_NONFINITE_PROPAGATE : WEFT_NONFINITE_ERROR,
+        .part = job->divided.is,
         .keep = o[ASK_STDERR].given || o[ASK_UNTIL].given ? WEFT_KEEP_VARIANCE : 0,
         .context = job->context,
         .log = report_log(),
@@ -81,7 +83,20 @@ static enum weft_result create_accumulator(struct effect_job *job, const double 
         params.high = takes_nonfinite(&job->how) ? job->brightest : 1.0;
     job->low = params.low;
     job->high = params.high;
-    return weft_accumulator_create(&params, &job->accumulator);
+    return weft_accumulator_create(&params, out);
+}
+
+enum weft_result effect_job_create(struct effect_job *job, weft_accumulator **out)
+{
+    double *weights = malloc((size_t)job->plan.count * sizeof *weights);
+    if (!weights) {
+        report_error("out of memory for %lld weights", (long long)job->plan.count);
+        return WEFT_ERR_MEMORY;
+    }
+    effect_plan_get_weights(&job->plan, weights);
+    const enum weft_result res = create_accumulator(job, weights, out);
+    free(weights);
+    return res;
 }
 
 void effect_job_check_range(const struct effect_job *job)
@@ -112,14 +127,7 @@ enum weft_result effect_job_check_bound(struct effect_job *job, double bound)
 
 static enum weft_result begin_adding(struct effect_job *job)
 {
-    double *weights = malloc((size_t)job->plan.count * sizeof *weights);
-    if (!weights) {
-        report_error("out of memory for %lld weights", (long long)job->plan.count);
-        return WEFT_ERR_MEMORY;
-    }
-    effect_plan_get_weights(&job->plan, weights);
-    const enum weft_result res = create_accumulator(job, weights);
-    free(weights);
+    const enum weft_result res = effect_job_create(job, &job->accumulator);
     if (res != WEFT_OK) {
         job->over_budget = res == WEFT_ERR_UNSUPPORTED && job->how.max_error > 0.0 &&
                            job->how.method == WEFT_ACCUMULATE_AUTO;
@@ -162,6 +170,41 @@ enum weft_result effect_job_begin(struct effect_job *job)
 
 // ---- frames -------------------------------------------------------------------------------------
 
+enum weft_result effect_job_draw_range(struct effect_job *job, int64_t first, int64_t count,
+                                       const struct weft_progress *progress)
+{
+    scene_drawing *drawing[EFFECT_MAX_SCENES];
+    for (int i = 0; i < job->scene_count; i++)
+        drawing[i] = job->scene[i].drawing;
+    const double start = report_now_seconds();
+    const enum weft_result res = effect_run(
+        effect_run_params(.plan = &job->plan, .drawing = drawing, .accumulator = job->accumulator,
+                          .first = first, .count = count, .progress = progress),
+        NULL);
+    job->seconds.draw += report_now_seconds() - start;
+    return res;
+}
+
+int64_t effect_job_next_end(const struct effect_job *job)
+{
+    const int64_t next = accumulation_next_judged(&job->how.until, job->judged);
+    return job->option[ASK_UNTIL].given && next < job->plan.count ? next : job->plan.count;
+}
+
+enum weft_result effect_job_judge(struct effect_job *job)
+{
+    const double start = report_now_seconds();
+    if (!job->option[ASK_UNTIL].given ||
+        job->added < accumulation_next_judged(&job->how.until, job->judged))
+        return WEFT_OK;
+    const enum weft_result res =
+        weft_accumulator_judge(job->accumulator, &job->how.until, &job->convergence);
+    job->judged = job->added;
+    job->stopped = res == WEFT_OK && job->convergence.enough && job->added < job->plan.count;
+    job->seconds.judge += report_now_seconds() - start;
+    return res;
+}
+
 // Of all frames, where a range of them is drawn. False once an interrupt has come.
 struct range {
     int64_t first, count, all;
@@ -175,47 +218,19 @@ static bool report_range(void *priv, double fraction)
     return r->progress->report(r->progress->priv, done / (double)r->all);
 }
 
-static enum weft_result draw_range(struct effect_job *job, int64_t count)
-{
-    scene_drawing *drawing[EFFECT_MAX_SCENES];
-    char doing[64];
-    snprintf(doing, sizeof doing, "drawing %lld frames", (long long)job->plan.count);
-    struct range range = {job->added, count, job->plan.count, report_progress(doing)};
-    const struct weft_progress progress = {report_range, &range};
-    for (int i = 0; i < job->scene_count; i++)
-        drawing[i] = job->scene[i].drawing;
-    const double start = report_now_seconds();
-    int64_t added = 0;
-    const enum weft_result res = effect_run(
-        effect_run_params(.plan = &job->plan, .drawing = drawing, .accumulator = job->accumulator,
-                          .first = job->added, .count = count, .progress = &progress),
-        &added);
-    job->added += added;
-    job->seconds.draw += report_now_seconds() - start;
-    return res;
-}
-
-static enum weft_result judge(struct effect_job *job)
-{
-    const double start = report_now_seconds();
-    const enum weft_result res =
-        weft_accumulator_judge(job->accumulator, &job->how.until, &job->convergence);
-    job->judged = job->added;
-    job->stopped = res == WEFT_OK && job->convergence.enough && job->added < job->plan.count;
-    job->seconds.judge += report_now_seconds() - start;
-    return res;
-}
-
 enum weft_result effect_job_draw(struct effect_job *job)
 {
-    const bool judges = job->option[ASK_UNTIL].given;
     enum weft_result res = WEFT_OK;
+    char doing[64];
+    snprintf(doing, sizeof doing, "drawing %lld frames", (long long)job->plan.count);
     while (res == WEFT_OK && !job->stopped && job->added < job->plan.count) {
-        const int64_t next = accumulation_next_judged(&job->how.until, job->judged);
-        const int64_t end = judges && next < job->plan.count ? next : job->plan.count;
-        res = draw_range(job, end - job->added);
-        if (res == WEFT_OK && judges && job->added == next)
-            res = judge(job);
+        const int64_t count = effect_job_next_end(job) - job->added;
+        struct range range = {job->added, count, job->plan.count, report_progress(doing)};
+        const struct weft_progress progress = {report_range, &range};
+        res = effect_job_draw_range(job, job->added, count, &progress);
+        job->added += res == WEFT_OK ? count : 0;
+        if (res == WEFT_OK)
+            res = effect_job_judge(job);
     }
     report_erase_progress();
     for (int i = job->scene_count - 1; i >= 0 && res == WEFT_OK; i--)

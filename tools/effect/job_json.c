@@ -144,6 +144,9 @@ static void set_results(json_t *root, const struct effect_job *job)
                         "frames_per_second", json_number((double)job->added / job->seconds.draw)));
     if (job->shadow.faces)
         json_object_set_new(root, "shadow", scene_options_shadow_json(&job->shadow));
+    json_t *ranks = rank_frames_json(&job->divided.report);
+    if (ranks)
+        json_object_set_new(root, "ranks", ranks);
     if (job->option[ASK_UNTIL].given)
         json_object_set_new(root, "until", accumulation_stop_json(&stop));
     set_outputs(root, job);

@@ -5,6 +5,7 @@
 
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
+#include "tools/ranks/ranks.h"
 
 // First frames and pixels along a side that are enough to know it by a few percent of itself.
 enum { FRAMES = 128, SIDE = 128 };
@@ -69,18 +70,58 @@ static enum weft_result draw_mean(const struct effect_job *job, const struct eff
     return res;
 }
 
+// Both means, which several ranks share among each other.
+struct means {
+    const struct effect_job *job;
+    struct effect_plan part;
+    double mean[2]; // kept, lost
+};
+
+static enum weft_result run(void *priv, int64_t i, void **data, size_t *size)
+{
+    const struct means *m = priv;
+    double *mean = malloc(sizeof *mean);
+    if (!mean)
+        return WEFT_ERR_MEMORY;
+    *data = mean;
+    *size = sizeof *mean;
+    return draw_mean(m->job, &m->part, i == 1, mean);
+}
+
+static enum weft_result take(void *priv, int64_t i, const void *data, size_t size)
+{
+    struct means *m = priv;
+    if (size != sizeof m->mean[i])
+        return WEFT_ERR_FORMAT;
+    memcpy(&m->mean[i], data, size);
+    return WEFT_OK;
+}
+
+static enum weft_result measure(struct means *m)
+{
+    enum weft_result res = WEFT_OK;
+    if (m->job->divided.is)
+        return weft_ranks_do_items(
+            ranks_get(),
+            &(struct weft_items){
+                .count = 2, .schedule = WEFT_SCHEDULE_STATIC, .run = run, .take = take, .priv = m},
+            NULL);
+    for (int i = 0; i < 2 && res == WEFT_OK; i++)
+        res = draw_mean(m->job, &m->part, i == 1, &m->mean[i]);
+    return res;
+}
+
 enum weft_result effect_job_measure_lost(struct effect_job *job)
 {
     const double start = report_now_seconds();
-    struct effect_plan part;
-    double kept = 0.0, lost = 0.0;
+    struct means means = {.job = job};
     if (!(job->params.effects & EFFECT_RADIOSITY) || job->plan.clamp == 0.0)
         return WEFT_OK;
-    enum weft_result res = make_part(job, &part);
+    enum weft_result res = ranks_agree(make_part(job, &means.part));
     if (res == WEFT_OK)
-        res = draw_mean(job, &part, false, &kept);
-    if (res == WEFT_OK)
-        res = draw_mean(job, &part, true, &lost);
+        res = ranks_agree(measure(&means));
+    const struct effect_plan part = means.part;
+    const double kept = means.mean[0], lost = means.mean[1];
     job->lost = (struct effect_lost){.frames = part.count,
                                      .size = {part.size[0], part.size[1]},
                                      .share = lost > 0.0 ? lost / (kept + lost) : 0.0};

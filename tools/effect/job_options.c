@@ -8,6 +8,7 @@
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
 #include "tools/methods/jitter_sets.h"
+#include "tools/ranks/ranks.h"
 
 static bool is_given(const struct effect_job *job, enum effect_option option)
 {
@@ -337,6 +338,16 @@ static enum weft_result read_params(struct effect_job *job)
     return res;
 }
 
+static enum weft_result read_ranks(struct effect_job *job)
+{
+    struct effect_divided *d = &job->divided;
+    const enum weft_result res = rank_options_read(&job->option[ASK_RANKS], &d->request);
+    d->is = (ranks_size() > 1 || d->request.given) && !is_given(job, ASK_EXPLAIN);
+    if (!job->how.threads)
+        job->how.threads = ranks_threads();
+    return res == WEFT_OK && d->is ? rank_frames_check(&d->request, job->how.method) : res;
+}
+
 enum weft_result effect_job_read_options(struct effect_job *job)
 {
     const struct option_value *o = job->option;
@@ -356,6 +367,8 @@ enum weft_result effect_job_read_options(struct effect_job *job)
         res = check_conflicts(job);
     if (res == WEFT_OK)
         res = accumulation_read(&o[ASK_ADDING], uses, &job->how);
+    if (res == WEFT_OK)
+        res = read_ranks(job);
     if (res == WEFT_OK)
         res = read_params(job);
     if (res == WEFT_OK)

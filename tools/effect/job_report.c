@@ -282,6 +282,7 @@ void effect_job_print_text(const struct effect_job *job)
         print_summary(job);
     if (o[ASK_PREVIEW].given)
         run_report_print_preview(o[ASK_PREVIEW].text, job->preview_range);
+    rank_frames_print(&job->divided.report);
     tell_plan(job, report_note);
     note_times(job);
 }

@@ -82,6 +82,7 @@ enum weft_result effect_job_save(struct effect_job *job)
 
 void effect_job_clear(struct effect_job *job)
 {
+    rank_frames_clear(&job->divided.report);
     weft_accumulator_destroy(&job->accumulator);
     for (int i = 0; i < job->scene_count; i++) {
         scene_drawing_destroy(&job->scene[i].drawing);

@@ -5,6 +5,8 @@
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
 #include "tools/effect/job.h"
+#include "tools/ranks/load_report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
 static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
@@ -133,6 +135,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    OPTION_RANGE,
                    "LO,HI",
                    "light shown as black and white in the preview (default 0,1)"},
+    RANK_OPTIONS(ASK_RANKS),
     [ASK_EXPLAIN] = {.name = "explain",
                      0,
                      OPTION_FLAG,
@@ -152,32 +155,60 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
 
 typedef enum weft_result (*stage)(struct effect_job *job);
 
+static enum weft_result draw(struct effect_job *job)
+{
+    return job->divided.is ? effect_job_draw_divided(job) : effect_job_draw(job);
+}
+
+// Of rank 0 alone, or of all ranks that have a part in the work.
+struct step {
+    stage call;
+    bool alone;
+};
+
+// Up to the first one that fails; then ranks agree on what came of it.
+static enum weft_result run_steps(struct effect_job *job, const struct step *step)
+{
+    enum weft_result res = WEFT_OK;
+    for (; step->call && res == WEFT_OK; step++)
+        if (ranks_tells() || !step->alone)
+            res = step->call(job);
+    return ranks_agree(res);
+}
+
 static enum weft_result run_stages(struct effect_job *job)
 {
-    static const stage planning[] = {effect_job_read_options, effect_job_check_outputs,
-                                     effect_job_make_scenes,  effect_job_make_plan,
-                                     effect_job_begin,        NULL};
-    static const stage drawing[] = {effect_job_draw, effect_job_measure_lost,
-                                    effect_job_make_result, effect_job_save, NULL};
-    enum weft_result res = WEFT_OK;
-    for (const stage *s = planning; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    if (job->option[ASK_EXPLAIN].given)
-        return res;
-    for (const stage *s = drawing; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    return res;
+    static const struct step planning[] = {{effect_job_read_options, false},
+                                           {effect_job_check_outputs, true},
+                                           {effect_job_make_scenes, false},
+                                           {effect_job_make_plan, false},
+                                           {effect_job_begin, false},
+                                           {NULL, false}},
+                             drawing[] = {{draw, false},
+                                          {effect_job_measure_lost, false},
+                                          {effect_job_make_result, true},
+                                          {effect_job_save, true},
+                                          {NULL, false}};
+    // What is planned alone is rank 0's.
+    if (!ranks_tells() && job->option[ASK_EXPLAIN].given)
+        return ranks_agree(WEFT_OK);
+    const enum weft_result res = run_steps(job, planning);
+    return res == WEFT_OK && !job->option[ASK_EXPLAIN].given ? run_steps(job, drawing) : res;
 }
 
 static enum weft_result tell(const struct effect_job *job)
 {
     const bool explain = job->option[ASK_EXPLAIN].given;
+    const char *chart = job->divided.request.chart;
     report_erase_progress();
     if (!explain)
         effect_job_print_text(job);
     else if (!job->option[ASK_JSON].given)
         effect_job_explain(job);
-    return job->option[ASK_JSON].given ? effect_job_print_json(job) : WEFT_OK;
+    const enum weft_result res = job->option[ASK_JSON].given ? effect_job_print_json(job) : WEFT_OK;
+    return res == WEFT_OK && chart && job->divided.is
+               ? load_report_plot(&job->divided.report.work, chart)
+               : res;
 }
 
 static int run(const char *const *operands, const struct option_value *values)
@@ -187,7 +218,7 @@ static int run(const char *const *operands, const struct option_value *values)
     if (effect_job_help(&job))
         return report_finish(WEFT_OK);
     enum weft_result res = run_stages(&job);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && ranks_tells())
         res = tell(&job);
     const bool over_budget = job.over_budget;
     effect_job_clear(&job);
@@ -230,5 +261,6 @@ const struct verb verb_effect = {
     .epilogue = epilogue,
     .options = options,
     .option_count = ASK_OPTION_COUNT,
+    .distributes = true,
     .run = run,
 };
