@@ -1932,7 +1932,8 @@ static void separable(void)
     REFUSED(weft_separable_survey_samples(
         made, weft_separable_run_params(.window = {.width = 9}, .samples = voxels, .log = &logger),
         &survey));
-    REFUSED(weft_separable_survey_samples(made, weft_separable_run_params(.log = &logger), &survey));
+    REFUSED(
+        weft_separable_survey_samples(made, weft_separable_run_params(.log = &logger), &survey));
     SURVIVED(weft_separable_survey_samples(made, &run, &survey));
     weft_separable_survey_join(&survey, &survey);
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
@@ -2070,11 +2071,25 @@ static void resample_sources(void)
     SET_REFUSED(good, plane[0], NULL, CALL);
     SET_REFUSED(good, stride, 3, CALL);
     SET_REFUSED(good, stride, INT64_MIN, CALL);
+    SET_REFUSED(good, window, ((struct weft_rectangle){0, 0, 4, 3}), CALL); // nothing is measured
+    SET_REFUSED(good, window.width, 5, CALL);
+    SET_REFUSED(good, threads, -1, CALL);
     ANY_NUMBER(good, low, CALL)
     ANY_NUMBER(good, high, CALL)
     weft_resample_source_destroy(&source);
     weft_resample_source_destroy(NULL);
 #undef CALL
+    struct weft_resample_measured measured = WEFT_RESAMPLE_MEASURED_NONE;
+#define CALL weft_resample_measure(&p, 0, 4, true, &measured)
+    SET_REFUSED(good, window.height, 5, CALL);
+    SET_REFUSED(good, window, ((struct weft_rectangle){0, 1, 4, 3}), CALL);
+    SET_REFUSED(good, window, ((struct weft_rectangle){0, 0, 3, 4}), CALL);
+    SET_REFUSED(good, plane[0], NULL, CALL);
+#undef CALL
+    REFUSED(weft_resample_measure(&good, -1, 1, false, &measured));
+    REFUSED(weft_resample_measure(&good, 3, 2, false, &measured));
+    SURVIVED(weft_resample_measure(&good, 0, 4, true, &measured));
+    weft_resample_measured_join(&measured, &measured);
 }
 
 static void resample_runs(void)
@@ -2115,7 +2130,15 @@ static void resample_runs(void)
     SET_REFUSED(good, plane[0], NULL, CALL);
     SET_REFUSED(good, stride, 4, CALL);
     SET_REFUSED(good, stride, INT64_MIN, CALL);
+    SET_REFUSED(good, part.width, 6, CALL);
+    SET_REFUSED(good, part.x, -1, CALL);
 #undef CALL
+    TRUE(weft_resample_reach(plan, &(struct weft_rectangle){.y = 99}).width == 0);
+    struct weft_resample_survey survey = {{{0}}};
+    REFUSED(weft_resample_survey_source(plan, small, &survey));
+    REFUSED(weft_resample_survey_source(plan, NULL, &survey));
+    SURVIVED(weft_resample_survey_source(plan, source, &survey));
+    weft_resample_survey_join(&survey, &survey);
     SURVIVED(weft_resample_run(compiled, &good, NULL));
     struct weft_resample_verify_params pixels = {.source = source, .plane = {out}, .log = &logger};
 #define CALL weft_resample_verify(plan, &p, &error)
@@ -2123,6 +2146,7 @@ static void resample_runs(void)
     SET_REFUSED(pixels, source, small, CALL);
     SET_REFUSED(pixels, plane[0], NULL, CALL);
     SET_REFUSED(pixels, stride, -5, CALL);
+    SET_REFUSED(pixels, part.height, -1, CALL);
 #undef CALL
     SURVIVED(weft_resample_verify(plan, &pixels, &error));
     weft_resample_work_add(&sum, &(struct weft_resample_work){.pass_seconds = NAN});
@@ -2148,8 +2172,8 @@ static void resample_integers(void)
     EACH_BAD_KERNEL(0, weft_resample_moves(&kernel))
     struct weft_resample_integers good = {.width = 4, .height = 4, .plane = codes};
 #define MOVE(plan, stride)                                                                         \
-    (weft_resample_move_verify(plan, &p, out, stride, NULL, &error),                               \
-     weft_resample_integer_range(&p, range), weft_resample_move(plan, &p, out, stride))
+    (weft_resample_move_verify(plan, &p, NULL, out, stride, NULL, &error),                         \
+     weft_resample_integer_range(&p, range), weft_resample_move(plan, &p, NULL, out, stride))
     SET_REFUSED(good, width, 0, MOVE(plan, 0));
     SET_REFUSED(good, height, 5, MOVE(plan, 0));
     SET_REFUSED(good, plane, NULL, MOVE(plan, 0));
@@ -2157,11 +2181,13 @@ static void resample_integers(void)
     SET_REFUSED(good, stride, INT64_MIN, MOVE(plan, 0));
     SET_REFUSED(good, width, 4, MOVE(plan, 4));
     SET_REFUSED(good, width, 4, MOVE(filter, 0));
+    SET_REFUSED(good, window.width, 5, MOVE(plan, 0));
+    SET_REFUSED(good, window, ((struct weft_rectangle){0, 0, 1, 1}), MOVE(plan, 0));
 #undef MOVE
     weft_resample_integer_range(&good, range);
     TRUE(range[0] == 0 && range[1] == UINT32_MAX);
-    SURVIVED(weft_resample_move(plan, &good, out, 0));
-    SURVIVED(weft_resample_move_verify(plan, &good, out, 5, NULL, &error));
+    SURVIVED(weft_resample_move(plan, &good, NULL, out, 0));
+    SURVIVED(weft_resample_move_verify(plan, &good, NULL, out, 5, NULL, &error));
     TRUE(error.maximum == 0.0);
     weft_resample_plan_destroy(&plan);
     weft_resample_plan_destroy(&filter);

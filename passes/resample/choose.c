@@ -65,8 +65,8 @@ static void set_figures(const struct chooser *c, const struct weft_pass_work *pl
         .algorithm = WEFT_ALGORITHM_MULTIPASS,
         .pixels = (double)c->params->width * c->params->height,
         .of.passes = {.plan = *plan,
-                      .samples = (double)weft_resample_values_along(source, 0) *
-                                 weft_resample_values_along(source, 1)},
+                      .samples = ((double)source->info.width + 2.0 * source->overlap) *
+                                 ((double)source->info.height + 2.0 * source->overlap)},
     };
     candidate->seconds = (double)c->params->source_count * weft_cost_of(c->model, &work);
     candidate->bytes = (uint64_t)plan->tile_bytes;

@@ -91,7 +91,8 @@ enum weft_result weft_resample_plan_tiles(weft_resample_plan *plan)
 
 // ---- tiles --------------------------------------------------------------------------------------
 
-// A tile of some channels of a source that are filtered together.
+// A tile of some channels of a source that are filtered together, or what a part of the pixels has
+// of it.
 struct tile {
     int x, y, width, height; // of the result
     int from[2], size[2];    // of the values that it reaches
@@ -104,6 +105,7 @@ struct tile {
 struct runner {
     const weft_resample_plan *plan;
     const weft_resample_source *source;
+    struct weft_rectangle part;
     const struct weft_log *log;
     int first, count; // of the source's channels
     struct weft_resample_steps steps;
@@ -113,58 +115,89 @@ struct runner {
     int64_t stride;
 };
 
-static bool allocate_tile(const struct runner *r, struct tile *tile)
+static bool allocate_positions(struct tile *tile)
+{
+    for (int a = 0; a < 2; a++)
+        tile->at[a] = malloc((size_t)(a ? tile->height : tile->width) * sizeof *tile->at[a]);
+    return tile->at[0] && tile->at[1];
+}
+
+static bool allocate_values(const struct runner *r, struct tile *tile)
 {
     const size_t values = (size_t)tile->size[0] * (size_t)tile->size[1];
     bool done = true;
-    for (int a = 0; a < 2; a++)
-        done = (tile->at[a] = malloc((size_t)(a ? tile->height : tile->width) *
-                                     sizeof *tile->at[a])) != NULL &&
-               done;
     for (int c = 0; c < tile->channels; c++)
         done = (tile->values[c] = malloc(values * sizeof(float))) != NULL && done;
     if (r->count < tile->channels)
         done = (tile->unused = malloc((size_t)tile->height * (size_t)r->stride * sizeof(float))) !=
                    NULL &&
                done;
-    if (!done)
-        weft_error(r->log, "out of memory: a tile of %d x %d pixels from %d x %d samples",
-                   tile->width, tile->height, tile->size[0], tile->size[1]);
     return done;
 }
 
-static void fill_tile(const struct runner *r, struct tile *tile)
+// Positions are those in the whole tile, whose roundings they have: what is taken off where only a
+// part of its values is reached is a whole number, and what is left is exact.
+static void find_positions(const struct runner *r, int axis, struct tile *tile)
 {
-    const int shift = r->plan->info.overlap;
+    const struct weft_kernel *kernel = &r->plan->info.kernel;
+    const int first = axis ? tile->y : tile->x, count = axis ? tile->height : tile->width;
+    const int64_t last = tile->size[axis] - 1;
+    double *at = tile->at[axis], fraction;
+    weft_window_map_positions(&r->plan->info.map[axis], first, count,
+                              r->plan->info.overlap - tile->from[axis], at);
+    int64_t low = weft_kernel_first_tap(kernel, at[0], &fraction);
+    int64_t high = weft_kernel_first_tap(kernel, at[count - 1], &fraction) + kernel->width - 1;
+    low = low < 0 ? 0 : low > last ? last : low;
+    high = high > last ? last : high < 0 ? 0 : high;
+    for (int i = 0; i < count; i++)
+        at[i] -= (double)low;
+    tile->from[axis] += (int)low;
+    tile->size[axis] = (int)(high - low) + 1;
+}
+
+static void copy_values(const struct runner *r, struct tile *tile)
+{
+    const struct weft_rectangle window = weft_resample_values_window(r->source);
     const size_t row = (size_t)tile->size[0];
-    const int64_t from_row = weft_resample_values_along(r->source, 0);
-    weft_window_map_positions(&r->plan->info.map[0], tile->x, tile->width, shift - tile->from[0],
-                              tile->at[0]);
-    weft_window_map_positions(&r->plan->info.map[1], tile->y, tile->height, shift - tile->from[1],
-                              tile->at[1]);
     for (int c = 0; c < tile->channels; c++) {
         const float *values =
             weft_resample_values(r->source, c < r->count ? r->first + c : r->first);
         for (int y = 0; y < tile->size[1]; y++)
             memcpy(tile->values[c] + (size_t)y * row,
-                   values + (tile->from[1] + y) * from_row + tile->from[0], row * sizeof(float));
+                   values + (int64_t)(tile->from[1] + y - window.y) * window.width + tile->from[0] -
+                       window.x,
+                   row * sizeof(float));
     }
+}
+
+static bool fill_tile(const struct runner *r, struct tile *tile)
+{
+    bool done = allocate_positions(tile);
+    for (int a = 0; done && a < 2; a++)
+        find_positions(r, a, tile);
+    done = done && allocate_values(r, tile);
+    if (done)
+        copy_values(r, tile);
+    else
+        weft_error(r->log, "out of memory: a tile of %d x %d pixels from %d x %d samples",
+                   tile->width, tile->height, tile->size[0], tile->size[1]);
+    return done;
 }
 
 static enum weft_result create_tile(const struct runner *r, int column, int row, struct tile *out)
 {
     const weft_resample_plan *plan = r->plan;
-    *out = (struct tile){.x = column * plan->side[0],
-                         .y = row * plan->side[1],
-                         .width = tile_size(plan, 0, column),
-                         .height = tile_size(plan, 1, row),
+    const struct weft_rectangle whole = {column * plan->side[0], row * plan->side[1],
+                                         tile_size(plan, 0, column), tile_size(plan, 1, row)};
+    const struct weft_rectangle own = weft_rectangle_common(&whole, &r->part);
+    *out = (struct tile){.x = own.x,
+                         .y = own.y,
+                         .width = own.width,
+                         .height = own.height,
                          .channels = plan->info.passes->channels};
     set_reach(plan, 0, column, &out->from[0], &out->size[0]);
     set_reach(plan, 1, row, &out->from[1], &out->size[1]);
-    if (!allocate_tile(r, out))
-        return WEFT_ERR_MEMORY;
-    fill_tile(r, out);
-    return WEFT_OK;
+    return fill_tile(r, out) ? WEFT_OK : WEFT_ERR_MEMORY;
 }
 
 static void destroy_tile(struct tile *tile)
@@ -204,7 +237,9 @@ static void make_request(struct runner *r, struct tile *tile, struct request *q)
     for (int c = 0; c < tile->channels; c++) {
         q->samples.plane[c] = tile->values[c];
         q->params.pixels[c] =
-            c < r->count ? r->to[r->first + c] + tile->y * r->stride + tile->x : tile->unused;
+            c < r->count
+                ? r->to[r->first + c] + (tile->y - r->part.y) * r->stride + (tile->x - r->part.x)
+                : tile->unused;
     }
 }
 
@@ -252,7 +287,9 @@ static enum weft_result visit_tile(struct runner *r, int column, int row)
 // Of one set of channels after the other.
 static enum weft_result visit_tiles(struct runner *r, const struct weft_progress *progress)
 {
-    const int columns = r->plan->count[0], tiles = r->plan->info.tiles;
+    const int *side = r->plan->side, from[2] = {r->part.x / side[0], r->part.y / side[1]};
+    const int columns = (r->part.x + r->part.width - 1) / side[0] - from[0] + 1;
+    const int tiles = ((r->part.y + r->part.height - 1) / side[1] - from[1] + 1) * columns;
     const int together = r->plan->info.passes->channels, channels = r->source->info.channels;
     r->steps = (struct weft_resample_steps){
         .outer = progress, .steps = (double)tiles * ((channels + together - 1) / together)};
@@ -263,7 +300,8 @@ static enum weft_result visit_tiles(struct runner *r, const struct weft_progress
                 weft_note(r->log, "resampling was cancelled at tile %d of %d", i, tiles);
                 return WEFT_ERR_CANCELLED;
             }
-            const enum weft_result res = visit_tile(r, i % columns, i / columns);
+            const enum weft_result res =
+                visit_tile(r, from[0] + i % columns, from[1] + i / columns);
             if (res != WEFT_OK)
                 return res;
         }
@@ -278,6 +316,7 @@ enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
     struct runner r = {
         .plan = compiled->plan,
         .source = params->source,
+        .part = params->part,
         .log = params->log,
         .compiled = compiled->passes,
         .to = params->plane,

@@ -10,16 +10,14 @@ static bool reads_the_same(const struct weft_kernel *a, const struct weft_kernel
     return a->prefiltered == b->prefiltered && (!a->prefiltered || a->info == b->info);
 }
 
-enum weft_result weft_resample_check_request(const struct weft_log *log,
-                                             const weft_resample_plan *plan,
-                                             const weft_resample_source *source,
-                                             const float *const *plane, int64_t *stride)
+enum weft_result weft_resample_check_source(const struct weft_log *log,
+                                            const weft_resample_plan *plan,
+                                            const weft_resample_source *source)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, source);
     const struct weft_resample_source_info *from = &source->info;
     const struct weft_resample_info *to = &plan->info;
-    *stride = *stride ? *stride : to->width;
     if (from->width != to->size[0] || from->height != to->size[1]) {
         weft_error(log, "resampling a source of %d x %d samples by a plan for %d x %d", from->width,
                    from->height, to->size[0], to->size[1]);
@@ -31,17 +29,94 @@ enum weft_result weft_resample_check_request(const struct weft_log *log,
                    from->kernel.info->name, from->kernel.prefiltered ? ", prefiltered" : "");
         goto fail;
     }
-    if (*stride < to->width) {
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+// ---- parts --------------------------------------------------------------------------------------
+
+// Where a part's first and last taps along an axis lie. Tiles of passes round positions otherwise,
+// by less than a sample.
+static void find_reach(const weft_resample_plan *plan, int axis, int first, int count,
+                       int32_t *from, int32_t *size)
+{
+    const int64_t last = plan->info.size[axis] - 1, more = plan->info.passes ? 1 : 0;
+    const struct weft_kernel *kernel = &plan->info.kernel;
+    const struct weft_window_map *map = &plan->info.map[axis];
+    double fraction;
+    int64_t low =
+        weft_kernel_first_tap(kernel, weft_window_map_position(map, first, 0), &fraction) - more;
+    int64_t high = weft_kernel_first_tap(
+                       kernel, weft_window_map_position(map, first + count - 1, 0), &fraction) +
+                   kernel->width - 1 + more;
+    low = low < 0 ? 0 : low > last ? last : low;
+    high = high > last ? last : high < 0 ? 0 : high;
+    *from = (int32_t)low;
+    *size = (int32_t)(high - low) + 1;
+}
+
+struct weft_rectangle weft_resample_reach(const weft_resample_plan *plan,
+                                          const struct weft_rectangle *part)
+{
+    const struct weft_resample_info *info = &plan->info;
+    struct weft_rectangle pixels, out;
+    if (weft_rectangle_within(NULL, part, info->width, info->height, &pixels) != WEFT_OK)
+        return (struct weft_rectangle){0};
+    if (info->kernel.prefiltered)
+        return (struct weft_rectangle){0, 0, info->size[0], info->size[1]};
+    find_reach(plan, 0, pixels.x, pixels.width, &out.x, &out.width);
+    find_reach(plan, 1, pixels.y, pixels.height, &out.y, &out.height);
+    return out;
+}
+
+enum weft_result weft_resample_check_reach(const struct weft_log *log,
+                                           const weft_resample_plan *plan,
+                                           const struct weft_rectangle *part,
+                                           const struct weft_rectangle *window)
+{
+    const struct weft_rectangle reach = weft_resample_reach(plan, part);
+    if (reach.x >= window->x && reach.y >= window->y &&
+        reach.x + reach.width <= window->x + window->width &&
+        reach.y + reach.height <= window->y + window->height)
+        return WEFT_OK;
+    weft_error(
+        log,
+        "resampling: %d x %d samples from (%d, %d) on, where the part's pixels reach %d x %d "
+        "from (%d, %d) on",
+        window->width, window->height, window->x, window->y, reach.width, reach.height, reach.x,
+        reach.y);
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result weft_resample_check_request(const struct weft_log *log,
+                                             const weft_resample_plan *plan,
+                                             const weft_resample_source *source,
+                                             struct weft_rectangle *part, const float *const *plane,
+                                             int64_t *stride)
+{
+    enum weft_result res = weft_resample_check_source(log, plan, source);
+    if (res == WEFT_OK)
+        res = weft_rectangle_within(log, part, plan->info.width, plan->info.height, part);
+    if (res == WEFT_OK)
+        res = weft_resample_check_reach(log, plan, part, &source->info.window);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    *stride = *stride ? *stride : part->width;
+    if (*stride < part->width) {
         weft_error(log, "resampling: a stride of %lld floats is less than the %d pixels of a row",
-                   (long long)*stride, to->width);
+                   (long long)*stride, part->width);
         goto fail;
     }
-    for (int c = 0; c < from->channels; c++)
+    for (int c = 0; c < source->info.channels; c++)
         weft_require(log, plane[c]);
     res = WEFT_OK;
 fail:
     return res;
 }
+
+// ---- progress and sums --------------------------------------------------------------------------
 
 bool weft_resample_report_step(void *priv, double fraction)
 {

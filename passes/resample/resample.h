@@ -11,6 +11,11 @@
 //   run      source to pixels, as often as wanted: of any compiled plan and any source of its size
 //            and kernel, so that the planes of one image, or many images, share one compiled plan
 //
+// The plan is always of the whole image and result. A run may make a part of the result's pixels,
+// from a source that has a window of the image's samples: the pixels are those of the whole, bit
+// for bit, whatever engine makes them. What is of all samples, their range and a survey, is
+// measured part by part and joined.
+//
 // Two algorithms filter: passes/separable/separable.h, one axis after the other, on OpenGL in
 // single precision or on the CPU engine in single or double precision; and the passes of a plan
 // (passes/plan/plan.h), what targets of limited precision make of it, on GL or in the same integers
@@ -23,6 +28,7 @@
 #include <math.h>
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "../gl/context.h"
 #include "../multipass/multipass.h"
@@ -91,6 +97,12 @@ WEFT_API void weft_resample_plan_destroy(weft_resample_plan **plan); // accepts 
 WEFT_API const struct weft_resample_info *
 weft_resample_plan_get_info(const weft_resample_plan *plan);
 
+// Returns samples that hold all that a part of a plan's pixels (all 0: all of them) reads, whatever
+// engine makes them: of prefiltered kernels all, since a coefficient depends on every sample of its
+// row and column. All 0 for a part that is not within the pixels. Pure.
+WEFT_API struct weft_rectangle weft_resample_reach(const weft_resample_plan *plan,
+                                                   const struct weft_rectangle *part);
+
 // ---- compile ------------------------------------------------------------------------------------
 
 // A plan ready to run. Thread-safety: one thread at a time, the one of its context where it has
@@ -129,14 +141,33 @@ weft_resample_compiled_get_info(const weft_resample_compiled *compiled);
 
 // ---- source -------------------------------------------------------------------------------------
 
+// What is measured of an image's samples, of all its channels together. What parts of them show is
+// joined; parts that have no sample in common, and together have all, show what all do, exactly.
+// Starts as WEFT_RESAMPLE_MEASURED_NONE.
+struct weft_resample_measured {
+    struct weft_statistics samples; // where differences are asked for, of the kernel's order
+    uint64_t outside;               // values outside a range that is asked for, or not finite
+};
+#define WEFT_RESAMPLE_MEASURED_NONE                                                                \
+    {                                                                                              \
+        .samples = WEFT_STATISTICS_NONE                                                            \
+    }
+
 struct weft_resample_source_params {
     struct weft_kernel kernel; // default (info NULL): catmull-rom; the plan's
-    int width, height;         // samples (required): the plan's size
+    int width, height;         // samples of the image (required): the plan's size
     int channels;              // 1 to 4 (default 1), which share one range
-    // As many as channels (required): sample (x, y) is plane[c][y * stride + x]. Borrowed for the
-    // source's life; may overlap each other, but not a run's pixels.
+    // The samples that planes have (default: all), of kernels that are not prefiltered. A run needs
+    // those that its part reaches (weft_resample_reach).
+    struct weft_rectangle window;
+    // As many as channels (required): sample (x, y) is plane[c][(y - window.y) * stride + x -
+    // window.x]. Borrowed for the source's life; may overlap each other, but not a run's pixels.
     const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
-    int64_t stride; // floats from row to row, at least width (default width)
+    int64_t stride; // floats from row to row, at least the window's width (default that)
+    // What all samples of the image show (required where planes have a window of them; default
+    // NULL: it is measured). Borrowed until the call returns.
+    const struct weft_resample_measured *measured;
+    int threads; // that measure at once (default 0: one a processor)
     // What passes map to [0, 1] and back; what lies outside is clamped to it, and bounds do not
     // hold then. low < high. NAN, or both 0 (default): the finite minimum and maximum of what is
     // read.
@@ -161,6 +192,7 @@ struct weft_resample_statistics {
 struct weft_resample_source_info {
     struct weft_kernel kernel;
     int width, height, channels;
+    struct weft_rectangle window; // of the samples, that planes have
     struct weft_resample_statistics statistics;
     double prefilter_seconds;
 };
@@ -169,7 +201,8 @@ struct weft_resample_source_info {
 // as much memory as the planes and the kernel's overlap around them. Coefficients that depend on
 // samples that are not finite are missing, as filter/kernels/prefilter.h says. Returns
 // WEFT_ERR_ARGUMENT (sizes, stride, range, pointers, kernel), WEFT_ERR_LIMIT (coefficients leave
-// the range of floats) or WEFT_ERR_MEMORY; *out is then NULL.
+// the range of floats), WEFT_ERR_UNSUPPORTED (a window, and a kernel that is prefiltered) or
+// WEFT_ERR_MEMORY; *out is then NULL.
 WEFT_API enum weft_result
 weft_resample_source_create(const struct weft_resample_source_params *params,
                             weft_resample_source **out);
@@ -177,11 +210,23 @@ WEFT_API void weft_resample_source_destroy(weft_resample_source **source); // ac
 WEFT_API const struct weft_resample_source_info *
 weft_resample_source_get_info(const weft_resample_source *source);
 
+// Measures `rows` rows of samples from row `first` of the image on, which the params' planes have
+// whole. Differences, where they are asked for, are those that begin in these rows: the window must
+// have as many rows past them as the kernel's order, but where the image ends. Returns
+// WEFT_ERR_ARGUMENT, and WEFT_ERR_UNSUPPORTED as weft_resample_source_create.
+WEFT_API enum weft_result weft_resample_measure(const struct weft_resample_source_params *params,
+                                                int first, int rows, bool differences,
+                                                struct weft_resample_measured *out);
+// Adds what other rows show.
+WEFT_API void weft_resample_measured_join(struct weft_resample_measured *sum,
+                                          const struct weft_resample_measured *other);
+
 // Returns the leading term of the kernel's own error, which no engine is to blame for:
 // weft_error_e1 for a signal whose derivative of the kernel's order is the largest difference of
 // that order between neighbours along x and along y, in all channels. NAN for kernels of order 0 or
-// above WEFT_STATISTICS_DIFFERENCES, and for radial ones. Every call looks at all samples, with
-// threads, and analyses the kernel anew, which takes milliseconds.
+// above WEFT_STATISTICS_DIFFERENCES, and for radial ones. Of a source that was given what was
+// measured by the differences of that; else every call looks at all samples, with threads. It
+// analyses the kernel anew, which takes milliseconds.
 WEFT_API double weft_resample_e1(const weft_resample_source *source);
 
 // Returns how far results may be off, the largest of which is `result` (0: not known yet), in the
@@ -192,12 +237,30 @@ WEFT_API struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
 
 // ---- run ----------------------------------------------------------------------------------------
 
+// What decides how separable sums are made: of all samples in reach of any of a plan's pixels, each
+// channel by itself (passes/separable/separable.h). Windows are surveyed apart and joined; they may
+// have samples in common. Starts as {0}. Passes have no use for it.
+struct weft_resample_survey {
+    struct weft_separable_survey channel[WEFT_RESAMPLE_MAX_CHANNELS];
+};
+// Surveys what a source has. Returns WEFT_ERR_ARGUMENT (a source of another size or kernel).
+WEFT_API enum weft_result weft_resample_survey_source(const weft_resample_plan *plan,
+                                                      const weft_resample_source *source,
+                                                      struct weft_resample_survey *out);
+WEFT_API void weft_resample_survey_join(struct weft_resample_survey *sum,
+                                        const struct weft_resample_survey *other);
+
 struct weft_resample_run_params {
     const weft_resample_source *source; // required: of the plan's size and kernel
-    // As many as the source's channels (required): pixel (x, y) is plane[c][y * stride + x]. What
-    // lies between rows is left as it is. They may not overlap each other or the source's planes.
+    struct weft_rectangle part;         // of the pixels that are made (default: all)
+    // Required of separable plans where the source lacks samples that any pixel reaches; default
+    // (NULL): made for this run, which a caller of many parts does once.
+    const struct weft_resample_survey *survey;
+    // As many as the source's channels (required): pixel (x, y) is plane[c][(y - part.y) * stride +
+    // x - part.x]. What lies between rows is left as it is. They may not overlap each other or the
+    // source's planes.
     float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
-    int64_t stride;                       // floats from row to row, at least width (default width)
+    int64_t stride; // floats from row to row, at least the part's width (default that)
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;           // may be NULL
 };
@@ -230,10 +293,11 @@ struct weft_resample_report {
     struct weft_resample_work work;
 };
 
-// Fills the pixels of every channel. Pixels with a tap whose sample is not finite, and whose weight
-// is not 0, are not finite, and no others. A plan of passes of four channels filters up to four
-// together, with one of one channel they come in turn, as separable ones do. Returns
-// WEFT_ERR_ARGUMENT (a source of another size or kernel, stride, pointers), WEFT_ERR_UNSUPPORTED
+// Fills the part's pixels of every channel. Pixels with a tap whose sample is not finite, and whose
+// weight is not 0, are not finite, and no others. A plan of passes of four channels filters up to
+// four together, with one of one channel they come in turn, as separable ones do. Returns
+// WEFT_ERR_ARGUMENT (a source of another size or kernel, a part, a window without what it reaches,
+// stride, pointers), WEFT_ERR_UNSUPPORTED
 // (the technique log with a range below 0), WEFT_ERR_LIMIT, WEFT_ERR_MEMORY, WEFT_ERR_GL or
 // WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
 WEFT_API enum weft_result weft_resample_run(weft_resample_compiled *compiled,
@@ -244,10 +308,11 @@ WEFT_API enum weft_result weft_resample_run(weft_resample_compiled *compiled,
 
 struct weft_resample_verify_params {
     const weft_resample_source *source; // required
+    struct weft_rectangle part;         // of the pixels (default: all)
     // What a run made of it, as in struct weft_resample_run_params; borrowed until the call
     // returns.
     const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
-    int64_t stride;                // default width
+    int64_t stride;                // default the part's width
     struct weft_verify_params how; // for how long, with what progress
     const struct weft_log *log;    // may be NULL
 };
@@ -266,33 +331,37 @@ WEFT_API enum weft_result weft_resample_verify(const weft_resample_plan *plan,
 // ---- integers -----------------------------------------------------------------------------------
 
 struct weft_resample_integers {
-    int width, height;     // required
-    const uint32_t *plane; // required: [y * stride + x]; borrowed until the call returns
-    int64_t stride;        // from row to row, at least width (default width)
+    int width, height;            // of the image, required
+    struct weft_rectangle window; // of its samples, that the plane has (default: all)
+    // Required: [(y - window.y) * stride + x - window.x]; borrowed until the call returns.
+    const uint32_t *plane;
+    int64_t stride; // from row to row, at least the window's width (default that)
 };
 
 // Returns whether a kernel takes one sample, with a weight of 1, at every position: nearest, by
 // whatever name. It then moves integers without passes.
 WEFT_API bool weft_resample_moves(const struct weft_kernel *kernel);
 
-// Writes the smallest and the largest integer; 0 and 0 of sizes or a stride that are out of their
-// ranges.
+// Writes the smallest and the largest integer of the window; 0 and 0 of sizes or a stride that are
+// out of their ranges.
 WEFT_API void weft_resample_integer_range(const struct weft_resample_integers *integers,
                                           uint32_t range[2]);
 
-// Moves integers: each pixel of `pixels` (plan's width and height, `stride` from row to row,
-// default width) becomes the one that the kernel takes. No float hides their last bits. Returns
-// WEFT_ERR_ARGUMENT (sizes that are not the plan's, strides, a plan that does not move) or
-// WEFT_ERR_MEMORY.
+// Moves integers: each pixel of a part (NULL: all), [(y - part.y) * stride + x - part.x] of
+// `pixels` (stride 0: the part's width), becomes the one that the kernel takes. No float hides
+// their last bits. Returns WEFT_ERR_ARGUMENT (sizes that are not the plan's, a part, a window
+// without what it reaches, strides, a plan that does not move) or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_resample_move(const weft_resample_plan *plan,
                                              const struct weft_resample_integers *source,
-                                             uint32_t *pixels, int64_t stride);
+                                             const struct weft_rectangle *part, uint32_t *pixels,
+                                             int64_t stride);
 
 // Verifies what was moved against the sample in whose square each pixel's centre lies, found in
 // whole numbers. The bound is 0. how may be NULL. Returns WEFT_ERR_ARGUMENT, WEFT_ERR_MEMORY or
 // WEFT_ERR_CANCELLED.
 WEFT_API enum weft_result weft_resample_move_verify(const weft_resample_plan *plan,
                                                     const struct weft_resample_integers *source,
+                                                    const struct weft_rectangle *part,
                                                     const uint32_t *pixels, int64_t stride,
                                                     const struct weft_verify_params *how,
                                                     struct weft_verify_report *out);

@@ -20,8 +20,10 @@ struct weft_resample_plan {
 
 struct weft_resample_source {
     struct weft_resample_source_info info;
-    const float *plane[WEFT_RESAMPLE_MAX_CHANNELS]; // the samples
+    const float *plane[WEFT_RESAMPLE_MAX_CHANNELS]; // the window's samples
     int64_t stride;
+    struct weft_statistics samples; // with differences where they were given
+    bool has_differences;
     // What is read in their place, tightly packed: coefficients, with `overlap` more of them on
     // every side, or samples whose rows lay apart; NULL where planes themselves are read.
     float *own[WEFT_RESAMPLE_MAX_CHANNELS];
@@ -36,10 +38,13 @@ struct weft_resample_compiled {
     struct weft_resample_compiled_info info;
 };
 
-// Values read along an axis, and those of a channel, tightly packed.
-static inline int weft_resample_values_along(const weft_resample_source *source, int axis)
+// The values that are there, among those that are read of the whole image: samples, or coefficients
+// with an overlap; and those of a channel, tightly packed.
+static inline struct weft_rectangle weft_resample_values_window(const weft_resample_source *source)
 {
-    return (axis ? source->info.height : source->info.width) + 2 * source->overlap;
+    const struct weft_rectangle *w = &source->info.window;
+    const int more = 2 * source->overlap;
+    return (struct weft_rectangle){w->x, w->y, w->width + more, w->height + more};
 }
 
 static inline const float *weft_resample_values(const weft_resample_source *source, int c)
@@ -47,17 +52,29 @@ static inline const float *weft_resample_values(const weft_resample_source *sour
     return source->own[c] ? source->own[c] : source->plane[c];
 }
 
-// Whether a source, planes of `count` channels and a stride suit a plan; *stride gets its default.
-// Returns WEFT_ERR_ARGUMENT.
+// Whether a source is of a plan's size and kernel. Returns WEFT_ERR_ARGUMENT.
+enum weft_result weft_resample_check_source(const struct weft_log *log,
+                                            const weft_resample_plan *plan,
+                                            const weft_resample_source *source);
+// Whether it, a part, planes and a stride suit a plan; part and stride get their defaults. Returns
+// WEFT_ERR_ARGUMENT.
 enum weft_result weft_resample_check_request(const struct weft_log *log,
                                              const weft_resample_plan *plan,
                                              const weft_resample_source *source,
-                                             const float *const *plane, int64_t *stride);
+                                             struct weft_rectangle *part, const float *const *plane,
+                                             int64_t *stride);
+// Whether a window has what a part's pixels reach. Returns WEFT_ERR_ARGUMENT.
+enum weft_result weft_resample_check_reach(const struct weft_log *log,
+                                           const weft_resample_plan *plan,
+                                           const struct weft_rectangle *part,
+                                           const struct weft_rectangle *window);
 
-// Whether integers, pixels and a stride suit a plan. Returns WEFT_ERR_ARGUMENT.
+// Whether integers, a part (NULL: all), pixels and a stride suit a plan. *integers gets its window
+// and stride, *out the part, *stride its default. Returns WEFT_ERR_ARGUMENT.
 enum weft_result weft_resample_check_move(const weft_resample_plan *plan,
-                                          const struct weft_resample_integers *source,
-                                          const uint32_t *pixels, int64_t stride);
+                                          struct weft_resample_integers *integers,
+                                          const struct weft_rectangle *part, const uint32_t *pixels,
+                                          int64_t *stride, struct weft_rectangle *out);
 
 // Cuts a plan of passes into tiles, by its sizes alone, and checks what the largest takes. Returns
 // WEFT_ERR_LIMIT.

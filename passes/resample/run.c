@@ -71,13 +71,12 @@ weft_resample_compiled_get_info(const weft_resample_compiled *compiled)
 
 // ---- run ----------------------------------------------------------------------------------------
 
-static void measure(const weft_resample_plan *plan, const struct weft_resample_run_params *params,
-                    struct weft_statistics *pixels)
+static void measure(const struct weft_resample_run_params *params, struct weft_statistics *pixels)
 {
     for (int c = 0; c < params->source->info.channels; c++)
-        for (int64_t y = 0; y < plan->info.height; y++)
+        for (int64_t y = 0; y < params->part.height; y++)
             weft_statistics_add(pixels, params->plane[c] + y * params->stride,
-                                (size_t)plan->info.width);
+                                (size_t)params->part.width);
 }
 
 enum weft_result weft_resample_run(weft_resample_compiled *compiled,
@@ -87,13 +86,13 @@ enum weft_result weft_resample_run(weft_resample_compiled *compiled,
     const weft_resample_plan *plan = compiled->plan;
     struct weft_resample_run_params p = *params;
     struct weft_resample_report done = {.pixels = WEFT_STATISTICS_NONE};
-    enum weft_result res = weft_resample_check_request(p.log, plan, p.source,
+    enum weft_result res = weft_resample_check_request(p.log, plan, p.source, &p.part,
                                                        (const float *const *)p.plane, &p.stride);
     if (res == WEFT_OK)
         res = plan->passes ? weft_resample_run_passes(compiled, &p, &done.work)
                            : weft_resample_run_separable(compiled, &p, &done);
     if (res == WEFT_OK && report && plan->passes)
-        measure(plan, &p, &done.pixels);
+        measure(&p, &done.pixels);
     if (report)
         *report = done;
     return res;

@@ -22,6 +22,29 @@ static void add_work(const weft_separable_plan *plan, const struct weft_separabl
     weft_resample_work_add(sum, &work);
 }
 
+enum weft_result weft_resample_survey_source(const weft_resample_plan *plan,
+                                             const weft_resample_source *source,
+                                             struct weft_resample_survey *out)
+{
+    *out = (struct weft_resample_survey){0};
+    enum weft_result res = weft_resample_check_source(plan->log, plan, source);
+    for (int c = 0; res == WEFT_OK && !plan->passes && c < source->info.channels; c++)
+        res = weft_separable_survey_samples(
+            plan->separable,
+            weft_separable_run_params(.samples = weft_resample_values(source, c),
+                                      .window = weft_resample_values_window(source),
+                                      .log = plan->log),
+            &out->channel[c]);
+    return res;
+}
+
+void weft_resample_survey_join(struct weft_resample_survey *sum,
+                               const struct weft_resample_survey *other)
+{
+    for (int c = 0; c < WEFT_RESAMPLE_MAX_CHANNELS; c++)
+        weft_separable_survey_join(&sum->channel[c], &other->channel[c]);
+}
+
 enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                              const struct weft_resample_run_params *params,
                                              struct weft_resample_report *report)
@@ -33,6 +56,9 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
         const struct weft_separable_run_params run = {
             .samples = weft_resample_values(params->source, c),
+            .window = weft_resample_values_window(params->source),
+            .part = params->part,
+            .survey = params->survey ? &params->survey->channel[c] : NULL,
             .pixels = params->plane[c],
             .stride = params->stride,
             .progress = &progress,

@@ -21,9 +21,17 @@ static bool is_range(const struct weft_resample_source_params *p)
            (isfinite(p->low) && isfinite(p->high) && p->low < p->high);
 }
 
-static enum weft_result check(const struct weft_resample_source_params *p)
+static bool is_part(const struct weft_resample_source_params *p)
+{
+    return p->window.width != p->width || p->window.height != p->height;
+}
+
+// Fills the kernel's and the window's defaults in.
+static enum weft_result check(struct weft_resample_source_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
+    if (!p->kernel.info)
+        weft_kernel_parse(p->log, "catmull-rom", &p->kernel);
     if (p->width < 1 || p->height < 1 || p->width > WEFT_RESAMPLE_MAX_SIZE ||
         p->height > WEFT_RESAMPLE_MAX_SIZE ||
         (int64_t)p->width * p->height > WEFT_RESAMPLE_MAX_PIXELS) {
@@ -32,14 +40,19 @@ static enum weft_result check(const struct weft_resample_source_params *p)
                    (long long)WEFT_RESAMPLE_MAX_PIXELS);
         goto fail;
     }
+    res = weft_rectangle_within(p->log, &p->window, p->width, p->height, &p->window);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->threads >= 0 && p->threads <= WEFT_CPU_MAX_THREADS);
     if (p->channels < 0 || p->channels > WEFT_RESAMPLE_MAX_CHANNELS) {
         weft_error(p->log, "a source of %d channels: there may be 1 to %d", p->channels,
                    WEFT_RESAMPLE_MAX_CHANNELS);
         goto fail;
     }
-    if (p->stride && p->stride < p->width) {
+    if (p->stride && p->stride < p->window.width) {
         weft_error(p->log, "a source with a stride of %lld floats and %d samples in a row",
-                   (long long)p->stride, p->width);
+                   (long long)p->stride, p->window.width);
         goto fail;
     }
     if (!is_range(p)) {
@@ -50,6 +63,14 @@ static enum weft_result check(const struct weft_resample_source_params *p)
     for (int c = 0; c < (p->channels ? p->channels : 1); c++)
         weft_require(p->log, p->plane[c]);
     res = weft_kernel_check(p->log, &p->kernel);
+    if (res == WEFT_OK && p->kernel.prefiltered && is_part(p)) {
+        weft_error(
+            p->log,
+            "%d x %d of %d x %d samples for %s, which is prefiltered: coefficients depend on "
+            "all of them",
+            p->window.width, p->window.height, p->width, p->height, p->kernel.info->name);
+        res = WEFT_ERR_UNSUPPORTED;
+    }
 fail:
     return res;
 }
@@ -74,14 +95,15 @@ static enum weft_result prefilter(const struct weft_log *log, weft_resample_sour
 
 static enum weft_result pack(const struct weft_log *log, weft_resample_source *s)
 {
-    const size_t row = (size_t)s->info.width, count = row * (size_t)s->info.height;
+    const struct weft_rectangle *w = &s->info.window;
+    const size_t row = (size_t)w->width, count = row * (size_t)w->height;
     for (int c = 0; c < s->info.channels; c++) {
         s->own[c] = malloc(count * sizeof(float));
         if (!s->own[c]) {
             weft_error(log, "out of memory for %zu samples", count);
             return WEFT_ERR_MEMORY;
         }
-        for (int64_t y = 0; y < s->info.height; y++)
+        for (int64_t y = 0; y < w->height; y++)
             memcpy(s->own[c] + (size_t)y * row, s->plane[c] + y * s->stride, row * sizeof(float));
     }
     return WEFT_OK;
@@ -91,7 +113,8 @@ static enum weft_result pack(const struct weft_log *log, weft_resample_source *s
 
 static size_t value_count(const weft_resample_source *s)
 {
-    return (size_t)weft_resample_values_along(s, 0) * (size_t)weft_resample_values_along(s, 1);
+    const struct weft_rectangle window = weft_resample_values_window(s);
+    return (size_t)window.width * (size_t)window.height;
 }
 
 // Of the finite values; 0 to 0 where there are none.
@@ -107,6 +130,7 @@ enum { BANDS = 16, BAND_SAMPLES = 1 << 16 };
 struct measuring {
     const weft_resample_source *source;
     size_t bands, rows; // of a channel, and of a band
+    size_t from, end;   // rows of the window
     int order;          // of differences; 0: range and counts in their place
     struct weft_statistics samples[WEFT_RESAMPLE_MAX_CHANNELS * BANDS];
 };
@@ -115,30 +139,38 @@ static bool measure_band(void *priv, int thread, size_t i)
 {
     struct measuring *m = priv;
     const weft_resample_source *s = m->source;
-    const struct weft_statistics_plane plane = {s->plane[i / m->bands], (size_t)s->info.width,
-                                                (size_t)s->info.height, (size_t)s->stride};
-    const size_t from = i % m->bands * m->rows;
+    const struct weft_rectangle *w = &s->info.window;
+    const struct weft_statistics_plane plane = {s->plane[i / m->bands], (size_t)w->width,
+                                                (size_t)w->height, (size_t)s->stride};
+    const size_t from = m->from + i % m->bands * m->rows;
+    const size_t end = from + m->rows < m->end ? from + m->rows : m->end;
     struct weft_statistics own = WEFT_STATISTICS_NONE;
     (void)thread;
     if (m->order)
         own.difference[m->order - 1] =
-            weft_statistics_plane_difference(&plane, m->order, from, from + m->rows);
-    for (size_t y = from; !m->order && y < from + m->rows && y < plane.height; y++)
+            weft_statistics_plane_difference(&plane, m->order, from, end);
+    for (size_t y = from; !m->order && y < end; y++)
         weft_statistics_add(&own, plane.values + y * plane.stride, plane.width);
     m->samples[i] = own;
     return true;
 }
 
-// Of all channels: the largest difference of an order, or with 0 range and counts.
-static struct weft_statistics measure_samples(const weft_resample_source *s, int order)
+// Of all channels, rows `from` to `end` of the window: the largest difference of an order, or with
+// 0 range and counts.
+static struct weft_statistics measure_samples(const weft_resample_source *s, size_t from,
+                                              size_t end, int order, int threads)
 {
-    const size_t height = (size_t)s->info.height, least = BAND_SAMPLES / (size_t)s->info.width + 1;
-    struct measuring m = {.source = s, .rows = (height + BANDS - 1) / BANDS, .order = order};
+    const size_t height = end - from, least = BAND_SAMPLES / (size_t)s->info.window.width + 1;
+    struct measuring m = {.source = s,
+                          .rows = (height + BANDS - 1) / BANDS,
+                          .from = from,
+                          .end = end,
+                          .order = order};
     m.rows = m.rows > least ? m.rows : least;
     m.bands = (height + m.rows - 1) / m.rows;
     const size_t parts = m.bands * (size_t)s->info.channels;
     struct weft_statistics all = WEFT_STATISTICS_NONE;
-    weft_threads_run(weft_threads_available(), parts, measure_band, &m);
+    weft_threads_run(threads ? threads : weft_threads_available(), parts, measure_band, &m);
     for (size_t i = 0; i < parts; i++)
         weft_statistics_join(&all, &m.samples[i]);
     return all;
@@ -152,28 +184,34 @@ static uint64_t count_outside(const float *values, size_t count, double low, dou
     return outside;
 }
 
+static bool has_range(const struct weft_resample_source_params *params)
+{
+    return !weft_range_is_open(params->low, params->low, params->high) &&
+           !weft_range_is_open(params->high, params->low, params->high);
+}
+
 // What is read are the samples, but for prefiltered kernels.
-static void measure_values(weft_resample_source *s, const struct weft_statistics *samples,
+static void measure_values(weft_resample_source *s,
                            const struct weft_resample_source_params *params)
 {
     struct weft_resample_statistics *out = &s->info.statistics;
-    const bool given = !weft_range_is_open(params->low, params->low, params->high) &&
-                       !weft_range_is_open(params->high, params->low, params->high);
-    const bool coefficients = s->info.kernel.prefiltered;
+    const bool given = has_range(params), coefficients = s->info.kernel.prefiltered;
     struct weft_statistics values = WEFT_STATISTICS_NONE;
     for (int c = 0; c < s->info.channels; c++) {
         const float *of = weft_resample_values(s, c);
-        if (given)
+        if (given && (coefficients || !params->measured))
             out->clamped += count_outside(of, value_count(s), params->low, params->high);
-        else if (coefficients)
+        else if (!given && coefficients)
             weft_statistics_add(&values, of, value_count(s));
     }
+    if (given && params->measured && !coefficients)
+        out->clamped = params->measured->outside;
     if (given) {
         out->low = params->low;
         out->high = params->high;
         return;
     }
-    const struct weft_statistics *read = coefficients ? &values : samples;
+    const struct weft_statistics *read = coefficients ? &values : &s->samples;
     set_ends(read, &out->low, &out->high);
     out->clamped = read->not_finite;
 }
@@ -186,9 +224,19 @@ static void take_planes(weft_resample_source *s, const struct weft_resample_sour
         (struct weft_resample_source_info){.kernel = params->kernel,
                                            .width = params->width,
                                            .height = params->height,
-                                           .channels = params->channels ? params->channels : 1};
+                                           .channels = params->channels ? params->channels : 1,
+                                           .window = params->window};
     memcpy(s->plane, params->plane, sizeof s->plane);
-    s->stride = params->stride ? params->stride : params->width;
+    s->stride = params->stride ? params->stride : params->window.width;
+}
+
+static void measure(weft_resample_source *s, const struct weft_resample_source_params *p)
+{
+    s->samples = p->measured ? p->measured->samples
+                             : measure_samples(s, 0, (size_t)p->window.height, 0, p->threads);
+    s->has_differences = p->measured != NULL;
+    set_ends(&s->samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
+    measure_values(s, p);
 }
 
 enum weft_result weft_resample_source_create(const struct weft_resample_source_params *params,
@@ -196,30 +244,29 @@ enum weft_result weft_resample_source_create(const struct weft_resample_source_p
 {
     struct weft_resample_source_params p = *params;
     *out = NULL;
-    if (!p.kernel.info)
-        weft_kernel_parse(p.log, "catmull-rom", &p.kernel);
+    weft_resample_source *source = NULL;
     enum weft_result res = check(&p);
     if (res != WEFT_OK)
         return res;
-    weft_resample_source *source = calloc(1, sizeof *source);
+    res = WEFT_ERR_ARGUMENT;
+    weft_require(p.log, p.measured || !is_part(&p));
+    res = WEFT_ERR_MEMORY;
+    source = calloc(1, sizeof *source);
     if (!source) {
         weft_error(p.log, "out of memory for a source");
-        return WEFT_ERR_MEMORY;
+        goto fail;
     }
     take_planes(source, &p);
-    if (p.kernel.prefiltered)
-        res = prefilter(p.log, source);
-    else if (source->stride != p.width)
-        res = pack(p.log, source);
+    res = p.kernel.prefiltered               ? prefilter(p.log, source)
+          : source->stride != p.window.width ? pack(p.log, source)
+                                             : WEFT_OK;
     if (res == WEFT_OK) {
-        const struct weft_statistics samples = measure_samples(source, 0);
-        set_ends(&samples, &source->info.statistics.sample_low,
-                 &source->info.statistics.sample_high);
-        measure_values(source, &samples, &p);
+        measure(source, &p);
         *out = source;
-    } else {
-        weft_resample_source_destroy(&source);
+        source = NULL;
     }
+fail:
+    weft_resample_source_destroy(&source);
     return res;
 }
 
@@ -239,6 +286,52 @@ weft_resample_source_get_info(const weft_resample_source *source)
     return &source->info;
 }
 
+// ---- parts of the samples -----------------------------------------------------------------------
+
+// Rows whose differences begin before row `end` of the image.
+static bool has_rows_for(const struct weft_resample_source_params *p, int order, int first, int end)
+{
+    const int past = end < p->height - order ? end + order : p->height;
+    return first >= p->window.y && past <= p->window.y + p->window.height;
+}
+
+enum weft_result weft_resample_measure(const struct weft_resample_source_params *params, int first,
+                                       int rows, bool differences,
+                                       struct weft_resample_measured *out)
+{
+    struct weft_resample_source_params p = *params;
+    weft_resample_source view = {.overlap = 0};
+    *out = (struct weft_resample_measured)WEFT_RESAMPLE_MEASURED_NONE;
+    enum weft_result res = check(&p);
+    if (res != WEFT_OK)
+        return res;
+    res = WEFT_ERR_ARGUMENT;
+    const bool ordered = p.kernel.order >= 1 && p.kernel.order <= WEFT_STATISTICS_DIFFERENCES;
+    const int order = differences && ordered ? p.kernel.order : 0;
+    weft_require(p.log, first >= 0 && rows >= 1 && rows <= p.height - first);
+    weft_require(p.log, p.window.width == p.width && has_rows_for(&p, order, first, first + rows));
+    take_planes(&view, &p);
+    const size_t from = (size_t)(first - p.window.y), end = from + (size_t)rows;
+    out->samples = measure_samples(&view, from, end, 0, p.threads);
+    if (order)
+        out->samples.difference[order - 1] =
+            measure_samples(&view, from, end, order, p.threads).difference[order - 1];
+    for (int c = 0; has_range(&p) && c < view.info.channels; c++)
+        for (size_t y = from; y < end; y++)
+            out->outside += count_outside(view.plane[c] + y * (size_t)view.stride, (size_t)p.width,
+                                          p.low, p.high);
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+void weft_resample_measured_join(struct weft_resample_measured *sum,
+                                 const struct weft_resample_measured *other)
+{
+    weft_statistics_join(&sum->samples, &other->samples);
+    sum->outside += other->outside;
+}
+
 // ---- errors -------------------------------------------------------------------------------------
 
 double weft_resample_e1(const weft_resample_source *source)
@@ -246,7 +339,10 @@ double weft_resample_e1(const weft_resample_source *source)
     const struct weft_kernel *kernel = &source->info.kernel;
     if (kernel->order < 1 || kernel->order > WEFT_STATISTICS_DIFFERENCES)
         return (double)NAN;
-    const struct weft_statistics samples = measure_samples(source, kernel->order);
+    const struct weft_statistics samples =
+        source->has_differences
+            ? source->samples
+            : measure_samples(source, 0, (size_t)source->info.height, kernel->order, 0);
     return weft_error_e1(kernel, 2, samples.difference[kernel->order - 1]);
 }
 

@@ -54,11 +54,14 @@ enum weft_result weft_resample_verify(const weft_resample_plan *plan,
 {
     int64_t stride = p->stride;
     *out = (struct weft_verify_report){0};
+    struct weft_rectangle part = p->part;
     const enum weft_result res =
-        weft_resample_check_request(p->log, plan, p->source, p->plane, &stride);
+        weft_resample_check_request(p->log, plan, p->source, &part, p->plane, &stride);
     if (res != WEFT_OK)
         return res;
     struct weft_pixels_verify_params params = {
+        .part = part,
+        .window = p->source->info.window,
         .channels = p->source->info.channels,
         .bound_absolute = weft_resample_bound(plan, &p->source->info.statistics, 0.0).total,
         .log = p->log};
@@ -72,17 +75,21 @@ enum weft_result weft_resample_verify(const weft_resample_plan *plan,
 
 enum weft_result weft_resample_move_verify(const weft_resample_plan *plan,
                                            const struct weft_resample_integers *source,
+                                           const struct weft_rectangle *part,
                                            const uint32_t *pixels, int64_t stride,
                                            const struct weft_verify_params *how,
                                            struct weft_verify_report *out)
 {
     *out = (struct weft_verify_report){0};
-    stride = stride ? stride : plan->info.width;
-    const enum weft_result res = weft_resample_check_move(plan, source, pixels, stride);
+    struct weft_resample_integers from = *source;
+    struct weft_rectangle own;
+    const enum weft_result res = weft_resample_check_move(plan, &from, part, pixels, &stride, &own);
     if (res != WEFT_OK)
         return res;
     struct weft_pixels_verify_params params = {
-        .samples = {{source->plane, WEFT_VERIFY_UINT32, source->stride}},
+        .part = own,
+        .window = from.window,
+        .samples = {{from.plane, WEFT_VERIFY_UINT32, from.stride}},
         .pixels = {{pixels, WEFT_VERIFY_UINT32, stride}},
         .log = plan->log};
     return verify(plan, true, how, &params, out);

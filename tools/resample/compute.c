@@ -82,7 +82,7 @@ static enum weft_result move_group(struct resample_job *job, struct resample_gro
     const struct weft_resample_integers result = {
         .width = job->result.width, .height = job->result.height, .plane = to->integers};
     uint32_t range[2];
-    const enum weft_result res = weft_resample_move(group->plan, &source, to->integers, 0);
+    const enum weft_result res = weft_resample_move(group->plan, &source, NULL, to->integers, 0);
     if (res != WEFT_OK)
         return res;
     for (size_t i = 0; i < (size_t)job->result.width * (size_t)job->result.height; i++)
@@ -92,7 +92,7 @@ static enum weft_result move_group(struct resample_job *job, struct resample_gro
     group->maximum = range[1];
     const struct weft_verify_params how = {.max_seconds = INFINITY};
     return job->option[RESAMPLE_VERIFY].given
-               ? weft_resample_move_verify(group->plan, &source, to->integers, 0, &how,
+               ? weft_resample_move_verify(group->plan, &source, NULL, to->integers, 0, &how,
                                            &group->error)
                : WEFT_OK;
 }

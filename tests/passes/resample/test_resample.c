@@ -746,8 +746,8 @@ static void integers_are_moved_exactly(void **state)
                          WEFT_OK);
         const struct weft_resample_info *info = weft_resample_plan_get_info(plan);
         assert_true(info->moves);
-        const struct weft_resample_integers source = {nx, ny, from, from_stride};
-        assert_int_equal(weft_resample_move(plan, &source, to, stride), WEFT_OK);
+        const struct weft_resample_integers source = {nx, ny, {0}, from, from_stride};
+        assert_int_equal(weft_resample_move(plan, &source, NULL, to, stride), WEFT_OK);
         for (int y = 0; y < shape->height; y++) {
             for (int x = 0; x < shape->width; x++, compared++) {
                 int64_t at[2] = {x, y};
@@ -763,11 +763,11 @@ static void integers_are_moved_exactly(void **state)
                 assert_int_equal(to[y * stride + x], 42);
         }
         struct weft_verify_report error;
-        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, NULL, &error),
+        assert_int_equal(weft_resample_move_verify(plan, &source, NULL, to, stride, NULL, &error),
                          WEFT_OK);
         assert_true(error.maximum == 0.0 && error.rms == 0.0);
         to[0] ^= 1u;
-        assert_int_equal(weft_resample_move_verify(plan, &source, to, stride, NULL, &error),
+        assert_int_equal(weft_resample_move_verify(plan, &source, NULL, to, stride, NULL, &error),
                          WEFT_OK);
         assert_true(error.maximum == 1.0 && error.at_x == 0 && error.at_y == 0);
         weft_resample_plan_destroy(&plan);

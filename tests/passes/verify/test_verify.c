@@ -537,11 +537,13 @@ static void moved_integers_are_found(void **state)
                                                        .size = {5, 4}, .width = 10, .height = 6),
                                   &plan),
         WEFT_OK);
-    assert_int_equal(weft_resample_move(plan, &source, pixels, 0), WEFT_OK);
-    assert_int_equal(weft_resample_move_verify(plan, &source, pixels, 0, NULL, &clean), WEFT_OK);
+    assert_int_equal(weft_resample_move(plan, &source, NULL, pixels, 0), WEFT_OK);
+    assert_int_equal(weft_resample_move_verify(plan, &source, NULL, pixels, 0, NULL, &clean),
+                     WEFT_OK);
     assert_true(clean.maximum == 0.0 && clean.bound == 0.0 && clean.share == 0.0);
     pixels[34] ^= 1;
-    assert_int_equal(weft_resample_move_verify(plan, &source, pixels, 0, NULL, &planted), WEFT_OK);
+    assert_int_equal(weft_resample_move_verify(plan, &source, NULL, pixels, 0, NULL, &planted),
+                     WEFT_OK);
     assert_planted(&clean, &planted, 4, 3, 1.0, "integers");
     assert_true(isinf(planted.share) && planted.maximum > planted.bound);
     weft_resample_plan_destroy(&plan);
