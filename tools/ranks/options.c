@@ -112,8 +112,8 @@ enum weft_result rank_options_read(const struct option_value *first, struct rank
     return res == WEFT_OK ? check_outputs(out) : res;
 }
 
-enum weft_result rank_options_divide(const struct rank_request *request, const int size[2],
-                                     int granularity, int least, weft_regions **out)
+struct weft_regions_params rank_options_regions(const struct rank_request *request,
+                                                const int size[2], int granularity, int least)
 {
     struct weft_regions_params params =
         *weft_regions_params(.width = size[0], .height = size[1], .ranks = ranks_size(),
@@ -126,5 +126,5 @@ enum weft_result rank_options_divide(const struct rank_request *request, const i
         params.region_width = whole ? size[0] : request->region[0];
         params.region_height = whole ? size[1] : request->region[1];
     }
-    return weft_regions_create(&params, out);
+    return params;
 }

@@ -57,11 +57,10 @@ struct rank_request {
 // gnuplot for the chart) after an error line.
 enum weft_result rank_options_read(const struct option_value *first, struct rank_request *out);
 
-// The regions of a picture for the ranks there are. `granularity`: the verb's, where none is asked
+// How a picture is divided for the ranks there are. `granularity`: the verb's, where none is asked
 // for; least: pixels that a side has at least (what filters reach), where no region's size is asked
-// for. Regions larger than the picture are the picture. Returns WEFT_ERR_LIMIT (more than
-// WEFT_REGIONS_MAX), WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY after an error line; *out is then NULL.
-enum weft_result rank_options_divide(const struct rank_request *request, const int size[2],
-                                     int granularity, int least, weft_regions **out);
+// for. Regions larger than the picture are the picture.
+struct weft_regions_params rank_options_regions(const struct rank_request *request,
+                                                const int size[2], int granularity, int least);
 
 #endif

@@ -156,6 +156,14 @@ static void what_is_wrong_is_said(void **state)
 
 // ---- regions ------------------------------------------------------------------------------------
 
+static enum weft_result divide(const struct rank_request *request, const int picture[2],
+                               int granularity, int least, weft_regions **out)
+{
+    const struct weft_regions_params params =
+        rank_options_regions(request, picture, granularity, least);
+    return weft_regions_create(&params, out);
+}
+
 static void pictures_are_divided_as_asked_for(void **state)
 {
     (void)state;
@@ -179,9 +187,9 @@ static void pictures_are_divided_as_asked_for(void **state)
         weft_regions *regions = NULL;
         size = cases[i].ranks;
         assert_int_equal(read_line(cases[i].line, &request, told, sizeof told), WEFT_OK);
-        assert_int_equal(rank_options_divide(&request, cases[i].size, cases[i].granularity,
-                                             cases[i].least, &regions),
-                         WEFT_OK);
+        assert_int_equal(
+            divide(&request, cases[i].size, cases[i].granularity, cases[i].least, &regions),
+            WEFT_OK);
         assert_int_equal(weft_regions_count(regions), cases[i].count);
         const struct weft_rectangle first = weft_regions_get(regions, 0),
                                     last = weft_regions_get(regions, cases[i].count - 1);
@@ -213,9 +221,8 @@ static void without_a_size_ranks_have_their_share(void **state)
         weft_regions *regions = NULL;
         size = cases[i].ranks;
         assert_int_equal(read_line(cases[i].line, &request, told, sizeof told), WEFT_OK);
-        assert_int_equal(
-            rank_options_divide(&request, picture, cases[i].granularity, cases[i].least, &regions),
-            WEFT_OK);
+        assert_int_equal(divide(&request, picture, cases[i].granularity, cases[i].least, &regions),
+                         WEFT_OK);
         const int64_t count = weft_regions_count(regions);
         assert_in_range(count, cases[i].least_count, cases[i].most_count);
         for (int64_t r = 0; r < count; r++) {
@@ -236,7 +243,7 @@ static void too_many_regions_are_refused_in_a_line(void **state)
     weft_regions *regions = NULL;
     assert_int_equal(read_line("--region 1", &request, told, sizeof told), WEFT_OK);
     const struct told file = told_begin();
-    const enum weft_result res = rank_options_divide(&request, picture, 8, 1, &regions);
+    const enum weft_result res = divide(&request, picture, 8, 1, &regions);
     told_end(file, told, sizeof told);
     assert_int_equal(res, WEFT_ERR_LIMIT);
     assert_null(regions);
