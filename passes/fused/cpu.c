@@ -210,7 +210,7 @@ static void end_line(struct part *p, const struct weft_slice_block *block, int y
         .start = p->start,
         .low_bits = low_bits,
         .count = p->count,
-        .out = r->pixels + y * r->stride + p->first,
+        .out = weft_slice_pixel(r->plan, r->pixels, r->stride, p->first, y),
     };
     for (int i = 0; i < 3; i++) {
         const int a = r->plan->axes.order[i];
@@ -272,7 +272,8 @@ static void make_row(struct part *p, const struct weft_slice_block *block, int y
         if (p->count && cell->class != p->class)
             end_line(p, block, y);
         if (cell->class == WEFT_CELL_CONSTANT) {
-            fill(r->pixels + y * r->stride + p->at.x + x, cell->value, count);
+            fill(weft_slice_pixel(r->plan, r->pixels, r->stride, p->at.x + x, y), cell->value,
+                 count);
             continue;
         }
         if (!p->count)
@@ -334,7 +335,8 @@ static bool make_part(void *priv, int thread, size_t i)
                              (p.at.y - by * WEFT_GRID_BLOCK) * grid->dv[a];
     for (int y = p.at.y; y < p.at.y + p.at.height; y++) {
         make_row(&p, &block, y);
-        weft_statistics_add(&r->statistics[thread], r->pixels + y * r->stride + p.at.x,
+        weft_statistics_add(&r->statistics[thread],
+                            weft_slice_pixel(r->plan, r->pixels, r->stride, p.at.x, y),
                             (size_t)p.at.width);
         for (int a = 0; a < 3; a++)
             block.position[a] += grid->dv[a];

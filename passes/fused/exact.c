@@ -239,7 +239,7 @@ static bool paint_run(void *priv, const struct weft_span *run)
     }
     if (p->states[number] == STATE_FIT)
         return true;
-    float *out = p->pixels + run->y * p->stride + run->x;
+    float *out = weft_slice_pixel(p->plan, p->pixels, p->stride, run->x, run->y);
     load_box(p, number);
     set_block(p, run->x, run->y);
     for (int i = 0; i < run->count; i++) {
@@ -271,8 +271,8 @@ enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
                           .boxed = WEFT_CELL_NONE,
                           .block_x = -1,
                           .row = -1};
-    weft_slice_grid_walk(&plan->footprint->grid, tile->x, tile->y, tile->width, tile->height,
-                         paint_run, p);
+    const struct weft_rectangle at = weft_slice_tile_part(plan, tile);
+    weft_slice_grid_walk(&plan->footprint->grid, at.x, at.y, at.width, at.height, paint_run, p);
     res = p->result;
     *count += p->count;
     weft_cell_map_destroy(&p->map);

@@ -19,6 +19,7 @@
 #define WEFT_PASSES_FUSED_FUSED_H
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/rectangle.h"
 #include "../../tiles/volume/layout.h"
 #include "../cpu/cpu.h"
 #include "../positions/footprint.h"
@@ -62,6 +63,12 @@ struct weft_slice_params {
     // where they are, or added, and bricks likewise where no blocks are read. Layout, source, low
     // and high are then its own: what is given here must be the default, or the same.
     weft_resident *resident;
+    // Which pixels are planned, and then run (default all 0: all). They are those of the whole
+    // slice, bit for bit: the automatic layout, the order of axes and what cells need are the whole
+    // slice's. Bricks beyond what these pixels' cells reach are not read. With the automatic layout
+    // on OpenGL the whole slice is planned as well, to choose: name the layout that another plan of
+    // it chose where there are many parts.
+    struct weft_rectangle part;
     enum weft_engine engine;        // that is to run it (default OpenGL)
     enum weft_sums sums;            // of products (default float); double: of the CPU engine alone
     enum weft_layout layout;        // of voxels in the texture buffer (default auto, which goes by
@@ -86,7 +93,8 @@ struct weft_slice_params {
 #define WEFT_SLICE_DEFAULTS
 #define weft_slice_params(...) (&(struct weft_slice_params){WEFT_SLICE_DEFAULTS __VA_ARGS__})
 
-// One rectangle of the output, with the data it needs resident at once.
+// One rectangle of the output, with the data it needs resident at once. With cheaper pieces on
+// OpenGL, which draws squares of 32 x 32 pixels, it may reach beyond the part that was asked for.
 struct weft_slice_tile {
     int x, y, width, height;
     uint64_t bricks_read;    // handed over by the reader
@@ -105,6 +113,7 @@ struct weft_slice_plan_info {
     struct weft_slice_geometry geometry; // as asked for
     enum weft_space space;
     struct weft_slice_geometry index_geometry; // the same in index space
+    struct weft_rectangle part;                // that is planned; never all 0
     enum weft_engine engine;
     enum weft_sums sums;
     enum weft_layout layout;
@@ -113,7 +122,7 @@ struct weft_slice_plan_info {
     const struct weft_slice_tile *tiles;
     uint64_t bricks_read;  // sum over tiles
     uint64_t memory_bytes; // of the largest tile
-    bool misses_volume;    // no pixel comes near an active voxel
+    bool misses_volume;    // no pixel comes near an active voxel; of parts no warning tells it
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
@@ -132,6 +141,7 @@ struct weft_slice_plan_info {
     int weight_vectors; // of four coefficients, that a pixel's weights along an axis are made of
     uint64_t source_texels; // laid out, or summed samples of planes; over all tiles
     unsigned savings;       // bits of enum weft_saving: those that can save something here
+    double smooth_error;    // the params', 0 where cheaper pieces cannot save anything
     int summed_axis;        // 0 to 2: voxels are summed along it before; -1: none
     int summed_taps;        // of the kernel's along that axis, those with a weight
     const char *text;       // the plan as --explain prints it, one line per tile and pass
@@ -143,8 +153,8 @@ struct weft_slice_plan_info {
 // voxel. Not with clamp_to_samples; source formats hold a range of coefficients.
 //
 // Finds what the slice touches, cuts it into tiles that fit, and chooses the layout. Reads no
-// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, kernel, range
-// of the source, samples of tiles, smooth_error; a resident volume of other voxels, layout or
+// voxel. Returns WEFT_ERR_ARGUMENT (sizes, edge vectors zero, parallel or not finite, part, kernel,
+// range of the source, samples of tiles, smooth_error; a resident volume of other voxels, layout or
 // engine, or for other kernels), WEFT_ERR_LIMIT (memory, index range; a resident volume that does
 // not hold the smallest tile's blocks), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on
 // OpenGL; layouts and sources that the CPU engine has not; see above), WEFT_ERR_MEMORY,

@@ -31,6 +31,7 @@ struct planner {
     int max_tile;
     int64_t max_texels;
     const struct weft_progress *progress;
+    int64_t all_pixels;     // of what is planned
     int64_t planned_pixels; // in finished tiles
     double fraction;        // last reported; another layout's attempt begins anew
     size_t needed_blocks;   // of the tile that was sized last
@@ -216,20 +217,30 @@ static bool append_tile(struct weft_slice_plan *plan, const struct weft_slice_ti
     return true;
 }
 
-// Where to cut a side: at a block boundary, or in the middle of what is smaller than two blocks.
-static int cut(int length)
+// Whether which shader draws a pixel depends on those around it.
+static bool draws_squares(const struct weft_slice_plan *plan)
 {
-    int half = length / 2;
-    return half >= WEFT_GRID_BLOCK ? half / WEFT_GRID_BLOCK * WEFT_GRID_BLOCK : half;
+    return plan->info.engine == WEFT_ENGINE_GL && plan->smooth.error > 0.0;
+}
+
+// Where to cut a side that begins at `from`: at a block boundary, or in the middle of what is
+// smaller than two blocks, which where squares are drawn lies between two of them.
+static int cut(const struct weft_slice_plan *plan, int from, int length)
+{
+    const int half = length / 2, end = from + half;
+    if (half >= WEFT_GRID_BLOCK)
+        return half / WEFT_GRID_BLOCK * WEFT_GRID_BLOCK;
+    return draws_squares(plan) && end / WEFT_SLICE_SQUARE * WEFT_SLICE_SQUARE > from
+               ? end / WEFT_SLICE_SQUARE * WEFT_SLICE_SQUARE - from
+               : half;
 }
 
 // What is done of all pixels; another layout's attempt begins anew, and tells no less.
 static void note_progress(struct planner *planner, const struct weft_slice_tile *done)
 {
-    const struct weft_slice_geometry *g = &planner->plan->footprint->grid.index;
     planner->planned_pixels += (int64_t)done->width * done->height;
-    planner->fraction =
-        fmax(planner->fraction, (double)planner->planned_pixels / ((double)g->width * g->height));
+    planner->fraction = fmin(1.0, fmax(planner->fraction, (double)planner->planned_pixels /
+                                                              (double)planner->all_pixels));
 }
 
 static enum weft_result plan_rectangle(struct planner *planner, enum weft_layout layout,
@@ -241,11 +252,11 @@ static enum weft_result plan_halves(struct planner *planner, enum weft_layout la
     struct weft_slice_tile first = {whole->x, whole->y, whole->width, whole->height, 0, 0, 0, 0};
     struct weft_slice_tile second = first;
     if (whole->width >= whole->height) {
-        first.width = cut(whole->width);
+        first.width = cut(planner->plan, whole->x, whole->width);
         second.x += first.width;
         second.width -= first.width;
     } else {
-        first.height = cut(whole->height);
+        first.height = cut(planner->plan, whole->y, whole->height);
         second.y += first.height;
         second.height -= first.height;
     }
@@ -299,51 +310,155 @@ static void forget_tiles(struct weft_slice_plan *plan)
     plan->info.tile_count = 0;
 }
 
-static enum weft_result find_whole(const struct planner *planner)
+static struct weft_rectangle whole_of(const struct weft_slice_plan *plan)
 {
-    struct weft_slice_plan *plan = planner->plan;
     const struct weft_slice_geometry *g = &plan->footprint->grid.index;
-    const struct weft_rectangle whole = {.width = g->width, .height = g->height};
-    return weft_footprint_cells(plan->footprint, &whole, planner->progress, 0.0, &plan->cells);
+    return (struct weft_rectangle){0, 0, g->width, g->height};
 }
 
-// The layouts to try in turn, each down to a smallest tile.
+// How many columns (or rows) apart two pixels of one cell may be: along each two axes their
+// distance is less than a cell.
+static double cell_pixels(const double along[3], const double across[3])
+{
+    double most = INFINITY;
+    for (int a = 0; a < 3; a++) {
+        const int b = (a + 1) % 3;
+        const double area = fabs(along[a] * across[b] - along[b] * across[a]);
+        most = fmin(most, WEFT_BRICK_SIZE * (fabs(across[a]) + fabs(across[b])) / area);
+    }
+    return most;
+}
+
+static void widen(double by, int32_t limit, int32_t *from, int32_t *length)
+{
+    const double first = fmax(0.0, *from - by);
+    const double end = fmin((double)limit, (double)*from + *length + by);
+    *from = (int32_t)first;
+    *length = (int32_t)end - *from;
+}
+
+// What a part is drawn with: whole squares where those are drawn.
+static struct weft_rectangle planned_rectangle(const struct weft_slice_plan *plan)
+{
+    const struct weft_rectangle whole = whole_of(plan);
+    struct weft_rectangle at = plan->info.part;
+    if (!draws_squares(plan) || plan->axes.separable)
+        return at;
+    const int32_t x = at.x & -WEFT_SLICE_SQUARE, y = at.y & -WEFT_SLICE_SQUARE;
+    at.width = (at.x + at.width - x + WEFT_SLICE_SQUARE - 1) & -WEFT_SLICE_SQUARE;
+    at.height = (at.y + at.height - y + WEFT_SLICE_SQUARE - 1) & -WEFT_SLICE_SQUARE;
+    at.x = x;
+    at.y = y;
+    return weft_rectangle_common(&at, &whole);
+}
+
+// What is planned, with all pixels of its cells around it.
+static struct weft_rectangle window_of(const struct weft_slice_plan *plan)
+{
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
+    struct weft_rectangle window = planned_rectangle(plan);
+    double du[3], dv[3];
+    for (int a = 0; a < 3; a++) {
+        du[a] = g->u[a] / g->width;
+        dv[a] = g->v[a] / g->height;
+    }
+    // Positions are rounded, by far less than a pixel's share of a cell.
+    enum { SLACK = 2 };
+    widen(1.01 * cell_pixels(du, dv) + SLACK, g->width, &window.x, &window.width);
+    widen(1.01 * cell_pixels(dv, du) + SLACK, g->height, &window.y, &window.height);
+    return window;
+}
+
+// The cells that say what is needed of each; blocks that stay resident are whole ones.
+static enum weft_result find_cells(const struct planner *planner, bool all)
+{
+    struct weft_slice_plan *plan = planner->plan;
+    const struct weft_rectangle whole = whole_of(plan);
+    const bool known =
+        all || weft_slice_is_whole(plan) || weft_footprint_has_cells(plan->footprint, &whole);
+    const struct weft_rectangle window = known ? whole : window_of(plan);
+    if (plan->cells || plan->axes.separable ||
+        (weft_slice_reads_blocks(plan) && !weft_slice_is_whole(plan)))
+        return WEFT_OK;
+    return weft_footprint_cells(plan->footprint, &window, planner->progress, 0.0, &plan->cells);
+}
+
+// Layouts to try in turn, each down to a smallest tile.
+struct tries {
+    int count;
+    enum weft_layout layout[2];
+    int min_tile[2];
+};
+
+static void add_try(struct tries *tries, enum weft_layout layout, int min_tile)
+{
+    tries->layout[tries->count] = layout;
+    tries->min_tile[tries->count++] = min_tile;
+}
+
+static struct tries find_tries(const struct weft_slice_plan *plan, enum weft_layout asked)
+{
+    const int width = plan->info.kernel.width;
+    struct tries tries = {0};
+    if (plan->axes.separable || plan->info.engine == WEFT_ENGINE_CPU) {
+        add_try(&tries, WEFT_LAYOUT_PLAIN, MIN_TILE);
+    } else if (weft_slice_reads_blocks(plan)) {
+        add_try(&tries, plan->resident->info.layout, MIN_TILE);
+    } else if (asked != WEFT_LAYOUT_AUTO) {
+        add_try(&tries, asked, MIN_TILE);
+    } else if (width < 3) { // one or two taps a row use too little of a texel of four
+        add_try(&tries, WEFT_LAYOUT_PLAIN, MIN_TILE);
+    } else {
+        add_try(&tries, WEFT_LAYOUT_INTERLEAVED, COMFORTABLE_TILE);
+        add_try(&tries, WEFT_LAYOUT_ALIGNED, MIN_TILE);
+    }
+    return tries;
+}
+
+static enum weft_result try_layouts(struct planner *planner, const struct tries *tries,
+                                    const struct weft_rectangle *at)
+{
+    struct weft_slice_plan *plan = planner->plan;
+    const struct weft_slice_tile tile = {at->x, at->y, at->width, at->height, 0, 0, 0, 0};
+    enum weft_result res = WEFT_ERR_LIMIT;
+    planner->all_pixels = (int64_t)at->width * at->height;
+    for (int i = 0; i < tries->count && res == WEFT_ERR_LIMIT; i++) {
+        forget_tiles(plan);
+        planner->planned_pixels = 0;
+        plan->info.layout = tries->layout[i];
+        res = plan_rectangle(planner, tries->layout[i], tries->min_tile[i], tile);
+    }
+    return res;
+}
+
+// Of a part the layout is the one that the whole slice has.
+static enum weft_result try_whole(struct planner *planner, struct tries *tries)
+{
+    struct weft_slice_plan *plan = planner->plan;
+    const struct weft_rectangle whole = whole_of(plan);
+    enum weft_result res = find_cells(planner, true);
+    if (res == WEFT_OK)
+        res = try_layouts(planner, tries, &whole);
+    if (res != WEFT_OK)
+        return res;
+    forget_tiles(plan);
+    *tries = (struct tries){0};
+    add_try(tries, plan->info.layout, MIN_TILE);
+    return WEFT_OK;
+}
+
 static enum weft_result plan_tiles(struct planner *planner, enum weft_layout asked)
 {
     struct weft_slice_plan *plan = planner->plan;
-    int width = plan->info.kernel.width;
-    struct {
-        enum weft_layout layout;
-        int min_tile;
-    } tries[3] = {{asked, MIN_TILE}};
-    int count = 1;
-    if (plan->axes.separable) {
-        tries[0].layout = WEFT_LAYOUT_PLAIN;
-    } else if (weft_slice_reads_blocks(plan)) {
-        tries[0].layout = plan->resident->info.layout;
-    } else if (plan->info.engine == WEFT_ENGINE_CPU) {
-        tries[0].layout = WEFT_LAYOUT_PLAIN;
-    } else if (asked == WEFT_LAYOUT_AUTO) {
-        // One or two taps a row use too little of a texel of four.
-        tries[0].layout = width < 3 ? WEFT_LAYOUT_PLAIN : WEFT_LAYOUT_INTERLEAVED;
-        tries[0].min_tile = width < 3 ? MIN_TILE : COMFORTABLE_TILE;
-        if (width >= 3) {
-            tries[count].layout = WEFT_LAYOUT_ALIGNED;
-            tries[count++].min_tile = MIN_TILE;
-        }
-    }
-    enum weft_result res = plan->axes.separable ? WEFT_OK : find_whole(planner);
+    struct tries tries = find_tries(plan, asked);
+    enum weft_result res = WEFT_OK;
+    if (tries.count > 1 && !weft_slice_is_whole(plan))
+        res = try_whole(planner, &tries);
     if (res == WEFT_OK)
-        res = WEFT_ERR_LIMIT;
-    for (int i = 0; i < count && res == WEFT_ERR_LIMIT; i++) {
-        forget_tiles(plan);
-        planner->planned_pixels = 0;
-        plan->info.layout = tries[i].layout;
-        res = plan_rectangle(planner, tries[i].layout, tries[i].min_tile,
-                             (struct weft_slice_tile){0, 0, plan->footprint->grid.index.width,
-                                                      plan->footprint->grid.index.height, 0, 0, 0,
-                                                      0});
-    }
+        res = find_cells(planner, false);
+    const struct weft_rectangle at = planned_rectangle(plan);
+    if (res == WEFT_OK)
+        res = try_layouts(planner, &tries, &at);
     if (res == WEFT_ERR_LIMIT && weft_slice_reads_blocks(plan) &&
         planner->needed_blocks > plan->resident->info.capacity)
         weft_error(plan->log,
@@ -482,6 +597,7 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
         info->savings |= WEFT_SAVING_AXIS;
     if (plan->smooth.error > 0.0)
         info->savings |= WEFT_SAVING_SMOOTH;
+    info->smooth_error = plan->smooth.error;
     return WEFT_OK;
 }
 
@@ -560,6 +676,10 @@ static enum weft_result start_info(struct weft_slice_plan *plan, const struct we
     info->sums = p->sums;
     info->index_geometry = reach->index_geometry;
     info->prefilter_overlap = reach->prefilter_overlap;
+    const enum weft_result res = weft_rectangle_within(p->log, &p->part, info->geometry.width,
+                                                       info->geometry.height, &info->part);
+    if (res != WEFT_OK)
+        return res;
     if (!reach->kernel.prefiltered || !p->clamp_to_samples)
         return WEFT_OK;
     weft_error(p->log, "kernel %si: coefficients are no samples that pixels could be clamped to",
@@ -634,7 +754,7 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
     res = weft_slice_text_print(plan, info);
     if (res != WEFT_OK)
         goto fail;
-    if (plan->info.misses_volume)
+    if (plan->info.misses_volume && weft_slice_is_whole(plan))
         weft_slice_miss_report(p->log, &plan->footprint->grid, &plan->info.geometry,
                                plan->info.space, plan->info.kernel.width, info);
     *out = plan;

@@ -11,6 +11,10 @@
 #include "tiles/kernel/polynomial_tiles.h"
 #include "tiles/volume/block_layout.h"
 
+// Pixels that a shader is chosen for together: squares of this size on the fixed grid of the
+// output.
+enum { WEFT_SLICE_SQUARE = 32 };
+
 // What a cell of a tile is made of. Its reach is that of all the slice's pixels in it, not of the
 // tile's alone: whether one value or cheaper pieces do for it is so the same in every tile, and a
 // pixel does not depend on how the slice is cut.
@@ -43,9 +47,11 @@ struct weft_slice_smooth {
 
 struct weft_slice_plan {
     struct weft_slice_plan_info info;
-    weft_footprint *footprint;            // held
-    struct weft_resident *resident;       // or NULL
-    const struct weft_slice_cells *cells; // of the whole slice, the footprint's; NULL: separable
+    weft_footprint *footprint;      // held
+    struct weft_resident *resident; // or NULL
+    // All of the slice's pixels in the cells of the part, and more: the whole slice's cells, or
+    // those of a window around the part; the footprint's. NULL: separable.
+    const struct weft_slice_cells *cells;
     struct weft_slice_axes axes;
     struct weft_slice_smooth smooth;
     struct weft_source_range range; // of stored samples
@@ -76,6 +82,28 @@ double weft_slice_position_bound(const struct weft_slice_plan *plan);
 // fewer along a summed axis.
 void weft_slice_cell_box(const struct weft_slice_plan *plan, size_t number, int32_t min[3],
                          int32_t max[3]);
+
+// Whether it is planned for all pixels of the slice.
+static inline bool weft_slice_is_whole(const struct weft_slice_plan *plan)
+{
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
+    return plan->info.part.width == g->width && plan->info.part.height == g->height;
+}
+
+// Where a run puts a pixel of the slice, which is one of the part.
+static inline float *weft_slice_pixel(const struct weft_slice_plan *plan, float *pixels,
+                                      int64_t stride, int x, int y)
+{
+    return pixels + (y - plan->info.part.y) * stride + (x - plan->info.part.x);
+}
+
+// The pixels of a tile that are the part's.
+static inline struct weft_rectangle weft_slice_tile_part(const struct weft_slice_plan *plan,
+                                                         const struct weft_slice_tile *tile)
+{
+    const struct weft_rectangle at = {tile->x, tile->y, tile->width, tile->height};
+    return weft_rectangle_common(&at, &plan->info.part);
+}
 
 // Whether its voxels are those of resident blocks.
 static inline bool weft_slice_reads_blocks(const struct weft_slice_plan *plan)

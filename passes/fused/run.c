@@ -17,9 +17,9 @@
 // Shaders for pixels that need less: a software GL runs both sides of a branch.
 enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
 
-// Pixels are sorted into squares of this size, on the fixed grid of the output, of which each is
-// drawn with the cheapest shader that does for all of it.
-enum { SQUARE = 32, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
+// Pixels are sorted into squares, of which each is drawn with the cheapest shader that does for all
+// of it.
+enum { SQUARE = WEFT_SLICE_SQUARE, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
 
 struct weft_fused {
     const struct weft_slice_plan *plan;
@@ -486,13 +486,16 @@ static enum weft_result draw_tile(struct weft_fused *r, int index)
 static enum weft_result read_back(struct weft_fused *r, int index, float *pixels, int64_t stride)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
+    const struct weft_rectangle at = weft_slice_tile_part(r->plan, tile);
     double start = weft_now_seconds();
     const struct weft_gl_pixels out = {
-        .width = tile->width,
-        .height = tile->height,
+        .x = at.x - tile->x,
+        .y = at.y - tile->y,
+        .width = at.width,
+        .height = at.height,
         .type = GL_FLOAT,
         .stride = (int)stride,
-        .data = pixels + tile->y * stride + tile->x,
+        .data = weft_slice_pixel(r->plan, pixels, stride, at.x, at.y),
     };
     const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->objects->target, &out);
     r->report.readback_seconds += weft_now_seconds() - start;

@@ -71,6 +71,9 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
     fprintf(out, "slice %dx%d of grid %s (%s, %" PRIu64 " bricks), kernel %s, %d taps\n", g->width,
             g->height, volume->name, volume->type, volume->bricks, kernel,
             plan->info.kernel.width * plan->info.kernel.width * plan->info.kernel.width);
+    if (!weft_slice_is_whole(plan))
+        fprintf(out, "part: pixels (%d,%d) %dx%d\n", plan->info.part.x, plan->info.part.y,
+                plan->info.part.width, plan->info.part.height);
     fprintf(out,
             "index space: origin (%.9g, %.9g, %.9g), u (%.9g, %.9g, %.9g), v (%.9g, %.9g, %.9g)\n",
             g->origin[0], g->origin[1], g->origin[2], g->u[0], g->u[1], g->u[2], g->v[0], g->v[1],

@@ -141,8 +141,7 @@ static enum weft_result plan_tiles(struct weft_hardware_plan *plan)
 {
     enum weft_result res = WEFT_OK;
     for (int i = 0; res == WEFT_OK && i < plan->slice->info.tile_count; i++) {
-        const struct weft_slice_tile *tile = &plan->slice->tiles[i];
-        const struct weft_rectangle at = {tile->x, tile->y, tile->width, tile->height};
+        const struct weft_rectangle at = weft_slice_tile_part(plan->slice, &plan->slice->tiles[i]);
         res = plan_rectangle(plan, &at);
     }
     for (int a = 0; a < 3; a++)

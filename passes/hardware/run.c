@@ -330,7 +330,7 @@ static enum weft_result read_back(struct weft_hardware *r, const struct weft_rec
         .height = at->height,
         .type = GL_FLOAT,
         .stride = (int)stride,
-        .data = pixels + at->y * stride + at->x,
+        .data = weft_slice_pixel(r->plan->slice, pixels, stride, at->x, at->y),
     };
     const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->target, &out);
     r->report.readback_seconds += weft_now_seconds() - start;

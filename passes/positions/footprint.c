@@ -295,6 +295,11 @@ static struct weft_slice_cells *find_cells(const weft_footprint *f,
     return NULL;
 }
 
+bool weft_footprint_has_cells(const weft_footprint *f, const struct weft_rectangle *rectangle)
+{
+    return find_cells(f, rectangle) != NULL;
+}
+
 static bool keep_cells(weft_footprint *f, struct weft_slice_cells *cells)
 {
     if (f->cells_count == f->cells_capacity) {

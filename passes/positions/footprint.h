@@ -16,6 +16,7 @@
 #define WEFT_PASSES_POSITIONS_FOOTPRINT_H
 
 #include "../../filter/kernels/kernel.h"
+#include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "geometry.h"
 
@@ -88,6 +89,27 @@ struct weft_slice_statistics {
 WEFT_API enum weft_result weft_footprint_statistics(weft_footprint *footprint,
                                                     const struct weft_progress *progress,
                                                     struct weft_slice_statistics *out);
+
+// ---- measured in parts --------------------------------------------------------------------------
+
+// What a part of the slice's pixels reaches (all 0: all of them), which the footprint does not
+// remember. Only bricks in its reach are read. Returns as weft_footprint_statistics, and
+// WEFT_ERR_ARGUMENT (a part that is not within the slice) or WEFT_ERR_UNSUPPORTED (prefiltered
+// kernels, where what counts around is measured for all pixels together).
+WEFT_API enum weft_result weft_footprint_part_statistics(weft_footprint *footprint,
+                                                         const struct weft_rectangle *part,
+                                                         const struct weft_progress *progress,
+                                                         struct weft_slice_statistics *out);
+// Joins what two parts reach: parts that cover the slice give the whole slice's statistics, bit for
+// bit, but that voxels in reach of several parts are counted in each of them. {0}, with no voxels,
+// is nothing. Pure.
+WEFT_API struct weft_slice_statistics
+weft_slice_statistics_join(const struct weft_slice_statistics *a,
+                           const struct weft_slice_statistics *b);
+// The statistics of the whole slice, as they were measured elsewhere: nothing is read for them any
+// more. Of prefiltered kernels the range alone is taken.
+WEFT_API void weft_footprint_set_statistics(weft_footprint *footprint,
+                                            const struct weft_slice_statistics *statistics);
 
 WEFT_END_DECLS
 #endif

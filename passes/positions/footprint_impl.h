@@ -96,6 +96,9 @@ enum weft_result weft_footprint_cells(weft_footprint *footprint,
                                       const struct weft_rectangle *rectangle,
                                       const struct weft_progress *progress, double fraction,
                                       const struct weft_slice_cells **out);
+// Whether somebody has found them: then they are there at once.
+bool weft_footprint_has_cells(const weft_footprint *footprint,
+                              const struct weft_rectangle *rectangle);
 // Visits spans of cells of the rectangle's rows from `row` to `end`, exclusive, row by row; rows
 // and columns count from the rectangle's own. false if a visit was.
 typedef bool (*weft_cell_visitor)(void *priv, int x, int y, const struct weft_cell_span *span);

@@ -257,6 +257,7 @@ struct marker {
 
 struct marking {
     const weft_footprint *footprint;
+    struct weft_rectangle part; // that is marked
     const struct weft_progress *progress;
     struct marker *marker; // of each thread
     bool cancelled;        // told to the caller's thread
@@ -301,15 +302,14 @@ static bool mark_span(void *priv, const struct weft_span *span)
 static bool mark_pixels(void *priv, int thread, size_t part)
 {
     struct marking *m = priv;
-    const struct weft_slice_geometry *g = &m->footprint->grid.index;
     const int end = ((int)part + 1) * PART_ROWS;
-    for (int y = (int)part * PART_ROWS; y < end && y < g->height; y++) {
+    for (int y = (int)part * PART_ROWS; y < end && y < m->part.height; y++) {
         if (thread == 0 && !go_on(m->progress, 0.0)) {
             m->cancelled = true;
             return false;
         }
-        if (!weft_slice_grid_walk(&m->footprint->grid, 0, y, g->width, 1, mark_span,
-                                  &m->marker[thread]))
+        if (!weft_slice_grid_walk(&m->footprint->grid, m->part.x, m->part.y + y, m->part.width, 1,
+                                  mark_span, &m->marker[thread]))
             return false;
     }
     return true;
@@ -331,7 +331,7 @@ static bool mark_cells(void *priv, int thread, size_t part)
 static bool mark_all(struct marking *m, int threads)
 {
     struct marker *first = &m->marker[0];
-    const size_t rows = (size_t)m->footprint->grid.index.height;
+    const size_t rows = (size_t)m->part.height;
     bool done = weft_threads_run(threads, (rows + PART_ROWS - 1) / PART_ROWS, mark_pixels, m);
     for (int t = 1; done && t < threads; t++)
         done = reached_join(&first->cells, &m->marker[t].cells);
@@ -342,11 +342,26 @@ static bool mark_all(struct marking *m, int threads)
     return done;
 }
 
-static enum weft_result find_reached(const weft_footprint *f, int threads,
-                                     const struct weft_progress *progress, struct reached *out)
+struct measure_how {
+    struct weft_rectangle part; // of the slice's pixels
+    bool differences;           // as well as the range
+    int threads;
+    const struct weft_progress *progress;
+};
+
+static struct weft_rectangle whole_of(const weft_footprint *f)
 {
-    struct marking m = {
-        .footprint = f, .progress = progress, .marker = calloc((size_t)threads, sizeof *m.marker)};
+    return (struct weft_rectangle){0, 0, f->grid.index.width, f->grid.index.height};
+}
+
+static enum weft_result find_reached(const weft_footprint *f, const struct measure_how *how,
+                                     struct reached *out)
+{
+    const int threads = how->threads;
+    struct marking m = {.footprint = f,
+                        .part = how->part,
+                        .progress = how->progress,
+                        .marker = calloc((size_t)threads, sizeof *m.marker)};
     for (int t = 0; m.marker && t < threads; t++) {
         m.marker[t].block_x = -1;
         m.marker[t].marking = &m;
@@ -369,12 +384,6 @@ static enum weft_result find_reached(const weft_footprint *f, int threads,
 }
 
 // ---- their voxels -------------------------------------------------------------------------------
-
-struct measure_how {
-    bool differences; // as well as the range
-    int threads;
-    const struct weft_progress *progress;
-};
 
 // Bricks from number `from` on that have voxels, `count` of them at most; returns where to go on.
 // What has none is measured at once.
@@ -447,7 +456,7 @@ static enum weft_result measure_reached(weft_footprint *f, const struct measure_
 {
     enum { LOT = 1 << 14 };
     struct reached reached = {.masks = NULL};
-    enum weft_result res = find_reached(f, how->threads, how->progress, &reached);
+    enum weft_result res = find_reached(f, how, &reached);
     for (size_t at = 0; res == WEFT_OK && at < reached.bricks.count;) {
         struct weft_cell_map lot = {0};
         const size_t next = next_bricks(f, &reached, at, LOT, &lot);
@@ -586,7 +595,7 @@ static enum weft_result measure_background(weft_footprint *f, const struct reach
                                            const struct weft_brick_list *list)
 {
     const struct weft_volume_info *info = weft_volume_get_info(f->volume);
-    const struct weft_rectangle whole = {0, 0, f->grid.index.width, f->grid.index.height};
+    const struct weft_rectangle whole = whole_of(f);
     const double value = (double)info->background;
     const struct weft_slice_cells *cells = NULL;
     weft_brick_store *places = NULL;
@@ -721,7 +730,8 @@ enum weft_result weft_footprint_measure(weft_footprint *f, const struct weft_pro
 {
     if (f->measured)
         return WEFT_OK;
-    const struct measure_how how = {.differences = true, .threads = 1, .progress = progress};
+    const struct measure_how how = {
+        .part = whole_of(f), .differences = true, .threads = 1, .progress = progress};
     f->ranged = false;
     clear_statistics(f);
     set_shells(&f->info.kernel, &f->shells);
@@ -742,7 +752,7 @@ enum weft_result weft_footprint_measure_range(weft_footprint *f, int threads,
 {
     if (f->ranged)
         return WEFT_OK;
-    const struct measure_how how = {.threads = threads, .progress = progress};
+    const struct measure_how how = {.part = whole_of(f), .threads = threads, .progress = progress};
     clear_statistics(f);
     enum weft_result res = weft_footprint_open(f);
     if (res == WEFT_OK)
@@ -761,4 +771,69 @@ enum weft_result weft_footprint_statistics(weft_footprint *footprint,
     const enum weft_result res = weft_footprint_measure(footprint, progress);
     *out = footprint->statistics;
     return res;
+}
+
+// ---- parts --------------------------------------------------------------------------------------
+
+enum weft_result weft_footprint_part_statistics(weft_footprint *f,
+                                                const struct weft_rectangle *part,
+                                                const struct weft_progress *progress,
+                                                struct weft_slice_statistics *out)
+{
+    const struct weft_statistics known_voxels = f->voxels;
+    const struct weft_slice_statistics known = f->statistics;
+    struct measure_how how = {.differences = true, .threads = 1, .progress = progress};
+    *out = (struct weft_slice_statistics){0};
+    if (f->coefficients) {
+        weft_error(f->log, "kernel %si: voxels are measured for all of a slice, not for parts",
+                   f->info.kernel.info->name);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    enum weft_result res =
+        weft_rectangle_within(f->log, part, f->grid.index.width, f->grid.index.height, &how.part);
+    if (res == WEFT_OK)
+        res = weft_footprint_open(f);
+    if (res != WEFT_OK)
+        return res;
+    clear_statistics(f);
+    res = measure_reached(f, &how);
+    if (res == WEFT_OK) {
+        set_statistics(f);
+        *out = f->statistics;
+    }
+    f->voxels = known_voxels;
+    f->statistics = known;
+    return res;
+}
+
+static bool has_range(const struct weft_slice_statistics *s)
+{
+    return s->voxels > s->not_finite;
+}
+
+struct weft_slice_statistics weft_slice_statistics_join(const struct weft_slice_statistics *a,
+                                                        const struct weft_slice_statistics *b)
+{
+    const struct weft_slice_statistics *ranged = has_range(a) ? a : b;
+    struct weft_slice_statistics out = *ranged;
+    out.voxels = a->voxels + b->voxels;
+    out.not_finite = a->not_finite + b->not_finite;
+    out.beyond = fmax(a->beyond, b->beyond);
+    for (int i = 0; i < WEFT_STATISTICS_DIFFERENCES; i++)
+        out.difference[i] = fmax(a->difference[i], b->difference[i]);
+    if (!has_range(a) || !has_range(b))
+        return out;
+    out.low = fmin(a->low, b->low);
+    out.high = fmax(a->high, b->high);
+    out.voxel_low = fmin(a->voxel_low, b->voxel_low);
+    out.voxel_high = fmax(a->voxel_high, b->voxel_high);
+    return out;
+}
+
+void weft_footprint_set_statistics(weft_footprint *f,
+                                   const struct weft_slice_statistics *statistics)
+{
+    f->statistics = *statistics;
+    f->ranged = true;
+    f->measured = !f->coefficients;
 }

@@ -54,6 +54,7 @@ static enum weft_result check(const struct weft_separable_params *p,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->x && p->y);
+    weft_require(p->log, p->first_axis >= 0 && p->first_axis <= 2);
     if (!in_range(p->size[0]) || !in_range(p->size[1]) || !in_range(p->width) ||
         !in_range(p->height)) {
         weft_error(
@@ -319,10 +320,10 @@ static double count_fetches(const weft_separable_plan *plan, int first_axis)
                            : taps * y->positions * along_y + columns * y->positions * along_x;
 }
 
-static void choose_order(weft_separable_plan *plan)
+static void choose_order(weft_separable_plan *plan, int asked)
 {
     const double fetches[2] = {count_fetches(plan, 0), count_fetches(plan, 1)};
-    const int first = fetches[1] < fetches[0];
+    const int first = asked ? asked - 1 : fetches[1] < fetches[0];
     plan->info.first_axis = first;
     plan->info.fetches_per_pixel = fetches[first] / plan->info.width / plan->info.height;
 }
@@ -337,7 +338,7 @@ static enum weft_result fill(const struct weft_separable_params *p, weft_separab
     if (res == WEFT_OK)
         res = create_axis(plan, p->y, &plan->axis[1]);
     if (res == WEFT_OK)
-        choose_order(plan);
+        choose_order(plan, p->first_axis);
     return res;
 }
 

@@ -30,8 +30,10 @@ struct weft_separable_params {
     int width, height;         // pixels (required)
     const double *x, *y;       // the sample coordinate of every column and of every row (required);
                                // any order, any distance from the samples, finite; copied
-    enum weft_engine engine;   // that is to run it (default OpenGL)
-    enum weft_sums sums;       // of products (default float); double: of the CPU engine alone
+    int first_axis; // 1: along x and then along y; 2: the other way round; default 0: what fetches
+                    // less. Roundings differ: parts of one picture have one order
+    enum weft_engine engine; // that is to run it (default OpenGL)
+    enum weft_sums sums;     // of products (default float); double: of the CPU engine alone
     // Textures, buffers and what is read back by way of; of the CPU engine weights, and what each
     // thread has at hand (default 1 GiB). The work is cut into rectangles that fit.
     uint64_t memory_bytes;
@@ -46,7 +48,8 @@ struct weft_separable_params {
 typedef struct weft_separable_plan weft_separable_plan;
 
 // Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions,
-// enums), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL) or WEFT_ERR_MEMORY.
+// enums, first_axis), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL) or
+// WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
                                                      weft_separable_plan **out);
 WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accepts &NULL, leaves NULL

@@ -44,6 +44,7 @@ struct piece {
 struct weft_slice_multipass {
     struct weft_slice_passes p;
     const struct weft_pass_plan_info *plan;
+    const struct weft_slice_plan *slice;
     weft_footprint *footprint;
     weft_multipass *compiled;
     uint64_t memory_bytes;
@@ -73,9 +74,9 @@ static bool go_on(const struct weft_slice_multipass *r, double fraction)
 static bool report_rectangle(void *priv, double fraction)
 {
     const struct weft_slice_multipass *r = priv;
-    const struct weft_slice_geometry *g = &r->footprint->grid.index;
+    const struct weft_rectangle *part = &r->slice->info.part;
     return go_on(r, ((double)r->pixels_done + fraction * r->current_pixels) /
-                        ((double)g->width * g->height));
+                        ((double)part->width * part->height));
 }
 
 // While the voxels are measured nothing is done yet.
@@ -225,9 +226,10 @@ double weft_slice_multipass_samples(weft_footprint *footprint)
 // ---- rectangles ---------------------------------------------------------------------------------
 
 // Of all pixels: which cell each reads, and where its first tap is.
-static uint64_t kept_bytes(const struct weft_slice_geometry *g)
+static uint64_t kept_bytes(const struct weft_slice_multipass *r)
 {
-    return (uint64_t)g->width * (uint64_t)g->height * 3 * sizeof(uint32_t);
+    const struct weft_rectangle *part = &r->slice->info.part;
+    return (uint64_t)part->width * (uint64_t)part->height * 3 * sizeof(uint32_t);
 }
 
 // What is held while a rectangle runs, staging copies included.
@@ -237,9 +239,8 @@ static uint64_t rectangle_bytes(const struct weft_slice_multipass *r,
     const uint64_t sample = r->plan->passes->dot4 ? 16 : 4;
     // Value, position, and which box.
     const uint64_t pixel = 2 * sizeof(float) + 3 * sizeof(uint32_t);
-    return (r->keeps_pixels ? kept_bytes(&r->footprint->grid.index) : 0) +
-           reach->bricks.count * BRICK_BYTES + reach->samples * sizeof(float) +
-           2 * reach->texels * sample +
+    return (r->keeps_pixels ? kept_bytes(r) : 0) + reach->bricks.count * BRICK_BYTES +
+           reach->samples * sizeof(float) + 2 * reach->texels * sample +
            (uint64_t)at->width * (uint64_t)at->height *
                (2 * pixel + r->plan->target_bytes_per_pixel) +
            2 * r->plan->tile_bytes;
@@ -310,11 +311,15 @@ static enum weft_result cut_rectangle(struct weft_slice_multipass *r,
 static enum weft_result cut_slice(struct weft_slice_multipass *r)
 {
     const struct weft_slice_geometry *g = &r->footprint->grid.index;
+    const struct weft_rectangle *part = &r->slice->info.part;
+    const int from[2] = {part->x & -WEFT_GRID_BLOCK, part->y & -WEFT_GRID_BLOCK};
+    const int end[2] = {part->x + part->width, part->y + part->height};
     enum weft_result res = WEFT_OK;
-    for (int y = 0; res == WEFT_OK && y < g->height; y += WEFT_GRID_BLOCK) {
-        for (int x = 0; res == WEFT_OK && x < g->width; x += WEFT_GRID_BLOCK) {
+    for (int y = from[1]; res == WEFT_OK && y < end[1]; y += WEFT_GRID_BLOCK) {
+        for (int x = from[0]; res == WEFT_OK && x < end[0]; x += WEFT_GRID_BLOCK) {
             const struct weft_rectangle block = block_at(g, x, y);
-            res = cut_rectangle(r, &block);
+            const struct weft_rectangle own = weft_rectangle_common(&block, part);
+            res = cut_rectangle(r, &own);
         }
     }
     return res;
@@ -565,7 +570,7 @@ static enum weft_result convolve(struct weft_slice_multipass *r, struct piece *p
     set_grid(r, at, reach, &grid);
     const struct weft_multipass_run_params params = {
         .grid = &grid,
-        .pixels = {r->run->pixels + at->y * stride + at->x},
+        .pixels = {weft_slice_pixel(r->slice, r->run->pixels, stride, at->x, at->y)},
         .stride = stride,
         .progress = &progress,
         .log = r->p.log,
@@ -578,7 +583,7 @@ static enum weft_result convolve(struct weft_slice_multipass *r, struct piece *p
     if (res == WEFT_OK)
         add_report(r, &report,
                    r->footprint->info.kept_bytes + reach->samples * sizeof *r->samples +
-                       (r->keeps_pixels ? kept_bytes(&r->footprint->grid.index) : 0));
+                       (r->keeps_pixels ? kept_bytes(r) : 0));
     return res;
 }
 
@@ -656,13 +661,13 @@ enum weft_result weft_slice_multipass_compile(weft_context *context, const struc
     }
     r->p = *passes;
     r->plan = weft_pass_plan_get_info(passes->plan);
+    r->slice = plan;
     r->footprint = plan->footprint;
     r->threads = cpu->threads;
     r->max_texels =
         context ? (uint64_t)weft_context_get_info(context)->max_buffer_texels : INT32_MAX;
     r->memory_bytes = passes->memory_bytes ? passes->memory_bytes : DEFAULT_MEMORY;
-    const struct weft_slice_geometry *g = &r->footprint->grid.index;
-    r->keeps_pixels = kept_bytes(g) <= r->memory_bytes / KEPT_PART;
+    r->keeps_pixels = kept_bytes(r) <= r->memory_bytes / KEPT_PART;
     res = cut_slice(r);
     if (res == WEFT_OK)
         res = weft_multipass_compile(

@@ -26,22 +26,18 @@ void weft_slice_plane_destroy(struct weft_slice_plane *p)
     *p = (struct weft_slice_plane){0};
 }
 
-static bool allocate(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
-                     struct weft_slice_plane *p)
+static enum weft_result out_of_memory(const struct weft_slice_plan *plan,
+                                      struct weft_slice_plane *p)
 {
-    const size_t count = (size_t)p->size[0] * (size_t)p->size[1];
-    if (plan->info.sums == WEFT_SUMS_DOUBLE)
-        p->wide = malloc(count * sizeof *p->wide);
-    else
-        p->samples = malloc(count * sizeof *p->samples);
-    p->x = malloc((size_t)tile->width * sizeof *p->x);
-    p->y = malloc((size_t)tile->height * sizeof *p->y);
-    return (p->wide || p->samples) && p->x && p->y;
+    weft_error(plan->log, "not enough memory for a plane of %d x %d samples", p->size[0],
+               p->size[1]);
+    weft_slice_plane_destroy(p);
+    return WEFT_ERR_MEMORY;
 }
 
-enum weft_result weft_slice_plane_create(const struct weft_slice_plan *plan,
-                                         const struct weft_slice_tile *tile,
-                                         struct weft_slice_plane *p)
+enum weft_result weft_slice_plane_place(const struct weft_slice_plan *plan,
+                                        const struct weft_slice_tile *tile,
+                                        struct weft_slice_plane *p)
 {
     const struct weft_slice_axes *axes = &plan->axes;
     const struct weft_slice_grid *grid = &plan->footprint->grid;
@@ -50,17 +46,30 @@ enum weft_result weft_slice_plane_create(const struct weft_slice_plan *plan,
     weft_slice_axes_box(axes, &plan->info.kernel, grid, &at, p->min, p->max);
     for (int i = 0; i < 2; i++)
         p->size[i] = p->max[axes->order[i]] - p->min[axes->order[i]] + 1;
-    if (!allocate(plan, tile, p)) {
-        weft_error(plan->log, "not enough memory for a plane of %d x %d samples", p->size[0],
-                   p->size[1]);
-        weft_slice_plane_destroy(p);
-        return WEFT_ERR_MEMORY;
-    }
+    p->x = malloc((size_t)tile->width * sizeof *p->x);
+    p->y = malloc((size_t)tile->height * sizeof *p->y);
+    if (!p->x || !p->y)
+        return out_of_memory(plan, p);
     for (int i = 0; i < tile->width; i++)
         p->x[i] = weft_slice_axes_coordinate(axes, grid, 0, tile->x + i) - p->min[axes->order[0]];
     for (int i = 0; i < tile->height; i++)
         p->y[i] = weft_slice_axes_coordinate(axes, grid, 1, tile->y + i) - p->min[axes->order[1]];
     return WEFT_OK;
+}
+
+enum weft_result weft_slice_plane_create(const struct weft_slice_plan *plan,
+                                         const struct weft_slice_tile *tile,
+                                         struct weft_slice_plane *p)
+{
+    const enum weft_result res = weft_slice_plane_place(plan, tile, p);
+    if (res != WEFT_OK)
+        return res;
+    const size_t count = (size_t)p->size[0] * (size_t)p->size[1];
+    if (plan->info.sums == WEFT_SUMS_DOUBLE)
+        p->wide = malloc(count * sizeof *p->wide);
+    else
+        p->samples = malloc(count * sizeof *p->samples);
+    return p->wide || p->samples ? WEFT_OK : out_of_memory(plan, p);
 }
 
 // ---- sums ---------------------------------------------------------------------------------------

@@ -22,7 +22,12 @@ static inline uint64_t weft_slice_plane_bytes(const struct weft_slice_plan *plan
            (uint64_t)size[0] * (uint64_t)size[1];
 }
 
-// On failure the plane is {0}. Returns WEFT_ERR_MEMORY.
+// Where a tile's samples and pixels lie, without room for samples; to be destroyed. On failure the
+// plane is {0}. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_slice_plane_place(const struct weft_slice_plan *plan,
+                                        const struct weft_slice_tile *tile,
+                                        struct weft_slice_plane *out);
+// The same, with room.
 enum weft_result weft_slice_plane_create(const struct weft_slice_plan *plan,
                                          const struct weft_slice_tile *tile,
                                          struct weft_slice_plane *out);

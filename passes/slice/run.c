@@ -134,13 +134,12 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
     return weft_slice_separable_run(slice->separable, p, out, pixels);
 }
 
-static void measure_pixels(const struct weft_slice_geometry *g,
-                           const struct weft_slice_run_params *p, struct weft_statistics *pixels,
-                           struct weft_slice_report *out)
+static void measure_pixels(const struct weft_rectangle *part, const struct weft_slice_run_params *p,
+                           struct weft_statistics *pixels, struct weft_slice_report *out)
 {
     const bool measured = pixels->count > 0;
-    for (int y = 0; !measured && y < g->height; y++)
-        weft_statistics_add(pixels, p->pixels + y * p->stride, (size_t)g->width);
+    for (int y = 0; !measured && y < part->height; y++)
+        weft_statistics_add(pixels, p->pixels + y * p->stride, (size_t)part->width);
     out->minimum = (float)pixels->minimum;
     out->maximum = (float)pixels->maximum;
     out->not_finite = pixels->not_finite;
@@ -149,15 +148,15 @@ static void measure_pixels(const struct weft_slice_geometry *g,
 enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_params *params,
                                 struct weft_slice_report *report)
 {
-    const struct weft_slice_geometry *g = &slice->plan->footprint->grid.index;
+    const struct weft_rectangle *part = &slice->plan->info.part;
     struct weft_slice_run_params p = *params;
     struct weft_slice_report own = {0};
     struct weft_statistics pixels = WEFT_STATISTICS_NONE;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(slice->log, p.pixels != NULL);
-    weft_require(slice->log, p.stride == 0 || (p.stride >= g->width && p.stride <= INT32_MAX));
+    weft_require(slice->log, p.stride == 0 || (p.stride >= part->width && p.stride <= INT32_MAX));
     if (p.stride == 0)
-        p.stride = g->width;
+        p.stride = part->width;
     const uint64_t read = weft_slice_bricks_read(slice->plan);
     res = run_engine(slice, &p, &own, &pixels);
     if (res != WEFT_OK)
@@ -167,7 +166,7 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
         own.cpu = slice->cpu;
     if (p.progress && p.progress->report)
         p.progress->report(p.progress->priv, 1.0);
-    measure_pixels(g, &p, &pixels, &own);
+    measure_pixels(part, &p, &pixels, &own);
     if (report)
         *report = own;
 fail:

@@ -48,19 +48,54 @@ static void filter_destroy(struct filter *f)
     weft_separable_plan_destroy(&f->plan);
 }
 
+static enum weft_result plan_tile(const struct weft_slice_plan *plan,
+                                  const struct weft_slice_tile *tile,
+                                  const struct weft_slice_plane *plane, int first_axis,
+                                  weft_separable_plan **out)
+{
+    return weft_separable_plan_create(
+        weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
+                              .width = tile->width, .height = tile->height, .x = plane->x,
+                              .y = plane->y, .first_axis = first_axis, .engine = plan->info.engine,
+                              .sums = plan->info.sums, .memory_bytes = plan->separable_bytes,
+                              .log = plan->resident ? plan->resident->log : plan->log),
+        out);
+}
+
+static bool is_whole(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile)
+{
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
+    return tile->width == g->width && tile->height == g->height;
+}
+
+// The order that the whole slice has, for its tiles; 0 where a tile is all of it.
+static enum weft_result find_order(const struct weft_slice_plan *plan, int *out)
+{
+    const struct weft_slice_geometry *g = &plan->footprint->grid.index;
+    const struct weft_slice_tile whole = {.width = g->width, .height = g->height};
+    struct weft_slice_plane plane;
+    weft_separable_plan *own = NULL;
+    *out = 0;
+    if (is_whole(plan, &plan->tiles[0]))
+        return WEFT_OK;
+    enum weft_result res = weft_slice_plane_place(plan, &whole, &plane);
+    if (res == WEFT_OK)
+        res = plan_tile(plan, &whole, &plane, 0, &own);
+    if (res == WEFT_OK)
+        *out = 1 + weft_separable_plan_get_info(own)->first_axis;
+    weft_separable_plan_destroy(&own);
+    weft_slice_plane_destroy(&plane);
+    return res;
+}
+
 static enum weft_result filter_create(const struct weft_separable_compile_params *where,
                                       const struct weft_slice_plan *plan,
                                       const struct weft_slice_tile *tile,
-                                      const struct weft_slice_plane *plane, struct filter *out)
+                                      const struct weft_slice_plane *plane, int first_axis,
+                                      struct filter *out)
 {
     *out = (struct filter){.plan = NULL};
-    enum weft_result res = weft_separable_plan_create(
-        weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
-                              .width = tile->width, .height = tile->height, .x = plane->x,
-                              .y = plane->y, .engine = plan->info.engine, .sums = plan->info.sums,
-                              .memory_bytes = plan->separable_bytes,
-                              .log = plan->resident ? plan->resident->log : plan->log),
-        &out->plan);
+    enum weft_result res = plan_tile(plan, tile, plane, first_axis, &out->plan);
     if (res == WEFT_OK)
         res = weft_separable_compile(out->plan, where, &out->compiled);
     if (res != WEFT_OK)
@@ -79,6 +114,7 @@ struct stage {
 struct weft_slice_separable {
     const struct weft_slice_plan *plan;
     struct weft_separable_compile_params where;
+    int first_axis;       // of all tiles; 0: there is one, of all pixels
     int threads;          // that sum voxels: the CPU engine's, or as many as there are
     struct stage *stages; // by tile; NULL: not kept
     uint64_t kept_bytes;  // of all stages, or 0
@@ -98,7 +134,7 @@ struct kept_stage {
     struct weft_separable_compile_params where;
     enum weft_sums sums;
     uint64_t memory_bytes;
-    int width, height;
+    int width, height, first_axis;
 };
 
 static void free_kept_stage(void *priv)
@@ -108,30 +144,30 @@ static void free_kept_stage(void *priv)
     free(kept);
 }
 
-static bool filters_alike(const struct kept_stage *kept,
-                          const struct weft_separable_compile_params *where,
-                          const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
-                          const struct weft_slice_plane *plane)
+static bool filters_alike(const struct kept_stage *kept, const weft_slice_separable *s,
+                          const struct weft_slice_tile *tile, const struct weft_slice_plane *plane)
 {
+    const struct weft_separable_compile_params *where = &s->where;
+    const struct weft_slice_plan *plan = s->plan;
     const struct weft_slice_plane *old = &kept->stage.plane;
     return weft_kernel_same(&kept->kernel, &plan->info.kernel) &&
            kept->where.context == where->context && kept->sums == plan->info.sums &&
            memcmp(&kept->where.cpu, &where->cpu, sizeof where->cpu) == 0 &&
            kept->memory_bytes == plan->separable_bytes && kept->width == tile->width &&
-           kept->height == tile->height &&
+           kept->height == tile->height && kept->first_axis == s->first_axis &&
            memcmp(old->size, plane->size, sizeof plane->size) == 0 &&
            memcmp(old->x, plane->x, (size_t)tile->width * sizeof *plane->x) == 0 &&
            memcmp(old->y, plane->y, (size_t)tile->height * sizeof *plane->y) == 0;
 }
 
 // The filter that the slice before left, if it is the one wanted.
-static bool take_filter(const struct weft_separable_compile_params *where,
-                        const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+static bool take_filter(const weft_slice_separable *s, const struct weft_slice_tile *tile,
                         struct stage *stage)
 {
+    const struct weft_slice_plan *plan = s->plan;
     struct kept_stage *kept =
         plan->resident ? weft_resident_take(plan->resident, free_kept_stage) : NULL;
-    const bool found = kept && filters_alike(kept, where, plan, tile, &stage->plane);
+    const bool found = kept && filters_alike(kept, s, tile, &stage->plane);
     if (found) {
         stage->filter = kept->stage.filter;
         kept->stage.filter = (struct filter){.plan = NULL};
@@ -156,20 +192,20 @@ static void leave_stage(const weft_slice_separable *s)
                                 .sums = plan->info.sums,
                                 .memory_bytes = plan->separable_bytes,
                                 .width = plan->tiles[0].width,
-                                .height = plan->tiles[0].height};
+                                .height = plan->tiles[0].height,
+                                .first_axis = s->first_axis};
     s->stages[0] = (struct stage){.filter = {.plan = NULL}};
     weft_resident_keep(plan->resident, kept, free_kept_stage);
 }
 
-static enum weft_result stage_create(const struct weft_separable_compile_params *where,
-                                     const struct weft_slice_plan *plan,
+static enum weft_result stage_create(const weft_slice_separable *s,
                                      const struct weft_slice_tile *tile, struct stage *stage)
 {
     *stage = (struct stage){.filter = {.plan = NULL}};
-    const enum weft_result res = weft_slice_plane_create(plan, tile, &stage->plane);
-    if (res != WEFT_OK || take_filter(where, plan, tile, stage))
+    const enum weft_result res = weft_slice_plane_create(s->plan, tile, &stage->plane);
+    if (res != WEFT_OK || take_filter(s, tile, stage))
         return res;
-    return filter_create(where, plan, tile, &stage->plane, &stage->filter);
+    return filter_create(&s->where, s->plan, tile, &stage->plane, s->first_axis, &stage->filter);
 }
 
 static uint64_t brick_bytes(const struct weft_slice_plan *plan, int tile)
@@ -199,7 +235,7 @@ static enum weft_result keep_stages(weft_slice_separable *s)
         return WEFT_ERR_MEMORY;
     }
     for (int i = 0; res == WEFT_OK && i < plan->info.tile_count; i++)
-        res = stage_create(&s->where, plan, &plan->tiles[i], &s->stages[i]);
+        res = stage_create(s, &plan->tiles[i], &s->stages[i]);
     return res;
 }
 
@@ -218,7 +254,8 @@ enum weft_result weft_slice_separable_compile(weft_context *context, const struc
     s->where = (struct weft_separable_compile_params){.context = context, .cpu = *cpu};
     s->threads = cpu->threads;
     s->kept_bytes = bytes_to_keep(plan);
-    if (s->kept_bytes)
+    res = find_order(plan, &s->first_axis);
+    if (res == WEFT_OK && s->kept_bytes)
         res = keep_stages(s);
     if (res == WEFT_OK)
         *out = s;
@@ -258,7 +295,8 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
     enum weft_result res = weft_separable_run(
         filter->compiled,
         weft_separable_run_params(.samples = plane->samples, .wide = plane->wide,
-                                  .pixels = params->pixels + tile->y * params->stride + tile->x,
+                                  .pixels = weft_slice_pixel(plan, params->pixels, params->stride,
+                                                             tile->x, tile->y),
                                   .stride = params->stride, .progress = params->progress,
                                   .log = plan->log),
         &own);
@@ -294,7 +332,7 @@ static enum weft_result run_tile(weft_slice_separable *s, int index,
     const double read = weft_now_seconds();
     report->read_seconds += read - start;
     if (res == WEFT_OK && !s->stages)
-        res = stage_create(&s->where, plan, tile, &own);
+        res = stage_create(s, tile, &own);
     report->layout_seconds += weft_now_seconds() - read;
     if (res == WEFT_OK)
         res = filter_tile(s, tile, store, stage, beside, params, report, pixels);

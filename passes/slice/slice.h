@@ -66,15 +66,15 @@ WEFT_API void weft_slice_destroy(weft_slice **slice); // accepts &NULL, leaves N
 
 // Where the pixels of a run go.
 struct weft_slice_run_params {
-    float *pixels;                        // [y * stride + x], required
-    int64_t stride;                       // floats from row to row (default the slice's width)
+    float *pixels;  // [y * stride + x], required; x and y from the plan's part's corner on
+    int64_t stride; // floats from row to row (default the part's width)
     const struct weft_progress *progress; // may be NULL
 };
 #define WEFT_SLICE_RUN_DEFAULTS
 #define weft_slice_run_params(...)                                                                 \
     (&(struct weft_slice_run_params){WEFT_SLICE_RUN_DEFAULTS __VA_ARGS__})
 
-// What a run took. Seconds of this run, one after the other; counts over all of the slice.
+// What a run took. Seconds of this run, one after the other; counts over all of the plan's part.
 struct weft_slice_report {
     double read_seconds;   // of voxels, and of measuring them
     double layout_seconds; // of voxels as shaders read them

@@ -33,7 +33,8 @@ static double pixel(void *priv, int channel, int x, int y)
 {
     const struct subject *s = priv;
     (void)channel;
-    return (double)s->pixels[(size_t)y * (size_t)s->plan->footprint->grid.index.width + (size_t)x];
+    const struct weft_rectangle *part = &s->plan->info.part;
+    return (double)s->pixels[(size_t)(y - part->y) * (size_t)part->width + (size_t)(x - part->x)];
 }
 
 // ---- references ---------------------------------------------------------------------------------
@@ -96,7 +97,7 @@ static enum weft_result enter_tile(void *priv, int part, struct weft_rectangle *
     const struct weft_cell_map *bricks;
     const weft_brick_store *store = NULL, *rest = NULL;
     enum weft_result res = WEFT_OK;
-    *out = (struct weft_rectangle){tile->x, tile->y, tile->width, tile->height};
+    *out = weft_slice_tile_part(s->plan, tile);
     if (s->samples) // they are read as they are needed
         return res;
     res = weft_slice_tile_bricks(s->plan, part, &bricks);
@@ -154,8 +155,7 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pix
     struct weft_verifier v = {
         .width = plan->footprint->grid.index.width,
         .height = plan->footprint->grid.index.height,
-        .pixels = {.width = plan->footprint->grid.index.width,
-                   .height = plan->footprint->grid.index.height},
+        .pixels = plan->info.part,
         .channels = 1,
         .priv = &subject,
         .position = position,

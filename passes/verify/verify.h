@@ -92,10 +92,11 @@ struct weft_slice_verify_params {
 #define weft_slice_verify_params(...)                                                              \
     (&(struct weft_slice_verify_params){WEFT_SLICE_VERIFY_DEFAULTS __VA_ARGS__})
 
-// Verifies pixels[y * width + x] of a slice against the volume's voxels, without layouts or the
-// GPU's positions; voxels that the plan's footprint keeps are not read again. Where a position is
-// within 2^-32 voxels of being rounded the other way, a pixel may be on either side of a jump, or
-// of where a tap counts that is not finite. For prefiltered kernels the reference trusts no
+// Verifies pixels[y * width + x] of a slice, or of the plan's part of it, from its corner on and of
+// its width, of which the same pixels are checked, against the volume's voxels, without layouts or
+// the GPU's positions; voxels that the plan's footprint keeps are not read again. Where a position
+// is within 2^-32 voxels of being rounded the other way, a pixel may be on either side of a jump,
+// or of where a tap counts that is not finite. For prefiltered kernels the reference trusts no
 // coefficient: it is the sum over the volume's voxels with the weights of the cardinal spline
 // (weft_prefilter_weights, cut off at 2^-32, or farther out where voxels there are so much larger
 // that they count), which takes hundreds of times as long. The bound is the plan's, for prefiltered
