@@ -1597,6 +1597,19 @@ static void footprints(void)
     TRUE(weft_footprint_create(&good, &f) == WEFT_OK);
     TRUE(weft_footprint_statistics(f, NULL, &statistics) == WEFT_OK);
     TRUE(weft_footprint_get_info(f)->bricks_read > 0);
+    struct weft_slice_statistics of_part;
+    REFUSED(weft_footprint_part_statistics(f, &(struct weft_rectangle){0, 0, INT_MAX, 1}, NULL,
+                                           &of_part));
+    REFUSED(
+        weft_footprint_part_statistics(f, &(struct weft_rectangle){-1, 0, 1, 1}, NULL, &of_part));
+    TRUE(weft_footprint_part_statistics(f, &(struct weft_rectangle){0, 0, 1, 1}, NULL, &of_part) ==
+             WEFT_OK &&
+         of_part.voxels > 0);
+    of_part = weft_slice_statistics_join(&of_part, &statistics);
+    TRUE(of_part.low == statistics.low && of_part.voxels > statistics.voxels);
+    of_part.high = 4711.0;
+    weft_footprint_set_statistics(f, &of_part);
+    TRUE(weft_footprint_statistics(f, NULL, &statistics) == WEFT_OK && statistics.high == 4711.0);
     // A plan on it is of its slice.
     struct weft_slice_params shared = slice;
     shared.footprint = f;
@@ -2943,7 +2956,8 @@ static const struct {
     {ranges, {F(range_simulate), F(pass_list_check)}},
     {judgements, {F(pass_plan_judge), F(pass_work_of)}},
     {footprints,
-     {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics)}},
+     {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics),
+      F(footprint_part_statistics), F(slice_statistics_join), F(footprint_set_statistics)}},
     {residents, {F(resident_create), F(resident_destroy), F(resident_get_info)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
