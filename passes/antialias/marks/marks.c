@@ -424,18 +424,6 @@ static enum weft_result draw_edges(const weft_marker *m,
 
 // ---- in memory ----------------------------------------------------------------------------------
 
-bool weft_marker_counts(const weft_marker *m, int32_t x, int32_t y)
-{
-    const int32_t from[2] = {m->found.x - m->part.x + x, m->found.y - m->part.y + y};
-    return from[0] >= 0 && from[0] < m->part.width && from[1] >= 0 && from[1] < m->part.height;
-}
-
-struct weft_rectangle weft_marks_part(const struct weft_marks *marks)
-{
-    return marks->part.width ? marks->part
-                             : (struct weft_rectangle){0, 0, marks->width, marks->height};
-}
-
 static void count(const weft_marker *m, struct weft_marks *marks)
 {
     uint8_t *next = marks->marked;

@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The picture of one sample, in memory.
+// The picture of one sample and its parts, in memory.
 #include <stdlib.h>
 #include <string.h>
 
 #include "filter/check.h"
 #include "filter/half.h"
 #include "passes/antialias/marks/marks_impl.h"
+
+bool weft_marker_counts(const weft_marker *m, int32_t x, int32_t y)
+{
+    const int32_t from[2] = {m->found.x - m->part.x + x, m->found.y - m->part.y + y};
+    return from[0] >= 0 && from[0] < m->part.width && from[1] >= 0 && from[1] < m->part.height;
+}
+
+struct weft_rectangle weft_marks_part(const struct weft_marks *marks)
+{
+    return marks->part.width ? marks->part
+                             : (struct weft_rectangle){0, 0, marks->width, marks->height};
+}
 
 void weft_marker_row(const weft_marker *marker, int32_t y, float *out)
 {
