@@ -36,3 +36,22 @@ install(FILES ${PROJECT_BINARY_DIR}/weftConfig.cmake ${PROJECT_BINARY_DIR}/weftC
 file(RELATIVE_PATH weft_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(cmake/weft.pc.in ${PROJECT_BINARY_DIR}/weft.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/weft.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# For each MPI a library, the program that weft becomes, and how to find the library.
+foreach(mpi IN LISTS weft_mpis)
+    install(TARGETS weft_${mpi} EXPORT weft-${mpi}Targets)
+    install(EXPORT weft-${mpi}Targets NAMESPACE weft:: DESTINATION ${weft_cmake_dir})
+    file(RELATIVE_PATH lib_from_libexec
+        ${CMAKE_INSTALL_FULL_LIBEXECDIR}/weft ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(weft_${mpi} PROPERTIES INSTALL_RPATH $ORIGIN)
+    set_target_properties(weft-${mpi} PROPERTIES INSTALL_RPATH $ORIGIN/${lib_from_libexec})
+    install(TARGETS weft-${mpi} DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/weft)
+    set(mpi_package ${weft_package_${mpi}})
+    configure_file(cmake/weft-mpi.pc.in ${PROJECT_BINARY_DIR}/weft-${mpi}.pc @ONLY)
+    install(FILES ${PROJECT_BINARY_DIR}/weft-${mpi}.pc
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endforeach()
+if(weft_mpis)
+    install(FILES passes/distribute/mpi/distribute.h
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/weft/passes/distribute/mpi)
+endif()

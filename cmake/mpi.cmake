@@ -26,6 +26,7 @@ function(weft_add_mpi name package)
     target_link_options(weft-${name} PRIVATE LINKER:--as-needed)
     add_dependencies(weft weft-${name}) # started without it, but then alone
     set(weft_mpis ${weft_mpis} ${name} PARENT_SCOPE)
+    set(weft_package_${name} ${package} PARENT_SCOPE)
 endfunction()
 
 weft_add_mpi(openmpi ompi-c)
