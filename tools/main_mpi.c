@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "passes/distribute/mpi/distribute.h"
 #include "tools/command.h"
@@ -18,10 +17,37 @@ struct command_line {
     int code;
 };
 
+// What a rank's share of its node's processors is told to, unless the user has said it: weft's own
+// loops and readers, and Mesa's software renderer. Other threads read the environment once MPI is
+// initialised, and the share is known after that: so the variables are there before, and are
+// written into.
+static char weft_threads[32] = "WEFT_THREADS=", mesa_threads[32] = "LP_NUM_THREADS=";
+
+static void threads_reserve(void)
+{
+    char *const variables[] = {weft_threads, mesa_threads};
+    for (int i = 0; i < 2; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(variables[i], "="), variables[i]);
+        if (!getenv(name))
+            putenv(variables[i]);
+    }
+}
+
+static void threads_share(const weft_ranks *ranks)
+{
+    struct weft_ranks_info info;
+    weft_ranks_get_info(ranks, &info);
+    char *const variables[] = {weft_threads, mesa_threads};
+    for (int i = 0; i < 2; i++)
+        snprintf(strchr(variables[i], '=') + 1, 12, "%d", info.threads);
+}
+
 static enum weft_result run(void *priv, weft_ranks *ranks)
 {
     struct command_line *line = priv;
     ranks_set(ranks);
+    threads_share(ranks);
     line->code = ranks_end(command_main(line->argc, line->argv));
     ranks_set(NULL);
     return WEFT_OK;
@@ -36,15 +62,6 @@ static void tell_lost(void *priv, const char *line)
     fprintf(stderr, "weft: error: %s\n", line);
 }
 
-// Before anything asks, and unless the user has said it.
-static void share_processors(void)
-{
-    char threads[16];
-    snprintf(threads, sizeof threads, "%d", weft_distribute_threads(MPI_COMM_WORLD));
-    setenv("WEFT_THREADS", threads, 0);
-    setenv("LP_NUM_THREADS", threads, 0);
-}
-
 int main(int argc, char **argv)
 {
     struct command_line line = {argc, argv, EXIT_CODE_FAILED};
@@ -52,9 +69,9 @@ int main(int argc, char **argv)
     command_fill_streams();
     if (rank)
         report_mute();
+    threads_reserve();
     guard_start(rank, size);
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
-    share_processors();
     const struct weft_distribute_params *params =
         weft_distribute_params(.log = report_log(), .lost = tell_lost);
     const enum weft_result res = weft_distribute(MPI_COMM_WORLD, params, run, &line);

@@ -104,7 +104,6 @@ int main(int argc, char **argv)
     must(!initialised, "weft initialises nothing");
     MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    must(weft_distribute_threads(MPI_COMM_WORLD) >= 1, "a thread each");
     MPI_Comm part;
     MPI_Errhandler own;
     MPI_Comm_split(MPI_COMM_WORLD, rank == 1, -rank, &part); // ranks 2 and 0, in this order

@@ -39,7 +39,7 @@ bool ranks_tells(void)
 
 int ranks_threads(void)
 {
-    return info.size > 1 ? info.threads : 0;
+    return info.size > 1 ? weft_cpu_threads() : 0;
 }
 
 // Another rank's error names it, and the part that it was at. "": it has none of its own.

@@ -21,12 +21,5 @@ WEFT_API enum weft_result weft_distribute(MPI_Comm communicator,
                                           const struct weft_distribute_params *params,
                                           weft_body body, void *priv);
 
-// Threads that the calling rank may keep busy, at least 1: its share of the processors that it may
-// run on, where other ranks of its node may run on them, too. Ranks times threads are then the
-// processors of a node. Collective; MPI must have been initialised. For what has to be told before
-// work begins: $WEFT_THREADS, which weft's own loops and reader programs keep to, and
-// $LP_NUM_THREADS of Mesa's software renderer; weft sets neither.
-WEFT_API int weft_distribute_threads(MPI_Comm communicator);
-
 WEFT_END_DECLS
 #endif
