@@ -2,6 +2,7 @@
 // It is compiled once for each MPI.
 #include "passes/distribute/mpi/distribute.h"
 
+#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -106,6 +107,29 @@ static enum weft_result check_mpi(const struct weft_log *log)
     return WEFT_ERR_UNSUPPORTED;
 }
 
+// A processor that several ranks of the node may use is shared by them: what is left over when all
+// were given as many whole ones goes to the first.
+static int count_threads(MPI_Comm node)
+{
+    int rank, size, users[CPU_SETSIZE] = {0}, mine[CPU_SETSIZE] = {0};
+    cpu_set_t set;
+    MPI_Comm_rank(node, &rank);
+    MPI_Comm_size(node, &size);
+    CPU_ZERO(&set);
+    if (sched_getaffinity(0, sizeof set, &set) != 0)
+        CPU_SET(0, &set);
+    for (int i = 0; i < CPU_SETSIZE; i++)
+        mine[i] = CPU_ISSET(i, &set) ? 1 : 0;
+    MPI_Allreduce(mine, users, CPU_SETSIZE, MPI_INT, MPI_SUM, node);
+    double share = 0.0;
+    for (int i = 0; i < CPU_SETSIZE; i++)
+        share += mine[i] ? 1.0 / users[i] : 0.0;
+    const int whole = (int)(share + 1e-6);
+    const int left = (int)((share - whole) * size + 0.5);
+    const int threads = whole + (rank < left);
+    return threads > 0 ? threads : 1;
+}
+
 static void open_link(MPI_Comm communicator, struct link *link, struct weft_transport *out)
 {
     int length = 0;
@@ -117,6 +141,7 @@ static void open_link(MPI_Comm communicator, struct link *link, struct weft_tran
     MPI_Comm_rank(link->node, &out->node_rank);
     MPI_Comm_size(link->node, &out->node_size);
     MPI_Get_processor_name(link->host, &length);
+    out->threads = count_threads(link->node);
     out->host = link->host;
 }
 
