@@ -26,6 +26,7 @@ static struct {
     struct weft_items items;
     size_t most;        // bytes of an item
     bool empty;         // items say nothing
+    bool full;          // all say w.most bytes
     int64_t fails[2];   // items that fail in run, take; -1: none
     int64_t also_fails; // in run
     double cancel_at;   // fraction of progress
@@ -33,7 +34,7 @@ static struct {
     struct weft_items_report report[THREADS_RANKS_MAX];
     // What happened.
     atomic_int runs[ITEMS_MAX], takes[ITEMS_MAX], waiting[THREADS_RANKS_MAX];
-    atomic_int most_waiting;
+    atomic_int owner[ITEMS_MAX], most_waiting;
     unsigned char *result;
     double fraction;
     atomic_int faults;
@@ -56,7 +57,9 @@ static void check(bool good, int line, const char *what)
 
 static size_t bytes_of(int64_t item)
 {
-    return w.empty ? 0 : 1 + (size_t)(item * 7919 % (int64_t)w.most);
+    if (w.empty || w.full)
+        return w.empty ? 0 : w.most;
+    return 1 + (size_t)(item * 7919 % (int64_t)w.most);
 }
 
 static void make(int64_t item, unsigned char *data)
@@ -81,7 +84,8 @@ static enum weft_result run(void *priv, int64_t item, void **data, size_t *size)
     *size = bytes_of(item);
     *data = malloc(*size);
     make(item, *data);
-    const int waits = rank->rank == 0 ? 0 : 1 + atomic_fetch_add(&w.waiting[rank->rank], 1);
+    atomic_store(&w.owner[item], rank->rank);
+    const int waits = 1 + atomic_fetch_add(&w.waiting[rank->rank], 1);
     int most = atomic_load(&w.most_waiting);
     while (waits > most && !atomic_compare_exchange_weak(&w.most_waiting, &most, waits))
         continue;
@@ -98,9 +102,7 @@ static enum weft_result take(void *priv, int64_t item, const void *data, size_t 
         return WEFT_ERR_WRITE;
     if (w.result)
         memcpy(w.result + (size_t)item * w.most, data, size);
-    for (int r = 1; r < THREADS_RANKS_MAX && w.report[r].item_rank; r++)
-        if (w.report[r].item_rank[item] == r)
-            atomic_fetch_sub(&w.waiting[r], 1);
+    atomic_fetch_sub(&w.waiting[atomic_load(&w.owner[item])], 1);
     return WEFT_OK;
 }
 
@@ -264,21 +266,135 @@ static void the_dearest_come_first(void **state)
 static void large_results_arrive(void **state)
 {
     (void)state;
-    begin(2, (size_t)66 << 20);
+    begin(2, ((size_t)64 << 20) + 12345);
     w.items.schedule = WEFT_SCHEDULE_STATIC;
-    free(w.result);
-    w.result = calloc(2, w.most);
+    w.full = true;
     assert_int_equal(do_on(2, 3, 0.0), WEFT_OK);
     assert_done_once();
+}
+
+// ---- failures -----------------------------------------------------------------------------------
+
+// What has failed at one place is what all return; items are begun no more.
+static void assert_failed(int ranks, enum weft_result res, enum weft_result wanted)
+{
+    assert_int_equal(res, wanted);
+    for (int64_t i = 0; i < w.items.count; i++) {
+        assert_in_range(atomic_load(&w.runs[i]), 0, 1);
+        assert_in_range(atomic_load(&w.takes[i]), 0, atomic_load(&w.runs[i]));
+    }
+    assert_in_range(w.report[0].failed_rank, 0, ranks - 1);
+}
+
+static void failures_end_the_work(void **state)
+{
+    (void)state;
+    int ran = 0;
+    for (int ranks = 1; ranks <= 3; ranks++)
+        for (int s = WEFT_SCHEDULE_STATIC; s < WEFT_SCHEDULE_COUNT; s++)
+            for (int64_t at = 0; at < 9; at += is_full() || s == WEFT_SCHEDULE_PULL ? 1 : 4) {
+                begin(9, 500);
+                w.items.schedule = (enum weft_schedule)s;
+                w.fails[0] = at;
+                assert_failed(ranks, do_on(ranks, (unsigned)at, 0.001), WEFT_ERR_OPEN);
+                assert_true(s == WEFT_SCHEDULE_PULL || w.report[0].failed_rank == at % ranks);
+                assert_int_equal(w.report[0].item_rank[at], w.report[0].failed_rank);
+
+                begin(9, 500);
+                w.items.schedule = (enum weft_schedule)s;
+                w.fails[1] = at;
+                assert_failed(ranks, do_on(ranks, (unsigned)at, 0.001), WEFT_ERR_WRITE);
+                assert_int_equal(w.report[0].failed_rank, 0);
+
+                begin(9, 500);
+                w.items.schedule = (enum weft_schedule)s;
+                w.cancel_at = (double)at / 9.0;
+                assert_failed(ranks, do_on(ranks, (unsigned)at, 0.001), WEFT_ERR_CANCELLED);
+                ran++;
+            }
+    assert_true(ran >= 3 * (3 + 3 + 9));
+}
+
+// Of two failures that both happened, the first item's is returned.
+static void the_first_failure_is_returned(void **state)
+{
+    (void)state;
+    for (unsigned seed = 0; seed < 10; seed++) {
+        begin(8, 100);
+        w.items.schedule = WEFT_SCHEDULE_STATIC;
+        w.fails[0] = 1;
+        w.also_fails = 0;
+        const enum weft_result res = do_on(2, seed, 0.002);
+        assert_failed(2, res, atomic_load(&w.runs[0]) ? WEFT_ERR_FORMAT : WEFT_ERR_OPEN);
+    }
+}
+
+// ---- several works, and what they need ----------------------------------------------------------
+
+static enum weft_result do_works(void *priv, weft_ranks *ranks)
+{
+    enum weft_result res = WEFT_OK;
+    char line[8] = "";
+    struct weft_ranks_info info;
+    weft_ranks_get_info(ranks, &info);
+    for (int work = 0; work < 12; work++) {
+        // Written by one rank while the others wait.
+        if (info.rank == 0) {
+            begin(7, 200);
+            w.items.schedule = (enum weft_schedule)(work % WEFT_SCHEDULE_COUNT);
+            w.fails[0] = work % 3 == 1 ? work % 7 : -1;
+        }
+        CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
+        res = do_items(priv, ranks);
+        CHECK(res == (work % 3 == 1 ? WEFT_ERR_OPEN : WEFT_OK));
+        CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
+        for (int i = 0; info.rank == 0 && res == WEFT_OK && i < 7; i++)
+            CHECK(atomic_load(&w.runs[i]) == 1 && atomic_load(&w.takes[i]) == 1);
+    }
+    return res;
+}
+
+static void works_follow_each_other(void **state)
+{
+    (void)state;
+    for (int ranks = 1; ranks <= 7; ranks += 3) {
+        struct threads_outcome out;
+        threads_run(&(struct threads_params){.ranks = ranks, .delay = 0.001, .body = do_works},
+                    &out);
+        assert_int_equal(atomic_load(&w.faults), 0);
+        assert_int_equal(out.lines + out.left, 0);
+    }
+}
+
+// While rank 0 is at a long item of its own, others hold so many results: two large ones that wait,
+// one that waits to be sent; of small ones many.
+static void results_that_wait_are_few(void **state)
+{
+    (void)state;
+    for (int large = 0; large < 2; large++) {
+        begin(30, large ? 3 << 20 : 1000);
+        w.items.schedule = WEFT_SCHEDULE_STATIC;
+        w.seconds = large ? 0.02 : 0.2;
+        w.items.count = large ? 30 : 8;
+        w.full = large;
+        assert_int_equal(do_on(2, 0, 0.0), WEFT_OK);
+        assert_done_once();
+        print_message("%s results of rank 1 that were not taken: at most %d\n",
+                      large ? "large" : "small", atomic_load(&w.most_waiting));
+        if (large)
+            assert_in_range(atomic_load(&w.most_waiting), 1, 4);
+        else
+            assert_int_equal(atomic_load(&w.most_waiting), 4);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bytes_are_the_same),
-        cmocka_unit_test(thousands_of_items),
-        cmocka_unit_test(the_dearest_come_first),
-        cmocka_unit_test(large_results_arrive),
+        cmocka_unit_test(bytes_are_the_same),      cmocka_unit_test(thousands_of_items),
+        cmocka_unit_test(the_dearest_come_first),  cmocka_unit_test(large_results_arrive),
+        cmocka_unit_test(failures_end_the_work),   cmocka_unit_test(the_first_failure_is_returned),
+        cmocka_unit_test(works_follow_each_other), cmocka_unit_test(results_that_wait_are_few),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -26,6 +26,7 @@ struct rank {
     struct world *world;
     struct weft_transport transport;
     pthread_t thread;
+    char host[16];
     unsigned state;
     int sends;
     bool stopped;
@@ -228,7 +229,6 @@ static int discard(struct world *w)
 
 void threads_run(const struct threads_params *params, struct threads_outcome *out)
 {
-    static char hosts[THREADS_RANKS_MAX][16];
     struct world *w = calloc(1, sizeof *w);
     must(w && params->ranks >= 1 && params->ranks <= THREADS_RANKS_MAX, "the number of ranks");
     w->params = params;
@@ -240,7 +240,7 @@ void threads_run(const struct threads_params *params, struct threads_outcome *ou
     const int node = params->node_ranks ? params->node_ranks : params->ranks;
     for (int r = 0; r < params->ranks; r++) {
         struct rank *rank = &w->rank[r];
-        (void)snprintf(hosts[r], sizeof hosts[r], "node%d", r / node);
+        (void)snprintf(rank->host, sizeof rank->host, "node%d", r / node);
         rank->world = w;
         rank->state = params->seed * 7919u + (unsigned)r;
         rank->transport = (struct weft_transport){
@@ -248,7 +248,7 @@ void threads_run(const struct threads_params *params, struct threads_outcome *ou
             .size = params->ranks,
             .node_rank = r % node,
             .node_size = node,
-            .host = hosts[r],
+            .host = rank->host,
             .priv = rank,
             .send = send_message,
             .sent = was_sent,
