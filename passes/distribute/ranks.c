@@ -12,8 +12,10 @@
 #include "filter/threads.h"
 
 static const double least_timeout = 0.5;
-// While nothing moves, naps grow with the time since something did, so that what comes waits a
-// tenth of what it took at most, and never a millisecond.
+// While nothing moves the thread gives way to others at first, for longer while a message is under
+// way, which needs many looks. Then its naps grow with the time since something moved, so that what
+// comes waits for a tenth of what it took, and a millisecond, at most.
+static const double short_look = 50e-6, long_look = 20e-3;
 static const double nap_share = 0.1, least_nap = 20e-6, longest_nap = 1e-3;
 
 // The thread that runs the body.
@@ -185,6 +187,12 @@ static void look_for_faults(struct weft_ranks *ranks, bool silent)
 
 static void nap(struct weft_ranks *ranks, double idle)
 {
+    if (idle < (weft_talk_is_under_way(&ranks->talk) ? long_look : short_look)) {
+        pthread_mutex_unlock(&ranks->lock);
+        sched_yield();
+        pthread_mutex_lock(&ranks->lock);
+        return;
+    }
     double seconds = idle * nap_share;
     seconds = seconds < least_nap ? least_nap : seconds > longest_nap ? longest_nap : seconds;
     weft_ranks_wait(ranks, &ranks->posted, seconds);

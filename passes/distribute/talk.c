@@ -87,6 +87,11 @@ static void take_posted(struct weft_talk *talk)
     pthread_mutex_unlock(talk->lock);
 }
 
+bool weft_talk_is_under_way(const struct weft_talk *talk)
+{
+    return talk->to_send > 0 || talk->open > 0;
+}
+
 bool weft_talk_is_done(const struct weft_talk *talk)
 {
     return talk->to_send == 0 && !talk->posted.first;
@@ -172,6 +177,7 @@ static void complete(struct weft_talk *talk, int from)
     talk->deliver(talk->priv, from, in);
     pthread_mutex_unlock(talk->lock);
     free(in->data);
+    talk->open -= in->open;
     *in = (struct weft_incoming){0};
 }
 
@@ -187,6 +193,7 @@ static bool take_first(struct weft_talk *talk, int from, size_t size)
     if ((unsigned)first.head.kind >= WEFT_MESSAGE_KINDS || bytes != (few ? first.head.size : 0))
         return false;
     *in = (struct weft_incoming){.head = first.head, .open = !few};
+    talk->open += in->open;
     in->data = first.head.size > 0 ? malloc((size_t)first.head.size) : NULL;
     in->lost = first.head.size > 0 && !in->data;
     if (bytes > 0 && in->data)

@@ -78,6 +78,7 @@ struct weft_talk {
     struct weft_incoming *in;  // [size]
     struct weft_messages *out; // [size]
     int to_send;               // messages there
+    int open;                  // messages that have come in part
     char *scratch;             // for pieces that there is no memory for
     int watched;               // a rank
     bool heard;                // something came of it; reset by who looks
@@ -95,6 +96,8 @@ void weft_talk_post(struct weft_talk *talk, struct weft_outgoing *message, int t
 
 // Sends and takes what goes without waiting; without the lock. Returns whether anything moved.
 bool weft_talk_move(struct weft_talk *talk);
+// Whether a message is under way, to this rank or from it.
+bool weft_talk_is_under_way(const struct weft_talk *talk);
 // Whether all that was posted was sent; with the lock.
 bool weft_talk_is_done(const struct weft_talk *talk);
 

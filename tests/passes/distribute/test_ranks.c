@@ -251,11 +251,14 @@ static void each_rank_has_its_result(void **state)
     assert_int_equal(out.lines + out.left, 0);
 }
 
-static enum weft_result tell_threads(void *priv, weft_ranks *ranks)
+static enum weft_result tell_info(void *priv, weft_ranks *ranks)
 {
     const struct weft_ranks_info info = info_of(ranks);
     (void)priv;
     struct weft_ranks_part parts[THREADS_RANKS_MAX];
+    char host[16];
+    (void)snprintf(host, sizeof host, "node%d", info.rank / 2);
+    CHECK(info.node_rank == info.rank % 2 && strcmp(info.host, host) == 0);
     CHECK(info.threads >= 1 && info.size == 7 && info.rank < 7 && info.timeout == 60.0);
     CHECK(weft_ranks_gather(ranks, &info.threads, sizeof info.threads, parts) == WEFT_OK);
     if (info.rank != 0)
@@ -272,11 +275,11 @@ static enum weft_result tell_threads(void *priv, weft_ranks *ranks)
     return WEFT_OK;
 }
 
-static void threads_are_shared_out(void **state)
+static void ranks_know_where_they_are(void **state)
 {
     (void)state;
     struct threads_outcome out;
-    threads_run(&(struct threads_params){.ranks = 7, .node_ranks = 2, .body = tell_threads}, &out);
+    threads_run(&(struct threads_params){.ranks = 7, .node_ranks = 2, .body = tell_info}, &out);
     assert_int_equal(atomic_load(&faults), 0);
 }
 
@@ -494,7 +497,7 @@ int main(void)
         cmocka_unit_test(all_agree),
         cmocka_unit_test(what_differs_is_named),
         cmocka_unit_test(each_rank_has_its_result),
-        cmocka_unit_test(threads_are_shared_out),
+        cmocka_unit_test(ranks_know_where_they_are),
         cmocka_unit_test(long_work_is_alive),
         cmocka_unit_test(a_silent_rank_is_named_once),
         cmocka_unit_test(what_cannot_be_sent_ends_the_job),
