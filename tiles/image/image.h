@@ -44,7 +44,7 @@ struct weft_image_channel {
     enum weft_pixel_type type;
     bool linear;         // the format's pLinear: perceived brightness is linear in the values
     int32_t sampling[2]; // of columns and rows; to save: {0, 0} or {1, 1}
-    float *plane;        // width * height; NULL in an image that only informs
+    float *plane;        // width * rows; NULL in an image that only informs
     // The exact values of uint channels, of which the plane has the nearest floats; NULL for
     // others.
     uint32_t *integers;
@@ -68,6 +68,9 @@ struct weft_image {
     int32_t display_min[2], display_max[2];
     enum weft_image_compression compression;
     bool tiled, deep; // as stored
+    // Rows that planes have, the first of them row `first_row` of the data window (default both 0:
+    // all). To save, all.
+    int32_t first_row, rows;
     size_t channel_count;
     struct weft_image_channel *channels; // in the file's order
     // Whole and in the file's order, but for those that say what is in the members above or how the
@@ -93,9 +96,12 @@ enum { WEFT_IMAGE_MAX_THREADS = 1024 };
 
 // Which part of which file. weft_image_list_load uses path, limits and log alone.
 struct weft_image_load_params {
-    const char *path;           // required
-    int part;                   // from 0 (default 0, the first)
-    bool info_only;             // header only: planes stay NULL (default: values, too)
+    const char *path; // required
+    int part;         // from 0 (default 0, the first)
+    bool info_only;   // header only: planes stay NULL (default: values, too)
+    // Rows of the data window that planes are to have (default both 0: all). Lines and tiles that
+    // have none of them are not read.
+    int32_t first_row, rows;
     int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     struct weft_limits limits;  // of the reader process (default: its own, see limits.h)
     const struct weft_log *log; // may be NULL
@@ -107,7 +113,7 @@ struct weft_image_load_params {
 // Reads a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
 // compresses it. Deep parts and subsampled channels have no planes and only inform. Ownership:
 // clear it with weft_image_clear. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled),
-// _ARGUMENT (there is no such part), _LIMIT, _READER.
+// _ARGUMENT (there is no such part, or there are no such rows), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
 // Frees a loaded image's planes and attributes and makes it all zero; accepts NULL and {0}.

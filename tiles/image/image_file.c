@@ -16,7 +16,8 @@ enum { PIECE = 1 << 20 }; // bytes of a plane, copied by one thread
 // Planes as they came, to be copied in pieces.
 struct copy {
     struct weft_image *image;
-    const char *data;
+    const char *data;           // the rows that are wanted of the first plane
+    size_t given_bytes;         // from plane to plane
     size_t plane_bytes, pieces; // of each plane
 };
 
@@ -26,7 +27,7 @@ static bool copy_piece(void *priv, int thread, size_t i)
     struct weft_image_channel *channel = &copy->image->channels[i / copy->pieces];
     const size_t from = i % copy->pieces * PIECE, left = copy->plane_bytes - from;
     const size_t bytes = left < PIECE ? left : PIECE, first = from / sizeof *channel->plane;
-    const char *data = copy->data + i / copy->pieces * copy->plane_bytes + from;
+    const char *data = copy->data + i / copy->pieces * copy->given_bytes + from;
     (void)thread;
     if (channel->type != WEFT_PIXEL_UINT) {
         memcpy(channel->plane + first, data, bytes);
@@ -51,17 +52,22 @@ static bool make_planes(struct weft_image *image, size_t plane_bytes)
     return true;
 }
 
-static enum weft_result take_pixels(const struct weft_payload *payload, int threads,
-                                    struct weft_image *image)
+// Of rows from `first` on, `rows` of them, where the image's are wanted.
+static enum weft_result take_pixels(const struct weft_payload *payload, uint64_t first,
+                                    uint64_t rows, int threads, struct weft_image *image)
 {
-    size_t plane_bytes, size;
-    if (!weft_size_mul((size_t)image->width, (size_t)image->height, &plane_bytes) ||
-        !weft_size_mul(plane_bytes, sizeof(float), &plane_bytes) ||
-        !weft_size_mul(plane_bytes, image->channel_count, &size) || size != payload->size)
+    size_t row_bytes, given_bytes, size;
+    const uint64_t wanted = (uint64_t)image->first_row;
+    if (first > wanted || rows > INT32_MAX || wanted - first + (uint64_t)image->rows > rows ||
+        !weft_size_mul((size_t)image->width, sizeof(float), &row_bytes) ||
+        !weft_size_mul(row_bytes, (size_t)rows, &given_bytes) ||
+        !weft_size_mul(given_bytes, image->channel_count, &size) || size != payload->size)
         return WEFT_ERR_READER;
+    const size_t plane_bytes = row_bytes * (size_t)image->rows;
     if (!make_planes(image, plane_bytes))
         return WEFT_ERR_MEMORY;
-    struct copy copy = {image, payload->data, plane_bytes, (plane_bytes - 1) / PIECE + 1};
+    struct copy copy = {image, (const char *)payload->data + (wanted - first) * row_bytes,
+                        given_bytes, plane_bytes, (plane_bytes - 1) / PIECE + 1};
     const size_t pieces = copy.pieces * image->channel_count;
     weft_threads_run(pieces > 1 ? threads : 1, pieces, copy_piece, &copy);
     return WEFT_OK;
@@ -77,13 +83,18 @@ static enum weft_result ask(const struct weft_image_load_params *params, const c
     const int threads = params->threads ? params->threads : weft_threads_available();
     struct weft_wire_request request = {
         .op = op, .part = (uint32_t)part, .threads = (uint32_t)threads};
+    if (op == WEFT_WIRE_IMAGE_PIXELS) {
+        request.first_row = (uint32_t)image->first_row;
+        request.rows = (uint32_t)image->rows;
+    }
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
     enum weft_result res = weft_reader_call(reader, &request, NULL, &answer, &payload);
     if (res != WEFT_OK)
         return res;
-    res = op == WEFT_WIRE_IMAGE_INFO ? weft_image_take_info(payload.data, payload.size, part, image)
-                                     : take_pixels(&payload, threads, image);
+    res = op == WEFT_WIRE_IMAGE_INFO
+              ? weft_image_take_info(payload.data, payload.size, part, image)
+              : take_pixels(&payload, answer.count[0], answer.count[1], threads, image);
     if (res == WEFT_ERR_READER)
         weft_error(params->log, "%s: the answer of %s contradicts itself", params->path, program);
     else if (res == WEFT_ERR_MEMORY)
@@ -96,6 +107,20 @@ static bool is_dwa(const struct weft_image *image)
 {
     return !image->deep &&
            (image->compression == WEFT_IMAGE_DWAA || image->compression == WEFT_IMAGE_DWAB);
+}
+
+// The rows that are wanted.
+static enum weft_result set_rows(const struct weft_image_load_params *params,
+                                 struct weft_image *image)
+{
+    image->first_row = params->first_row;
+    image->rows = params->first_row || params->rows ? params->rows : image->height;
+    if (image->first_row >= 0 && image->rows >= 1 &&
+        image->rows <= image->height - image->first_row)
+        return WEFT_OK;
+    weft_error(params->log, "%s: there are no %d rows from row %d on: it has %d", params->path,
+               params->rows, params->first_row, image->height);
+    return WEFT_ERR_ARGUMENT;
 }
 
 // DWA has a program of its own, which knows channels in the order of their names only.
@@ -129,6 +154,8 @@ enum weft_result weft_image_read(const struct weft_image_load_params *params, in
         weft_reader_start(params->log, program, params->path, fd, &params->limits, &reader);
     if (res == WEFT_OK)
         res = ask(params, program, reader, WEFT_WIRE_IMAGE_INFO, params->part, out);
+    if (res == WEFT_OK && !params->info_only)
+        res = set_rows(params, out);
     if (res == WEFT_OK && !params->info_only && is_dwa(out))
         res = read_dwa(params, fd, out);
     else if (res == WEFT_OK && !params->info_only)

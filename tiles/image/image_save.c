@@ -71,6 +71,7 @@ static enum weft_result check_image(const struct weft_image *image, const struct
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, image->width > 0 && image->height > 0);
+    weft_require(log, image->first_row == 0 && (!image->rows || image->rows == image->height));
     weft_require(log, window_fits(image));
     weft_require(log, display_fits(image));
     weft_require(log, image->channel_count > 0 && image->channel_count <= INT16_MAX);

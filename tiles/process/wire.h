@@ -17,7 +17,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 8, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 9, WEFT_WIRE_FD = 3 };
 
 // Rooms of a reader, and requests that wait, at most.
 enum { WEFT_WIRE_ROOMS = 4 };
@@ -32,8 +32,10 @@ enum weft_wire_op {
     WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
                      // written, count[0] bytes of it
     WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
-    WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`. -> planes of float or, for uint channels, uint32_t, in
-                            // the order of the channels
+    WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`, rows. -> planes of float or, for uint channels,
+                            // uint32_t, in the order of the channels, of count[1] rows from row
+                            // count[0] of the data window on: those asked for, and what is packed
+                            // with them
     WEFT_WIRE_IMAGE_FRAME, // EXR, PNG: `part` of another file. -> in the room, as image_wire.h says
     WEFT_WIRE_MESH, // OBJ, PLY, glTF: `part` is one of weft_mesh_kind. -> as mesh_wire.h says
 };
@@ -58,12 +60,13 @@ enum weft_wire_verdict {
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
-    uint32_t rest;      // OPEN: as in struct weft_volume_open_params
-    uint32_t part;      // of an image, from 0
-    uint32_t threads;   // IMAGE_PIXELS, _FRAME: that decode at once, at most
-    uint32_t attached;  // of enum weft_wire_attached
-    uint32_t room;      // FRAME: where the answer goes, below WEFT_WIRE_ROOMS
-    uint32_t info_only; // FRAME: 1: without planes
+    uint32_t rest;            // OPEN: as in struct weft_volume_open_params
+    uint32_t part;            // of an image, from 0
+    uint32_t threads;         // IMAGE_PIXELS, _FRAME: that decode at once, at most
+    uint32_t attached;        // of enum weft_wire_attached
+    uint32_t room;            // FRAME: where the answer goes, below WEFT_WIRE_ROOMS
+    uint32_t info_only;       // FRAME: 1: without planes
+    uint32_t first_row, rows; // IMAGE_PIXELS: of the data window; rows 0: all
     uint32_t reserved;
     uint64_t room_bytes;    // that the room has
     uint64_t payload_bytes; // in the request's payload memfd, 0 = none

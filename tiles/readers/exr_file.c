@@ -159,6 +159,8 @@ static enum weft_result check_windows(struct weft_exr_file *file)
     struct weft_server *s = file->server;
     file->width = (int64_t)file->data.max.x - file->data.min.x + 1;
     file->height = (int64_t)file->data.max.y - file->data.min.y + 1;
+    file->first_row = 0;
+    file->rows = file->height;
     if (file->width < 1 || file->height < 1)
         return weft_server_fail(s, WEFT_ERR_FORMAT, "the data window is empty");
     if (file->width >= SIDE_LIMIT || file->height >= SIDE_LIMIT)
@@ -212,6 +214,25 @@ enum weft_result weft_exr_take_part(struct weft_exr_file *file, uint32_t part)
     return rv ? weft_exr_fail(file, rv) : check_header(file);
 }
 
+enum weft_result weft_exr_choose_rows(struct weft_exr_file *file, int64_t lines)
+{
+    struct weft_server *s = file->server;
+    const int64_t first = s->request->first_row, rows = s->request->rows;
+    if (rows && (first >= file->height || rows > file->height - first))
+        return weft_server_fail(s, WEFT_ERR_ARGUMENT,
+                                "there are no %" PRId64 " rows from row %" PRId64
+                                " on: it has %" PRId64,
+                                rows, first, file->height);
+    if (rows) {
+        const int64_t end = (first + rows + lines - 1) / lines * lines;
+        file->first_row = first / lines * lines;
+        file->rows = (end < file->height ? end : file->height) - file->first_row;
+    }
+    s->answer.count[0] = (uint64_t)file->first_row;
+    s->answer.count[1] = (uint64_t)file->rows;
+    return WEFT_OK;
+}
+
 bool weft_exr_is_dwa(const struct weft_exr_file *file)
 {
     return file->compression == EXR_COMPRESSION_DWAA || file->compression == EXR_COMPRESSION_DWAB;
@@ -235,7 +256,7 @@ enum weft_result weft_exr_check_kind(const struct weft_exr_file *file)
 static size_t sum_of_planes(const struct weft_exr_file *file, bool own_types)
 {
     size_t pixels, plane, sum = 0;
-    if (!weft_size_mul((size_t)file->width, (size_t)file->height, &pixels))
+    if (!weft_size_mul((size_t)file->width, (size_t)file->rows, &pixels))
         return SIZE_MAX;
     for (int c = 0; c < file->channels->num_channels; c++) {
         const uint32_t type = types[file->channels->entries[c].pixel_type];

@@ -25,6 +25,7 @@ struct weft_exr_file {
     int part, part_count;
     exr_attr_box2i_t data, display;
     int64_t width, height;
+    int64_t first_row, rows; // that are read: of a part that was just taken, all
     exr_storage_t storage;
     exr_compression_t compression;
     const exr_attr_chlist_t *channels;
@@ -36,11 +37,14 @@ void weft_exr_close(struct weft_exr_file *file); // accepts one that is not open
 // Reads and checks a part's header: windows, channels, compression.
 enum weft_result weft_exr_take_part(struct weft_exr_file *file, uint32_t part);
 
+// Chooses the rows that the request asks for, and what is packed with them in blocks of `lines`.
+enum weft_result weft_exr_choose_rows(struct weft_exr_file *file, int64_t lines);
+
 bool weft_exr_is_dwa(const struct weft_exr_file *file);
 // Whether the part's values are of a kind that is read: flat, not subsampled.
 enum weft_result weft_exr_check_kind(const struct weft_exr_file *file);
-// Bytes of its planes, within the limits, in the channels' own types as struct weft_wire_frame has
-// them, or in four bytes a value, tightly packed.
+// Bytes of its planes' rows, within the limits, in the channels' own types as struct
+// weft_wire_frame has them, or in four bytes a value, tightly packed.
 enum weft_result weft_exr_measure(const struct weft_exr_file *file, bool own_types, size_t *bytes);
 
 // struct weft_wire_image and what follows it. The caller frees *out.

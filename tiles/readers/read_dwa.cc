@@ -79,13 +79,14 @@ Imf::FrameBuffer make_frame(const Imf::Header &header, const weft_exr_file &file
         const bool half = type == Imf::HALF && planes.own_types;
         const int64_t value = half ? 2 : 4;
         const auto base =
-            at - static_cast<uintptr_t>(value * (file.data.min.y * file.width + file.data.min.x));
+            at - static_cast<uintptr_t>(
+                     value * ((file.data.min.y + file.first_row) * file.width + file.data.min.x));
         frame.insert(c.name(), Imf::Slice(half                ? Imf::HALF
                                           : type == Imf::UINT ? Imf::UINT
                                                               : Imf::FLOAT,
                                           reinterpret_cast<char *>(base), size_t(value),
                                           size_t(file.width * value)));
-        size_t bytes = size_t(file.width) * size_t(file.height) * size_t(value);
+        size_t bytes = size_t(file.width) * size_t(file.rows) * size_t(value);
         if (planes.own_types)
             weft_wire_align(bytes, &bytes);
         at += bytes;
@@ -136,7 +137,8 @@ weft_result read_planes(const weft_exr_file &exr, const Planes &planes)
                                 "is ambiguous");
     Imf::InputPart input(file, exr.part);
     input.setFrameBuffer(make_frame(file.header(exr.part), exr, planes));
-    input.readPixels(exr.data.min.y, exr.data.max.y);
+    const int first = exr.data.min.y + int(exr.first_row);
+    input.readPixels(first, first + int(exr.rows) - 1);
     return WEFT_OK;
 }
 
@@ -151,6 +153,8 @@ weft_result answer(weft_exr_file &exr)
         return WEFT_OK;
     }
     weft_result res = weft_exr_check_kind(&exr);
+    if (res == WEFT_OK && !frame)
+        res = weft_exr_choose_rows(&exr, 1);
     if (res == WEFT_OK)
         res = weft_exr_measure(&exr, frame, &bytes);
     if (res == WEFT_OK && frame)

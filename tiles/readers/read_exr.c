@@ -26,7 +26,8 @@ struct decoding {
     char *planes;
     bool own_types;        // as struct weft_wire_frame has planes, not all of four bytes a value
     int64_t width, height; // of a block, but for the last ones
-    size_t across, count;  // blocks in a row, in all
+    size_t across;         // blocks in a row
+    size_t first, count;   // of the blocks that are decoded, in all
     struct pipeline *pipelines; // of each thread
     // The first block that cannot be decoded: blocks are begun in order, so that it is the same one
     // whatever the number of threads.
@@ -65,14 +66,15 @@ static size_t value_size(const struct decoding *d, exr_pixel_type_t type)
 static void point_to(const struct decoding *d, exr_decode_pipeline_t *decode, int64_t x, int64_t y)
 {
     const struct weft_exr_file *file = d->file;
-    const size_t pixels = (size_t)file->width * (size_t)file->height;
+    const size_t pixels = (size_t)file->width * (size_t)file->rows;
     char *plane = d->planes;
     for (int c = 0; c < decode->channel_count; c++) {
         exr_coding_channel_info_t *channel = &decode->channels[c];
         const exr_pixel_type_t type = (exr_pixel_type_t)channel->data_type;
         const size_t value = value_size(d, type);
         size_t bytes = pixels * value;
-        channel->decode_to_ptr = (uint8_t *)plane + (size_t)(y * file->width + x) * value;
+        channel->decode_to_ptr =
+            (uint8_t *)plane + (size_t)((y - file->first_row) * file->width + x) * value;
         channel->user_bytes_per_element = (int16_t)value;
         channel->user_data_type =
             type == EXR_PIXEL_HALF && !d->own_types ? EXR_PIXEL_FLOAT : (uint16_t)type;
@@ -132,7 +134,7 @@ static bool decode_one(void *priv, int thread, size_t i)
 {
     struct decoding *d = priv;
     struct weft_exr_complaint own = {0}, *outer = weft_exr_complain(&own);
-    const exr_result_t rv = decode_block(d, &d->pipelines[thread], i);
+    const exr_result_t rv = decode_block(d, &d->pipelines[thread], d->first + i);
     weft_exr_complain(outer);
     if (!rv)
         return true;
@@ -146,7 +148,7 @@ static bool decode_one(void *priv, int thread, size_t i)
     return false;
 }
 
-// Sizes and number of the blocks.
+// Sizes of the blocks.
 static exr_result_t measure_blocks(struct decoding *d)
 {
     struct weft_exr_file *file = d->file;
@@ -161,8 +163,15 @@ static exr_result_t measure_blocks(struct decoding *d)
     d->width = file->storage == EXR_STORAGE_TILED ? width : file->width;
     d->height = height;
     d->across = (size_t)((file->width - 1) / d->width + 1);
-    d->count = d->across * (size_t)((file->height - 1) / d->height + 1);
     return rv;
+}
+
+// Those that have rows which are read.
+static void number_blocks(struct decoding *d)
+{
+    const struct weft_exr_file *file = d->file;
+    d->first = d->across * (size_t)(file->first_row / d->height);
+    d->count = d->across * (size_t)((file->rows - 1) / d->height + 1);
 }
 
 // As many as are asked for, worth their start, and sure to find memory: a thread holds its stack
@@ -223,12 +232,15 @@ static enum weft_result decode_planes(struct decoding *d, size_t bytes)
 static enum weft_result prepare(struct decoding *d, size_t *bytes)
 {
     enum weft_result res = weft_exr_check_kind(d->file);
-    if (res == WEFT_OK)
-        res = weft_exr_measure(d->file, d->own_types, bytes);
     if (res != WEFT_OK)
         return res;
     const exr_result_t rv = measure_blocks(d);
-    return rv ? weft_exr_fail(d->file, rv) : WEFT_OK;
+    if (rv)
+        return weft_exr_fail(d->file, rv);
+    if (!d->own_types)
+        res = weft_exr_choose_rows(d->file, d->height);
+    number_blocks(d);
+    return res == WEFT_OK ? weft_exr_measure(d->file, d->own_types, bytes) : res;
 }
 
 static enum weft_result answer_pixels(struct weft_exr_file *file)

@@ -278,6 +278,53 @@ static void check_kind(const struct exr_recipe *r)
     weft_image_clear(&image);
 }
 
+// Rows from anywhere on are those of the whole.
+static void check_rows(const char *path, int width, int height)
+{
+    const int rows[][2] = {{0, 1}, {height - 1, 1}, {5, height - 7}, {15, 2}, {16, 16}};
+    struct weft_image whole, image;
+    assert_int_equal(load(path, &whole), WEFT_OK);
+    assert_int_equal(whole.rows, height);
+    for (size_t i = 0; i < WEFT_COUNT(rows) * whole.channel_count; i++) {
+        const int *r = rows[i / whole.channel_count];
+        const struct weft_image_load_params params = {
+            .path = path, .first_row = r[0], .rows = r[1], .log = &test_log};
+        const size_t first = (size_t)(r[0] * width), count = (size_t)(r[1] * width);
+        assert_int_equal(weft_image_load(&params, &image), WEFT_OK);
+        assert_int_equal(image.height, height);
+        assert_int_equal(image.first_row, r[0]);
+        assert_int_equal(image.rows, r[1]);
+        const struct weft_image_channel *one = &image.channels[i % whole.channel_count],
+                                        *all = &whole.channels[i % whole.channel_count];
+        assert_memory_equal(one->plane, all->plane + first, 4 * count);
+        if (all->integers)
+            assert_memory_equal(one->integers, all->integers + first, 4 * count);
+        weft_image_clear(&image);
+    }
+    weft_image_clear(&whole);
+}
+
+static void test_rows_that_are_not_there(void **state)
+{
+    static const int rows[][2] = {{0, HEIGHT + 1}, {HEIGHT, 1}, {-1, 2}, {3, 0}, {3, -1}};
+    static uint32_t pixels[PIXELS + 1];
+    const struct exr_recipe r = {.path = test_path("rows.exr"),
+                                 .type = EXR_PIXEL_FLOAT,
+                                 .width = WIDTH,
+                                 .height = HEIGHT,
+                                 .pixels = pixels};
+    struct weft_image image;
+    (void)state;
+    assert_int_equal(exr_make(&r), EXR_ERR_SUCCESS);
+    for (size_t i = 0; i < WEFT_COUNT(rows); i++) {
+        const struct weft_image_load_params params = {
+            .path = r.path, .first_row = rows[i][0], .rows = rows[i][1], .log = &test_log};
+        assert_int_equal(weft_image_load(&params, &image), WEFT_ERR_ARGUMENT);
+        assert_non_null(strstr(test_message, "rows.exr: there are no"));
+        assert_null(image.channels);
+    }
+}
+
 static void test_kinds(void **state)
 {
     (void)state;
@@ -304,6 +351,8 @@ static void test_kinds(void **state)
                     fill_pixels(pixels, &r);
                     assert_int_equal(exr_make(&r), EXR_ERR_SUCCESS);
                     check_kind(&r);
+                    if (order == (type + compression) % 2)
+                        check_rows(r.path, WIDTH, HEIGHT);
                     kinds++;
                 }
             }
@@ -408,6 +457,7 @@ static void test_dwa(void **state)
         for (int i = 0; i < PIXELS; i++)
             assert_true(fabsf(loaded.channels[0].plane[i] - planes[0][i]) < 0.05f);
         weft_image_clear(&loaded);
+        check_rows(path, WIDTH, HEIGHT);
 
         size_t size;
         char *file = test_read_file(path, &size);
@@ -555,6 +605,7 @@ int main(void)
         IN_FOLDER(test_info_only),
         IN_FOLDER(test_bad_images),
         IN_FOLDER(test_kinds),
+        IN_FOLDER(test_rows_that_are_not_there),
         IN_FOLDER(test_first_of_two_parts),
         IN_FOLDER(test_unsupported),
         IN_FOLDER(test_dwa),
