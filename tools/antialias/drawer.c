@@ -110,19 +110,32 @@ void antialias_drawer_destroy(antialias_drawer **drawer)
 // ---- drawing ------------------------------------------------------------------------------------
 
 enum weft_result antialias_drawer_run(antialias_drawer *drawer,
-                                      const struct weft_antialias_drawing *drawing,
+                                      const struct weft_antialias_drawing *drawing, int picture,
                                       const struct weft_progress *progress)
 {
     switch (drawer->params.way) {
     case ANTIALIAS_ACAA:
         return weft_acaa_run(drawer->acaa, drawing, progress);
     case ANTIALIAS_ADAPTIVE:
-        return antialias_adaptive_run(&drawer->adaptive, drawing, progress);
+        return antialias_adaptive_run(&drawer->adaptive, drawing, picture, progress);
     case ANTIALIAS_SUPERSAMPLE:
         return weft_supersample_run(drawer->adaptive.supersample, drawing, NULL, progress);
     default:
         return weft_msaa_run(drawer->msaa, drawing);
     }
+}
+
+void antialias_drawer_get_room(const antialias_drawer *drawer, struct weft_acaa_room *out)
+{
+    *out = (struct weft_acaa_room){0};
+    if (drawer->acaa)
+        weft_acaa_get_room(drawer->acaa, out);
+}
+
+enum weft_result antialias_drawer_set_room(antialias_drawer *drawer,
+                                           const struct weft_acaa_room *room)
+{
+    return drawer->acaa ? weft_acaa_set_room(drawer->acaa, room) : WEFT_OK;
 }
 
 enum weft_result antialias_drawer_read(antialias_drawer *drawer, int channel, float *out)
@@ -191,11 +204,19 @@ static void report_supersample(const antialias_drawer *drawer, struct antialias_
     out->formula_bytes = out->full_bytes;
     if (!a->marker)
         return;
-    out->marks = &a->marks;
+    if (!a->supersampled)
+        out->supersample.pixels = out->supersample.sampled = 0;
     out->bytes += weft_marker_bytes(a->marker);
-    out->formula_bytes = weft_bytes_adaptive(p->size[0], p->size[1], a->marks.count, p->samples,
-                                             PAPER_COLOUR, PAPER_DEPTH);
-    if (a->marks.count == 0)
+    antialias_report_set_marks(p, &a->marks, out);
+}
+
+void antialias_report_set_marks(const struct antialias_params *params,
+                                const struct weft_marks *marks, struct antialias_report *out)
+{
+    out->marks = marks;
+    out->formula_bytes = weft_bytes_adaptive(params->size[0], params->size[1], marks->count,
+                                             params->samples, PAPER_COLOUR, PAPER_DEPTH);
+    if (marks->count == 0)
         out->passes = 1;
 }
 

@@ -53,13 +53,19 @@ enum weft_result antialias_drawer_create(const struct antialias_params *params,
                                          antialias_drawer **out);
 void antialias_drawer_destroy(antialias_drawer **drawer); // accepts &NULL, leaves NULL behind
 
-// Draws a picture. Returns what the way's own object does.
+// Draws a picture, or a part of it; picture: its number, which is another one for another picture.
+// Returns what the way's own object does.
 enum weft_result antialias_drawer_run(antialias_drawer *drawer,
-                                      const struct weft_antialias_drawing *drawing,
+                                      const struct weft_antialias_drawing *drawing, int picture,
                                       const struct weft_progress *progress);
-// Writes a channel (0 to 3) of the last picture, rows upwards and tightly packed.
+// What sums have room for (weft_acaa_room); {0} where that is nothing to them.
+void antialias_drawer_get_room(const antialias_drawer *drawer, struct weft_acaa_room *out);
+enum weft_result antialias_drawer_set_room(antialias_drawer *drawer,
+                                           const struct weft_acaa_room *room);
+
+// Writes a channel (0 to 3) of the last picture or part, rows upwards and tightly packed.
 enum weft_result antialias_drawer_read(antialias_drawer *drawer, int channel, float *out);
-// Writes the weight of each pixel of the last picture, 1 being whole: of acaa.
+// Writes the weight of each pixel of the last picture or part, 1 being whole: of acaa.
 enum weft_result antialias_drawer_read_weight(antialias_drawer *drawer, float *out);
 
 // What the drawer is, and what the last picture came to.
@@ -80,5 +86,8 @@ struct antialias_report {
     const struct weft_marks *marks; // of adaptive, as long as the drawer draws no more; else NULL
 };
 void antialias_drawer_get_report(const antialias_drawer *drawer, struct antialias_report *out);
+// Sets the marks of adaptive supersampling, and what follows from their number.
+void antialias_report_set_marks(const struct antialias_params *params,
+                                const struct weft_marks *marks, struct antialias_report *out);
 
 #endif

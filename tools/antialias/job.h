@@ -8,6 +8,7 @@
 #include "tools/common/options.h"
 #include "tools/draw/picture.h"
 #include "tools/draw/preview.h"
+#include "tools/ranks/options.h"
 #include "tools/render/scene_options.h"
 
 enum antialias_option {
@@ -39,7 +40,8 @@ enum antialias_option {
     ASK_TYPE,
     ASK_COMPRESSION,
     ASK_RANGE,
-    ASK_EXPLAIN,
+    ASK_RANKS, // the first of enum rank_option
+    ASK_EXPLAIN = ASK_RANKS + RANK_OPTION_COUNT,
     ASK_JSON,
     ASK_NO_CLOBBER,
     ASK_QUIET,
@@ -73,6 +75,17 @@ struct antialias_seconds {
     double scene, context, prepare, draw, verify, write;
 };
 
+// What ranks divide among each other: parts of one picture after the other, or whole pictures.
+struct antialias_divided {
+    bool is; // there are several ranks, or an option asks for parts
+    bool by_frame;
+    struct rank_request request;
+    struct weft_items_report work; // of all works together; items of the last one
+    // On rank 0: marks of all parts of the last picture, without `marked`; calls of all ranks.
+    struct weft_marks marks;
+    uint64_t callbacks;
+};
+
 struct antialias_job {
     const struct option_value *option; // [ASK_OPTION_COUNT]
     const char *const *operands;       // NULL-ended
@@ -82,6 +95,7 @@ struct antialias_job {
     enum weft_context_kind kind;
     int frames;
     weft_kernel_file *filter_file; // NULL: the filter is of no file
+    struct antialias_divided divided;
 
     const char *scene_name; // as it was written
     struct scene scene;
@@ -97,6 +111,7 @@ struct antialias_job {
     float preview_range[2];
     struct weft_statistics statistics[PICTURE_CHANNELS];
 
+    int prepared;         // picture whose places and shadows the drawing has; -1: none
     int drawn;            // pictures
     double *seconds_each; // [frames]
     struct antialias_report report;
@@ -120,10 +135,17 @@ enum weft_result antialias_job_check_outputs(struct antialias_job *job);
 enum weft_result antialias_job_begin(struct antialias_job *job);
 // Draws, checks and writes all pictures. (job_draw.c)
 enum weft_result antialias_job_draw(struct antialias_job *job);
+// The same by all ranks together. Collective. (job_divided.c)
+enum weft_result antialias_job_draw_divided(struct antialias_job *job);
 
 void antialias_job_clear(struct antialias_job *job);
 
 // ---- parts of them ------------------------------------------------------------------------------
+
+// Finds where all is in a picture, and draws its shadow maps, if that is not done. (job_draw.c)
+enum weft_result antialias_job_prepare(struct antialias_job *job, int frame);
+// Checks and writes the picture whose planes, weights and report are there. (job_draw.c)
+enum weft_result antialias_job_finish(struct antialias_job *job, int frame);
 
 // The time of the scene that a picture shows. (job_options.c)
 double antialias_job_time(const struct antialias_job *job, int frame);

@@ -23,6 +23,13 @@ static enum weft_result make_scene(struct antialias_job *job)
     return res;
 }
 
+static void set_last_words(const struct antialias_job *job)
+{
+    if (job->frames > 1)
+        report_set_last_words("weft: ended with %d of %d pictures complete", job->drawn,
+                              job->frames);
+}
+
 static enum weft_result create_context(struct antialias_job *job)
 {
     const double start = report_now_seconds();
@@ -83,6 +90,8 @@ enum weft_result antialias_job_begin(struct antialias_job *job)
         res = create_drawing(job);
     if (res == WEFT_OK && !explain)
         res = allocate(job);
+    if (res == WEFT_OK && !explain)
+        set_last_words(job);
     job->seconds.prepare = report_now_seconds() - start;
     return res;
 }
@@ -105,13 +114,18 @@ static enum weft_result prepare(void *priv)
     return res;
 }
 
-static enum weft_result prepare_frame(struct antialias_job *job, int frame)
+enum weft_result antialias_job_prepare(struct antialias_job *job, int frame)
 {
     const int *size = job->params.size;
+    if (job->prepared == frame)
+        return WEFT_OK;
+    job->prepared = -1;
     struct prepared p = {job, {.time = antialias_job_time(job, frame)}};
     memcpy(p.show.camera.size, size, sizeof p.show.camera.size);
     scene_lamps_in_middle(&job->scene, &p.show);
-    return weft_context_call(job->context, prepare, &p);
+    const enum weft_result res = weft_context_call(job->context, prepare, &p);
+    job->prepared = res == WEFT_OK ? frame : -1;
+    return res;
 }
 
 // Of all pictures, where one is drawn. False once an interrupt has come.
@@ -143,7 +157,7 @@ static enum weft_result run_and_read(struct antialias_job *job, int frame)
     const struct weft_antialias_drawing drawing = {.draw = scene_drawing_pass,
                                                    .priv = job->drawing};
     const double start = report_now_seconds();
-    enum weft_result res = antialias_drawer_run(job->drawer, &drawing, &progress);
+    enum weft_result res = antialias_drawer_run(job->drawer, &drawing, frame, &progress);
     if (res == WEFT_OK)
         res = read_planes(job);
     job->seconds_each[frame] = report_now_seconds() - start;
@@ -153,53 +167,42 @@ static enum weft_result run_and_read(struct antialias_job *job, int frame)
     return res;
 }
 
-static enum weft_result finish_picture(struct antialias_job *job, int frame)
+enum weft_result antialias_job_finish(struct antialias_job *job, int frame)
 {
-    enum weft_result res = WEFT_OK;
-    if (job->weight)
-        res = antialias_drawer_read_weight(job->drawer, job->weight);
-    if (res != WEFT_OK)
-        return res;
     for (int c = 0; c < PICTURE_CHANNELS; c++)
         picture_turn_over(job->params.size, job->picture.channel[c].plane);
     if (job->weight)
         picture_turn_over(job->params.size, job->weight);
-    antialias_drawer_get_report(job->drawer, &job->report);
     antialias_job_add_weights(job, frame);
     antialias_job_compare(job, frame);
     picture_measure(&job->picture, job->statistics);
     report_erase_progress();
-    return WEFT_OK;
-}
-
-static void set_last_words(const struct antialias_job *job)
-{
-    if (job->frames > 1)
-        report_set_last_words("weft: ended with %d of %d pictures complete", job->drawn,
-                              job->frames);
+    const enum weft_result res = antialias_job_save(job, frame);
+    job->drawn += res == WEFT_OK;
+    set_last_words(job);
+    return res;
 }
 
 static enum weft_result draw_one(struct antialias_job *job, int frame)
 {
     enum weft_result res = antialias_job_make_exact(job, frame);
     if (res == WEFT_OK)
-        res = prepare_frame(job, frame);
+        res = antialias_job_prepare(job, frame);
     if (res == WEFT_OK)
         res = run_and_read(job, frame);
-    if (res == WEFT_OK)
-        res = finish_picture(job, frame);
-    return res == WEFT_OK ? antialias_job_save(job, frame) : res;
+    if (res == WEFT_OK && job->weight)
+        res = antialias_drawer_read_weight(job->drawer, job->weight);
+    if (res != WEFT_OK)
+        return res;
+    antialias_drawer_get_report(job->drawer, &job->report);
+    return antialias_job_finish(job, frame);
 }
 
 enum weft_result antialias_job_draw(struct antialias_job *job)
 {
     enum weft_result res = WEFT_OK;
-    set_last_words(job);
-    for (int frame = 0; frame < job->frames && res == WEFT_OK; frame++) {
+    for (int frame = 0; frame < job->frames && res == WEFT_OK; frame++)
         res = draw_one(job, frame);
-        job->drawn += res == WEFT_OK;
-        set_last_words(job);
-    }
     report_erase_progress();
     scene_drawing_get_shadow(job->drawing, &job->shadow);
     return res;
@@ -218,4 +221,5 @@ void antialias_job_clear(struct antialias_job *job)
     free(job->weight);
     free(job->exact);
     free(job->seconds_each);
+    weft_items_report_clear(&job->divided.work);
 }

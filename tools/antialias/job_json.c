@@ -6,6 +6,7 @@
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
 #include "tools/common/saved.h"
+#include "tools/ranks/load_report.h"
 
 static json_t *place_json(const int at[2])
 {
@@ -158,6 +159,9 @@ static void set_results(json_t *root, const struct antialias_job *job)
         json_object_set_new(root, "weights", weights_json(job));
     if (job->report.marks)
         json_object_set_new(root, "marks", marks_json(job));
+    json_t *ranks = load_report_json(&job->divided.work, true);
+    if (ranks)
+        json_object_set_new(root, "ranks", ranks);
     if (job->shadow.faces)
         json_object_set_new(root, "shadow", scene_options_shadow_json(&job->shadow));
     if (job->exactness.values)

@@ -8,6 +8,7 @@
 #include "tools/antialias/job.h"
 #include "tools/common/report.h"
 #include "tools/methods/jitter_sets.h"
+#include "tools/ranks/ranks.h"
 
 const char *const antialias_depth_choices[] = {"24", "32", NULL};
 
@@ -282,6 +283,46 @@ static enum weft_result read_params(struct antialias_job *job)
     return res;
 }
 
+// ---- ranks --------------------------------------------------------------------------------------
+
+// Pictures for each rank from which on they are not divided where nothing else is asked for.
+enum { FRAMES_EACH = 4 };
+
+// Sums that depend on the order in which fragments of several pixels come; NULL: they do not.
+static const char *ordered_sums(const struct antialias_params *p)
+{
+    if (p->way != ANTIALIAS_ACAA || p->form == WEFT_ACAA_JITTER)
+        return NULL;
+    return p->sums == WEFT_ACAA_FLOAT               ? "--sums float"
+           : p->coincident == WEFT_COINCIDENT_ALPHA ? "--coincident alpha"
+                                                    : NULL;
+}
+
+static enum weft_result read_divided(struct antialias_job *job)
+{
+    struct antialias_divided *d = &job->divided;
+    struct rank_request *r = &d->request;
+    const enum weft_result res = rank_options_read(&job->option[ASK_RANKS], r);
+    if (res != WEFT_OK)
+        return res;
+    const char *ordered = ordered_sums(&job->params);
+    const bool whole = r->region[0]<0, parts = r->region[1]> 0 || r->granularity || r->cost_map ||
+                       r->schedule == WEFT_SCHEDULE_DYNAMIC;
+    d->is = (ranks_size() > 1 || r->given) && !is_given(job, ASK_EXPLAIN);
+    d->by_frame =
+        whole || ordered || (!parts && job->frames >= (int64_t)FRAMES_EACH * ranks_size());
+    if (whole && r->cost_map)
+        report_error("--cost-map is of parts of a picture, and --region frame leaves pictures "
+                     "whole");
+    else if (parts && ordered)
+        report_error("%s depends on the order of fragments, which parts of a picture do not keep: "
+                     "--region frame leaves pictures whole",
+                     ordered);
+    else
+        return WEFT_OK;
+    return WEFT_ERR_ARGUMENT;
+}
+
 enum weft_result antialias_job_read_options(struct antialias_job *job)
 {
     const struct option_value *o = job->option;
@@ -293,6 +334,8 @@ enum weft_result antialias_job_read_options(struct antialias_job *job)
         res = check_conflicts(job);
     if (res == WEFT_OK)
         res = read_params(job);
+    if (res == WEFT_OK)
+        res = read_divided(job);
     job->scene_name = o[ASK_SCENE].given ? o[ASK_SCENE].text : scene_find_default("antialias")[0];
     return res == WEFT_OK ? preview_check(&preview, &no_map) : res;
 }

@@ -9,6 +9,7 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
+#include "tools/ranks/load_report.h"
 
 static bool is_supersampled(const struct antialias_job *job)
 {
@@ -276,6 +277,7 @@ void antialias_job_print_text(const struct antialias_job *job)
     print_exactness(job);
     if (o[ASK_PREVIEW].given)
         run_report_print_preview(o[ASK_PREVIEW].text, job->preview_range);
+    load_report_print(&job->divided.work);
     tell_plan(job, report_note);
     note_times(job);
 }

@@ -123,7 +123,7 @@ static int compare_numbers(const void *a, const void *b)
 static enum weft_result draw(struct bench *b, antialias_drawer *drawer)
 {
     const struct weft_antialias_drawing drawing = {.draw = scene_drawing_pass, .priv = b->drawing};
-    enum weft_result res = antialias_drawer_run(drawer, &drawing, NULL);
+    enum weft_result res = antialias_drawer_run(drawer, &drawing, 0, NULL);
     for (int c = 0; c < CHANNELS && res == WEFT_OK; c++)
         res = antialias_drawer_read(drawer, c, b->pixels[c]);
     return res;

@@ -6,6 +6,8 @@
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
 #include "tools/methods/engine_options.h"
+#include "tools/ranks/load_report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
 static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
@@ -168,6 +170,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    OPTION_RANGE,
                    "LO,HI",
                    "light shown as black and white in the preview (default 0,1)"},
+    RANK_OPTIONS(ASK_RANKS),
     [ASK_EXPLAIN] = {.name = "explain",
                      0,
                      OPTION_FLAG,
@@ -184,39 +187,53 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
     [ASK_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
 
-typedef enum weft_result (*stage)(struct antialias_job *job);
+// All ranks read the scene; rank 0 alone looks at what will be written. Then they agree.
+static enum weft_result begin(struct antialias_job *job)
+{
+    enum weft_result res = antialias_job_read_options(job);
+    if (res == WEFT_OK && ranks_tells())
+        res = antialias_job_check_outputs(job);
+    return ranks_agree(res == WEFT_OK ? antialias_job_begin(job) : res);
+}
 
 static enum weft_result run_stages(struct antialias_job *job)
 {
-    static const stage stages[] = {antialias_job_read_options, antialias_job_check_outputs,
-                                   antialias_job_begin, NULL};
-    enum weft_result res = WEFT_OK;
-    for (const stage *s = stages; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    return res == WEFT_OK && !job->option[ASK_EXPLAIN].given ? antialias_job_draw(job) : res;
+    // What is planned alone is rank 0's.
+    if (!ranks_tells() && job->option[ASK_EXPLAIN].given)
+        return ranks_agree(WEFT_OK);
+    enum weft_result res = begin(job);
+    if (res != WEFT_OK || job->option[ASK_EXPLAIN].given)
+        return res;
+    if (!job->divided.is)
+        return antialias_job_draw(job);
+    res = ranks_check_alike(job->context, job->divided.request.mixed);
+    return res == WEFT_OK ? antialias_job_draw_divided(job) : res;
 }
 
 static enum weft_result tell(const struct antialias_job *job)
 {
+    const char *chart = job->divided.request.chart;
+    enum weft_result res = WEFT_OK;
     report_erase_progress();
     if (job->option[ASK_JSON].given)
-        return antialias_job_print_json(job);
-    if (job->option[ASK_EXPLAIN].given)
+        res = antialias_job_print_json(job);
+    else if (job->option[ASK_EXPLAIN].given)
         antialias_job_explain(job);
     else
         antialias_job_print_text(job);
-    return WEFT_OK;
+    return res == WEFT_OK && chart && job->divided.is ? load_report_plot(&job->divided.work, chart)
+                                                      : res;
 }
 
 static int run(const char *const *operands, const struct option_value *values)
 {
     struct antialias_job job = {
-        .option = values, .operands = operands, .start = report_now_seconds()};
+        .option = values, .operands = operands, .prepared = -1, .start = report_now_seconds()};
     report_set_level(values[ASK_QUIET].given, values[ASK_VERBOSE].given);
     if (antialias_job_help(&job))
         return report_finish(WEFT_OK);
     enum weft_result res = run_stages(&job);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && ranks_tells())
         res = tell(&job);
     const bool whole = res != WEFT_OK || antialias_job_check_weights(&job);
     antialias_job_clear(&job);
@@ -232,6 +249,11 @@ static const char *const epilogue[] = {
     "Where surfaces lie in the same place and --coincident is none, or a scene's drawing differs "
     "between passes, they have more or less: such pixels are counted, the first is told, and the "
     "command ends with 1 unless --allow-weight.",
+    "On several ranks (mpirun -n N weft antialias ...) parts of a picture are divided among them, "
+    "or, of four pictures a rank and more, whole pictures: --region frame or a size asks for one "
+    "or the other. The same bytes come of it. Marks of --max-edge-share are found by every rank "
+    "for itself, and sums that depend on the order of fragments (--sums float, --coincident alpha) "
+    "leave pictures whole. Seconds of a picture are then those of all its parts.",
     "An option that is not of the way is an error. Lamps are points in their middles. The same "
     "request gives the same bytes on one machine.",
     "weft antialias acaa --samples 16 --filter mitchell -o edges.exr --preview edges.png",
@@ -249,5 +271,6 @@ const struct verb verb_antialias = {
     .epilogue = epilogue,
     .options = options,
     .option_count = ASK_OPTION_COUNT,
+    .distributes = true,
     .run = run,
 };

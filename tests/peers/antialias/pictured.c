@@ -142,7 +142,7 @@ double pictured_draw(const struct pictured *pictured, antialias_drawer *drawer,
     const struct weft_antialias_drawing drawing = {.draw = scene_drawing_pass,
                                                    .priv = pictured->drawing};
     const double start = now();
-    enum weft_result res = antialias_drawer_run(drawer, &drawing, NULL);
+    enum weft_result res = antialias_drawer_run(drawer, &drawing, 0, NULL);
     for (int c = 0; c < PICTURED_CHANNELS && res == WEFT_OK; c++)
         res = antialias_drawer_read(drawer, c, planes[c]);
     if (res == WEFT_OK)
