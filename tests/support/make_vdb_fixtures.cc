@@ -9,26 +9,15 @@
 #include <string>
 
 #include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
-#include <openvdb/points/PointDataGrid.h>
-
-// Trees that the library has already: making them here would double the time of compiling.
-extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::DoubleTree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::Int64Tree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::MaskTree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::Vec3STree::RootNodeType>;
-extern template class openvdb::tree::Tree<openvdb::points::PointDataTree::RootNodeType>;
+#include "tiles/readers/vdb_trees.h"
 
 namespace
 {
 
 using openvdb::Coord;
 
-// The value at (i, j, k) of every fixture: small integers, exact in all types. tests/tiles/volume/test_volume.c
-// knows it as well.
+// The value at (i, j, k) of every fixture: small integers, exact in all types.
+// tests/tiles/volume/test_volume.c knows it as well.
 int value_at(int i, int j, int k)
 {
     return (i * 7 + j * 3 + k) % 50 + 1;
@@ -78,7 +67,7 @@ void write_kinds(const std::string &path, uint32_t compression)
     auto long_integers = make<openvdb::Int64Grid>("int64");
     long_integers->setTransform(affine());
     auto mask = single<openvdb::MaskGrid>("mask");
-    auto points = openvdb::points::PointDataGrid::create();
+    auto points = openvdb::GridBase::createGrid("Tree_ptdataidx32_5_4_3");
     points->setName("points");
     points->setTransform(affine());
     auto tiny = make<openvdb::FloatGrid>("tiny voxels");

@@ -7,8 +7,6 @@
 #include <memory>
 #include <new>
 
-#include <openvdb/openvdb.h>
-
 #include "tiles/process/server.h"
 #include "tiles/readers/vdb_file.h"
 #include "tiles/readers/vdb_guard.h"

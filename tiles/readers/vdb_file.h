@@ -9,9 +9,9 @@
 #include <vector>
 
 #include <openvdb/io/io.h>
-#include <openvdb/openvdb.h>
 
 #include "tiles/readers/vdb_scan.h"
+#include "tiles/readers/vdb_trees.h"
 
 namespace weft
 {

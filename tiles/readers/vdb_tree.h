@@ -5,9 +5,8 @@
 
 #include <memory>
 
-#include <openvdb/openvdb.h>
-
 #include "tiles/process/server.h"
+#include "tiles/readers/vdb_trees.h"
 #include "tiles/volume/volume_wire.h"
 
 namespace weft

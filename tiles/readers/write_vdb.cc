@@ -9,13 +9,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
 #include "tiles/process/server.h"
 #include "tiles/volume/volume_wire.h"
 #include "tiles/readers/vdb_scan.h"
+#include "tiles/readers/vdb_trees.h"
 
 using openvdb::Coord;
 using openvdb::FloatGrid;
