@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -24,6 +25,7 @@
 #include "passes/distribute/schedule/cost_map.h"
 #include "passes/distribute/schedule/load.h"
 #include "passes/distribute/schedule/schedule.h"
+#include "passes/distribute/items.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
 #include "passes/multipass/multipass.h"
@@ -603,6 +605,54 @@ static void test_load(void **state)
     run("weft_mesh_load", load_mesh);
 }
 
+static enum weft_result make_item(void *priv, int64_t item, void **data, size_t *size)
+{
+    (void)priv, (void)item;
+    *size = 8;
+    *data = calloc(1, *size);
+    if (!*data)
+        weft_error(&test_log, "out of memory: an item");
+    return *data ? WEFT_OK : WEFT_ERR_MEMORY;
+}
+
+static enum weft_result take_item(void *priv, int64_t item, const void *data, size_t size)
+{
+    (void)priv, (void)item, (void)data, (void)size;
+    return WEFT_OK;
+}
+
+static enum weft_result work_on_items(void *priv, weft_ranks *ranks)
+{
+    static const double costs[] = {1.0, 3.0, 2.0};
+    const struct weft_items work = {.count = 3,
+                                    .cost = costs,
+                                    .run = make_item,
+                                    .take = take_item,
+                                    .schedule = WEFT_SCHEDULE_PULL};
+    struct weft_items_report report;
+    struct weft_ranks_part part;
+    (void)priv;
+    enum weft_result res = weft_ranks_do_items(ranks, &work, &report);
+    weft_items_report_clear(&report);
+    if (res == WEFT_OK)
+        res = weft_ranks_gather(ranks, costs, sizeof costs, &part);
+    if (res == WEFT_OK)
+        weft_ranks_free_parts(1, &part);
+    return res;
+}
+
+static enum weft_result distribute(void)
+{
+    return weft_distribute_over(NULL, weft_distribute_params(.log = &test_log), work_on_items,
+                                NULL);
+}
+
+static void test_ranks(void **state)
+{
+    (void)state;
+    run("weft_distribute_over, weft_ranks_do_items", distribute);
+}
+
 static void test_tiles(void **state)
 {
     (void)state;
@@ -757,9 +807,9 @@ int main(void)
     for (int i = 0; i < SIDE * SIDE; i++)
         plane[i] = (float)i;
     const struct CMUnitTest tests[] = {
-        IN_FOLDER(test_outputs),    IN_FOLDER(test_load),      IN_FOLDER(test_tiles),
-        IN_FOLDER(test_volumes),    IN_FOLDER(test_slices),    IN_FOLDER(test_plans),
-        IN_FOLDER(test_resampling), IN_FOLDER(test_schedules),
+        IN_FOLDER(test_outputs),    IN_FOLDER(test_load),   IN_FOLDER(test_tiles),
+        IN_FOLDER(test_volumes),    IN_FOLDER(test_slices), IN_FOLDER(test_plans),
+        IN_FOLDER(test_resampling), IN_FOLDER(test_ranks),  IN_FOLDER(test_schedules),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

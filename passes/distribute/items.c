@@ -10,6 +10,9 @@
 
 // How often progress is asked for while others work.
 static const double ask_seconds = 0.05;
+// After an item that took less, the one after the next is asked for before the next is done: the
+// way to rank 0 and back, about a millisecond, would count. All are busy until the last such item.
+static const double short_item = 0.02;
 
 struct record {
     int64_t item;
@@ -24,6 +27,7 @@ struct job {
     enum weft_schedule schedule;
     bool pulls;   // items come from rank 0
     int64_t next; // of this rank otherwise
+    bool asked;   // for an item that is not wanted yet
     int64_t *order;
     double taking;
     uint64_t bytes;
@@ -117,6 +121,12 @@ static void fail(struct job *job, int64_t item, enum weft_result result)
     unlock(job);
 }
 
+static void fail_for_memory(struct job *job, const char *what, size_t bytes)
+{
+    weft_error(job->ranks->params.log, "out of memory: %s, %zu bytes", what, bytes);
+    fail(job, INT64_MAX, WEFT_ERR_MEMORY);
+}
+
 static bool is_stopped(const struct job *job)
 {
     return job->queue->stopped || job->ranks->lost;
@@ -126,11 +136,17 @@ static int64_t next_pulled(struct job *job)
 {
     if (job->ranks->info.rank == 0)
         return weft_queue_next(job->queue);
-    weft_queue_ask(job->queue);
-    pthread_cond_signal(&job->ranks->posted);
+    if (!job->asked)
+        weft_queue_ask(job->queue);
     while (!is_stopped(job) && (!job->queue->answered || job->queue->ask.busy))
-        pthread_cond_wait(&job->ranks->changed, &job->ranks->lock);
-    return is_stopped(job) ? WEFT_NO_ITEM : job->queue->answer;
+        weft_ranks_await_change(job->ranks);
+    if (is_stopped(job) || job->queue->answer == WEFT_NO_ITEM)
+        return WEFT_NO_ITEM;
+    const int64_t item = job->queue->answer;
+    job->asked = job->done > 0 && job->records[job->done - 1].seconds < short_item;
+    if (job->asked)
+        weft_queue_ask(job->queue);
+    return item;
 }
 
 static int64_t next_item(struct job *job)
@@ -176,7 +192,7 @@ static void send_result(struct job *job, int64_t item, void *data, size_t size)
 {
     lock(job);
     while (!is_stopped(job) && !weft_queue_has_room(job->queue, size))
-        pthread_cond_wait(&job->ranks->changed, &job->ranks->lock);
+        weft_ranks_await_change(job->ranks);
     if (is_stopped(job)) {
         free(data);
     } else {
@@ -277,7 +293,7 @@ static void open_queue(struct job *job)
             qsort_r(job->order, (size_t)count, sizeof *job->order, compare_costs,
                     (void *)job->work->cost);
         else
-            fail(job, INT64_MAX, WEFT_ERR_MEMORY);
+            fail_for_memory(job, "the order of items", (size_t)count * sizeof *job->order);
     }
     lock(job);
     weft_queue_open(job->queue, job->order, count);
@@ -294,7 +310,7 @@ static int64_t hear_of_others(struct job *job, struct weft_items_report *report)
             return -1;
         const int64_t count = (int64_t)(in.head.size / sizeof(struct record));
         if (in.lost)
-            fail(job, INT64_MAX, WEFT_ERR_MEMORY);
+            fail_for_memory(job, "what a rank did", (size_t)in.head.size);
         if (report && report->load.rank && !in.lost) {
             tell_of_rank(report, r, job->ranks->hosts[r], (const struct record *)in.data, count);
             report->load.rank[r].bytes = in.head.value[0];
@@ -321,9 +337,13 @@ static enum weft_result lead(struct job *job, struct weft_items_report *report)
         return WEFT_RANKS_LOST;
     lock(job);
     const int failed = job->queue->failed_rank;
+    const size_t lacks = job->queue->lacks;
     enum weft_result res = failed < 0 ? WEFT_OK : job->queue->failed;
     weft_queue_end_work(job->queue);
     unlock(job);
+    if (lacks)
+        weft_error(job->ranks->params.log, "out of memory: the result of an item, %zu bytes",
+                   lacks);
     if (res == WEFT_OK && others + job->done != job->work->count) {
         weft_error(job->ranks->params.log, "ranks were given different work: %lld of %lld items",
                    (long long)(others + job->done), (long long)job->work->count);

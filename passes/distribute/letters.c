@@ -17,6 +17,14 @@ void weft_ranks_wait(struct weft_ranks *ranks, pthread_cond_t *condition, double
     pthread_cond_timedwait(condition, &ranks->lock, &until);
 }
 
+void weft_ranks_await_change(struct weft_ranks *ranks)
+{
+    ranks->waits = true;
+    pthread_cond_signal(&ranks->posted);
+    pthread_cond_wait(&ranks->changed, &ranks->lock);
+    ranks->waits = false;
+}
+
 static void post(struct weft_ranks *ranks, struct weft_outgoing *message, int to, int kind,
                  enum weft_step step, const struct weft_head *head, const void *data)
 {
@@ -25,7 +33,7 @@ static void post(struct weft_ranks *ranks, struct weft_outgoing *message, int to
     full.value[1] = (uint64_t)step;
     pthread_mutex_lock(&ranks->lock);
     while (message->busy && !ranks->lost)
-        pthread_cond_wait(&ranks->changed, &ranks->lock);
+        weft_ranks_await_change(ranks);
     if (!ranks->lost)
         weft_talk_post(&ranks->talk, message, to, &full, data, NULL);
     pthread_cond_signal(&ranks->posted);
@@ -58,8 +66,6 @@ static bool has_come(struct weft_ranks *ranks, const struct weft_letter *letter,
     else if (!letter->full && ranks->bye && ranks->bye[from])
         (void)snprintf(ranks->wrong, sizeof ranks->wrong,
                        "rank %d has ended while others wait for it at %s", from, step_names[step]);
-    if (ranks->wrong[0])
-        pthread_cond_signal(&ranks->posted);
     return false;
 }
 
@@ -68,7 +74,7 @@ static bool await(struct weft_ranks *ranks, struct weft_letter *letter, int from
 {
     pthread_mutex_lock(&ranks->lock);
     while (!ranks->lost && (!has_come(ranks, letter, from, step) || ranks->up_message.busy))
-        pthread_cond_wait(&ranks->changed, &ranks->lock);
+        weft_ranks_await_change(ranks);
     const bool came = !ranks->lost;
     if (came) {
         *out = letter->message;
@@ -119,7 +125,7 @@ bool weft_ranks_await_sent(struct weft_ranks *ranks)
     pthread_mutex_lock(&ranks->lock);
     for (int r = 1; r < ranks->info.size; r++)
         while (ranks->down_message[r].busy && !ranks->lost)
-            pthread_cond_wait(&ranks->changed, &ranks->lock);
+            weft_ranks_await_change(ranks);
     const bool sent = !ranks->lost;
     pthread_mutex_unlock(&ranks->lock);
     return sent;

@@ -36,6 +36,7 @@ void weft_queue_end_work(struct weft_queue *queue)
     queue->stopped = queue->open = queue->answered = queue->owes = false;
     queue->failed_rank = -1;
     queue->done = 0;
+    queue->lacks = 0;
     queue->untaken = queue->untaken_bytes = 0;
 }
 
@@ -84,6 +85,7 @@ static void receive_result(struct weft_queue *queue, int from, struct weft_incom
     if (size == 0)
         return;
     if (in->lost || other->waiting == WEFT_QUEUE_RESULTS) {
+        queue->lacks = size;
         note_failure(queue, in->head.item, WEFT_ERR_MEMORY, 0);
         weft_queue_note_taken(queue, from, size);
         return;

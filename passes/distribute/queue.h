@@ -47,6 +47,7 @@ struct weft_queue {
     int64_t done; // items of others
     bool owes;    // somebody is to be told something
     int waiting;  // results of all
+    size_t lacks; // bytes of a result that there was no memory for
     int turn;     // whose results are looked at first
 
     // Other ranks.

@@ -14,9 +14,10 @@
 static const double least_timeout = 0.5;
 // While nothing moves the thread gives way to others at first, for longer while a message is under
 // way, which needs many looks. Then its naps grow with the time since something moved, so that what
-// comes waits for a tenth of what it took, and a millisecond, at most.
+// comes waits for a tenth of what it took, and a millisecond, at most; they are longer where the
+// body computes and waits for nothing, so that it has the processor.
 static const double short_look = 50e-6, long_look = 20e-3;
-static const double nap_share = 0.1, least_nap = 20e-6, longest_nap = 1e-3;
+static const double nap_share = 0.1, least_nap = 20e-6, longest_nap = 1e-3, working_nap = 5e-3;
 
 // The thread that runs the body.
 struct body {
@@ -194,7 +195,9 @@ static void nap(struct weft_ranks *ranks, double idle)
         return;
     }
     double seconds = idle * nap_share;
-    seconds = seconds < least_nap ? least_nap : seconds > longest_nap ? longest_nap : seconds;
+    const bool works = ranks->info.rank != 0 && !ranks->waits && !ranks->body_done;
+    seconds = fmin(seconds, works ? working_nap : longest_nap);
+    seconds = fmax(seconds, least_nap);
     weft_ranks_wait(ranks, &ranks->posted, seconds);
 }
 

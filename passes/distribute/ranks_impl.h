@@ -34,6 +34,7 @@ struct weft_ranks {
     struct weft_life life;
     struct weft_queue queue;
 
+    bool waits;     // the body does, for something that is to come
     bool lost;      // the job has ended but for this process
     bool body_done; // on this rank
     bool ending;    // on all ranks, known to this one
@@ -49,6 +50,9 @@ struct weft_ranks {
 
 // With the lock: waits until one of them is signalled, at most so many seconds.
 void weft_ranks_wait(struct weft_ranks *ranks, pthread_cond_t *condition, double seconds);
+
+// Likewise, for the body, until something has come or was sent.
+void weft_ranks_await_change(struct weft_ranks *ranks);
 
 // The first that all do together: rank 0 learns of nodes, each rank its share of the threads.
 enum weft_result weft_ranks_settle(struct weft_ranks *ranks);
