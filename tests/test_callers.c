@@ -715,6 +715,16 @@ static void images(void)
     weft_image_list_clear(NULL);
     REFUSED(weft_image_save_parts(&good, 0, &null_device, NULL));
     REFUSED(weft_image_save_parts(NULL, 1, &null_device, NULL));
+    struct weft_image_packed packed;
+    REFUSED(weft_image_pack(&good, 1, &logger, &packed)); // a channel without a name
+    REFUSED(weft_image_pack(&good, -1, &logger, &packed));
+    strcpy(channel.name, "Y");
+    REFUSED(weft_image_pack(&(struct weft_image){.width = 2}, 1, &logger, &packed));
+    TRUE(weft_image_pack(&good, 1, &logger, &packed) == WEFT_OK && packed.size > 4);
+    weft_image_packed_clear(&packed);
+    weft_image_packed_clear(&packed);
+    TRUE(weft_image_block_lines(WEFT_IMAGE_ZIP) == 16);
+    TRUE(weft_image_block_lines((enum weft_image_compression)99) == 1);
     const struct weft_image_attribute odd = {"a", "v2f", plane, 3};
     char text[4];
     assert_true(weft_image_attribute_format(&odd, text, sizeof text) > sizeof text);
@@ -2917,7 +2927,8 @@ static const struct {
     {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
-      F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts)}},
+      F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts),
+      F(image_pack), F(image_packed_clear), F(image_block_lines)}},
     {sequences,
      {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next),
       F(image_sequence_extend)}},

@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "../../filter/base.h"
+#include "../output/output.h"
 #include "../process/limits.h"
 
 WEFT_BEGIN_DECLS
@@ -131,22 +132,6 @@ WEFT_API enum weft_result weft_image_list_load(const struct weft_image_load_para
                                                struct weft_image_list *out);
 WEFT_API void weft_image_list_clear(struct weft_image_list *list);
 
-// Where and how images are written. The same bytes whatever the number of threads.
-struct weft_image_save_params {
-    const char *path; // required
-    bool no_clobber;  // an existing file is an error (default: it is replaced)
-    // The finished file is read back by the reader, and every value, window and attribute compared,
-    // before it is put in place.
-    bool verify;
-    int threads; // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
-    // Of writing: 1 is told before the file is read back and put in place.
-    const struct weft_progress *progress; // may be NULL
-    const struct weft_log *log;           // may be NULL
-};
-#define WEFT_IMAGE_SAVE_DEFAULTS
-#define weft_image_save_params(...)                                                                \
-    (&(struct weft_image_save_params){WEFT_IMAGE_SAVE_DEFAULTS __VA_ARGS__})
-
 // What became of the values, over all parts.
 struct weft_image_save_report {
     uint64_t values;      // that were written
@@ -156,13 +141,54 @@ struct weft_image_save_report {
     uint64_t chunks, raw; // blocks of lines, and those that are stored as they are
 };
 
+// Returns how many lines a block of a compression has in a file; the last one may have fewer.
+WEFT_API int weft_image_block_lines(enum weft_image_compression compression);
+
+// Blocks of lines as a file has them, each behind its size in bytes (4, in the machine's order).
+struct weft_image_packed {
+    void *data; // NULL where size is 0
+    size_t size;
+    struct weft_image_save_report report; // of their values
+};
+// Packs the lines of an image, which may be some lines of a larger one, from a multiple of
+// weft_image_block_lines on: what saving that has to do then is little, and may be done by another
+// process (weft_image_save_params.packed). threads, log: as in weft_image_save_params. Ownership:
+// free it with weft_image_packed_clear. Returns as weft_image_save.
+WEFT_API enum weft_result weft_image_pack(const struct weft_image *image, int threads,
+                                          const struct weft_log *log,
+                                          struct weft_image_packed *out);
+WEFT_API void weft_image_packed_clear(struct weft_image_packed *packed); // accepts {0}
+
+// Where and how images are written. The same bytes whatever the number of threads.
+struct weft_image_save_params {
+    const char *path; // required
+    bool no_clobber;  // an existing file is an error (default: it is replaced)
+    // The finished file is read back by the reader, and every value, window and attribute compared,
+    // before it is put in place.
+    bool verify;
+    int threads; // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
+    // Gives the next blocks that weft_image_pack made of lines of the one part, whose first one is
+    // `line`, from 0 on; at least one block, borrowed until the next call. It may wait for them.
+    // Channels need no planes then, where nothing is verified. NULL (default): lines are packed
+    // now.
+    enum weft_result (*packed)(void *priv, int line, struct weft_bytes *out);
+    void *packed_priv;
+    // Of writing: 1 is told before the file is read back and put in place.
+    const struct weft_progress *progress; // may be NULL
+    const struct weft_log *log;           // may be NULL
+};
+#define WEFT_IMAGE_SAVE_DEFAULTS
+#define weft_image_save_params(...)                                                                \
+    (&(struct weft_image_save_params){WEFT_IMAGE_SAVE_DEFAULTS __VA_ARGS__})
+
 // Writes channels of their types: float from planes bit by bit, half from planes rounded to nearest
 // even, uint from integers. Each packed chunk is unpacked again and compared. Each attribute is
 // written, but for names that the format reserves ("compression"); without pixelAspectRatio,
 // screenWindowWidth and screenWindowCenter they are 1, 1 and (0, 0). To a temporary file in the
 // same folder, then renamed. Channel and attribute names must differ. Devices and pipes are written
-// directly. Returns WEFT_ERR_ARGUMENT, _UNSUPPORTED (the compression), _LIMIT (a block of lines
-// over 2 GiB), _CANCELLED, _MEMORY, _WRITE.
+// directly. Returns WEFT_ERR_ARGUMENT (also of packed blocks that are none), _UNSUPPORTED (the
+// compression), _LIMIT (a block of lines over 2 GiB), _CANCELLED, _MEMORY, _WRITE, and what packed
+// returns.
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 

@@ -7,6 +7,7 @@
 #include "filter/check.h"
 #include "filter/threads.h"
 #include "tiles/image/image_attribute.h"
+#include "tiles/image/image_chunk.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_write.h"
 
@@ -67,7 +68,9 @@ fail:
     return res;
 }
 
-static enum weft_result check_image(const struct weft_image *image, const struct weft_log *log)
+// `planes`: whether channels need their values.
+static enum weft_result check_image(const struct weft_image *image, bool planes,
+                                    const struct weft_log *log)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, image->width > 0 && image->height > 0);
@@ -81,7 +84,7 @@ static enum weft_result check_image(const struct weft_image *image, const struct
     for (size_t c = 0; c < image->channel_count; c++) {
         const struct weft_image_channel *channel = &image->channels[c];
         weft_require(log, (unsigned)channel->type < WEFT_PIXEL_TYPE_COUNT);
-        weft_require(log, is_whole(channel));
+        weft_require(log, !planes || is_whole(channel));
         weft_require(log, is_name(channel->name, sizeof channel->name));
     }
     res = check_attributes(image, log);
@@ -175,9 +178,10 @@ static enum weft_result check_parts(const struct weft_image *parts, size_t count
     weft_require(log, params->threads >= 0 && params->threads <= WEFT_IMAGE_MAX_THREADS);
     weft_require(log, parts != NULL);
     weft_require(log, count > 0 && count <= INT16_MAX);
+    weft_require(log, count == 1 || !params->packed);
     res = WEFT_OK;
     for (size_t p = 0; res == WEFT_OK && p < count; p++)
-        res = check_image(&parts[p], log);
+        res = check_image(&parts[p], !params->packed || params->verify, log);
     for (size_t p = 1; res == WEFT_OK && p < count; p++)
         res = check_shared(&parts[0], &parts[p], log);
     return res == WEFT_OK ? check_names(parts, count, log) : res;
@@ -198,7 +202,7 @@ enum weft_result weft_image_save_parts(const struct weft_image *parts, size_t co
     if (res == WEFT_OK)
         res = weft_output_file_create(params->log, params->path, params->no_clobber, &file);
     if (res == WEFT_OK)
-        res = weft_image_write(parts, count, threads, params->progress, &file, &own);
+        res = weft_image_write(parts, count, threads, params, &file, &own);
     if (res == WEFT_OK && params->verify)
         res = weft_image_verify(parts, count, file.fd, params, &own);
     if (res == WEFT_OK)
@@ -213,4 +217,28 @@ enum weft_result weft_image_save(const struct weft_image *image,
                                  const struct weft_image_save_params *params)
 {
     return weft_image_save_parts(image, 1, params, NULL);
+}
+
+int weft_image_block_lines(enum weft_image_compression compression)
+{
+    return weft_chunk_lines(compression);
+}
+
+enum weft_result weft_image_pack(const struct weft_image *image, int threads,
+                                 const struct weft_log *log, struct weft_image_packed *out)
+{
+    const struct weft_image_save_params params = {.threads = threads, .log = log};
+    *out = (struct weft_image_packed){.data = NULL};
+    enum weft_result res = check_parts(image, 1, &params);
+    if (res == WEFT_OK)
+        res = weft_image_pack_lines(image, threads ? threads : weft_threads_available(), log, out);
+    if (res != WEFT_OK)
+        weft_image_packed_clear(out);
+    return res;
+}
+
+void weft_image_packed_clear(struct weft_image_packed *packed)
+{
+    free(packed->data);
+    *packed = (struct weft_image_packed){.data = NULL};
 }

@@ -37,7 +37,7 @@ struct writer {
     size_t count;
     int threads;
     struct weft_output_file *file;
-    const struct weft_progress *progress;
+    const struct weft_image_save_params *params;
     struct weft_image_save_report *report;
     exr_context_t exr;
     int stream_errno;  // of the writes that OpenEXRCore asked for
@@ -128,16 +128,19 @@ struct flow {
     struct weft_order order;
     struct lane *lanes;
     struct slot *slots;
-    uint64_t raw;            // chunks that are stored as they are
-    exr_result_t written;    // of writing them
+    uint64_t raw;                     // chunks that are stored as they are
+    exr_result_t written;             // of writing them
+    struct weft_image_packed *packed; // where they go if they are not written
+    size_t packed_room;
     atomic_size_t different; // 1 more than the index of a chunk that does not unpack; 0: none
     bool cancelled;
 };
 
 static bool report_step(struct writer *w, size_t done)
 {
-    return !w->progress || w->progress->report(w->progress->priv, (double)(w->chunks_done + done) /
-                                                                      (double)w->chunks_all);
+    const struct weft_progress *progress = w->params->progress;
+    return !progress || progress->report(progress->priv,
+                                         (double)(w->chunks_done + done) / (double)w->chunks_all);
 }
 
 static bool ask(void *priv, size_t taken)
@@ -182,6 +185,30 @@ static bool take_chunk(void *priv, size_t i, size_t s)
                                              chunk->data, chunk->size);
     current = outer;
     return flow->written == EXR_ERR_SUCCESS;
+}
+
+// Behind those before it.
+static bool keep_chunk(void *priv, size_t i, size_t s)
+{
+    struct flow *flow = priv;
+    const struct weft_chunk *chunk = &flow->slots[s].chunk;
+    struct weft_image_packed *out = flow->packed;
+    const uint32_t size = (uint32_t)chunk->size;
+    const size_t needed = out->size + sizeof size + chunk->size;
+    (void)i;
+    if (needed > flow->packed_room) {
+        const size_t room = needed + needed / 2;
+        void *data = realloc(out->data, room);
+        if (!data)
+            return false;
+        out->data = data;
+        flow->packed_room = room;
+    }
+    memcpy((char *)out->data + out->size, &size, sizeof size);
+    memcpy((char *)out->data + out->size + sizeof size, chunk->data, chunk->size);
+    out->size = needed;
+    flow->raw += !chunk->packed;
+    return true;
 }
 
 static enum weft_result result_of_flow(const struct flow *flow, bool whole)
@@ -256,7 +283,17 @@ static int choose_threads(const struct writer *w, const struct part *part)
     return (int)threads;
 }
 
-static enum weft_result write_part(struct writer *w, size_t p)
+static void count_part(struct writer *w, const struct part *part, uint64_t raw)
+{
+    w->report->raw += raw;
+    w->report->chunks += part->chunk_count;
+    w->chunks_done += part->chunk_count;
+    w->report->values +=
+        (uint64_t)part->image->width * (uint64_t)part->image->height * part->image->channel_count;
+}
+
+// packed NULL: they are written.
+static enum weft_result make_part(struct writer *w, size_t p, struct weft_image_packed *packed)
 {
     const struct part *part = &w->parts[p];
     const int threads = choose_threads(w, part);
@@ -267,8 +304,9 @@ static enum weft_result write_part(struct writer *w, size_t p)
                   .count = part->chunk_count,
                   .slots = threads > 1 ? SLOTS_PER_THREAD * (size_t)threads : 1,
                   .make = make_chunk,
-                  .take = take_chunk,
+                  .take = packed ? keep_chunk : take_chunk,
                   .ask = ask},
+        .packed = packed,
     };
     flow.order.priv = &flow;
     const bool room = make_room(&flow);
@@ -277,11 +315,58 @@ static enum weft_result write_part(struct writer *w, size_t p)
     if (room)
         add_losses(&flow, w->report);
     drop_room(&flow);
-    w->report->raw += flow.raw;
-    w->report->chunks += part->chunk_count;
-    w->chunks_done += part->chunk_count;
-    w->report->values +=
-        (uint64_t)part->image->width * (uint64_t)part->image->height * part->image->channel_count;
+    count_part(w, part, flow.raw);
+    return res;
+}
+
+// ---- chunks that come packed --------------------------------------------------------------------
+
+static enum weft_result refuse_packed(const struct writer *w, int line)
+{
+    weft_error(w->file->log, "cannot write %s: what came packed at line %d is no block of lines",
+               w->file->path, line);
+    return WEFT_ERR_ARGUMENT;
+}
+
+// The next block of some, which begins at a line. Nothing is trusted but that its lines unpack.
+static enum weft_result next_packed(const struct writer *w, int line, size_t raw_bytes,
+                                    struct weft_bytes *left, struct weft_bytes *out)
+{
+    enum weft_result res = WEFT_OK;
+    uint32_t size = 0;
+    if (!left->size)
+        res = w->params->packed(w->params->packed_priv, line, left);
+    if (res != WEFT_OK)
+        return res;
+    if (left->size >= sizeof size)
+        memcpy(&size, left->data, sizeof size);
+    if (!size || size > raw_bytes || size > left->size - sizeof size)
+        return refuse_packed(w, line);
+    *out = (struct weft_bytes){(const char *)left->data + sizeof size, size};
+    left->data = (const char *)out->data + size;
+    left->size -= sizeof size + size;
+    return WEFT_OK;
+}
+
+static enum weft_result write_packed(struct writer *w)
+{
+    const struct part *part = &w->parts[0];
+    struct weft_bytes left = {NULL, 0};
+    enum weft_result res = WEFT_OK;
+    uint64_t raw = 0;
+    for (size_t i = 0; res == WEFT_OK && i < part->chunk_count; i++) {
+        const int line = (int)i * part->shape.lines;
+        const size_t bytes = weft_chunk_line_bytes(&part->shape) * (size_t)lines_of(part, i);
+        struct weft_bytes chunk;
+        res = report_step(w, i) ? next_packed(w, line, bytes, &left, &chunk) : WEFT_ERR_CANCELLED;
+        if (res == WEFT_OK)
+            res = result_of(w, exr_write_scanline_chunk(w->exr, 0, part->image->y + line,
+                                                        chunk.data, chunk.size));
+        raw += res == WEFT_OK && chunk.size == bytes;
+    }
+    if (res == WEFT_OK && left.size)
+        res = refuse_packed(w, part->image->height);
+    count_part(w, part, raw);
     return res;
 }
 
@@ -326,7 +411,7 @@ static enum weft_result write_file(struct writer *w)
     current = w;
     enum weft_result res = result_of(w, start(w));
     for (size_t p = 0; res == WEFT_OK && p < w->count; p++)
-        res = write_part(w, p);
+        res = w->params->packed ? write_packed(w) : make_part(w, p, NULL);
     if (w->exr) {
         const exr_result_t finished = exr_finish(&w->exr);
         res = res == WEFT_OK ? result_of(w, finished) : res;
@@ -335,25 +420,51 @@ static enum weft_result write_file(struct writer *w)
     return res;
 }
 
+static enum weft_result set_parts(struct writer *w, const struct weft_image *parts)
+{
+    w->parts = calloc(w->count, sizeof *w->parts);
+    enum weft_result res = w->parts ? WEFT_OK : fail_memory(w);
+    for (size_t p = 0; res == WEFT_OK && p < w->count; p++)
+        res = set_part(w, &parts[p], &w->parts[p]);
+    return res;
+}
+
+static void free_parts(struct writer *w)
+{
+    for (size_t p = 0; w->parts && p < w->count; p++) {
+        free(w->parts[p].sorted);
+        free(w->parts[p].words);
+    }
+    free(w->parts);
+}
+
 enum weft_result weft_image_write(const struct weft_image *parts, size_t count, int threads,
-                                  const struct weft_progress *progress,
+                                  const struct weft_image_save_params *params,
                                   struct weft_output_file *file,
                                   struct weft_image_save_report *report)
 {
     struct writer w = {
-        .count = count, .threads = threads, .file = file, .progress = progress, .report = report};
-    w.parts = calloc(count, sizeof *w.parts);
-    enum weft_result res = w.parts ? WEFT_OK : fail_memory(&w);
-    for (size_t p = 0; res == WEFT_OK && p < count; p++)
-        res = set_part(&w, &parts[p], &w.parts[p]);
+        .count = count, .threads = threads, .file = file, .params = params, .report = report};
+    enum weft_result res = set_parts(&w, parts);
     if (res == WEFT_OK)
         res = write_file(&w);
     if (res == WEFT_OK && !report_step(&w, 0))
         res = WEFT_ERR_CANCELLED;
-    for (size_t p = 0; w.parts && p < count; p++) {
-        free(w.parts[p].sorted);
-        free(w.parts[p].words);
-    }
-    free(w.parts);
+    free_parts(&w);
+    return res;
+}
+
+enum weft_result weft_image_pack_lines(const struct weft_image *image, int threads,
+                                       const struct weft_log *log, struct weft_image_packed *out)
+{
+    static const struct weft_image_save_params none;
+    char what[] = "lines that are packed";
+    struct weft_output_file file = {.path = what, .log = log, .fd = -1, .stream = -1};
+    struct writer w = {
+        .count = 1, .threads = threads, .file = &file, .params = &none, .report = &out->report};
+    enum weft_result res = set_parts(&w, image);
+    if (res == WEFT_OK)
+        res = make_part(&w, 0, out);
+    free_parts(&w);
     return res;
 }
