@@ -6,6 +6,8 @@
 
 #include "tools/methods/candidates.h"
 #include "tools/common/report.h"
+#include "tools/ranks/ranks.h"
+#include "tools/slice/stages.h"
 
 static enum weft_result report_none(struct slice_job *job)
 {
@@ -37,6 +39,7 @@ static enum weft_result choose(struct slice_job *job, const struct weft_profile 
         .profile = profile,
         .model = &engine->model,
     };
+    params.slice.footprint = weft_slice_plan_get_footprint(job->plan); // it is measured
     enum weft_result res = weft_choose(job->volume, &params, &job->choice);
     if (res == WEFT_OK && job->choice.chosen < 0 &&
         engine_has_more_candidates(engine, &params.engines)) {
@@ -68,10 +71,10 @@ enum weft_result slice_choose(struct slice_job *job)
     enum weft_result res = budget_parse(o[SLICE_MAX_ERROR].text, &budget);
     if (res == WEFT_OK && profile_text->given)
         res = weft_profile_parse(report_log(), profile_text->text, &profile);
-    if (res == WEFT_OK)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(job->plan),
-                                        report_progress("measuring"), &job->choice.statistics);
-    if (res != WEFT_OK)
+    res =
+        slice_measure(job, res, weft_slice_plan_get_footprint(job->plan), &job->choice.statistics);
+    // The others are told what rank 0 chooses.
+    if (res != WEFT_OK || !(ranks_tells() || job->setup->divided.frames))
         return res;
     engine_load_costs(&job->setup->engine, job->setup->context);
     job->max_error =

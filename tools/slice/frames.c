@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The slices of a command, one after the other: while one is written, the next one is made.
+// The slices of a command, one after the other: while one is written, the next one is made. Frames
+// that ranks divide come to rank 0 in any order, are saved as they come and told in theirs.
 #include "tools/slice/sweep.h"
 
 #include <pthread.h>
@@ -9,7 +10,10 @@
 #include "tools/common/ending.h"
 #include "tools/common/numbered.h"
 #include "tools/common/report.h"
+#include "tools/ranks/load_report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/slice/budget.h"
+#include "tools/slice/parcel.h"
 #include "tools/slice/report.h"
 #include "tools/slice/stages.h"
 
@@ -18,8 +22,10 @@ struct frames {
     struct slice_job *saving; // in the thread; NULL: none
     pthread_t thread;
     int complete, skipped;
-    int64_t last; // that is complete
-    bool failed;  // no method within the budget, or beyond the bound
+    int64_t last;               // that is complete
+    bool failed;                // no method within the budget, or beyond the bound
+    struct slice_job **waiting; // by index: saved or skipped, and to be told once those before are
+    int told;
     bool json;
     json_t *array; // of frames, with --json and --frames
     double seconds[SLICE_STAGES];
@@ -73,7 +79,8 @@ static enum weft_result make_slice(struct slice_job *job)
 
 static void destroy_job(struct slice_job *job)
 {
-    slice_clear(job);
+    if (job)
+        slice_clear(job);
     free(job);
 }
 
@@ -116,23 +123,81 @@ static enum weft_result print_json(struct frames *f)
     slice_stages(&none, stages);
     for (int i = 0; i < SLICE_STAGES; i++)
         stages[i].seconds = f->seconds[i];
-    json_t *array = f->array;
+    json_t *array = f->array, *ranks = load_report_json(&f->setup->divided.work, false);
     f->array = NULL;
-    return json_print(json_pack(
-        "{s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()), "volume",
-        json_text(f->setup->input), "frames", array, "complete", f->complete, "skipped", f->skipped,
-        "resident", slice_resident_json(f->setup), "process_peak_bytes", run_report_process_peak(),
-        "seconds",
-        run_report_seconds(stages, SLICE_STAGES, report_now_seconds() - f->setup->start)));
+    json_t *root =
+        json_pack("{s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()), "volume",
+                  json_text(f->setup->input), "frames", array, "complete", f->complete, "skipped",
+                  f->skipped, "resident", slice_resident_json(f->setup), "process_peak_bytes",
+                  run_report_process_peak(), "seconds",
+                  run_report_seconds(stages, SLICE_STAGES, report_now_seconds() - f->setup->start));
+    if (ranks)
+        json_object_set_new(root, "ranks", ranks);
+    return json_print(root);
 }
 
 // ---- saving -------------------------------------------------------------------------------------
 
-// A slice that is whole: told, counted, and gone. Takes the job.
+// What is told of one slice by itself: its JSON, or text.
+static enum weft_result tell_made(struct frames *f, struct slice_job *job)
+{
+    json_t *json = job->json;
+    job->json = NULL;
+    if (f->json && f->setup->sweep.given) {
+        json_array_append_new(f->array, json);
+        return WEFT_OK;
+    }
+    if (!f->json && job->made)
+        slice_print_made(job);
+    if (!f->json)
+        return WEFT_OK;
+    json_t *ranks = load_report_json(&f->setup->divided.work, false);
+    if (ranks)
+        json_object_set_new(json, "ranks", ranks);
+    return json_print(json);
+}
+
+static void tell_skipped(struct frames *f, const struct slice_job *job)
+{
+    if (f->json)
+        json_array_append_new(f->array,
+                              json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)job->frame, "volume",
+                                        json_text(job->input), "error", json_text(job->problem)));
+    f->skipped++;
+}
+
+// Takes the job.
+static enum weft_result tell(struct frames *f, struct slice_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    set_part(job);
+    report_release(&job->held);
+    if (job->problem[0])
+        tell_skipped(f, job);
+    else
+        res = tell_made(f, job);
+    f->failed = f->failed || (!job->problem[0] && !slice_is_verified(job));
+    destroy_job(job);
+    return res;
+}
+
+// Takes a job that is done with; those whose turn has come are told.
+static enum weft_result put(struct frames *f, struct slice_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    f->waiting[job->index] = job;
+    while (res == WEFT_OK && f->told < f->setup->sweep.count && f->waiting[f->told]) {
+        job = f->waiting[f->told];
+        f->waiting[f->told++] = NULL;
+        res = tell(f, job);
+    }
+    return res;
+}
+
+// A slice that is whole: counted, and told in its turn. Takes the job.
 static enum weft_result finish(struct frames *f, struct slice_job *job)
 {
     struct run_stage stages[SLICE_STAGES];
-    enum weft_result res = WEFT_OK;
     set_part(job);
     slice_tell_saved(job);
     slice_stages(job, stages);
@@ -142,18 +207,10 @@ static enum weft_result finish(struct frames *f, struct slice_job *job)
     f->last = job->frame;
     set_last_words(f);
     report_erase_progress();
-    json_t *json = job->json;
-    job->json = NULL;
-    if (f->json && f->setup->sweep.given) {
-        json_array_append_new(f->array, json);
-    } else if (f->json) {
-        res = json_print(json);
-    } else if (job->pixels) {
-        slice_print_made(job);
-    }
-    f->failed = f->failed || !slice_is_verified(job);
-    destroy_job(job);
-    return res;
+    // Until it is told, it needs no pixels any more.
+    free(job->pixels);
+    job->pixels = NULL;
+    return put(f, job);
 }
 
 static void *save_in_thread(void *priv)
@@ -178,11 +235,11 @@ static enum weft_result wait_for_saving(struct frames *f)
         return WEFT_OK;
     f->saving = NULL;
     pthread_join(f->thread, NULL);
-    set_part(job);
-    report_release(&job->held);
     if (job->save_result == WEFT_OK)
         return finish(f, job);
     const enum weft_result res = job->save_result;
+    set_part(job);
+    report_release(&job->held);
     destroy_job(job);
     return res;
 }
@@ -190,7 +247,7 @@ static enum weft_result wait_for_saving(struct frames *f)
 // Takes the job. The last one is saved here, where progress is shown.
 static enum weft_result save(struct frames *f, struct slice_job *job, bool last)
 {
-    const bool writes = job->pixels && (job->output || job->preview);
+    const bool writes = job->made && (job->output || job->preview);
     if (writes && !last && start_saving(f, job))
         return WEFT_OK;
     set_part(job);
@@ -227,37 +284,48 @@ static bool can_skip(struct slice_job *job, enum weft_result res)
     return true;
 }
 
-// Takes the job.
-static enum weft_result skip(struct frames *f, struct slice_job *job)
+// Of slices that all ranks make together: what rank 0 has found counts.
+static enum weft_result agree(const struct frames *f, enum weft_result res, bool *skips)
 {
-    if (f->json)
-        json_array_append_new(f->array,
-                              json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)job->frame, "volume",
-                                        json_text(job->input), "error", json_text(job->problem)));
-    f->skipped++;
-    destroy_job(job);
-    return WEFT_OK;
+    if (!f->setup->divided.is)
+        return res;
+    res = ranks_agree(res);
+    const enum weft_result shared = ranks_share(skips, sizeof *skips);
+    return shared == WEFT_OK ? res : shared;
 }
 
 static enum weft_result make_frame(struct frames *f, int index)
 {
     struct slice_job *job = malloc(sizeof *job);
+    const bool together = f->setup->divided.is;
+    bool ends = false;
     if (!job)
         return WEFT_ERR_MEMORY;
     enum weft_result res = sweep_start(f->setup, index, job);
     set_part(job);
     if (res == WEFT_OK)
-        res = make_slice(job);
+        res = together ? slice_make_divided(job) : make_slice(job);
+    if (res == WEFT_OK && together && ranks_tells())
+        slice_tell(job);
     f->failed = f->failed || job->over_budget;
     slice_release(job);
-    const bool skips = res != WEFT_OK && can_skip(job, res);
+    bool skips = res != WEFT_OK && can_skip(job, res);
     // The one before comes first.
-    const enum weft_result before = wait_for_saving(f);
-    if (before != WEFT_OK || (res != WEFT_OK && !skips) || f->failed) {
+    enum weft_result before = wait_for_saving(f);
+    ends = before != WEFT_OK || f->failed;
+    before = agree(f, before, &skips);
+    if (together && ranks_share(&ends, sizeof ends) != WEFT_OK)
+        ends = true;
+    if (ends || (res != WEFT_OK && !skips)) {
         destroy_job(job);
-        return before != WEFT_OK ? before : res;
+        return before != WEFT_OK ? before : res != WEFT_OK || ranks_tells() ? res : WEFT_ERR_LIMIT;
     }
-    return skips ? skip(f, job) : save(f, job, index == f->setup->sweep.count - 1);
+    if (skips)
+        return put(f, job);
+    if (ranks_tells())
+        return save(f, job, index == f->setup->sweep.count - 1);
+    destroy_job(job);
+    return WEFT_OK;
 }
 
 static enum weft_result make_frames(struct frames *f)
@@ -269,10 +337,110 @@ static enum weft_result make_frames(struct frames *f)
     return res == WEFT_OK ? saved : res;
 }
 
+// ---- frames that ranks divide -------------------------------------------------------------------
+
+// Messages are held until the frame's turn to be told, but for those of a failure that ends all.
+static enum weft_result make_held(struct slice_job *job)
+{
+    report_hold(&job->held);
+    const enum weft_result res = make_slice(job);
+    report_hold(NULL);
+    slice_release(job);
+    if (res == WEFT_OK)
+        return res;
+    // This rank has its error then, and rank 0 has shown it; what others hold goes there.
+    const int count = job->held.count;
+    report_release(&job->held);
+    job->held.count = ranks_tells() ? 0 : count;
+    return res;
+}
+
+static enum weft_result run_frame(void *priv, int64_t index, void **data, size_t *size)
+{
+    struct frames *f = priv;
+    struct slice_job *job = malloc(sizeof *job);
+    enum parcel_kind kind = PARCEL_MADE;
+    if (!job)
+        return WEFT_ERR_MEMORY;
+    enum weft_result res = sweep_start(f->setup, (int)index, job);
+    set_part(job);
+    if (res == WEFT_OK)
+        res = make_held(job);
+    if (job->over_budget)
+        kind = PARCEL_OVER_BUDGET;
+    else if (res != WEFT_OK && can_skip(job, res))
+        kind = PARCEL_SKIPPED;
+    if (res == WEFT_OK || kind != PARCEL_MADE)
+        res = parcel_write_slice(job, kind, data, size);
+    destroy_job(job);
+    return res;
+}
+
+// Ends the work where the command fails by what pixels are.
+static enum weft_result take_frame(void *priv, int64_t index, const void *data, size_t size)
+{
+    struct frames *f = priv;
+    struct slice_job *job = malloc(sizeof *job);
+    enum parcel_kind kind = PARCEL_MADE;
+    if (!job)
+        return WEFT_ERR_MEMORY;
+    enum weft_result res = sweep_start(f->setup, (int)index, job);
+    if (res == WEFT_OK)
+        res = parcel_read_slice(data, size, job, &kind);
+    const enum weft_result before = wait_for_saving(f);
+    if (res != WEFT_OK || before != WEFT_OK || kind == PARCEL_OVER_BUDGET) {
+        f->failed = f->failed || kind == PARCEL_OVER_BUDGET;
+        set_part(job);
+        report_release(&job->held);
+        destroy_job(job);
+        return before != WEFT_OK ? before : res != WEFT_OK ? res : WEFT_ERR_LIMIT;
+    }
+    res = kind == PARCEL_SKIPPED ? put(f, job) : save(f, job, false);
+    return res == WEFT_OK && f->failed ? WEFT_ERR_LIMIT : res;
+}
+
+static enum weft_result divide_frames(struct frames *f)
+{
+    struct slice_divided *divided = &f->setup->divided;
+    enum weft_result res = ranks_agree(slice_share_first(f->setup));
+    if (res == WEFT_OK && f->setup->engine.engine == WEFT_ENGINE_GL)
+        res = slice_create_context(&(struct slice_job){.setup = f->setup});
+    res = ranks_agree(res);
+    if (res == WEFT_OK)
+        res = ranks_check_alike(f->setup->context, divided->request.mixed);
+    if (res == WEFT_OK)
+        res = ranks_agree(weft_ranks_do_items(ranks_get(),
+                                              &(struct weft_items){
+                                                  .count = f->setup->sweep.count,
+                                                  .schedule = divided->request.schedule,
+                                                  .run = run_frame,
+                                                  .take = take_frame,
+                                                  .priv = f,
+                                                  .progress = report_progress("slicing"),
+                                              },
+                                              &divided->work));
+    const enum weft_result saved = wait_for_saving(f);
+    return ranks_agree(res == WEFT_OK ? saved : res);
+}
+
+// ---- the command --------------------------------------------------------------------------------
+
 static int exit_code(const struct frames *f, enum weft_result res)
 {
     const int code = report_finish(res);
     return f->failed ? EXIT_CODE_FAILED : res == WEFT_OK && f->skipped ? EXIT_CODE_INPUT : code;
+}
+
+// How busy ranks were, as text and chart.
+static enum weft_result tell_ranks(const struct frames *f)
+{
+    const struct slice_divided *divided = &f->setup->divided;
+    if (!divided->is)
+        return WEFT_OK;
+    if (!f->json)
+        load_report_print(&divided->work);
+    return divided->request.chart ? load_report_plot(&divided->work, divided->request.chart)
+                                  : WEFT_OK;
 }
 
 int sweep_run(struct slice_setup *setup)
@@ -281,10 +449,15 @@ int sweep_run(struct slice_setup *setup)
     struct frames f = {.setup = setup, .json = setup->option[SLICE_JSON].given};
     if (sweep->given && f.json)
         f.array = json_array();
+    f.waiting = calloc((size_t)sweep->count, sizeof *f.waiting);
     set_last_words(&f);
-    enum weft_result res = make_frames(&f);
+    enum weft_result res = !f.waiting              ? WEFT_ERR_MEMORY
+                           : setup->divided.frames ? divide_frames(&f)
+                                                   : make_frames(&f);
     report_erase_progress();
     report_set_part(NULL, NULL);
+    if (res == WEFT_OK && ranks_tells())
+        res = tell_ranks(&f);
     if (res == WEFT_OK && f.json && sweep->given)
         res = print_json(&f);
     if (sweep->given && f.complete && (res != WEFT_OK || f.failed))
@@ -295,5 +468,8 @@ int sweep_run(struct slice_setup *setup)
     if (sweep->given)
         note_sum(&f);
     json_decref(f.array);
+    for (int i = 0; f.waiting && i < sweep->count; i++)
+        destroy_job(f.waiting[i]);
+    free(f.waiting);
     return exit_code(&f, res);
 }

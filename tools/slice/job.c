@@ -9,6 +9,16 @@ uint64_t slice_memory(const struct slice_setup *setup)
     return memory->given ? (uint64_t)memory->integer[0] : UINT64_C(1) << 30;
 }
 
+bool slice_writes_lines(const struct slice_job *job)
+{
+    return job->output != NULL;
+}
+
+bool slice_needs_pixels(const struct slice_job *job)
+{
+    return job->preview || (job->output && job->setup->option[SLICE_VERIFY].given);
+}
+
 void slice_release(struct slice_job *job)
 {
     weft_choice_clear(&job->choice);
@@ -24,6 +34,9 @@ void slice_clear(struct slice_job *job)
     slice_release(job);
     json_decref(job->json);
     free(job->pixels);
+    for (int i = 0; i < job->band_count; i++)
+        free((void *)(uintptr_t)job->bands[i].data);
+    free(job->bands);
     for (int i = 0; i < 3; i++)
         free(job->numbered[i]);
 }

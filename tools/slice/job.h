@@ -9,6 +9,7 @@
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
+#include "tools/ranks/options.h"
 #include "weft.h"
 
 enum slice_option {
@@ -46,7 +47,8 @@ enum slice_option {
     SLICE_VERIFY,
     SLICE_JSON,
     SLICE_NO_CLOBBER,
-    SLICE_QUIET,
+    SLICE_RANKS, // the first of enum rank_option
+    SLICE_QUIET = SLICE_RANKS + RANK_OPTION_COUNT,
     SLICE_VERBOSE,
     SLICE_OPTION_COUNT
 };
@@ -65,6 +67,19 @@ struct slice_sweep {
     struct slice_plane *planes; // of frames FIRST to LAST, with --planes; NULL
 };
 
+// How ranks divide the work: whole frames where there are at least two for each rank and no region
+// is asked for, or where frames are asked for; else the regions of each slice.
+struct slice_divided {
+    bool is;     // several ranks, or a rank option
+    bool frames; // are the items
+    struct rank_request request;
+    struct weft_items_report work; // so far
+    // With --max-error, of regions: what rank 0 chose.
+    struct weft_method method;
+    double smooth_error;
+    struct weft_slice_statistics statistics;
+};
+
 // What a command asks for, and what is made once for it.
 struct slice_setup {
     const char *input;                 // as given, like all options
@@ -75,6 +90,7 @@ struct slice_setup {
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
     unsigned without;              // enum weft_saving, as bits
     struct engine engine;
+    struct slice_divided divided;
     const struct weft_colour_map *colour_map; // NULL: none is named
     // Of the first slice that comes so far, kept for all.
     weft_volume_opening *opening; // of the input, begun before all else; NULL: taken, or not begun
@@ -110,7 +126,12 @@ struct slice_job {
     double max_error; // in the volume's values
     struct weft_choice choice;
     bool over_budget; // no method is within it
-    float *pixels;    // NULL when only explained
+    float *pixels;    // NULL when only explained, and where ranks packed what is saved
+    bool made;        // they are, here or on other ranks
+    // Lines as they are saved, packed by ranks, in order: NULL: they are packed when they are.
+    struct weft_bytes *bands; // each to be freed
+    int band_count, bands_given;
+    struct weft_image_save_report packing; // of these
 
     struct weft_slice_report report;
     bool by_passes;
@@ -130,6 +151,11 @@ struct slice_job {
     struct report_held held;      // what that told
     char problem[1024];           // the error line of a frame that is skipped
 };
+
+// Whether the pixels themselves are wanted where a slice is saved, when its lines are packed.
+bool slice_needs_pixels(const struct slice_job *job);
+// Whether it writes a file whose lines can be packed.
+bool slice_writes_lines(const struct slice_job *job);
 
 // What --memory says, or its default.
 uint64_t slice_memory(const struct slice_setup *setup);

@@ -20,9 +20,7 @@ static enum weft_result find_range(struct slice_job *job, struct weft_slice_para
     plain.source = WEFT_SOURCE_FLOAT;
     enum weft_result res = weft_slice_plan_create(job->volume, &plain, &plan);
     struct weft_slice_statistics statistics = {0};
-    if (res == WEFT_OK)
-        res = weft_footprint_statistics(weft_slice_plan_get_footprint(plan),
-                                        report_progress("measuring"), &statistics);
+    res = slice_measure(job, res, plan ? weft_slice_plan_get_footprint(plan) : NULL, &statistics);
     weft_slice_plan_destroy(&plan);
     params->low = statistics.low;
     params->high = statistics.high > statistics.low ? statistics.high : statistics.low + 1.0;

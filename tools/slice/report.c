@@ -221,7 +221,10 @@ static void set_run(json_t *root, const struct slice_job *job)
     const struct weft_footprint_info *reach =
         weft_footprint_get_info(weft_slice_plan_get_footprint(job->plan));
     json_object_set_new(root, "passes", json_integer(r->passes));
-    json_object_set_new(root, "bricks_read", json_count(reach->bricks_read));
+    const struct slice_divided *divided = &job->setup->divided;
+    const bool of_parts = divided->is && !divided->frames;
+    json_object_set_new(root, "bricks_read",
+                        json_count(of_parts ? job->report.bricks_read : reach->bricks_read));
     if (job->passes)
         set_passes_run(root, job);
     else
@@ -252,7 +255,7 @@ static json_t *slice_json(const struct slice_job *job)
     if (job->setup->sweep.given)
         json_object_set_new(root, "frame", json_integer(job->frame));
     set_plan(root, job);
-    if (job->pixels)
+    if (job->made)
         set_run(root, job);
     else
         json_object_set_new(root, "plan", json_text(weft_slice_plan_get_info(job->plan)->text));
@@ -272,7 +275,7 @@ void slice_tell_saved(struct slice_job *job)
     struct run_stage stages[SLICE_STAGES];
     slice_stages(job, stages);
     job->seconds = report_now_seconds() - job->start;
-    if (!job->json || !job->pixels)
+    if (!job->json || !job->made)
         return;
     json_object_set_new(job->json, "process_peak_bytes", run_report_process_peak());
     json_object_set_new(job->json, "seconds",
@@ -325,7 +328,7 @@ static void note_times(const struct slice_job *job)
 
 bool slice_is_verified(const struct slice_job *job)
 {
-    return !job->pixels || !job->setup->option[SLICE_VERIFY].given ||
+    return !job->made || !job->setup->option[SLICE_VERIFY].given ||
            report_verdict("the slice", job->error.maximum, job->error_bound,
                           job->error.not_finite_mismatches);
 }

@@ -45,19 +45,23 @@ static enum weft_result set_passes_report(struct slice_job *job)
     return res;
 }
 
-static enum weft_result run_chosen(struct slice_job *job)
+enum weft_result slice_run_method(const struct slice_job *job, const weft_method_plan *plan,
+                                  float *pixels, const struct weft_progress *progress,
+                                  struct weft_slice_report *out)
 {
     struct weft_method_report report;
     const enum weft_result res = weft_method_run(
-        job->choice.plan,
+        plan,
         weft_method_run_params(.context = job->setup->context, .cpu = job->setup->engine.cpu,
-                               .pixels = job->pixels, .progress = report_progress("slicing")),
+                               .pixels = pixels, .progress = progress),
         &report);
-    job->report = report.slice;
+    *out = report.slice;
     return res;
 }
 
-static enum weft_result run_planned(struct slice_job *job)
+enum weft_result slice_run_plan(const struct slice_job *job, const weft_slice_plan *plan,
+                                const weft_hardware_plan *hardware, float *pixels,
+                                const struct weft_progress *progress, struct weft_slice_report *out)
 {
     const struct option_value *range = &job->setup->option[SLICE_PASSES + PASS_SOURCE_RANGE];
     const struct weft_slice_passes passes = {
@@ -68,12 +72,10 @@ static enum weft_result run_planned(struct slice_job *job)
         .log = report_log(),
     };
     return weft_slice_run_once(
-        job->plan,
+        plan,
         weft_slice_compile_params(.context = job->setup->context, .cpu = job->setup->engine.cpu,
-                                  .passes = job->passes ? &passes : NULL,
-                                  .hardware = job->own_hardware),
-        weft_slice_run_params(.pixels = job->pixels, .progress = report_progress("slicing")),
-        &job->report);
+                                  .passes = job->passes ? &passes : NULL, .hardware = hardware),
+        weft_slice_run_params(.pixels = pixels, .progress = progress), out);
 }
 
 // Where no float holds the values, nothing is left to be shown.
@@ -91,9 +93,21 @@ static enum weft_result check_values(struct slice_job *job)
 
 enum weft_result slice_run(struct slice_job *job)
 {
-    enum weft_result res = job->choice.plan ? run_chosen(job) : run_planned(job);
+    const struct weft_progress *progress = report_progress("slicing");
+    const enum weft_result res =
+        job->choice.plan
+            ? slice_run_method(job, job->choice.plan, job->pixels, progress, &job->report)
+            : slice_run_plan(job, job->plan, job->own_hardware, job->pixels, progress,
+                             &job->report);
+    return res == WEFT_OK ? slice_finish_run(job) : res;
+}
+
+enum weft_result slice_finish_run(struct slice_job *job)
+{
+    enum weft_result res = WEFT_OK;
+    job->made = true;
     job->by_passes = job->passes != NULL;
-    if (res == WEFT_OK && job->passes)
+    if (job->passes)
         res = set_passes_report(job);
     return res == WEFT_OK ? check_values(job) : res;
 }
@@ -117,20 +131,34 @@ static double error_bound(const struct slice_job *job)
     return ranged && job->report.clamped ? NAN : job->bound.total;
 }
 
+enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan *plan,
+                                   const float *pixels, const struct weft_progress *progress,
+                                   struct weft_verify_report *out)
+{
+    const enum weft_result res = open_rest(job);
+    return res == WEFT_OK
+               ? weft_slice_verify(
+                     plan, pixels,
+                     weft_slice_verify_params(.rest = job->setup->rest, .progress = progress), out)
+               : res;
+}
+
 enum weft_result slice_verify(struct slice_job *job)
 {
     if (!job->setup->option[SLICE_VERIFY].given)
         return WEFT_OK;
     double start = report_now_seconds();
-    enum weft_result res = open_rest(job);
+    enum weft_result res =
+        slice_verify_plan(job, job->plan, job->pixels, report_progress("verifying"), &job->error);
     if (res == WEFT_OK)
-        res = weft_slice_verify(job->plan, job->pixels,
-                                weft_slice_verify_params(.rest = job->setup->rest,
-                                                         .progress = report_progress("verifying")),
-                                &job->error);
-    if (res == WEFT_OK)
-        res = slice_bound_hardware(job);
-    job->error_bound = error_bound(job);
+        res = slice_finish_verify(job);
     job->verify_seconds = report_now_seconds() - start;
+    return res;
+}
+
+enum weft_result slice_finish_verify(struct slice_job *job)
+{
+    const enum weft_result res = slice_bound_hardware(job);
+    job->error_bound = error_bound(job);
     return res;
 }

@@ -2,6 +2,8 @@
 // The files of a slice.
 #include "tools/slice/stages.h"
 
+#include <math.h>
+
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
@@ -16,6 +18,16 @@ struct preview_options slice_preview_options(const struct slice_job *job)
                                     .range = &job->setup->range,
                                     .colour_map = &o[SLICE_COLOUR_MAP],
                                     .no_clobber = o[SLICE_NO_CLOBBER].given};
+}
+
+// What ranks packed, band by band.
+static enum weft_result give_band(void *priv, int line, struct weft_bytes *out)
+{
+    struct slice_job *job = priv;
+    (void)line;
+    if (job->bands_given < job->band_count)
+        *out = job->bands[job->bands_given++];
+    return WEFT_OK;
 }
 
 static enum weft_result write_exr(struct slice_job *job)
@@ -41,10 +53,14 @@ static enum weft_result write_exr(struct slice_job *job)
         .no_clobber = o[SLICE_NO_CLOBBER].given,
         .verify = o[SLICE_VERIFY].given,
         .threads = job->setup->engine.cpu.threads,
+        .packed = job->bands ? give_band : NULL,
+        .packed_priv = job,
         .progress = report_writing(job->output),
         .log = report_log(),
     };
     const enum weft_result res = weft_image_save_parts(&image, 1, &params, &job->saved);
+    job->saved.overflows += job->packing.overflows;
+    job->saved.rounding = fmax(job->saved.rounding, job->packing.rounding);
     if (res == WEFT_OK)
         saved_warn(job->output, &job->saved);
     return res;

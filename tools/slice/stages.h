@@ -46,6 +46,30 @@ enum weft_result slice_create_context(struct slice_job *job);
 enum weft_result slice_allocate(struct slice_job *job);
 enum weft_result slice_run(struct slice_job *job);
 enum weft_result slice_verify(struct slice_job *job);
+// The same of a plan of the slice's, or of a part of it, into memory that is not the job's.
+enum weft_result slice_run_plan(const struct slice_job *job, const weft_slice_plan *plan,
+                                const weft_hardware_plan *hardware, float *pixels,
+                                const struct weft_progress *progress,
+                                struct weft_slice_report *out);
+enum weft_result slice_run_method(const struct slice_job *job, const weft_method_plan *plan,
+                                  float *pixels, const struct weft_progress *progress,
+                                  struct weft_slice_report *out);
+enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan *plan,
+                                   const float *pixels, const struct weft_progress *progress,
+                                   struct weft_verify_report *out);
+// What is left to do once the job has the report of its pixels, and of their verification.
+enum weft_result slice_finish_run(struct slice_job *job);
+enum weft_result slice_finish_verify(struct slice_job *job);
+
+// divide.c: the statistics of what the job's footprint reaches, measured by all ranks that share
+// its regions. `before`: how it went so far on this rank, agreed upon first.
+enum weft_result slice_measure(struct slice_job *job, enum weft_result before,
+                               weft_footprint *footprint, struct weft_slice_statistics *out);
+// The whole slice from opening its volume to its verification, by all ranks: what there is to save
+// and to tell is on rank 0. The setup's engine is rank 0's choice then. Collective.
+enum weft_result slice_make_divided(struct slice_job *job);
+// Before frames that ranks divide: what is found out with the first one, once for all. Collective.
+enum weft_result slice_share_first(struct slice_setup *setup);
 
 // save.c: the files, from what the job has told (report.h): neither plans nor the volume are looked
 // at, and another thread may do it while the next slice is made.

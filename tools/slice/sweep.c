@@ -7,6 +7,7 @@
 
 #include "tools/common/numbered.h"
 #include "tools/common/report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/slice/save.h"
 
 // ---- options ------------------------------------------------------------------------------------
@@ -125,7 +126,7 @@ static void add_files(struct slice_job *job, struct numbered_file *files, size_t
 
 enum weft_result sweep_check_files(struct slice_setup *setup)
 {
-    const bool writes = !setup->option[SLICE_EXPLAIN].given;
+    const bool writes = !setup->option[SLICE_EXPLAIN].given && ranks_tells();
     struct numbered_file *files = calloc(3 * (size_t)setup->sweep.count, sizeof *files);
     enum weft_result res = files ? WEFT_OK : WEFT_ERR_MEMORY;
     size_t count = 0;

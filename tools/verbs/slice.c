@@ -7,6 +7,7 @@
 #include "tools/draw/preview.h"
 #include "tools/common/report.h"
 #include "tools/common/saved.h"
+#include "tools/ranks/ranks.h"
 #include "tools/slice/save.h"
 #include "tools/slice/stages.h"
 #include "tools/slice/sweep.h"
@@ -179,6 +180,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                     "print geometry, plan, memory, times and errors as JSON on stdout"},
     [SLICE_NO_CLOBBER] =
         {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    RANK_OPTIONS(SLICE_RANKS),
     [SLICE_QUIET] =
         {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
     [SLICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
@@ -292,6 +294,29 @@ static enum weft_result load_kernel(struct slice_setup *setup)
     return res;
 }
 
+// Who does what: frames, where each rank has two at least.
+static enum weft_result read_ranks(struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option;
+    struct slice_divided *divided = &setup->divided;
+    const struct rank_request *request = &divided->request;
+    const enum weft_result res = rank_options_read(&o[SLICE_RANKS], &divided->request);
+    if (res != WEFT_OK)
+        return res;
+    const bool whole = request->region[0] < 0;
+    const bool asked = request->region[1] || request->granularity || request->cost_map ||
+                       request->schedule == WEFT_SCHEDULE_DYNAMIC;
+    // A plan that is only told needs no other ranks.
+    divided->is = (ranks_size() > 1 || request->given) && !o[SLICE_EXPLAIN].given;
+    divided->frames = divided->is && setup->sweep.given &&
+                      (whole || (!asked && setup->sweep.count >= 2 * ranks_size()));
+    if (divided->frames && request->cost_map) {
+        report_error("--cost-map is of the regions of a slice: here whole frames are divided");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return WEFT_OK;
+}
+
 static enum weft_result check_preview(struct slice_setup *setup)
 {
     const struct slice_job job = {.setup = setup};
@@ -321,6 +346,8 @@ static enum weft_result check_setup(struct slice_setup *setup)
         res = check_preview(setup);
     if (res == WEFT_OK)
         res = sweep_read(setup);
+    if (res == WEFT_OK)
+        res = read_ranks(setup);
     if (res == WEFT_OK)
         res = sweep_check_files(setup);
     // While the first volume is opened, planned and read.
@@ -355,11 +382,16 @@ static int run(const char *const *operands, const struct option_value *values)
                                 .option = values,
                                 .start = report_now_seconds(),
                                 .range = values[SLICE_RANGE]};
+    if (values[SLICE_EXPLAIN].given && !ranks_tells())
+        return EXIT_CODE_DONE;
     enum weft_result res = slice_begin(&setup);
     if (res == WEFT_OK)
         res = check_setup(&setup);
+    if (!values[SLICE_EXPLAIN].given)
+        res = ranks_agree(res);
     const int code = res == WEFT_OK ? sweep_run(&setup) : report_finish(res);
     clear_setup(&setup);
+    weft_items_report_clear(&setup.divided.work);
     return code;
 }
 
@@ -374,6 +406,10 @@ static const char *const epilogue[] = {
     "then tells the plan's bound beside the error.",
     "The same request gives the same bytes, whatever the number of threads. Outputs appear whole "
     "or not at all.",
+    "Under mpirun ranks share the work: whole frames where there are at least two for each rank, "
+    "or with --region frame; else bands of rows of each slice, or what --region says. A schedule "
+    "that is dynamic moves the boundaries of regions from frame to frame, and of a single slice "
+    "by --cost-map.",
     "weft slice smoke.vdb -o smoke.exr --preview smoke.png --kernel mitchell --axis y --verify",
     NULL,
 };
@@ -387,5 +423,6 @@ const struct verb verb_slice = {
     .epilogue = epilogue,
     .options = options,
     .option_count = SLICE_OPTION_COUNT,
+    .distributes = true,
     .run = run,
 };
