@@ -131,7 +131,7 @@ static void files_are_the_same_whoever_packs(void **state)
     assert_true(checked >= 4);
 }
 
-static enum weft_result fail(void *priv, int line, struct weft_bytes *out)
+static enum weft_result give_none(void *priv, int line, struct weft_bytes *out)
 {
     (void)priv;
     (void)line;
@@ -161,7 +161,7 @@ static void what_is_no_block_is_refused(void **state)
         else if (bad == 3)
             image.height = 16;
         const struct weft_image_save_params *params =
-            weft_image_save_params(.path = path, .packed = bad == 4 ? fail : give,
+            weft_image_save_params(.path = path, .packed = bad == 4 ? give_none : give,
                                    .packed_priv = &b, .log = &log);
         assert_int_equal(weft_image_save_parts(&image, 1, params, NULL),
                          bad == 4 ? WEFT_ERR_CANCELLED : WEFT_ERR_ARGUMENT);
