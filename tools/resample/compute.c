@@ -18,9 +18,9 @@ static bool report_step(void *priv, double fraction)
     return outer->report(outer->priv, (s->step + fraction) / s->steps);
 }
 
-// The group's plan, compiled by the first group that has it.
-static enum weft_result compile_group(struct resample_job *job, const struct resample_group *group,
-                                      weft_resample_compiled **out)
+enum weft_result resample_compile_group(struct resample_job *job,
+                                        const struct resample_group *group,
+                                        weft_resample_compiled **out)
 {
     weft_resample_compiled **compiled = &job->compiled[group->plan != job->plan[0]];
     enum weft_result res = WEFT_OK;
@@ -44,7 +44,7 @@ static enum weft_result run_group(struct resample_job *job, struct resample_grou
         .source = group->source, .progress = &progress, .log = report_log()};
     struct weft_resample_report report;
     weft_resample_compiled *compiled;
-    enum weft_result res = compile_group(job, group, &compiled);
+    enum weft_result res = resample_compile_group(job, group, &compiled);
     for (int c = 0; c < group->count; c++)
         params.plane[c] = job->result.channels[group->channel[c]].plane;
     if (res == WEFT_OK)
@@ -74,10 +74,8 @@ static enum weft_result verify_group(struct resample_job *job, struct resample_g
 
 static enum weft_result move_group(struct resample_job *job, struct resample_group *group)
 {
-    const struct weft_resample_integers source = {
-        .width = job->image.width,
-        .height = job->image.height,
-        .plane = job->image.channels[job->source[group->channel[0]]].integers};
+    const struct weft_resample_integers source =
+        resample_integers(job, group, 0, job->image.height);
     const struct weft_image_channel *to = &job->result.channels[group->channel[0]];
     const struct weft_resample_integers result = {
         .width = job->result.width, .height = job->result.height, .plane = to->integers};

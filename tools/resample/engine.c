@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "tools/common/report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/resample/job.h"
 
 // ---- options and contexts -----------------------------------------------------------------------
@@ -43,7 +44,11 @@ enum weft_result resample_read_engine(struct resample_job *job)
         return WEFT_ERR_ARGUMENT;
     }
     job->engine_is_read = true;
-    return engine_options_read(engine, resample_passes_option(job), &job->engine);
+    const enum weft_result res =
+        engine_options_read(engine, resample_passes_option(job), &job->engine);
+    if (res == WEFT_OK && !engine[ENGINE_THREADS].given && ranks_threads())
+        job->engine.cpu.threads = ranks_threads();
+    return res;
 }
 
 static bool needs_gl(const struct resample_job *job)

@@ -6,6 +6,7 @@
 #include "tools/methods/budget.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
+#include "tools/ranks/division.h"
 
 enum resample_option {
     RESAMPLE_OUTPUT,
@@ -28,7 +29,8 @@ enum resample_option {
     RESAMPLE_VERIFY,
     RESAMPLE_JSON,
     RESAMPLE_NO_CLOBBER,
-    RESAMPLE_QUIET,
+    RESAMPLE_RANKS, // the first of enum rank_option
+    RESAMPLE_QUIET = RESAMPLE_RANKS + RANK_OPTION_COUNT,
     RESAMPLE_VERBOSE,
     RESAMPLE_OPTION_COUNT
 };
@@ -45,10 +47,22 @@ struct resample_group {
     const weft_resample_plan *plan; // the job's
     bool exact;                     // unsigned integers that are moved: one channel, no error
     double max_error;               // with --max-error
-    double minimum, maximum;        // of the finite pixels; NAN if there are none
-    uint64_t not_finite;            // values of pixels
+    uint64_t rounded[RESAMPLE_MAX_TOGETHER]; // integers of each channel that are no floats
+    double minimum, maximum;                 // of the finite pixels; NAN if there are none
+    uint64_t not_finite;                     // values of pixels
     struct weft_bound bound;
     struct weft_verify_report error; // with --verify
+};
+
+// What ranks know of an image that they share: each has planes of all of it, of whose memory only
+// the rows that it read are used.
+struct resample_divided {
+    bool is; // work is divided, among ranks or, with an option of theirs, into parts for one
+    struct rank_request request;
+    struct rank_division division; // of the result
+    struct weft_items_report work;
+    unsigned char *has_row;         // [height] of the input
+    struct resample_shared *shared; // [group_count]
 };
 
 struct resample_job {
@@ -62,6 +76,7 @@ struct resample_job {
     const struct weft_colour_map *colour_map;
 
     struct budget budget; // with --max-error
+    struct resample_divided divided;
 
     struct weft_image image;             // the input; without planes when only explained
     struct weft_image result;            // the channels asked for, in the input's order
@@ -106,8 +121,12 @@ enum weft_result resample_make_groups(struct resample_job *job);
 void resample_group_name(const struct resample_job *job, const struct resample_group *group,
                          char *text, size_t size);
 
-// Sets the result's types, and which groups are exact. Warns of integers that become floats.
+// Sets the result's types, and which groups are exact.
 void resample_set_types(struct resample_job *job);
+// How many integers of a channel of the input, in rows from `first` to before `end`, are no floats.
+uint64_t resample_count_rounded(const struct resample_job *job, size_t channel, int first, int end);
+// Warns of integers that become floats, once they are counted.
+void resample_warn_of_rounding(const struct resample_job *job);
 // The result's planes. Returns WEFT_ERR_MEMORY after an error line.
 enum weft_result resample_allocate(struct resample_job *job);
 // Fills the integers of --type uint from planes that were filtered.
@@ -116,6 +135,18 @@ void resample_round_integers(struct resample_job *job);
 // The groups' sources and statistics, and what --max-error allows them. Returns as
 // weft_resample_source_create.
 enum weft_result resample_measure(struct resample_job *job);
+// A group's samples, of `rows` rows of the input from `first` on.
+struct weft_resample_source_params resample_source_params(const struct resample_job *job,
+                                                          const struct resample_group *group,
+                                                          int first, int rows);
+// Likewise the integers of one that is exact.
+struct weft_resample_integers resample_integers(const struct resample_job *job,
+                                                const struct resample_group *group, int first,
+                                                int rows);
+// Whether E1 is told.
+bool resample_tells_e1(const struct resample_job *job);
+// What is known once samples are measured: warns, and sets the group's error.
+void resample_set_budget(struct resample_job *job, struct resample_group *group);
 // Of a planned group's results, the largest of which is `result`; 0: any.
 struct weft_bound resample_group_bound(const struct resample_group *group, double result);
 
@@ -138,6 +169,30 @@ enum weft_result resample_create_context(struct resample_job *job);
 
 // Fills the result's planes and the groups, and verifies them where that is asked for.
 enum weft_result resample_compute(struct resample_job *job);
+// The group's plan, compiled by the first group that has it.
+enum weft_result resample_compile_group(struct resample_job *job,
+                                        const struct resample_group *group,
+                                        weft_resample_compiled **out);
+
+// ---- on ranks -----------------------------------------------------------------------------------
+
+// Each is collective where the work is divided, and ends with the same result on all ranks.
+// Reads the options of ranks. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result resample_read_ranks(struct resample_job *job);
+// resample_measure of parts: each rank reads and measures its share of the rows, and all get what
+// all samples show.
+enum weft_result resample_measure_parts(struct resample_job *job);
+// What rank 0 knows of costs, so that all choose alike; then resample_plan.
+enum weft_result resample_plan_alike(struct resample_job *job);
+// resample_compute of parts, put together on rank 0.
+enum weft_result resample_compute_parts(struct resample_job *job);
+// Reads those rows of the input from `first` to before `end` that are not there. Not collective.
+enum weft_result resample_load_rows(struct resample_job *job, int first, int end);
+// Surveys what this rank has read, and joins it: of group g in *resample_survey_of(job, g).
+enum weft_result resample_survey_parts(struct resample_job *job);
+const struct weft_resample_survey *resample_survey_of(const struct resample_job *job, size_t g);
+const struct weft_resample_measured *resample_measured_of(const struct resample_job *job, size_t g);
+void resample_clear_divided(struct resample_divided *divided);
 
 // Writes the results as one file, and warns of what it does not keep.
 enum weft_result resample_save(struct resample_job *jobs, size_t count);

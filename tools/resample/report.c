@@ -9,6 +9,7 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
+#include "tools/ranks/load_report.h"
 #include "tools/resample/job.h"
 #include "tools/common/saved.h"
 
@@ -212,6 +213,9 @@ static void set_run(json_t *root, const struct resample_job *job)
                         run_report_process_peak(), "seconds", seconds_json(job),
                         "mpixels_per_second", json_number(mpixels_per_second(job))));
     set_context(root, job);
+    json_t *ranks = load_report_json(&job->divided.work, true);
+    if (ranks)
+        json_object_set_new(root, "ranks", ranks);
     if (!job->context && !job->separable)
         json_object_update_new(root, json_pack("{s:o,s:o}", "clamps", json_count(r->clamps),
                                                "largest_clamp", json_number(r->largest_clamp)));

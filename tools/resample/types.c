@@ -18,23 +18,22 @@ static struct weft_image_channel *result_channel(const struct resample_job *job,
     return &job->result.channels[group->channel[0]];
 }
 
-// Without planes, as in an image that only informs, 0.
-static uint64_t count_rounded(const struct resample_job *job,
-                              const struct weft_image_channel *channel)
+uint64_t resample_count_rounded(const struct resample_job *job, size_t i, int first, int end)
 {
-    const size_t count = (size_t)job->image.width * (size_t)job->image.height;
+    const struct weft_image_channel *channel = &job->image.channels[i];
+    const size_t width = (size_t)job->image.width;
     uint64_t rounded = 0;
-    for (size_t i = 0; channel->integers && i < count; i++)
-        rounded += (double)channel->plane[i] != (double)channel->integers[i];
+    for (size_t k = (size_t)first * width; channel->integers && k < (size_t)end * width; k++)
+        rounded += (double)channel->plane[k] != (double)channel->integers[k];
     return rounded;
 }
 
-static void warn_of_rounding(const struct resample_job *job, const struct resample_group *group)
+static void warn_of_group(const struct resample_job *job, const struct resample_group *group)
 {
     for (int c = 0; c < group->count; c++) {
         const struct weft_image_channel *from =
             &job->image.channels[job->source[group->channel[c]]];
-        const uint64_t rounded = from->type == WEFT_PIXEL_UINT ? count_rounded(job, from) : 0;
+        const uint64_t rounded = group->rounded[c];
         if (rounded && !group->exact)
             report_warning("%s: %llu of its integers are no floats and are rounded before they "
                            "are filtered; --kernel nearest, without passes, keeps them",
@@ -43,6 +42,12 @@ static void warn_of_rounding(const struct resample_job *job, const struct resamp
             report_warning("%s: %llu of its integers are no floats and are rounded", from->name,
                            (unsigned long long)rounded);
     }
+}
+
+void resample_warn_of_rounding(const struct resample_job *job)
+{
+    for (size_t g = 0; g < job->group_count; g++)
+        warn_of_group(job, &job->group[g]);
 }
 
 // uint is kept where it is exact; filtered it has fractions.
@@ -65,7 +70,6 @@ void resample_set_types(struct resample_job *job)
             struct weft_image_channel *channel = &job->result.channels[group->channel[c]];
             channel->type = result_type(job, group->exact, channel->type);
         }
-        warn_of_rounding(job, group);
     }
 }
 

@@ -10,6 +10,8 @@
 #include "tools/methods/plan_options.h"
 #include "tools/draw/preview.h"
 #include "tools/common/report.h"
+#include "tools/ranks/load_report.h"
+#include "tools/ranks/ranks.h"
 #include "tools/resample/job.h"
 #include "tools/common/saved.h"
 #include "tools/verbs/verb.h"
@@ -113,6 +115,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                        "print sizes, plan, ranges, times, errors and bounds as JSON on stdout"},
     [RESAMPLE_NO_CLOBBER] =
         {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+    RANK_OPTIONS(RESAMPLE_RANKS),
     [RESAMPLE_QUIET] =
         {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
     [RESAMPLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
@@ -179,6 +182,8 @@ static enum weft_result check_options(struct resample_job *job)
         res = budget_parse(o[RESAMPLE_MAX_ERROR].text, &job->budget);
     if (res == WEFT_OK)
         res = resample_read_engine(job);
+    if (res == WEFT_OK)
+        res = resample_read_ranks(job);
     return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
 }
 
@@ -210,7 +215,7 @@ static enum weft_result load_image(struct resample_job *job)
     const struct weft_image_load_params params = {
         .path = job->input,
         .part = job->part,
-        .info_only = !needs_samples(job),
+        .info_only = !needs_samples(job) || job->divided.is,
         .threads = job->engine.cpu.threads,
         .log = report_log(),
     };
@@ -222,7 +227,7 @@ static enum weft_result load_image(struct resample_job *job)
 
 static enum weft_result allocate_pixels(struct resample_job *job)
 {
-    return job->option[RESAMPLE_EXPLAIN].given ? WEFT_OK : resample_allocate(job);
+    return job->option[RESAMPLE_EXPLAIN].given || !ranks_tells() ? WEFT_OK : resample_allocate(job);
 }
 
 // ---- groups -------------------------------------------------------------------------------------
@@ -238,7 +243,19 @@ static enum weft_result make_groups(struct resample_job *job)
 
 static enum weft_result measure(struct resample_job *job)
 {
-    return needs_samples(job) ? resample_measure(job) : WEFT_OK;
+    return job->divided.is      ? resample_measure_parts(job)
+           : needs_samples(job) ? resample_measure(job)
+                                : WEFT_OK;
+}
+
+static enum weft_result plan(struct resample_job *job)
+{
+    return job->divided.is ? resample_plan_alike(job) : resample_plan(job);
+}
+
+static enum weft_result compute(struct resample_job *job)
+{
+    return job->divided.is ? resample_compute_parts(job) : resample_compute(job);
 }
 
 // ---- running and writing ------------------------------------------------------------------------
@@ -288,9 +305,21 @@ static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
     return res;
 }
 
+typedef enum weft_result (*stage)(struct resample_job *job);
+
+// Where work is divided ranks agree on each stage.
+static enum weft_result run_list(struct resample_job *job, const stage *stages)
+{
+    enum weft_result res = WEFT_OK;
+    for (const stage *s = stages; *s && res == WEFT_OK; s++) {
+        res = (*s)(job);
+        res = job->divided.is ? ranks_agree(res) : res;
+    }
+    return res;
+}
+
 static enum weft_result run_stages(struct resample_job *job)
 {
-    typedef enum weft_result (*stage)(struct resample_job * job);
     static const stage planning[] = {check_options,
                                      begin_context,
                                      load_image,
@@ -299,22 +328,19 @@ static enum weft_result run_stages(struct resample_job *job)
                                      resample_choose_channels,
                                      make_groups,
                                      measure,
-                                     resample_plan,
+                                     plan,
                                      allocate_pixels,
                                      NULL};
-    static const stage computing[] = {resample_create_context, resample_compute, NULL};
-    enum weft_result res = WEFT_OK;
-    for (const stage *s = planning; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
-    if (job->option[RESAMPLE_EXPLAIN].given)
-        return res;
-    for (const stage *s = computing; *s && res == WEFT_OK; s++)
-        res = (*s)(job);
+    static const stage computing[] = {resample_create_context, compute, NULL};
+    enum weft_result res = run_list(job, planning);
+    if (res == WEFT_OK && !job->option[RESAMPLE_EXPLAIN].given)
+        res = run_list(job, computing);
     return res;
 }
 
 static void destroy(struct resample_job *job)
 {
+    resample_clear_divided(&job->divided);
     engine_abandon_context(&job->engine);
     for (int i = 0; i < 2; i++) {
         weft_resample_compiled_destroy(&job->compiled[i]);
@@ -410,10 +436,10 @@ static enum weft_result check_usage(const char *input, const struct option_value
 {
     struct resample_job job = {.input = input, .option = values};
     enum weft_result res = check_options(&job);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && ranks_tells())
         res = check_outputs(&job);
     destroy(&job);
-    return res;
+    return ranks_agree(res);
 }
 
 // In turn, on one context.
@@ -432,7 +458,12 @@ static enum weft_result run_parts(const char *input, const struct option_value *
         }
         res = run_stages(&jobs[i]);
     }
-    return res == WEFT_OK && !values[RESAMPLE_EXPLAIN].given ? write_outputs(jobs, count) : res;
+    if (res == WEFT_OK && !values[RESAMPLE_EXPLAIN].given && ranks_tells())
+        res = write_outputs(jobs, count);
+    if (!jobs->divided.is)
+        return res;
+    res = ranks_agree(res);
+    return res == WEFT_OK ? rank_division_save(&jobs->divided.division) : res;
 }
 
 static void print_parts(const struct resample_job *jobs, size_t count)
@@ -445,6 +476,8 @@ static void print_parts(const struct resample_job *jobs, size_t count)
     }
     if (count)
         saved_print(jobs->option[RESAMPLE_OUTPUT].text, &jobs->saved);
+    for (size_t i = 0; i < count; i++)
+        load_report_print(&jobs[i].divided.work);
 }
 
 static void destroy_parts(struct resample_job *jobs, size_t count)
@@ -472,8 +505,12 @@ static int run(const char *const *operands, const struct option_value *values)
     struct resample_job *jobs = NULL;
     size_t count = 0;
     enum weft_result res = check_usage(operand, values);
+    if (!ranks_tells() && values[RESAMPLE_EXPLAIN].given) // what is only planned is rank 0's
+        return report_finish(res);
     if (res == WEFT_OK)
         res = choose_parts(operand, values, &jobs, &count);
+    if (!values[RESAMPLE_EXPLAIN].given)
+        res = ranks_agree(res);
     if (res == WEFT_OK)
         res = run_parts(operand, values, jobs, count);
     report_erase_progress();
@@ -483,12 +520,12 @@ static int run(const char *const *operands, const struct option_value *values)
         if (res != WEFT_OK && values[RESAMPLE_EXPLAIN].given)
             resample_print_choices(&jobs[i]);
     }
-    if (res == WEFT_OK && values[RESAMPLE_JSON].given)
+    if (res == WEFT_OK && values[RESAMPLE_JSON].given && ranks_tells())
         res = resample_print_json(jobs, count);
-    else if (res == WEFT_OK)
+    else if (res == WEFT_OK && ranks_tells())
         print_parts(jobs, count);
     bool verified = true;
-    for (size_t i = 0; verified && i < count; i++)
+    for (size_t i = 0; verified && i < count && ranks_tells(); i++)
         verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
                    values[RESAMPLE_EXPLAIN].given || check_groups(&jobs[i]);
     destroy_parts(jobs, count);
@@ -535,5 +572,6 @@ const struct verb verb_resample = {
     .epilogue = epilogue,
     .options = options,
     .option_count = RESAMPLE_OPTION_COUNT,
+    .distributes = true,
     .run = run,
 };
