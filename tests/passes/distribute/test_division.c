@@ -10,6 +10,7 @@
 
 #include "passes/distribute/division.h"
 #include "tests/passes/distribute/cover.h"
+#include "tests/passes/distribute/threads_transport.h"
 #include "tests/support/common.h"
 
 enum { SIDE = 256 };
@@ -157,6 +158,88 @@ static enum weft_result refusals(void *priv, weft_ranks *ranks)
     return WEFT_OK;
 }
 
+// ---- several ranks ------------------------------------------------------------------------------
+
+// What a rank saw: nothing is asserted in its thread.
+struct seen {
+    enum weft_schedule schedule;
+    bool refused; // this rank asks for what cannot be
+    struct weft_rectangle region[8][64];
+    double cost[8][64];
+};
+
+static enum weft_result watch(void *priv, weft_ranks *ranks)
+{
+    struct seen *seen = priv;
+    const int rank = rank_of(ranks);
+    weft_cost_map *map = NULL;
+    weft_division *division = NULL;
+    enum weft_result res = rank == 0 ? weft_cost_map_create(SIDE, SIDE, &map) : WEFT_OK;
+    if (res == WEFT_OK)
+        res = weft_division_create(
+            ranks,
+            weft_division_params(.regions = {.width = SIDE,
+                                             .height = seen->refused ? 0 : SIDE,
+                                             .ranks = 8},
+                                 .map = map, .schedule = seen->schedule),
+            &division);
+    for (int frame = 0; frame < 8 && res == WEFT_OK; frame++) {
+        struct weft_items_report report = work(division, seen->schedule, rank);
+        const double *costs = weft_division_costs(division);
+        for (int i = 0; i < 64; i++) {
+            seen->region[frame][i] = weft_regions_get(weft_division_regions(division), i);
+            seen->cost[frame][i] = costs ? costs[i] : -1.0;
+        }
+        res = weft_division_learn(division, &report);
+        weft_items_report_clear(&report);
+    }
+    weft_division_destroy(&division);
+    weft_cost_map_destroy(&map);
+    return res;
+}
+
+static struct threads_outcome watch_all(int ranks, enum weft_schedule schedule, int refused,
+                                        struct seen *seen)
+{
+    struct threads_params params = {.ranks = ranks,
+                                    .seed = 3,
+                                    .delay = 2e-4,
+                                    .body = watch,
+                                    .failing_rank = -1,
+                                    .stopping_rank = -1};
+    struct threads_outcome out;
+    for (int r = 0; r < ranks; r++) {
+        memset(&seen[r], 0, sizeof seen[r]);
+        seen[r].schedule = schedule;
+        seen[r].refused = r == refused;
+        params.priv[r] = &seen[r];
+    }
+    threads_run(&params, &out);
+    return out;
+}
+
+static void all_ranks_have_the_same(void **state)
+{
+    (void)state;
+    static struct seen seen[3];
+    for (int s = WEFT_SCHEDULE_STATIC; s < WEFT_SCHEDULE_COUNT; s++) {
+        const struct threads_outcome out = watch_all(3, (enum weft_schedule)s, -1, seen);
+        for (int r = 0; r < 3; r++) {
+            assert_int_equal(out.result[r], WEFT_OK);
+            assert_memory_equal(seen[r].region, seen[0].region, sizeof seen[0].region);
+            assert_memory_equal(seen[r].cost, seen[0].cost, sizeof seen[0].cost);
+        }
+        const bool moved = memcmp(seen[0].region[0], seen[0].region[7], sizeof seen[0].region[0]);
+        assert_int_equal(moved, s == WEFT_SCHEDULE_DYNAMIC);
+        assert_int_equal(seen[2].cost[7][63] > 0.0, s == WEFT_SCHEDULE_PULL);
+        assert_int_equal(out.left, 0);
+    }
+    // One that asks for what cannot be ends it for all.
+    const struct threads_outcome out = watch_all(3, WEFT_SCHEDULE_DYNAMIC, 2, seen);
+    for (int r = 0; r < 3; r++)
+        assert_int_equal(out.result[r], WEFT_ERR_ARGUMENT);
+}
+
 static void run(weft_body body)
 {
     assert_int_equal(
@@ -188,6 +271,7 @@ int main(void)
         cmocka_unit_test(frames_teach_the_next_one),
         cmocka_unit_test(maps_teach_the_next_run),
         cmocka_unit_test(what_is_out_of_range_is_refused),
+        cmocka_unit_test(all_ranks_have_the_same),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
