@@ -63,6 +63,7 @@ static void tell_failed(int rank, const char *line, const char *otherwise)
 
 enum weft_result ranks_agree(enum weft_result result)
 {
+    static char told[REPORT_LINE];
     char line[REPORT_LINE] = "";
     int failed = -1;
     if (info.size == 1)
@@ -70,8 +71,11 @@ enum weft_result ranks_agree(enum weft_result result)
     if (result != WEFT_OK)
         write_own_line(line);
     const enum weft_result agreed = weft_ranks_agree(all, result, line, sizeof line, &failed);
-    if (info.rank == 0 && failed > 0)
+    // A failure that comes through several agreements is told once.
+    if (info.rank == 0 && failed > 0 && (!line[0] || strcmp(line, told) != 0)) {
         tell_failed(failed, line, weft_result_text(agreed));
+        memcpy(told, line, sizeof told);
+    }
     return agreed;
 }
 

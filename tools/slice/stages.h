@@ -61,12 +61,12 @@ enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan 
 enum weft_result slice_finish_run(struct slice_job *job);
 enum weft_result slice_finish_verify(struct slice_job *job);
 
-// divide.c: the statistics of what the job's footprint reaches, measured by all ranks that share
-// its regions. `before`: how it went so far on this rank, agreed upon first.
+// measure.c: the statistics of what a footprint reaches, measured by all ranks that share the
+// slice's regions. `before`: how it went so far on this rank, agreed upon first.
 enum weft_result slice_measure(struct slice_job *job, enum weft_result before,
                                weft_footprint *footprint, struct weft_slice_statistics *out);
-// The whole slice from opening its volume to its verification, by all ranks: what there is to save
-// and to tell is on rank 0. The setup's engine is rank 0's choice then. Collective.
+// divide.c: the whole slice from opening its volume to its verification, by all ranks: what there
+// is to save and to tell is on rank 0. The setup's engine is rank 0's choice then. Collective.
 enum weft_result slice_make_divided(struct slice_job *job);
 // Before frames that ranks divide: what is found out with the first one, once for all. Collective.
 enum weft_result slice_share_first(struct slice_setup *setup);
