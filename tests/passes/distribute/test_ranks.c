@@ -3,14 +3,11 @@
 // header says, whatever the sizes, and all that was sent was taken when it ends.
 #include <setjmp.h>
 #include <stdarg.h>
-#include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -20,27 +17,11 @@
 
 static const int rank_counts[] = {1, 2, 3, 7};
 
-static atomic_int faults;
-
-// In the threads of ranks.
-#define CHECK(condition)                                                                           \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            atomic_fetch_add(&faults, 1);                                                          \
-            print_error("line %d, rank %d: %s\n", __LINE__, info_of(ranks).rank, #condition);      \
-        }                                                                                          \
-    } while (0)
-
 static struct weft_ranks_info info_of(weft_ranks *ranks)
 {
     struct weft_ranks_info info;
     weft_ranks_get_info(ranks, &info);
     return info;
-}
-
-static void pause_for(double seconds)
-{
-    nanosleep(&(struct timespec){(time_t)seconds, (long)((seconds - (time_t)seconds) * 1e9)}, NULL);
 }
 
 // Runs it on so many ranks, which all end well.
@@ -51,7 +32,7 @@ static void run_well(weft_body body, void *priv, int ranks, unsigned seed, doubl
     for (int r = 0; r < ranks; r++)
         params.priv[r] = priv;
     threads_run(&params, &out);
-    assert_int_equal(atomic_load(&faults), 0);
+    assert_int_equal(threads_faults(), 0);
     assert_int_equal(out.exit_code, -1);
     assert_int_equal(out.lines, 0);
     assert_int_equal(out.left, 0);
@@ -82,8 +63,8 @@ static void share_bytes(weft_ranks *ranks, size_t wanted, unsigned seed)
     size_t size = rank == 0 ? wanted : 12345;
     if (data)
         fill(data, wanted, seed);
-    CHECK(weft_ranks_share(ranks, &data, &size) == WEFT_OK);
-    CHECK(size == wanted && (size > 0) == (data != NULL) && is_filled(data, size, seed));
+    THREADS_CHECK(weft_ranks_share(ranks, &data, &size) == WEFT_OK);
+    THREADS_CHECK(size == wanted && (size > 0) == (data != NULL) && is_filled(data, size, seed));
     free(data);
 }
 
@@ -96,18 +77,18 @@ static void gather_bytes(weft_ranks *ranks, size_t most, unsigned seed)
     const size_t size = most * (size_t)(info.rank + 1) / (size_t)info.size;
     unsigned char *data = size > 0 ? malloc(size) : NULL;
     fill(data, size, seed + (unsigned)info.rank);
-    CHECK(weft_ranks_gather(ranks, data, size, parts) == WEFT_OK);
+    THREADS_CHECK(weft_ranks_gather(ranks, data, size, parts) == WEFT_OK);
     memset(data ? data : (unsigned char[1]){0}, 0, size);
     free(data);
     if (info.rank != 0) {
-        CHECK(parts[0].size == (size_t)0x5a5a5a5a5a5a5a5a);
+        THREADS_CHECK(parts[0].size == (size_t)0x5a5a5a5a5a5a5a5a);
         return;
     }
     for (int r = 0; r < info.size; r++)
-        CHECK(parts[r].size == most * (size_t)(r + 1) / (size_t)info.size &&
-              is_filled(parts[r].data, parts[r].size, seed + (unsigned)r));
+        THREADS_CHECK(parts[r].size == most * (size_t)(r + 1) / (size_t)info.size &&
+                      is_filled(parts[r].data, parts[r].size, seed + (unsigned)r));
     weft_ranks_free_parts(info.size, parts);
-    CHECK(!parts[0].data && parts[0].size == 0);
+    THREADS_CHECK(!parts[0].data && parts[0].size == 0);
 }
 
 static enum weft_result move_bytes(void *priv, weft_ranks *ranks)
@@ -178,15 +159,15 @@ static enum weft_result agree(void *priv, weft_ranks *ranks)
             continue;
         if (o->line[info.rank])
             (void)snprintf(line, sizeof line, "%s", o->line[info.rank]);
-        CHECK(weft_ranks_agree(ranks, o->result[info.rank], line, sizeof line, &failed) ==
-              o->agreed);
-        CHECK(info.size == 1 || failed == o->failed);
-        CHECK(info.rank != 0 || o->failed < 0 || strcmp(line, o->told) == 0);
+        THREADS_CHECK(weft_ranks_agree(ranks, o->result[info.rank], line, sizeof line, &failed) ==
+                      o->agreed);
+        THREADS_CHECK(info.size == 1 || failed == o->failed);
+        THREADS_CHECK(info.rank != 0 || o->failed < 0 || strcmp(line, o->told) == 0);
     }
     char cut[4] = "abc";
-    CHECK(weft_ranks_agree(ranks, info.rank == info.size - 1 ? WEFT_ERR_LIMIT : WEFT_OK, cut,
-                           sizeof cut, NULL) == WEFT_ERR_LIMIT);
-    CHECK(strcmp(cut, "abc") == 0);
+    THREADS_CHECK(weft_ranks_agree(ranks, info.rank == info.size - 1 ? WEFT_ERR_LIMIT : WEFT_OK,
+                                   cut, sizeof cut, NULL) == WEFT_ERR_LIMIT);
+    THREADS_CHECK(strcmp(cut, "abc") == 0);
     return WEFT_OK;
 }
 
@@ -210,10 +191,11 @@ static enum weft_result compare(void *priv, weft_ranks *ranks)
 {
     const int rank = info_of(ranks).rank;
     (void)priv;
-    CHECK(weft_ranks_compare(ranks, "the version", "0.1.0") == WEFT_OK);
-    CHECK(weft_ranks_compare(ranks, "the renderer", rank == 2 ? "iron" : "pipes") ==
-          WEFT_ERR_UNSUPPORTED);
-    CHECK(weft_ranks_compare(ranks, "the nothing", rank == 1 ? "" : "x") == WEFT_ERR_UNSUPPORTED);
+    THREADS_CHECK(weft_ranks_compare(ranks, "the version", "0.1.0") == WEFT_OK);
+    THREADS_CHECK(weft_ranks_compare(ranks, "the renderer", rank == 2 ? "iron" : "pipes") ==
+                  WEFT_ERR_UNSUPPORTED);
+    THREADS_CHECK(weft_ranks_compare(ranks, "the nothing", rank == 1 ? "" : "x") ==
+                  WEFT_ERR_UNSUPPORTED);
     return WEFT_OK;
 }
 
@@ -224,7 +206,7 @@ static void what_differs_is_named(void **state)
     struct threads_outcome out;
     threads_run(&(struct threads_params){.ranks = 3, .body = compare, .log = &log, .node_ranks = 1},
                 &out);
-    assert_int_equal(atomic_load(&faults), 0);
+    assert_int_equal(threads_faults(), 0);
     assert_string_equal(logged,
                         "the nothing of rank 1 on node1 is '', of rank 0 on node0 it is 'x'");
 }
@@ -258,9 +240,9 @@ static enum weft_result tell_info(void *priv, weft_ranks *ranks)
     struct weft_ranks_part parts[THREADS_RANKS_MAX];
     char host[16];
     (void)snprintf(host, sizeof host, "node%d", info.rank / 2);
-    CHECK(info.node_rank == info.rank % 2 && strcmp(info.host, host) == 0);
-    CHECK(info.threads >= 1 && info.size == 7 && info.rank < 7 && info.timeout == 60.0);
-    CHECK(weft_ranks_gather(ranks, &info.threads, sizeof info.threads, parts) == WEFT_OK);
+    THREADS_CHECK(info.node_rank == info.rank % 2 && strcmp(info.host, host) == 0);
+    THREADS_CHECK(info.threads >= 1 && info.size == 7 && info.rank < 7 && info.timeout == 60.0);
+    THREADS_CHECK(weft_ranks_gather(ranks, &info.threads, sizeof info.threads, parts) == WEFT_OK);
     if (info.rank != 0)
         return WEFT_OK;
     // Nodes of 2, 2, 2 and 1 ranks, each with all of this machine's processors.
@@ -268,8 +250,9 @@ static enum weft_result tell_info(void *priv, weft_ranks *ranks)
     for (int r = 0; r < 7; r++) {
         const int first = *(const int *)parts[r - r % 2].data;
         const int second = r == 6 ? 0 : *(const int *)parts[r - r % 2 + 1].data;
-        CHECK(first + second == processors || (processors == 1 && first == 1 && second == 1));
-        CHECK(first >= second);
+        THREADS_CHECK(first + second == processors ||
+                      (processors == 1 && first == 1 && second == 1));
+        THREADS_CHECK(first >= second);
     }
     weft_ranks_free_parts(7, parts);
     return WEFT_OK;
@@ -280,194 +263,10 @@ static void ranks_know_where_they_are(void **state)
     (void)state;
     struct threads_outcome out;
     threads_run(&(struct threads_params){.ranks = 7, .node_ranks = 2, .body = tell_info}, &out);
-    assert_int_equal(atomic_load(&faults), 0);
-}
-
-// ---- signs of life ------------------------------------------------------------------------------
-
-// Rank 1 computes for long, rank 2 ends at once; then those that are left meet.
-static enum weft_result work_long(void *priv, weft_ranks *ranks)
-{
-    (void)priv;
-    const int rank = info_of(ranks).rank;
-    if (rank == 1)
-        pause_for(1.2);
-    return WEFT_OK;
-}
-
-static void long_work_is_alive(void **state)
-{
-    (void)state;
-    struct threads_outcome out;
-    threads_run(&(struct threads_params){.ranks = 3, .timeout = 0.5, .body = work_long}, &out);
-    assert_int_equal(out.lines, 0);
-    assert_int_equal(out.exit_code, -1);
-    assert_true(out.seconds > 1.1);
-    for (int r = 0; r < 3; r++)
-        assert_int_equal(out.result[r], WEFT_OK);
-}
-
-// Until the job has ended.
-static enum weft_result meet_again_and_again(void *priv, weft_ranks *ranks)
-{
-    (void)priv;
-    char line[8] = "";
-    for (int i = 0; i < 1000; i++) {
-        const enum weft_result res = weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
-        if (res != WEFT_OK)
-            return res;
-        pause_for(0.01);
-    }
-    return WEFT_OK;
-}
-
-static void assert_ended(const struct threads_outcome *out, int rank, const char *line)
-{
-    assert_int_equal(out->exit_code, 7);
-    assert_int_equal(out->lines, 1);
-    assert_int_equal(out->line_rank, rank);
-    if (!strstr(out->line, line))
-        fail_msg("'%s' is not in '%s'", line, out->line);
-    assert_in_range(out->seconds * 1000.0, 0, 4000);
-}
-
-static enum weft_result set_timeout(void *priv, weft_ranks *ranks)
-{
-    CHECK(weft_ranks_set_timeout(ranks, 0.1) == WEFT_ERR_ARGUMENT);
-    CHECK(weft_ranks_set_timeout(ranks, 0.5) == WEFT_OK);
-    CHECK(info_of(ranks).timeout == 0.5);
-    return meet_again_and_again(priv, ranks);
-}
-
-// Jobs that wait for their time-outs, at once.
-enum { JOBS = 5 };
-static struct threads_params job[JOBS];
-static struct threads_outcome outcome[JOBS];
-
-static bool run_job(void *priv, int thread, size_t i)
-{
-    (void)priv, (void)thread;
-    threads_run(&job[i], &outcome[i]);
-    return true;
-}
-
-static void a_silent_rank_is_named_once(void **state)
-{
-    (void)state;
-    for (int silent = 0; silent < 3; silent++)
-        job[silent] = (struct threads_params){.ranks = 3,
-                                              .timeout = 0.6,
-                                              .delay = 0.002,
-                                              .body = meet_again_and_again,
-                                              .sends_before = 6,
-                                              .stopping_rank = silent + 1,
-                                              .node_ranks = 1};
-    // One that never speaks, and one that is stopped after the time-out was changed.
-    job[3] = (struct threads_params){
-        .ranks = 2, .timeout = 0.5, .stopping_rank = 2, .body = meet_again_and_again};
-    job[4] = (struct threads_params){
-        .ranks = 2, .timeout = 3600.0, .body = set_timeout, .stopping_rank = 1, .sends_before = 20};
-    assert_true(weft_threads_run(JOBS, JOBS, run_job, NULL));
-    for (int silent = 0; silent < 3; silent++) {
-        char line[128];
-        (void)snprintf(line, sizeof line,
-                       "rank %d on node%d (process %ld) is lost: no sign of life for 0.6 seconds",
-                       silent, silent, (long)getpid());
-        assert_ended(&outcome[silent], (silent + 1) % 3, line);
-        for (int r = 0; r < 3; r++)
-            assert_int_equal(outcome[silent].result[r], WEFT_ERR_CANCELLED);
-    }
-    assert_ended(&outcome[3], 0, "rank 1 is lost: no sign of life for 0.5 seconds, nor before");
-    assert_ended(&outcome[4], 1, "is lost: no sign of life for 0.5 seconds");
-    assert_int_equal(atomic_load(&faults), 0);
-}
-
-static void what_cannot_be_sent_ends_the_job(void **state)
-{
-    (void)state;
-    for (int before = 0; before < 4; before++)
-        for (int failing = 0; failing < 3; failing++) {
-            struct threads_outcome out;
-            char line[64];
-            threads_run(&(struct threads_params){.ranks = 3,
-                                                 .body = meet_again_and_again,
-                                                 .sends_before = before,
-                                                 .delay = 0.001,
-                                                 .failing_rank = failing + 1},
-                        &out);
-            (void)snprintf(line, sizeof line, "(process %ld): cannot send to rank ",
-                           (long)getpid());
-            assert_ended(&out, failing, line);
-        }
-}
-
-static enum weft_result meet_a_few_times(void *priv, weft_ranks *ranks)
-{
-    (void)priv;
-    char line[8] = "";
-    for (int i = 0; i < 20; i++) {
-        CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
-        pause_for(0.005);
-    }
-    return WEFT_OK;
-}
-
-static void a_job_that_was_stopped_goes_on(void **state)
-{
-    (void)state;
-    struct threads_outcome out;
-    threads_run(&(struct threads_params){.ranks = 3,
-                                         .timeout = 0.5,
-                                         .body = meet_a_few_times,
-                                         .stopping_rank = 2,
-                                         .sends_before = 8,
-                                         .stop_seconds = 1.2,
-                                         .stop_all = true},
-                &out);
-    assert_int_equal(atomic_load(&faults), 0);
-    assert_int_equal(out.lines, 0);
-    assert_int_equal(out.exit_code, -1);
-    assert_true(out.seconds > 1.2);
+    assert_int_equal(threads_faults(), 0);
 }
 
 // ---- mistakes of callers ------------------------------------------------------------------------
-
-static enum weft_result do_other_things(void *priv, weft_ranks *ranks)
-{
-    (void)priv;
-    char line[8] = "";
-    void *data = NULL;
-    size_t size = 0;
-    if (info_of(ranks).rank == 1)
-        return weft_ranks_share(ranks, &data, &size);
-    return weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
-}
-
-static enum weft_result leave_one_alone(void *priv, weft_ranks *ranks)
-{
-    const int leaves = *(const int *)priv;
-    char line[8] = "";
-    if (info_of(ranks).rank == leaves)
-        return WEFT_OK;
-    return weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL);
-}
-
-static void who_waits_in_vain_ends_the_job(void **state)
-{
-    (void)state;
-    struct threads_outcome out;
-    threads_run(&(struct threads_params){.ranks = 3, .body = do_other_things}, &out);
-    assert_ended(&out, 0, "ranks do not do the same: rank 0 is at agree, rank 1 at share");
-    for (int leaves = 0; leaves < 3; leaves++) {
-        struct threads_params params = {.ranks = 3, .body = leave_one_alone, .delay = 0.01};
-        for (int r = 0; r < 3; r++)
-            params.priv[r] = &leaves;
-        threads_run(&params, &out);
-        char line[64];
-        (void)snprintf(line, sizeof line, "rank %d has ended while ", leaves);
-        assert_ended(&out, 0, line);
-    }
-}
 
 static void transports_are_checked(void **state)
 {
@@ -498,11 +297,6 @@ int main(void)
         cmocka_unit_test(what_differs_is_named),
         cmocka_unit_test(each_rank_has_its_result),
         cmocka_unit_test(ranks_know_where_they_are),
-        cmocka_unit_test(long_work_is_alive),
-        cmocka_unit_test(a_silent_rank_is_named_once),
-        cmocka_unit_test(what_cannot_be_sent_ends_the_job),
-        cmocka_unit_test(a_job_that_was_stopped_goes_on),
-        cmocka_unit_test(who_waits_in_vain_ends_the_job),
         cmocka_unit_test(transports_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

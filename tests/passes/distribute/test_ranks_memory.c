@@ -20,7 +20,7 @@ void *__wrap_malloc(size_t size);
 
 // Of this size nobody gets so many any more.
 static atomic_size_t scarce;
-static atomic_int refusals, faults, lines;
+static atomic_int refusals, lines;
 
 void *__wrap_malloc(size_t size)
 {
@@ -28,16 +28,6 @@ void *__wrap_malloc(size_t size)
         return NULL;
     return __real_malloc(size);
 }
-
-static void check(bool good, int line, const char *what)
-{
-    if (good)
-        return;
-    atomic_fetch_add(&faults, 1);
-    print_error("line %d: %s\n", line, what);
-}
-
-#define CHECK(condition) check(condition, __LINE__, #condition)
 
 static void count_line(void *priv, enum weft_log_level level, const char *message)
 {
@@ -52,8 +42,8 @@ static enum weft_result share(weft_ranks *ranks, int rank, size_t size)
     if (data)
         memset(data, 5, size);
     const enum weft_result res = weft_ranks_share(ranks, &data, &shared);
-    CHECK(res != WEFT_OK || (shared == size && ((const char *)data)[size - 1] == 5));
-    CHECK(rank == 0 || res == WEFT_OK || !data);
+    THREADS_CHECK(res != WEFT_OK || (shared == size && ((const char *)data)[size - 1] == 5));
+    THREADS_CHECK(rank == 0 || res == WEFT_OK || !data);
     free(data);
     return res;
 }
@@ -66,8 +56,8 @@ static enum weft_result gather(weft_ranks *ranks, int rank, size_t size)
     const enum weft_result res = weft_ranks_gather(ranks, data, size, parts);
     free(data);
     for (int r = 0; rank == 0 && res == WEFT_OK && r < 3; r++)
-        CHECK(parts[r].size == size && ((const char *)parts[r].data)[size - 1] == r);
-    CHECK(rank != 0 || res == WEFT_OK || !parts[0].data);
+        THREADS_CHECK(parts[r].size == size && ((const char *)parts[r].data)[size - 1] == r);
+    THREADS_CHECK(rank != 0 || res == WEFT_OK || !parts[0].data);
     if (rank == 0)
         weft_ranks_free_parts(3, parts);
     return res;
@@ -84,7 +74,7 @@ static enum weft_result make(void *priv, int64_t item, void **data, size_t *size
 
 static enum weft_result take(void *priv, int64_t item, const void *data, size_t size)
 {
-    CHECK(size == *(const size_t *)priv && item < 6 && *(const char *)data == 9);
+    THREADS_CHECK(size == *(const size_t *)priv && item < 6 && *(const char *)data == 9);
     return WEFT_OK;
 }
 
@@ -94,8 +84,8 @@ static enum weft_result do_items(weft_ranks *ranks, int rank, size_t size)
     const struct weft_items work = {
         .count = 6, .schedule = WEFT_SCHEDULE_STATIC, .run = make, .take = take, .priv = &size};
     const enum weft_result res = weft_ranks_do_items(ranks, &work, &report);
-    CHECK(report.failed_rank == (res == WEFT_OK ? -1 : 0));
-    CHECK(rank != 0 || report.load.ranks == 3);
+    THREADS_CHECK(report.failed_rank == (res == WEFT_OK ? -1 : 0));
+    THREADS_CHECK(rank != 0 || report.load.ranks == 3);
     weft_items_report_clear(&report);
     return res;
 }
@@ -114,9 +104,9 @@ static enum weft_result lack_memory(void *priv, weft_ranks *ranks)
                 atomic_store(&refusals, 1);
                 atomic_store(&scarce, sizes[s]);
             }
-            CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
-            CHECK(calls[c](ranks, info.rank, sizes[s]) == WEFT_ERR_MEMORY);
-            CHECK(calls[c](ranks, info.rank, sizes[s]) == WEFT_OK);
+            THREADS_CHECK(weft_ranks_agree(ranks, WEFT_OK, line, sizeof line, NULL) == WEFT_OK);
+            THREADS_CHECK(calls[c](ranks, info.rank, sizes[s]) == WEFT_ERR_MEMORY);
+            THREADS_CHECK(calls[c](ranks, info.rank, sizes[s]) == WEFT_OK);
         }
     return WEFT_OK;
 }
@@ -132,7 +122,7 @@ static void all_return_the_same(void **state)
             &(struct threads_params){
                 .ranks = 3, .seed = seed, .delay = 0.001, .log = &log, .body = lack_memory},
             &out);
-        assert_int_equal(atomic_load(&faults), 0);
+        assert_int_equal(threads_faults(), 0);
         assert_int_equal(atomic_load(&lines), 6);
         assert_int_equal(out.lines + out.left, 0);
         for (int r = 0; r < 3; r++)

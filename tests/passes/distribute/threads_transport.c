@@ -2,6 +2,7 @@
 #include "tests/passes/distribute/threads_transport.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,6 +43,21 @@ struct world {
     bool aborted;
     double stop_until; // of all
 };
+
+static atomic_int faults;
+
+void threads_check(bool good, const char *file, int line, const char *what)
+{
+    if (good)
+        return;
+    atomic_fetch_add(&faults, 1);
+    (void)fprintf(stderr, "%s, line %d: %s\n", file, line, what);
+}
+
+int threads_faults(void)
+{
+    return atomic_load(&faults);
+}
 
 static void must(bool condition, const char *what)
 {

@@ -37,6 +37,11 @@ struct threads_outcome {
     double seconds;
 };
 
+// For the threads of ranks: what does not hold is printed and counted.
+#define THREADS_CHECK(condition) threads_check(condition, __FILE__, __LINE__, #condition)
+void threads_check(bool good, const char *file, int line, const char *what);
+int threads_faults(void); // since the program began
+
 void threads_run(const struct threads_params *params, struct threads_outcome *out);
 
 #endif
