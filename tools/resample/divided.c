@@ -37,6 +37,10 @@ void resample_clear_divided(struct resample_divided *d)
 {
     rank_division_clear(&d->division);
     weft_items_report_clear(&d->work);
+    for (int64_t i = 0; i < d->band_count; i++)
+        free((void *)(uintptr_t)d->bands[i].data);
+    free(d->bands);
+    free(d->lost);
     free(d->has_row);
     free(d->shared);
     *d = (struct resample_divided){.is = false};
@@ -71,6 +75,30 @@ static enum weft_result divide(struct resample_job *job)
         request.region[1] = (int32_t)((rows + LINES_PACKED - 1) / LINES_PACKED * LINES_PACKED);
     }
     return rank_division_create(&request, size, GRANULARITY, 1, &job->divided.division);
+}
+
+// Whether all parts are whole rows from where the file packs lines together on.
+static bool are_bands(const struct resample_job *job)
+{
+    const weft_regions *regions = weft_division_regions(job->divided.division.division);
+    const int lines = weft_image_block_lines(job->result.compression);
+    bool are = true;
+    for (int64_t i = 0; are && i < weft_regions_count(regions); i++) {
+        const struct weft_rectangle at = weft_regions_get(regions, i);
+        are = at.width == job->result.width && at.y % lines == 0;
+    }
+    return are;
+}
+
+// What is made of the parts.
+static void choose_outputs(struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    struct resample_divided *d = &job->divided;
+    resample_choose_compression(job);
+    d->packs = o[RESAMPLE_OUTPUT].given && d->only && are_bands(job);
+    d->sends = o[RESAMPLE_PREVIEW].given ||
+               (o[RESAMPLE_OUTPUT].given && (o[RESAMPLE_VERIFY].given || !d->packs));
 }
 
 // The row of the input that a row of the result begins a share of all rows with.
@@ -282,6 +310,8 @@ enum weft_result resample_measure_parts(struct resample_job *job)
     enum weft_result res = ranks_agree(allocate_rows(job));
     if (res == WEFT_OK)
         res = divide(job);
+    if (res == WEFT_OK)
+        choose_outputs(job);
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
         job->divided.shared[g] = (struct resample_shared){.measured = WEFT_RESAMPLE_MEASURED_NONE,
                                                           .range = {UINT32_MAX, 0}};

@@ -61,6 +61,14 @@ struct resample_divided {
     struct rank_request request;
     struct rank_division division; // of the result
     struct weft_items_report work;
+    // Ranks pack the lines that they make, where these are parts of the file's only part, and send
+    // pixels where rank 0 wants them itself.
+    bool only, packs, sends;
+    // Rank 0's: what came packed, in order, and what became of the values.
+    struct weft_bytes *bands;
+    int64_t band_count, bands_given;
+    struct weft_image_save_report packing;
+    uint64_t *lost;                 // [channels of the result]: values that are no integers
     unsigned char *has_row;         // [height] of the input
     struct resample_shared *shared; // [group_count]
 };
@@ -129,8 +137,13 @@ uint64_t resample_count_rounded(const struct resample_job *job, size_t channel, 
 void resample_warn_of_rounding(const struct resample_job *job);
 // The result's planes. Returns WEFT_ERR_MEMORY after an error line.
 enum weft_result resample_allocate(struct resample_job *job);
-// Fills the integers of --type uint from planes that were filtered.
+// Fills the integers of --type uint from planes that were filtered, where there are planes, and
+// warns of what is lost.
 void resample_round_integers(struct resample_job *job);
+// To nearest, halves up to even; returns how many are none: NaN, negative or too large ones.
+uint64_t resample_round_plane(const float *plane, size_t count, uint32_t *out);
+// The result's compression, as it is asked for or as the input's is.
+void resample_choose_compression(struct resample_job *job);
 
 // The groups' sources and statistics, and what --max-error allows them. Returns as
 // weft_resample_source_create.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The EXR file of `weft resample`: attributes, compression, what is not kept.
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,7 +33,7 @@ static enum weft_result make_attributes(struct resample_job *job)
     return WEFT_OK;
 }
 
-static void choose_compression(struct resample_job *job)
+void resample_choose_compression(struct resample_job *job)
 {
     const struct option_value *given = &job->option[RESAMPLE_COMPRESSION];
     const enum weft_image_compression from = job->image.compression;
@@ -69,6 +70,16 @@ static void warn_of_losses(const struct resample_job *jobs, size_t count)
         report_warning("%s: not kept: %s", jobs->input, text);
 }
 
+// What ranks packed, part after part.
+static enum weft_result give_band(void *priv, int line, struct weft_bytes *out)
+{
+    struct resample_divided *d = priv;
+    (void)line;
+    if (d->bands_given < d->band_count)
+        *out = d->bands[d->bands_given++];
+    return WEFT_OK;
+}
+
 enum weft_result resample_save(struct resample_job *jobs, size_t count)
 {
     const struct weft_image_save_params params = {
@@ -76,13 +87,15 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         .no_clobber = jobs->option[RESAMPLE_NO_CLOBBER].given,
         .verify = jobs->option[RESAMPLE_VERIFY].given,
         .threads = jobs->engine.cpu.threads,
+        .packed = jobs->divided.bands ? give_band : NULL,
+        .packed_priv = &jobs->divided,
         .progress = report_writing(jobs->option[RESAMPLE_OUTPUT].text),
         .log = report_log(),
     };
     struct weft_image *parts = calloc(count, sizeof *parts);
     enum weft_result res = parts ? WEFT_OK : WEFT_ERR_MEMORY;
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
-        choose_compression(&jobs[i]);
+        resample_choose_compression(&jobs[i]);
         resample_round_integers(&jobs[i]);
         res = make_attributes(&jobs[i]);
         parts[i] = jobs[i].result; // borrowed
@@ -90,6 +103,8 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
     if (res == WEFT_OK) {
         warn_of_losses(jobs, count);
         res = weft_image_save_parts(parts, count, &params, &jobs->saved);
+        jobs->saved.overflows += jobs->divided.packing.overflows;
+        jobs->saved.rounding = fmax(jobs->saved.rounding, jobs->divided.packing.rounding);
     }
     if (res == WEFT_OK)
         saved_warn(params.path, &jobs->saved);

@@ -95,15 +95,14 @@ enum weft_result resample_allocate(struct resample_job *job)
 
 // ---- rounding to integers -----------------------------------------------------------------------
 
-// To nearest, halves up to even; returns how many are none: NaN, negative or too large ones.
-static uint64_t round_plane(struct weft_image_channel *channel, size_t count)
+uint64_t resample_round_plane(const float *plane, size_t count, uint32_t *out)
 {
     uint64_t lost = 0;
     for (size_t i = 0; i < count; i++) {
-        const double whole = nearbyint((double)channel->plane[i]);
+        const double whole = nearbyint((double)plane[i]);
         const bool fits = whole >= 0.0 && whole <= UINT32_MAX;
         lost += !fits;
-        channel->integers[i] = fits ? (uint32_t)whole : whole > 0.0 ? UINT32_MAX : 0;
+        out[i] = fits ? (uint32_t)whole : whole > 0.0 ? UINT32_MAX : 0;
     }
     return lost;
 }
@@ -116,7 +115,9 @@ void resample_round_integers(struct resample_job *job)
             struct weft_image_channel *channel = &job->result.channels[job->group[g].channel[c]];
             if (channel->type != WEFT_PIXEL_UINT || job->group[g].exact)
                 continue;
-            const uint64_t lost = round_plane(channel, count);
+            const uint64_t lost =
+                channel->plane ? resample_round_plane(channel->plane, count, channel->integers)
+                               : job->divided.lost[job->group[g].channel[c]];
             if (lost)
                 report_warning("%s: %llu values are negative, too large or not finite: as uint "
                                "they become 0 or %u",

@@ -227,7 +227,9 @@ static enum weft_result load_image(struct resample_job *job)
 
 static enum weft_result allocate_pixels(struct resample_job *job)
 {
-    return job->option[RESAMPLE_EXPLAIN].given || !ranks_tells() ? WEFT_OK : resample_allocate(job);
+    const bool none = job->option[RESAMPLE_EXPLAIN].given || !ranks_tells() ||
+                      (job->divided.is && !job->divided.sends);
+    return none ? WEFT_OK : resample_allocate(job);
 }
 
 // ---- groups -------------------------------------------------------------------------------------
@@ -451,6 +453,7 @@ static enum weft_result run_parts(const char *input, const struct option_value *
         jobs[i].input = input;
         jobs[i].option = values;
         jobs[i].start = report_now_seconds();
+        jobs[i].divided.only = count == 1;
         jobs[i].context = i ? jobs[i - 1].context : NULL;
         if (i) {
             jobs[i].engine = jobs[i - 1].engine;
