@@ -62,17 +62,25 @@ static int64_t find_lead(const struct rank_frames *frames)
     return open ? find_end(frames, 0, frames->batch - open) : 0;
 }
 
-// So many samples a block that each rank has as many blocks as are asked for.
+// So many samples a block that each rank has as many blocks as are asked for. Where ranks ask for
+// them, the last ones become smaller, down to a sample: half of what each rank would have of those
+// that are left, so that all end at about the same time.
 static bool make_blocks(const struct rank_frames *frames, struct blocks *out)
 {
+    const enum weft_schedule schedule = frames->request->schedule;
+    const bool shrink = schedule == WEFT_SCHEDULE_AUTO || schedule == WEFT_SCHEDULE_PULL;
     const int asked = frames->request->granularity;
     const int64_t left = frames->count - out->first,
                   parts = (int64_t)ranks_size() * (asked ? asked : RANK_FRAMES_GRANULARITY),
                   each = (left + parts - 1) / parts,
                   samples = (each + frames->batch - 1) / frames->batch;
     out->end = malloc((size_t)left * sizeof *out->end + 1);
-    for (int64_t at = out->first; out->end && at < frames->count;)
-        out->end[out->count++] = at = find_end(frames, at, samples * frames->batch);
+    for (int64_t at = out->first; out->end && at < frames->count;) {
+        const int64_t rest = (frames->count - at) / (2 * (int64_t)ranks_size() * frames->batch),
+                      least = rest > 1 ? rest : 1,
+                      some = shrink && least < samples ? least : samples;
+        out->end[out->count++] = at = find_end(frames, at, some * frames->batch);
+    }
     return out->end != NULL;
 }
 

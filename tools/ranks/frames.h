@@ -13,8 +13,8 @@
 #include "tools/ranks/options.h"
 #include "weft.h"
 
-// Blocks a rank has where --granularity does not say it: the last ones, in which ranks wait for
-// each other, are then a sixteenth of its work at most.
+// Blocks a rank has where --granularity does not say it. Where ranks ask for work the last ones are
+// smaller, down to one sample.
 enum { RANK_FRAMES_GRANULARITY = 16 };
 
 // Frames that are added one after the other in one process: all that there are, or those up to

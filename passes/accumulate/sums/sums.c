@@ -145,9 +145,29 @@ double weft_sums_widening(enum weft_sum_kind kind)
     return (double)factor_between(kind, weft_sums_widened(kind));
 }
 
+// Of one kind: what is done most is a loop without choices.
+static void join_alike(const struct weft_plane_sums *sums, const struct weft_plane_sums *other,
+                       size_t first, size_t end)
+{
+    const size_t size = weft_sums_size(sums->kind);
+    if (size == sizeof(int32_t))
+        for (size_t i = first; i < end; i++)
+            ((int32_t *)sums->sum)[i] += ((const int32_t *)other->sum)[i];
+    else if (size == sizeof(int64_t))
+        for (size_t i = first; i < end; i++)
+            ((int64_t *)sums->sum)[i] += ((const int64_t *)other->sum)[i];
+    else if (size == sizeof(weft_wide))
+        for (size_t i = first; i < end; i++)
+            ((weft_wide *)sums->sum)[i] += ((const weft_wide *)other->sum)[i];
+}
+
 void weft_sums_join(const struct weft_plane_sums *sums, const struct weft_plane_sums *other,
                     size_t first, size_t end)
 {
+    if (sums->kind == other->kind) {
+        join_alike(sums, other, first, end);
+        return;
+    }
     const weft_wide factor = factor_between(other->kind, sums->kind);
     for (size_t i = first; i < end && other->kind != WEFT_SUM_NONE; i++)
         increase(sums, i, stored(other, i) * factor);
