@@ -298,6 +298,13 @@ static const char *const epilogue[] = {
     "States in the place of FRAMES are joined, to the bytes of one run over their frames in that "
     "order: exact sums only, of disjoint frames and one set of options, which are not given again; "
     "with --resume NEW into a state of their own. States and frames cannot be mixed.",
+    "mpirun -n N weft accumulate ... divides the frames among ranks, in blocks; each reads its "
+    "own, "
+    "and "
+    "their exact sums become one in the end: the bytes of one process. With --until, --resume and "
+    "--every that is done whenever the mean so far is looked at. Methods that add frames up in "
+    "their "
+    "order are refused there. States are joined by one rank alone.",
     "weft accumulate render_%04d.exr -o mean.exr --stderr error.exr --preview mean.png",
     "weft accumulate a.state b.state -o mean.exr",
     NULL,

@@ -246,6 +246,9 @@ static const char *const epilogue[] = {
     "nothing but the numbers, as weft accumulate does. The same request gives the same bytes on "
     "one "
     "machine.",
+    "mpirun -n N weft effect ... divides the frames among ranks, in blocks, and their exact sums "
+    "become one in the end, or whenever --until judges: the bytes of one process. Methods that add "
+    "frames up in their order are refused there.",
     "weft effect antialias --scene polygons --frames 66 -o edges.exr --preview edges.png",
     "weft effect dof+antialias --scene teapot.obj --focus 12 --aperture 0.5 -o teapot.exr",
     "weft effect radiosity --frames 1024 --size 256x256 --preview cornell.png --json",

@@ -88,8 +88,8 @@ struct division {
 struct request {
     const char *argument[MOST_ARGUMENTS];
     const char *begin[MOST_ARGUMENTS];
-    bool keeps;
-    int code; // 3 where frames are left out
+    bool keeps, stops; // stops: --until is met before the last frame
+    int code;          // 3 where frames are left out
 };
 
 static size_t count_of(const char *const *list)
@@ -182,6 +182,7 @@ static void run_one(const struct request *request)
     run_alone(argv);
     if (result.code != request->code)
         fail_msg("exit code %d, not %d: %s", result.code, request->code, result.err);
+    assert_int_equal(!!strstr(result.err, "is met after"), request->stops);
 }
 
 static void run_all(const struct request *request, const struct division *division)
@@ -251,8 +252,9 @@ static void test_files(void **state)
         {.argument = {"accumulate", "bad_%02d.exr", "--skip-bad", "--weights", "gauss"},
          .keeps = true,
          .code = 3},
-        {.argument = {"accumulate", "n_%02d.exr", "--nonfinite", "skip", "--until", "0.13,least=4"},
-         .keeps = true},
+        {.argument = {"accumulate", "n_%02d.exr", "--nonfinite", "skip", "--until", "0.08,least=4"},
+         .keeps = true,
+         .stops = true},
         {.argument = {"accumulate", "good_%02d.exr", "--batch", "4", "--until", "1e-9,least=5",
                       "--every", "0.01"}},
         {.argument = {"accumulate", "good_%02d.exr", "--batch", "4"},
@@ -283,7 +285,8 @@ static void test_effects(void **state)
         {.argument = {"effect", "radiosity", "--frames", "5", "--size", "20x16", "--shadow-size",
                       "64"}},
         {.argument = {"effect", "soft-shadow", "--frames", "40", "--size", "20x16", "--until",
-                      "0.06,least=6", "--shadow-size", "64"}},
+                      "0.06,least=6", "--shadow-size", "64"},
+         .stops = true},
         {.argument = {"effect", "fade", "--weights", "1,3", "--frames", "3", "--size", "20x16"}},
     };
     static const struct division divisions[COUNT(requests)][3] = {
