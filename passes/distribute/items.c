@@ -71,6 +71,7 @@ static enum weft_result make_report(const struct job *job, struct weft_items_rep
 {
     const int ranks = job->ranks->info.size;
     const size_t count = job->work->count > 0 ? (size_t)job->work->count : 1;
+    report->count = job->work->count;
     report->schedule = job->schedule;
     report->failed_rank = -1;
     const enum weft_result res = weft_load_create(ranks, &report->load);
