@@ -28,6 +28,7 @@ static enum weft_result end_objects(void *priv)
     const GladGLContext *gl = &drawing->gl;
     if (!gl->DeleteProgram)
         return WEFT_OK;
+    scene_parts_end(drawing);
     scene_shadows_end(gl, &drawing->shadows);
     scene_surfaces_end(gl, &drawing->surfaces);
     scene_buffers_end(gl, &drawing->buffers);
@@ -113,7 +114,15 @@ enum weft_result scene_drawing_draw(scene_drawing *drawing, const struct scene_f
     if (res != WEFT_OK)
         return res;
     set_target(drawing, target);
-    return scene_frame_draw(drawing, WEFT_STAGE_COLOUR, scene_surface_head, NULL);
+    return scene_frame_draw(drawing, &(struct weft_antialias_pass){
+                                         .stage = WEFT_STAGE_COLOUR,
+                                         .framebuffer = target->framebuffer,
+                                         .width = target->width,
+                                         .height = target->height,
+                                         .part = {0, 0, target->width, target->height},
+                                         .place = {[0] = 1.0, [5] = 1.0, [10] = 1.0, [15] = 1.0},
+                                         .head = scene_surface_head,
+                                     });
 }
 
 enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scene_frame *frame)
@@ -124,7 +133,7 @@ enum weft_result scene_drawing_prepare(scene_drawing *drawing, const struct scen
 
 enum weft_result scene_drawing_pass(void *drawing, const struct weft_antialias_pass *pass)
 {
-    return scene_frame_draw(drawing, pass->stage, pass->head, pass->place);
+    return scene_frame_draw(drawing, pass);
 }
 
 void scene_drawing_get_shadow(const scene_drawing *drawing, struct scene_shadow_info *out)

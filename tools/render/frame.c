@@ -22,6 +22,7 @@ struct pass {
     scene_drawing *drawing;
     enum weft_antialias_stage stage;
     const struct scene_surface *surface; // the program
+    const struct scene_parts *parts;     // what is drawn; NULL: all
 };
 
 static void set_lights(const struct pass *pass)
@@ -80,15 +81,36 @@ static void draw_lines(const struct pass *pass, int object)
     const scene_drawing *drawing = pass->drawing;
     const size_t *first = drawing->silhouette_first;
     const size_t lines = drawing->edges.line_first[drawing->scene->object_count];
+    if (pass->parts) {
+        draw_range(pass, pass->parts->line_first[object], pass->parts->line_first[object + 1]);
+        return;
+    }
     draw_range(pass, drawing->edges.line_first[object], drawing->edges.line_first[object + 1]);
     draw_range(pass, lines + first[object], lines + first[object + 1]);
+}
+
+static bool draws_triangles(const struct pass *pass)
+{
+    return pass->drawing->by_triangle || pass->stage <= WEFT_STAGE_COLOUR;
+}
+
+// Triangles of an object, of those that are drawn: the first one, and how many.
+static size_t find_triangles(const struct pass *pass, int object, size_t *count)
+{
+    const struct scene_object *o = &pass->drawing->scene->objects[object];
+    *count = o->index_count / 3;
+    if (!pass->parts || !draws_triangles(pass))
+        return o->first_index / 3;
+    *count = pass->parts->first[object + 1] - pass->parts->first[object];
+    return pass->parts->first[object];
 }
 
 static void draw_object(const struct pass *pass, int object, const double clip[16])
 {
     const GladGLContext *gl = &pass->drawing->gl;
     const GLint *at = pass->surface->at;
-    const struct scene_object *o = &pass->drawing->scene->objects[object];
+    size_t count;
+    const size_t first = find_triangles(pass, object, &count);
     const double *model = pass->drawing->model[object];
     const double scale = hypot(hypot(model[0], model[1]), model[2]), unit = pass->drawing->diagonal;
     float rounded[16], placed[16] = {[15] = 1.0f}, turned[9];
@@ -103,10 +125,10 @@ static void draw_object(const struct pass *pass, int object, const double clip[1
     gl->UniformMatrix4fv(at[SCENE_CLIP], 1, GL_FALSE, rounded);
     gl->UniformMatrix4fv(at[SCENE_MODEL], 1, GL_FALSE, placed);
     gl->UniformMatrix3fv(at[SCENE_TURN], 1, GL_FALSE, turned);
-    gl->Uniform1i(at[SCENE_FIRST_TRIANGLE], (GLint)(o->first_index / 3));
-    if (pass->drawing->by_triangle || pass->stage <= WEFT_STAGE_COLOUR)
-        gl->DrawElements(GL_TRIANGLES, (GLsizei)o->index_count, GL_UNSIGNED_INT,
-                         (const void *)(o->first_index * sizeof(uint32_t)));
+    gl->Uniform1i(at[SCENE_FIRST_TRIANGLE], (GLint)first);
+    if (draws_triangles(pass))
+        gl->DrawElements(GL_TRIANGLES, (GLsizei)(3 * count), GL_UNSIGNED_INT,
+                         (const void *)(3 * first * sizeof(uint32_t)));
     else
         draw_lines(pass, object);
 }
@@ -133,15 +155,17 @@ static void set_program(const struct pass *pass)
     const scene_drawing *drawing = pass->drawing;
     const GladGLContext *gl = &drawing->gl;
     const struct scene_surface *surface = pass->surface;
+    const struct scene_parts *parts = draws_triangles(pass) ? pass->parts : NULL;
     const bool dark = drawing->frame.without_ambient || drawing->frame.clamped_share;
     float ambient[3];
     for (int i = 0; i < 3; i++)
         ambient[i] = dark ? 0.0f : (float)drawing->scene->ambient[i];
     gl->UseProgram(surface->program);
     gl->ActiveTexture(GL_TEXTURE0);
-    gl->BindTexture(GL_TEXTURE_BUFFER, drawing->buffers.plane_texture);
+    gl->BindTexture(GL_TEXTURE_BUFFER, parts ? parts->texture[0] : drawing->buffers.plane_texture);
     gl->ActiveTexture(GL_TEXTURE2);
-    gl->BindTexture(GL_TEXTURE_BUFFER, drawing->buffers.surface_texture);
+    gl->BindTexture(GL_TEXTURE_BUFFER,
+                    parts ? parts->texture[1] : drawing->buffers.surface_texture);
     gl->Uniform1i(surface->at[SCENE_PLANES], 0);
     gl->Uniform1i(surface->at[SCENE_SURFACES], 2);
     gl->Uniform3fv(surface->at[SCENE_AMBIENT], 1, ambient);
@@ -184,6 +208,7 @@ enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_
         weft_camera_compute(drawing->log, &camera, &frame->camera, &matrices);
     if (res != WEFT_OK)
         return res;
+    scene_parts_forget(drawing);
     drawing->frame = *frame;
     memcpy(drawing->camera, matrices.clip, sizeof drawing->camera);
     find_eye(matrices.view, drawing->eye);
@@ -287,22 +312,24 @@ enum weft_result scene_frame_prepare_lines(scene_drawing *drawing)
 
 // ---- drawing ------------------------------------------------------------------------------------
 
-enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_stage stage,
-                                  const char *head, const double place[16])
+enum weft_result scene_frame_draw(scene_drawing *drawing, const struct weft_antialias_pass *drawn)
 {
-    struct pass pass = {.drawing = drawing, .stage = stage};
+    struct pass pass = {.drawing = drawing, .stage = drawn->stage};
     const enum weft_result res = scene_surfaces_find(
-        &drawing->gl, drawing->log, &drawing->surfaces, stage, head, drawing->shadows.view,
-        drawing->frame.light, drawing->frame.light_count, &pass.surface);
+        &drawing->gl, drawing->log, &drawing->surfaces, pass.stage, drawn->head,
+        drawing->shadows.view, drawing->frame.light, drawing->frame.light_count, &pass.surface);
     if (res != WEFT_OK)
         return res;
     double placed[16];
-    if (place)
-        scene_multiply(place, drawing->camera, placed);
-    const bool lines = stage > WEFT_STAGE_COLOUR && !drawing->by_triangle;
-    drawing->gl.BindVertexArray(lines ? drawing->buffers.line_array
-                                      : drawing->buffers.vertex_array);
+    scene_multiply(drawn->place, drawing->camera, placed);
+    const bool triangles = draws_triangles(&pass);
+    drawing->gl.BindVertexArray(triangles ? drawing->buffers.vertex_array
+                                          : drawing->buffers.line_array);
+    pass.parts = scene_parts_list(drawing, drawn);
     set_program(&pass);
-    draw_objects(&pass, place ? placed : drawing->camera);
+    draw_objects(&pass, placed);
+    if (pass.parts)
+        drawing->gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER,
+                               triangles ? drawing->buffers.indices : drawing->buffers.lines);
     return scene_frame_check(drawing, "a scene was drawn");
 }

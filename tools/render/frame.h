@@ -9,6 +9,22 @@
 #include "tools/render/surface.h"
 #include "tools/render/triangles.h"
 
+// What of a frame can reach a part of the picture; of all stages but lines and points, and of
+// these. All zero: none was asked for yet.
+struct scene_parts {
+    struct weft_rectangle of, lines_of; // pixels of the picture, rows upwards
+    bool boxed, listed, lines_boxed, lines_listed;
+    float (*box)[4];           // of each triangle, in pixels: lowest x and y, highest x and y
+    uint32_t *index, *surface; // of those that are listed; surfaces, and planes, of all behind them
+    float (*plane)[4];         // likewise
+    size_t *first;             // triangle of each object in the list, and the end
+    float (*line_box)[4];      // of each line, then of each of the silhouettes
+    struct scene_line *line;   // those that are listed
+    size_t *line_first;        // of each object, and the end
+    GLuint buffer[4];          // planes, surfaces, indices, lines
+    GLuint texture[2];         // of the first two
+};
+
 struct scene_drawing {
     const struct scene *scene;
     weft_context *context;
@@ -29,7 +45,8 @@ struct scene_drawing {
     // Of anti-aliasing, once a frame was prepared for it:
     bool by_triangle;
     struct scene_edges edges;
-    bool *front;                   // room for the triangles of any object
+    bool *front; // room for the triangles of any object
+    struct scene_parts parts;
     struct scene_line *silhouette; // room for all folds; object by object
     size_t *silhouette_first;      // of each object, and the end
     // The frame that was prepared:
@@ -48,11 +65,18 @@ enum weft_result scene_frame_prepare(scene_drawing *drawing, const struct scene_
 enum weft_result scene_frame_prepare_lines(scene_drawing *drawing);
 void scene_frame_end_lines(scene_drawing *drawing); // what that made but of GL; none: nothing
 
-// Draws a stage of the frame that was prepared with the program of a head, into what is bound.
-// place: what clip coordinates are multiplied by; NULL: nothing. Returns WEFT_ERR_MEMORY (GL's) or
-// WEFT_ERR_GL.
-enum weft_result scene_frame_draw(scene_drawing *drawing, enum weft_antialias_stage stage,
-                                  const char *head, const double place[16]);
+// Draws a pass of the frame that was prepared into what is bound, with the program of its head; of
+// a part of the picture what can reach it. Returns WEFT_ERR_MEMORY (GL's) or WEFT_ERR_GL.
+enum weft_result scene_frame_draw(scene_drawing *drawing, const struct weft_antialias_pass *pass);
+
+// ---- parts.c ------------------------------------------------------------------------------------
+
+// Lists what can reach a pass's part, of the frame that was prepared, and binds the indices of it
+// to the vertex array of the stage, which is bound. NULL: all is to be drawn.
+const struct scene_parts *scene_parts_list(scene_drawing *drawing,
+                                           const struct weft_antialias_pass *pass);
+void scene_parts_forget(scene_drawing *drawing); // another frame is prepared
+void scene_parts_end(scene_drawing *drawing);
 
 // WEFT_ERR_GL, or WEFT_ERR_MEMORY, after a line where an error of GL is pending.
 enum weft_result scene_frame_check(const scene_drawing *drawing, const char *what);
