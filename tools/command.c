@@ -9,6 +9,7 @@
 
 #include "tools/common/ending.h"
 #include "tools/common/report.h"
+#include "tools/ranks/guard.h"
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
@@ -136,6 +137,18 @@ static int unknown_verb(const char *name)
     return EXIT_CODE_USAGE;
 }
 
+// A signal ends a rank because someone sent it.
+static void clean_up(void)
+{
+    report_end();
+    guard_farewell();
+}
+
+void command_catch_signals(void)
+{
+    ending_start(clean_up);
+}
+
 // Operands have room for all arguments and a NULL.
 static int run_with(const struct verb *verb, int argc, char **argv, const char **operands)
 {
@@ -156,7 +169,7 @@ static int run_with(const struct verb *verb, int argc, char **argv, const char *
     }
     if (parse.writes_stdout)
         report_keep_stdout();
-    ending_start(report_end);
+    command_catch_signals();
     const int code = verb->run(operands, values);
     ending_finish();
     return code;

@@ -10,6 +10,10 @@
 // one, and get its text. What fills them is of no use in their direction.
 void command_fill_streams(void);
 
+// Signals end the process at once, with nothing left behind (tools/common/ending.h). A command line
+// with a verb asks for it by itself.
+void command_catch_signals(void);
+
 // Runs a command line on the ranks that were set (tools/ranks/ranks.h), once per process. Returns
 // the exit code; on other ranks than 0 at once EXIT_CODE_DONE, where the verb does not distribute.
 int command_main(int argc, char **argv);

@@ -57,9 +57,25 @@ static enum weft_result run(void *priv, weft_ranks *ranks)
 static void tell_lost(void *priv, const char *line)
 {
     (void)priv;
-    guard_farewell();
+    if (!guard_dismiss_all())
+        return;
     report_erase_progress();
     fprintf(stderr, "weft: error: %s\n", line);
+}
+
+static void meet_guards(void)
+{
+    static struct guard_peer peers[GUARD_MOST_PEERS];
+    const struct guard_peer own = guard_self();
+    MPI_Comm node;
+    int count;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+    MPI_Comm_size(node, &count);
+    if (count <= GUARD_MOST_PEERS) {
+        MPI_Allgather(&own, sizeof own, MPI_BYTE, peers, sizeof own, MPI_BYTE, node);
+        guard_meet(peers, count);
+    }
+    MPI_Comm_free(&node);
 }
 
 int main(int argc, char **argv)
@@ -71,7 +87,9 @@ int main(int argc, char **argv)
         report_mute();
     threads_reserve();
     guard_start(rank, size);
+    command_catch_signals();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
+    meet_guards();
     const struct weft_distribute_params *params =
         weft_distribute_params(.log = report_log(), .lost = tell_lost);
     const enum weft_result res = weft_distribute(MPI_COMM_WORLD, params, run, &line);

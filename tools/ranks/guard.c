@@ -2,47 +2,49 @@
 #include "tools/ranks/guard.h"
 
 #include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/epoll.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { LIFE = 0, PATROL_MS = 500, GRACE_MS = 1000 };
+// Milliseconds: between looks at a launcher without a descriptor; that a rank has to end by itself.
+enum { PATROL = 500, GRACE = 1000 };
 
-// What the guard knows of its rank, and has as long as that lives.
+// What a rank and its guard share.
+struct pact {
+    volatile sig_atomic_t farewell;
+    int peers;
+    struct guard_peer peer[GUARD_MOST_PEERS];
+};
+static struct pact *pact; // NULL: there is no guard
+static pid_t guard;
+static int life = -1; // closed when the rank ends, however it does
+
 struct watch {
     int rank, size;
     pid_t process, launcher;
     char host[256];
+    int life, events, launcher_fd; // descriptors
 };
+static struct watch watch; // both have it; only the guard's changes
 
-static volatile sig_atomic_t *farewell; // shared with the guard; NULL: there is none
-static pid_t guard;
-static int life = -1; // closed when the rank ends, however it does
-
-// Of processes that are no children of this one. -1: the kernel has none.
-static int open_process(pid_t process)
+bool guard_dismiss_all(void)
 {
-#ifdef SYS_pidfd_open
-    return (int)syscall(SYS_pidfd_open, process, 0);
-#else
-    (void)process;
-    return -1;
-#endif
-}
-
-// Waits for the end of the rank, at most so long. Where `launcher` is no descriptor, poll ignores
-// it.
-static bool has_ended(struct pollfd watched[2], int timeout_ms)
-{
-    poll(watched, 2, timeout_ms);
-    return watched[0].revents != 0;
+    if (!pact)
+        return true;
+    if (pact->farewell)
+        return false;
+    pact->farewell = 1;
+    for (int i = 0; i < pact->peers; i++)
+        if (pact->peer[i].guard > 0 && pact->peer[i].rank != watch.process)
+            kill(pact->peer[i].guard, SIGUSR1);
+    return true;
 }
 
 static void tell(const struct watch *w, const char *what)
@@ -52,84 +54,165 @@ static void tell(const struct watch *w, const char *what)
         snprintf(line, sizeof line, "weft: error: rank %d of %d (%s, process %d) %s\n", w->rank,
                  w->size, w->host, (int)w->process, what);
     if (write(STDERR_FILENO, line, (size_t)length) < 0)
-        _exit(1);
+        return;
 }
 
-// A rank that is stopped sees no signal before it goes on.
-static void end_rank(const struct watch *w, struct pollfd watched[2])
+static void tell_death(const struct watch *w)
 {
-    watched[1].fd = -1;
+    if (!guard_dismiss_all())
+        return;
+    tell(w, "died before its work was done: the job is ended");
+}
+
+// ---- the guard ----------------------------------------------------------------------------------
+
+// What it waits for: the end of the rank's side of the pipe, of the launcher, of one of the ranks.
+enum { LIFE = -1, LAUNCHER = -2, NOTHING = -3 };
+
+// Events are told in the order in which they come.
+static void add_event(const struct watch *w, int fd, unsigned events, int what)
+{
+    struct epoll_event event = {.events = events, .data.fd = what};
+    epoll_ctl(w->events, EPOLL_CTL_ADD, fd, &event);
+}
+
+static int next_event(const struct watch *w, int milliseconds)
+{
+    struct epoll_event event;
+    return epoll_wait(w->events, &event, 1, milliseconds) == 1 ? event.data.fd : NOTHING;
+}
+
+// A second reader of other ranks' pipes is told when those end. That comes close to what the
+// launcher sees, and long before it has ended others.
+static void meet(const struct watch *w)
+{
+    char path[64];
+    for (int i = 0; i < pact->peers; i++) {
+        const struct guard_peer *peer = &pact->peer[i];
+        snprintf(path, sizeof path, "/proc/%d/fd/%d", (int)peer->guard, w->life);
+        const int fd = peer->guard <= 0 || peer->rank == w->process
+                           ? -1
+                           : open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+        if (fd >= 0)
+            add_event(w, fd, EPOLLONESHOT, i);
+    }
+}
+
+// Where the launcher is gone. A rank that is stopped sees no signal before it goes on.
+static void end_rank(const struct watch *w)
+{
+    char byte;
+    if (w->rank == 0)
+        tell(w, "has lost its launcher (mpirun): the job is ended");
     kill(w->process, SIGTERM);
     kill(w->process, SIGCONT);
-    if (!has_ended(watched, GRACE_MS))
-        kill(w->process, SIGKILL);
+    for (int event; (event = next_event(w, GRACE)) != NOTHING;)
+        if (event == LIFE && read(w->life, &byte, 1) <= 0)
+            return;
+    kill(w->process, SIGKILL);
 }
 
-static bool is_gone(const struct watch *w, const struct pollfd *launcher)
+static bool is_launcher_gone(const struct watch *w, int event)
 {
-    return launcher->fd < 0 ? kill(w->launcher, 0) != 0 : launcher->revents != 0;
+    return event == LAUNCHER || (w->launcher_fd < 0 && kill(w->launcher, 0) != 0);
 }
 
-static void stand_guard(const struct watch *w, int launcher)
+static void be_silent(int signal)
 {
-    struct pollfd watched[2] = {{.fd = LIFE, .events = POLLIN}, {.fd = launcher, .events = POLLIN}};
+    (void)signal;
+    pact->farewell = 1;
+}
+
+static void stand_guard(const struct watch *w)
+{
+    char byte;
+    bool first = true; // none of the node's ranks ended before
     for (;;) {
-        const bool ended = has_ended(watched, launcher < 0 ? PATROL_MS : -1);
-        if (*farewell && ended)
+        const int event = next_event(w, w->launcher_fd < 0 ? PATROL : -1);
+        if (event == LIFE && read(w->life, &byte, 1) == 1) {
+            meet(w);
+        } else if (event == LIFE) {
+            if (first)
+                tell_death(w);
             return;
-        if (is_gone(w, &watched[1])) {
-            if (w->rank == 0)
-                tell(w, "has lost the launcher (mpirun): the job is ended");
-            if (!ended)
-                end_rank(w, watched);
-            return;
-        }
-        if (ended) {
-            tell(w, "died before its work was done: the job is ended");
+        } else if (event >= 0) {
+            first = false;
+        } else if (is_launcher_gone(w, event)) {
+            end_rank(w);
             return;
         }
     }
 }
 
 // Nothing of the rank stays open here but its errors: the launcher waits for the end of what it
-// reads.
-static void be_guard(const struct watch *w, const int ends[2])
+// reads. It ends the processes of the rank's group.
+static void be_guard(struct watch *w, const int ends[2])
 {
-    close(ends[1]);
-    const int launcher = open_process(w->launcher);
-    signal(SIGPIPE, SIG_DFL);
-    dup2(ends[0], LIFE);
-    if (launcher >= 0 && launcher != 3)
-        dup2(launcher, 3);
+    setpgid(0, 0);
+    signal(SIGUSR1, be_silent);
+    w->life = STDIN_FILENO;
+    dup2(ends[0], w->life);
     close(STDOUT_FILENO);
-    close_range(4, ~0u, 0);
-    stand_guard(w, launcher >= 0 ? 3 : -1);
+    close_range(3, ~0u, 0);
+    w->events = epoll_create1(0);
+    add_event(w, w->life, EPOLLIN, LIFE);
+    w->launcher_fd = (int)syscall(SYS_pidfd_open, w->launcher, 0);
+    if (w->launcher_fd >= 0)
+        add_event(w, w->launcher_fd, EPOLLIN | EPOLLONESHOT, LAUNCHER);
+    stand_guard(w);
 }
+
+// ---- the rank -----------------------------------------------------------------------------------
 
 void guard_start(int rank, int size)
 {
     int ends[2];
-    struct watch w = {.rank = rank, .size = size, .process = getpid(), .launcher = getppid()};
-    if (gethostname(w.host, sizeof w.host - 1) != 0)
-        strcpy(w.host, "localhost");
+    watch = (struct watch){.rank = rank, .size = size};
+    watch.process = getpid();
+    watch.launcher = getppid();
+    if (gethostname(watch.host, sizeof watch.host - 1) != 0)
+        strcpy(watch.host, "localhost");
     void *shared =
-        mmap(NULL, sizeof *farewell, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        mmap(NULL, sizeof *pact, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED || pipe2(ends, O_CLOEXEC) != 0)
         return;
-    farewell = shared;
+    pact = shared;
     guard = fork();
     if (guard == 0) {
-        be_guard(&w, ends);
+        be_guard(&watch, ends);
         _exit(0);
     }
     close(ends[0]);
     life = ends[1];
 }
 
+struct guard_peer guard_self(void)
+{
+    return (struct guard_peer){getpid(), guard > 0 ? guard : 0};
+}
+
+// A library ends the process, and its own doings on the way out let the launcher end others first.
+static void end_suddenly(void)
+{
+    if (getpid() == watch.process && getppid() == watch.launcher)
+        tell_death(&watch);
+}
+
+void guard_meet(const struct guard_peer *peers, int count)
+{
+    if (guard <= 0)
+        return;
+    pact->peers = count;
+    memcpy(pact->peer, peers, (size_t)pact->peers * sizeof *peers);
+    if (write(life, "", 1) != 1)
+        pact->peers = 0;
+    atexit(end_suddenly);
+}
+
 void guard_farewell(void)
 {
-    if (farewell)
-        *farewell = 1;
+    if (pact)
+        pact->farewell = 1;
 }
 
 void guard_end(void)

@@ -2,9 +2,13 @@
 // It is compiled once for each MPI.
 #include "passes/distribute/mpi/distribute.h"
 
+#include <pthread.h>
 #include <sched.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#include <unistd.h>
 
 enum { TAG = 1 };
 
@@ -77,9 +81,21 @@ static bool take(void *priv, int from, void *data, size_t size)
     return true;
 }
 
+static void *end_this(void *exit_code)
+{
+    const struct timespec patience = {.tv_sec = 1};
+    nanosleep(&patience, NULL);
+    _exit((int)(intptr_t)exit_code);
+}
+
+// MPICH's waits for messages to ranks that are stopped, for ever. A rank that is gone with an error
+// and has not said so to MPI ends the job as well.
 static void end_all(void *priv, int exit_code)
 {
     struct link *link = priv;
+    pthread_t thread;
+    if (pthread_create(&thread, NULL, end_this, (void *)(intptr_t)exit_code) != 0)
+        _exit(exit_code);
     MPI_Abort(link->all, exit_code);
 }
 
