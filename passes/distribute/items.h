@@ -40,9 +40,10 @@ struct weft_items_report {
 };
 WEFT_API void weft_items_report_clear(struct weft_items_report *report); // accepts {0}
 
-// Does all items, each once. Collective. report may be NULL. Returns, on all ranks alike, WEFT_OK,
-// or the result of the item with the lowest number among those that had failed when work was ended,
-// or of `take`; WEFT_ERR_CANCELLED (progress), WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY.
+// Does all items, each once. Collective. With pull a rank asks for an item when it is free, or,
+// while its items take less than 20 ms, one ahead. report may be NULL. Returns, on all ranks alike,
+// WEFT_OK, or the result of the item with the lowest number among those that had failed when work
+// was ended, or of `take`; WEFT_ERR_CANCELLED (progress), WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_ranks_do_items(weft_ranks *ranks, const struct weft_items *work,
                                               struct weft_items_report *report);
 

@@ -4,7 +4,8 @@
 // talks to the other ranks: it hands messages over, answers who asks for work, and tells its
 // neighbour that it lives. So a rank that computes for minutes is alive, and one that was killed or
 // stopped is found. What the functions below do together is asked for by all ranks in the same
-// order, as collective operations are. Rank 0 is the one that tells and writes.
+// order, as collective operations are; where one asks for something else, or has ended while others
+// wait for it, the job ends as with a rank that is lost. Rank 0 is the one that tells and writes.
 #ifndef WEFT_PASSES_DISTRIBUTE_RANKS_H
 #define WEFT_PASSES_DISTRIBUTE_RANKS_H
 
@@ -19,8 +20,9 @@ struct weft_distribute_params {
     // Seconds without a sign of life after which a rank counts as lost, and the job is ended
     // (default 6; at least 0.5). A job that is stopped as a whole and goes on later loses none.
     double timeout;
-    // Called once, in the thread that talks, on the rank that finds that another one is lost,
-    // before all are ended: `line` names rank, node and process. NULL: a line on stderr.
+    // Called once, in the thread that talks, on the rank that finds that another one is lost or
+    // that it cannot go on itself (a message cannot be sent), before all are ended: `line` names
+    // rank, node and process. NULL: a line on stderr.
     void (*lost)(void *priv, const char *line);
     void *priv;
     int exit_code;              // of the ranks that are ended then (default 1)
@@ -33,9 +35,10 @@ struct weft_distribute_params {
 typedef enum weft_result (*weft_body)(void *priv, weft_ranks *ranks);
 
 // Calls body on every rank, in a thread of its own that signals do come to as before, and returns
-// what it returned on this rank, once all ranks have ended theirs. A caller's GL context must not
-// be current in the calling thread if body uses it. With transport NULL there is one rank, and body
-// is called by the calling thread. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY as well.
+// what it returned on this rank, once all ranks have ended theirs. All ranks call it within the
+// time-out. A caller's GL context must not be current in the calling thread if body uses it. With
+// transport NULL there is one rank, and body is called by the calling thread. Returns
+// WEFT_ERR_ARGUMENT or WEFT_ERR_MEMORY as well.
 WEFT_API enum weft_result weft_distribute_over(const struct weft_transport *transport,
                                                const struct weft_distribute_params *params,
                                                weft_body body, void *priv);

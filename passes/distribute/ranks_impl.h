@@ -54,7 +54,7 @@ void weft_ranks_wait(struct weft_ranks *ranks, pthread_cond_t *condition, double
 // Likewise, for the body, until something has come or was sent.
 void weft_ranks_await_change(struct weft_ranks *ranks);
 
-// The first that all do together: rank 0 learns of nodes, each rank its share of the threads.
+// The first that all do together: rank 0 learns of the nodes.
 enum weft_result weft_ranks_settle(struct weft_ranks *ranks);
 
 // What is asked of the ranks once the job has ended returns this.

@@ -264,6 +264,7 @@ void threads_run(const struct threads_params *params, struct threads_outcome *ou
             .size = params->ranks,
             .node_rank = r % node,
             .node_size = node,
+            .threads = r + 1,
             .host = rank->host,
             .priv = rank,
             .send = send_message,
