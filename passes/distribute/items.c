@@ -88,11 +88,12 @@ static enum weft_result make_report(const struct job *job, struct weft_items_rep
     return WEFT_OK;
 }
 
-static void tell_of_rank(struct weft_items_report *report, int rank, const char *host,
+static void tell_of_rank(struct weft_items_report *report, int rank, const char *host, int threads,
                          const struct record *records, int64_t count)
 {
     struct weft_rank_load *load = &report->load.rank[rank];
     (void)snprintf(load->host, sizeof load->host, "%s", host);
+    load->threads = threads;
     load->items = count;
     for (int64_t i = 0; i < count; i++) {
         load->busy += records[i].seconds;
@@ -313,7 +314,8 @@ static int64_t hear_of_others(struct job *job, struct weft_items_report *report)
         if (in.lost)
             fail_for_memory(job, "what a rank did", (size_t)in.head.size);
         if (report && report->load.rank && !in.lost) {
-            tell_of_rank(report, r, job->ranks->hosts[r], (const struct record *)in.data, count);
+            tell_of_rank(report, r, job->ranks->hosts[r], job->ranks->threads[r],
+                         (const struct record *)in.data, count);
             report->load.rank[r].bytes = in.head.value[0];
         }
         free(in.data);
@@ -391,7 +393,7 @@ enum weft_result weft_ranks_do_items(weft_ranks *ranks, const struct weft_items 
         fail(&job, INT64_MAX, WEFT_ERR_MEMORY);
     res = rank == 0 ? lead(&job, report) : follow(&job, report);
     if (report && report->load.rank) {
-        tell_of_rank(report, rank, ranks->info.host, job.records, job.done);
+        tell_of_rank(report, rank, ranks->info.host, ranks->info.threads, job.records, job.done);
         report->load.rank[rank].taking = job.taking;
         report->load.rank[rank].bytes = job.bytes;
         report->load.seconds = weft_now_seconds() - begun;

@@ -291,12 +291,13 @@ static enum weft_result init_together(struct weft_ranks *ranks, const struct wef
     if (res != WEFT_OK || t->rank != 0)
         return res;
     ranks->hosts = calloc(size, sizeof *ranks->hosts);
+    ranks->threads = calloc(size, sizeof *ranks->threads);
     ranks->parts = calloc(size, sizeof *ranks->parts);
     ranks->bye = calloc(size, sizeof *ranks->bye);
     ranks->up = calloc(size, sizeof *ranks->up);
     ranks->down_message = calloc(size, sizeof *ranks->down_message);
-    const bool made =
-        ranks->hosts && ranks->parts && ranks->bye && ranks->up && ranks->down_message;
+    const bool made = ranks->hosts && ranks->threads && ranks->parts && ranks->bye && ranks->up &&
+                      ranks->down_message;
     return made ? WEFT_OK : WEFT_ERR_MEMORY;
 }
 
@@ -310,6 +311,7 @@ static void clear(struct weft_ranks *ranks)
         weft_talk_clear(&ranks->talk);
     }
     free(ranks->hosts);
+    free(ranks->threads);
     free(ranks->parts);
     free(ranks->bye);
     free(ranks->up);

@@ -24,6 +24,7 @@ struct weft_ranks {
     struct weft_ranks_info info; // timeout under the lock, the rest is set before the body runs
     char host[64];
     char (*hosts)[64];             // rank 0: of all ranks; NULL where there are no others
+    int *threads;                  // rank 0: of all ranks, likewise
     struct weft_ranks_part *parts; // rank 0: room for what it gathers for itself
     bool together;                 // there are others: what follows is used
 

@@ -4,15 +4,27 @@
 #include <stdio.h>
 #include <string.h>
 
+// What a rank tells of itself.
+struct introduction {
+    char host[64];
+    int threads;
+};
+
 enum weft_result weft_ranks_settle(struct weft_ranks *ranks)
 {
-    const char *host = ranks->info.host;
-    const enum weft_result res = weft_ranks_gather(ranks, host, strlen(host), ranks->parts);
+    struct introduction own;
+    memset(&own, 0, sizeof own);
+    (void)snprintf(own.host, sizeof own.host, "%s", ranks->info.host);
+    own.threads = ranks->info.threads;
+    const enum weft_result res = weft_ranks_gather(ranks, &own, sizeof own, ranks->parts);
     if (res != WEFT_OK || ranks->info.rank != 0)
         return res;
-    for (int r = 0; r < ranks->info.size; r++)
-        (void)snprintf(ranks->hosts[r], sizeof ranks->hosts[r], "%.*s", (int)ranks->parts[r].size,
-                       ranks->parts[r].data ? (const char *)ranks->parts[r].data : "");
+    for (int r = 0; r < ranks->info.size; r++) {
+        if (ranks->parts[r].size == sizeof own)
+            memcpy(&own, ranks->parts[r].data, sizeof own);
+        memcpy(ranks->hosts[r], own.host, sizeof ranks->hosts[r]);
+        ranks->threads[r] = own.threads;
+    }
     weft_ranks_free_parts(ranks->info.size, ranks->parts);
     return WEFT_OK;
 }

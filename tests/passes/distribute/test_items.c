@@ -167,6 +167,7 @@ static void assert_report(int ranks, enum weft_schedule schedule)
     }
     for (int r = 0; r < ranks; r++) {
         const struct weft_rank_load *load = &report->load.rank[r];
+        assert_true(load->threads >= 1);
         assert_true(load->busy >= 0.0 && load->busy <= report->load.seconds);
         assert_int_equal(load->items, of_rank[r]);
         assert_int_equal(w.report[r].load.rank[r].items, of_rank[r]);
