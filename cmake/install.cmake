@@ -52,6 +52,7 @@ foreach(mpi IN LISTS weft_mpis)
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()
 if(weft_mpis)
+    install(FILES weft_mpi.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/weft)
     install(FILES passes/distribute/mpi/distribute.h
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/weft/passes/distribute/mpi)
 endif()

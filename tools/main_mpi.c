@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "passes/distribute/mpi/distribute.h"
 #include "tools/command.h"
 #include "tools/launcher.h"
 #include "tools/ranks/guard.h"
 #include "tools/ranks/ranks.h"
+#include "weft_mpi.h"
 
 struct command_line {
     int argc;

@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <passes/distribute/mpi/distribute.h>
-#include <weft.h>
+#include <weft_mpi.h>
 
 enum { ITEMS = 25, TAG = 1 };
 

@@ -23,7 +23,7 @@ done
 
 # Consumers have headers of the same names as weft's, which come first and do not compile.
 hostile=$tmp/hostile
-(cd "$prefix/include/weft" && find . -name '*.h' ! -path ./weft.h) | while read -r header; do
+(cd "$prefix/include/weft" && find . -name '*.h' ! -path './weft*.h') | while read -r header; do
     mkdir -p "$hostile/$(dirname "$header")"
     echo "#error not weft's $header" >"$hostile/$header"
 done

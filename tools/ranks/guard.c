@@ -191,11 +191,14 @@ struct guard_peer guard_self(void)
     return (struct guard_peer){getpid(), guard > 0 ? guard : 0};
 }
 
-// A library ends the process, and its own doings on the way out let the launcher end others first.
-static void end_suddenly(void)
+// A library ends the process: the guard hears of it before the launcher does, who hears of it from
+// what is done on the way out.
+static void end_guard(void)
 {
-    if (getpid() == watch.process && getppid() == watch.launcher)
-        tell_death(&watch);
+    if (getpid() != watch.process || guard <= 0)
+        return;
+    close(life);
+    waitpid(guard, NULL, 0);
 }
 
 void guard_meet(const struct guard_peer *peers, int count)
@@ -206,7 +209,7 @@ void guard_meet(const struct guard_peer *peers, int count)
     memcpy(pact->peer, peers, (size_t)pact->peers * sizeof *peers);
     if (write(life, "", 1) != 1)
         pact->peers = 0;
-    atexit(end_suddenly);
+    atexit(end_guard);
 }
 
 void guard_farewell(void)
@@ -218,9 +221,6 @@ void guard_farewell(void)
 void guard_end(void)
 {
     guard_farewell();
-    if (guard <= 0)
-        return;
-    close(life);
-    waitpid(guard, NULL, 0);
+    end_guard();
     guard = 0;
 }
