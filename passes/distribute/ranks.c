@@ -222,7 +222,9 @@ static void talk_to_the_end(struct weft_ranks *ranks)
         const bool silent =
             weft_life_step(&ranks->life, now, ranks->info.timeout, ranks->said_last);
         look_for_faults(ranks, silent);
-        active = moved ? now : active;
+        if (ranks->talk.stirred || (moved && weft_talk_is_under_way(&ranks->talk)))
+            active = now;
+        ranks->talk.stirred = false;
         if (!moved && !ranks->talk.posted.first && !ranks->lost && !is_over(ranks))
             nap(ranks, now - active);
     }

@@ -74,6 +74,7 @@ void weft_talk_post(struct weft_talk *talk, struct weft_outgoing *message, int t
     if (few && head->size > 0)
         memcpy(message->first.bytes, data, (size_t)head->size);
     append(&talk->posted, message);
+    talk->stirred = talk->stirred || head->kind != WEFT_MESSAGE_ALIVE;
 }
 
 static void take_posted(struct weft_talk *talk)
@@ -174,6 +175,7 @@ static void complete(struct weft_talk *talk, int from)
 {
     struct weft_incoming *in = &talk->in[from];
     pthread_mutex_lock(talk->lock);
+    talk->stirred = talk->stirred || in->head.kind != WEFT_MESSAGE_ALIVE;
     talk->deliver(talk->priv, from, in);
     pthread_mutex_unlock(talk->lock);
     free(in->data);

@@ -73,6 +73,8 @@ struct weft_talk {
     void *priv;
     pthread_mutex_t *lock;       // borrowed
     struct weft_messages posted; // under the lock
+    bool stirred; // likewise: a message that is no sign of life was posted or came; reset by who
+                  // looks
 
     // Of the thread that talks.
     struct weft_incoming *in;  // [size]
