@@ -10,6 +10,9 @@ enum { MOST_ROOM = 64 };
 struct rank {
     double ready;   // when it begins its next item, or has ended its last
     int64_t next;   // its own next item, of static schedules
+    int64_t held;   // item that was asked for ahead; -1: none
+    double held_at; // when it comes
+    double last;    // seconds of its last item
     double waiting; // since when it has a result that has no room; < 0: it has none
     double bytes;   // of that
     int results;    // on their way or come, not taken
@@ -38,7 +41,8 @@ static bool pulls(const struct work *w)
 
 static bool has_item(const struct work *w, int rank)
 {
-    return pulls(w) ? w->pulled < w->count : w->rank[rank].next < w->count;
+    const struct rank *r = &w->rank[rank];
+    return pulls(w) ? r->held >= 0 || w->pulled < w->count : r->next < w->count;
 }
 
 // ---- results ------------------------------------------------------------------------------------
@@ -81,21 +85,37 @@ static void take(struct work *w, int rank)
 
 // ---- items --------------------------------------------------------------------------------------
 
-static int64_t next_item(struct work *w, int rank)
+// Asks rank 0, or its own list on rank 0; *when it is asked, and when the answer is there.
+static int64_t ask(struct work *w, int rank, double *when)
 {
-    struct rank *r = &w->rank[rank];
     const struct model_machine *m = &w->model->machine;
-    if (!pulls(w)) {
-        const int64_t item = r->next;
-        r->next += w->model->processors;
-        return item;
-    }
     if (rank > 0) {
-        w->answered = fmax(w->answered, r->ready + m->latency) + m->answer;
-        r->ready = w->answered + m->latency;
+        w->answered = fmax(w->answered, *when + m->latency) + m->answer;
+        *when = w->answered + m->latency;
     }
     const int64_t at = w->pulled++;
     return w->order ? w->order[at] : at;
+}
+
+static int64_t next_item(struct work *w, int rank)
+{
+    struct rank *r = &w->rank[rank];
+    int64_t item = r->held;
+    if (!pulls(w)) {
+        item = r->next;
+        r->next += w->model->processors;
+        return item;
+    }
+    if (item < 0)
+        item = ask(w, rank, &r->ready);
+    else
+        r->ready = fmax(r->ready, r->held_at);
+    r->held = -1;
+    if (rank > 0 && r->items > 0 && r->last < w->model->machine.ahead && w->pulled < w->count) {
+        r->held_at = r->ready;
+        r->held = ask(w, rank, &r->held_at);
+    }
+    return item;
 }
 
 static void do_item(struct work *w, int rank)
@@ -103,7 +123,8 @@ static void do_item(struct work *w, int rank)
     struct rank *r = &w->rank[rank];
     const int64_t item = next_item(w, rank);
     r->ready += w->seconds[item];
-    r->busy += w->seconds[item];
+    r->last = w->seconds[item];
+    r->busy += r->last;
     r->items++;
     if (rank == 0) {
         const double seconds =
@@ -135,7 +156,7 @@ static double simulate(struct work *w)
     const int count = w->model->processors;
     w->pulled = 0, w->answered = 0.0;
     for (int r = 0; r < count; r++)
-        w->rank[r] = (struct rank){.next = r, .waiting = -1.0};
+        w->rank[r] = (struct rank){.next = r, .held = -1, .waiting = -1.0};
     for (;;) {
         const int ready = find_ready(w), first = find_first(w);
         const bool may_take = first >= 0 && (ready == 0 || !has_item(w, 0));

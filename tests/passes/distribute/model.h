@@ -14,6 +14,7 @@
 struct model_machine {
     double latency;      // of a message, from call to call
     double byte_seconds; // of a byte on its way
+    double ahead;        // ranks whose last item took less ask for the next one as they begin one
     double answer;       // that rank 0 is kept by a message that it answers, one after the other
     double take;         // of rank 0, for a result
     double take_byte;    // and for each byte of it

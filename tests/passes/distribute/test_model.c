@@ -93,6 +93,15 @@ static void messages_take_what_they_take_by_hand(void **state)
     // own at 1.1 and what came at 1.03 at 1.2, ends at 2.2 and 2.3, takes what came at 2.05 until
     // 2.4.
     assert_near(run(&m, &r), 2.41, 1e-12, "pull");
+    // From its second item on rank 1 asks ahead: of eight it does four, from .02, 1.04, 2.04 and
+    // 3.04 on; rank 0 four and what came meanwhile.
+    static const double more[] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    const struct list eight = {more};
+    struct model ahead = list_model(&eight, 8, 2, WEFT_SCHEDULE_PULL);
+    ahead.machine = (struct model_machine){.latency = 0.01};
+    assert_near(run(&ahead, &r), 4.0 + 4 * 0.02 + 0.02, 1e-12, "asked when free");
+    ahead.machine.ahead = 2.0;
+    assert_near(run(&ahead, &r), 4.0 + 2 * 0.02 + 0.02, 1e-12, "asked ahead");
     m.machine.frame = 0.5, m.machine.start = 7.0, m.frames = 3;
     run(&m, &r);
     assert_near(r.completion, 7.0 + 3 * (2.41 + 0.5), 1e-12, "completion");

@@ -278,28 +278,29 @@ static enum weft_result run_frames(struct bench *b, enum weft_schedule schedule,
     return res;
 }
 
-// What messages take: of items that take as long as regions do, rank 1 is not busy while it asks.
+// What a message takes: of works of two items, which take as long as regions do, nobody is busy
+// while the last result comes, and while all are told that it is over.
 static enum weft_result measure_latency(struct bench *b, double item, double *latency)
 {
-    struct weft_items_report report;
+    enum weft_result res = WEFT_OK;
+    double each[MAX_RUNS];
     b->spin = item;
-    b->bytes = (size_t)b->region * (size_t)b->region * 16;
-    b->bytes = b->bytes < sizeof(float) * SIDE * SIDE ? b->bytes : sizeof(float) * SIDE * SIDE;
-    const enum weft_result res =
-        weft_ranks_do_items(b->ranks,
-                            &(struct weft_items){.count = SPIN_ITEMS,
-                                                 .schedule = WEFT_SCHEDULE_PULL,
-                                                 .run = spin,
-                                                 .take = take_nothing,
-                                                 .priv = b},
-                            &report);
-    *latency = 0.0;
-    if (res == WEFT_OK && b->info.rank == 0 && b->info.size > 1) {
-        const struct weft_rank_load *one = &report.load.rank[1];
-        *latency = (report.load.seconds - one->busy) / (2.0 * (double)(one->items + 1));
-    }
-    if (res == WEFT_OK)
+    b->bytes = sizeof(float) * SIDE * 16;
+    for (int i = 0; i < MAX_RUNS && res == WEFT_OK; i++) {
+        struct weft_items_report report;
+        res = weft_ranks_do_items(b->ranks,
+                                  &(struct weft_items){.count = b->info.size,
+                                                       .schedule = WEFT_SCHEDULE_STATIC,
+                                                       .run = spin,
+                                                       .take = take_nothing,
+                                                       .priv = b},
+                                  &report);
+        struct weft_load_figures figures;
+        weft_load_compute(&report.load, &figures);
+        each[i] = (report.load.seconds - figures.largest_busy) / 2.0;
         weft_items_report_clear(&report);
+    }
+    *latency = b->info.size > 1 && res == WEFT_OK ? median(each, MAX_RUNS) : 0.0;
     return res;
 }
 
@@ -335,7 +336,7 @@ static struct model model_of(const struct bench *b, const struct measured *m, in
 
 static bool show_model(const struct bench *b, const struct measured *m)
 {
-    static const int processors[] = {2, 8, 64, 1024}, sides[] = {128, 64, 32, 16, 8, 4};
+    static const int processors[] = {2, 8, 64, 1024}, sides[] = {128, 64, 32, 16, 8};
     printf("\nThe model, of one frame's costs at regions of %d, again and again; idle share of\n"
            "static, dynamic, pull; T of pull in ms; the bound of list scheduling by the mean\n",
            SIDE / FINE);
@@ -349,7 +350,7 @@ static bool show_model(const struct bench *b, const struct measured *m)
                    (long long)count);
             for (int k = 0; k < 3; k++) {
                 struct model model = model_of(b, m, processors[p], schedules[k]);
-                model.frames = 10;
+                model.frames = 5;
                 model.params.region_width = model.params.region_height = sides[s];
                 model.cost = fine_cost, model.priv = &m->fine;
                 if (!model_run(&model, &r))
@@ -358,7 +359,7 @@ static bool show_model(const struct bench *b, const struct measured *m)
                 printf(" %5.1f %%", 100.0 * r.idle_share);
             }
             struct model pull = model_of(b, m, processors[p], WEFT_SCHEDULE_PULL);
-            pull.frames = 10;
+            pull.frames = 5;
             pull.params.region_width = pull.params.region_height = sides[s];
             pull.cost = fine_cost, pull.priv = &m->fine;
             if (!model_run(&pull, &r))
@@ -370,30 +371,40 @@ static bool show_model(const struct bench *b, const struct measured *m)
     return true;
 }
 
-static bool show(const struct bench *b, const struct measured *m, struct run run[3][MAX_RUNS])
+// Each run beside the model of what regions took in the static run of the same turn.
+static bool show_schedule(const struct bench *b, const struct measured *m, double *const costs[],
+                          int k, const struct run *run)
 {
-    printf(
-        "latency %.3f ms, taking %.2f ns a byte, between frames %.3f ms, a region's own %.3f ms\n",
-        1e3 * m->machine.latency, 1e9 * m->machine.take_byte, 1e3 * m->machine.frame,
-        1e3 * m->fine.fixed);
-    for (int k = 0; k < 3; k++) {
-        double wall[MAX_RUNS], seconds[MAX_RUNS], idle[MAX_RUNS], busy[MAX_RUNS];
+    double wall[MAX_RUNS], seconds[MAX_RUNS], idle[MAX_RUNS], ratio[MAX_RUNS], modelled[MAX_RUNS],
+        work[MAX_RUNS];
+    for (int i = 0; i < b->runs; i++) {
+        struct measured turn = *m;
         struct model_result r;
-        const struct model model = model_of(b, m, b->info.size, schedules[k]);
-        for (int i = 0; i < b->runs; i++) {
-            wall[i] = run[k][i].wall, seconds[i] = run[k][i].seconds;
-            idle[i] = run[k][i].idle_share, busy[i] = run[k][i].busy;
-        }
+        turn.coarse.seconds = costs[i];
+        const struct model model = model_of(b, &turn, b->info.size, schedules[k]);
         if (!model_run(&model, &r))
             return false;
-        printf(
-            "%-8s measured %7.3f s (T %7.3f, busy %7.3f) idle %5.1f %%   model %7.3f s (T %7.3f, "
-            "busy %7.3f) idle %5.1f %%   model / measured %.3f\n",
-            weft_schedule_names[schedules[k]], median(wall, b->runs), median(seconds, b->runs),
-            median(busy, b->runs), 100.0 * median(idle, b->runs), r.completion, r.load.seconds,
-            r.work, 100.0 * r.idle_share, r.completion / median(wall, b->runs));
         weft_load_clear(&r.load);
+        wall[i] = run[i].wall, seconds[i] = run[i].seconds, idle[i] = run[i].idle_share;
+        ratio[i] = r.completion / run[i].wall, modelled[i] = r.idle_share;
+        work[i] = r.work / run[i].busy;
     }
+    printf("%-8s %8.3f s, T %8.3f s, idle %5.1f %%; model: idle %5.1f %%, completion / measured "
+           "%.3f (busy / measured %.3f)\n",
+           weft_schedule_names[schedules[k]], median(wall, b->runs), median(seconds, b->runs),
+           100.0 * median(idle, b->runs), 100.0 * median(modelled, b->runs), median(ratio, b->runs),
+           median(work, b->runs));
+    return true;
+}
+
+static bool show(const struct bench *b, const struct measured *m, double *const costs[],
+                 struct run run[3][MAX_RUNS])
+{
+    printf("latency %.3f ms, taking %.2f ns a byte, between frames %.3f ms\n",
+           1e3 * m->machine.latency, 1e9 * m->machine.take_byte, 1e3 * m->machine.frame);
+    for (int k = 0; k < 3; k++)
+        if (!show_schedule(b, m, costs, k, run[k]))
+            return false;
     return show_model(b, m);
 }
 
@@ -453,8 +464,10 @@ static void take_machine(const struct bench *b, double latency, const struct run
         frame[i] = (run[i].wall - run[i].seconds) / b->frames;
         byte[i] = run[i].taking / (16.0 * SIDE * SIDE * b->frames);
     }
-    *out = (struct model_machine){
-        .latency = latency, .frame = median(frame, b->runs), .take_byte = median(byte, b->runs)};
+    *out = (struct model_machine){.latency = latency,
+                                  .ahead = 20e-3,
+                                  .frame = median(frame, b->runs),
+                                  .take_byte = median(byte, b->runs)};
 }
 
 static enum weft_result allocate(const struct bench *b, struct measured *m, double *costs[])
@@ -506,7 +519,7 @@ static enum weft_result body(void *priv, weft_ranks *ranks)
     if (res == WEFT_OK && b->info.rank == 0) {
         take_costs(b, whole, costs, &m);
         take_machine(b, latency, run[0], &m.machine);
-        if (!show(b, &m, run))
+        if (!show(b, &m, costs, run))
             res = WEFT_ERR_MEMORY;
     }
     for (int i = 0; i < b->runs; i++)
