@@ -10,6 +10,7 @@
 #include "tools/ranks/ranks.h"
 #include "tools/slice/budget.h"
 #include "tools/slice/parcel.h"
+#include "tools/slice/report.h"
 #include "tools/slice/stages.h"
 #include "tools/slice/sweep.h"
 
@@ -207,7 +208,7 @@ static enum weft_result take_region(void *priv, int64_t item, const void *data, 
     if (!copy)
         return WEFT_ERR_MEMORY;
     memcpy(copy, own.packed.data, own.packed.size);
-    r->job->bands[item] = (struct weft_bytes){copy, own.packed.size};
+    slice_stream_put(r->job, item, (struct weft_bytes){copy, own.packed.size});
     return WEFT_OK;
 }
 
@@ -250,6 +251,15 @@ static enum weft_result make_room(struct regions *r)
             return WEFT_ERR_MEMORY;
     }
     return r->sends ? slice_allocate(job) : WEFT_OK;
+}
+
+// What a file of passes tells is not known before they have run.
+static void begin_file(const struct regions *r)
+{
+    if (!ranks_tells() || !r->packs || r->job->passes)
+        return;
+    slice_list_attributes(r->job);
+    slice_stream_begin(r->job, slice_write_exr);
 }
 
 // Works follow each other: what they took adds up.
@@ -296,8 +306,10 @@ static enum weft_result make_regions(struct slice_job *job)
     r.packs = slice_writes_lines(job) && are_bands(job, r.of);
     r.sends = slice_needs_pixels(job) || (job->output && !r.packs);
     res = ranks_agree(make_room(&r));
-    if (res == WEFT_OK)
+    if (res == WEFT_OK) {
+        begin_file(&r);
         res = do_regions(&r, &division);
+    }
     rank_division_clear(&division);
     return res;
 }
@@ -375,5 +387,8 @@ enum weft_result slice_make_divided(struct slice_job *job)
         res = slice_finish_run(job);
     if (res == WEFT_OK && ranks_tells() && is_given(job, SLICE_VERIFY))
         res = slice_finish_verify(job);
-    return ranks_agree(res);
+    res = ranks_agree(res);
+    if (res == WEFT_OK)
+        slice_stream_allow(job);
+    return res;
 }

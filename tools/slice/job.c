@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/slice/job.h"
 
+#include "tools/slice/stages.h"
+
 #include <stdlib.h>
 
 uint64_t slice_memory(const struct slice_setup *setup)
@@ -32,6 +34,7 @@ void slice_release(struct slice_job *job)
 void slice_clear(struct slice_job *job)
 {
     slice_release(job);
+    slice_stream_end(job);
     json_decref(job->json);
     free(job->pixels);
     for (int i = 0; i < job->band_count; i++)

@@ -131,6 +131,7 @@ struct slice_job {
     // Lines as they are saved, packed by ranks, in order: NULL: they are packed when they are.
     struct weft_bytes *bands; // each to be freed
     int band_count, bands_given;
+    struct slice_stream *stream; // by which they are written while others are made (stream.c)
     struct weft_image_save_report packing; // of these
 
     struct weft_slice_report report;

@@ -266,6 +266,11 @@ void slice_tell(struct slice_job *job)
 {
     if (job->setup->option[SLICE_JSON].given)
         job->json = slice_json(job);
+    slice_list_attributes(job);
+}
+
+void slice_list_attributes(struct slice_job *job)
+{
     if (job->output)
         job->attribute_count = list_attributes(job, job->attributes);
 }

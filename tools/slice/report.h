@@ -9,6 +9,8 @@
 // What the slice's plan and run tell: its attributes, and with --json its JSON, but for what saving
 // adds.
 void slice_tell(struct slice_job *job);
+// The attributes alone; of slices that are not made in passes, also before they are run.
+void slice_list_attributes(struct slice_job *job);
 // Adds what is known once it is saved.
 void slice_tell_saved(struct slice_job *job);
 

@@ -20,17 +20,7 @@ struct preview_options slice_preview_options(const struct slice_job *job)
                                     .no_clobber = o[SLICE_NO_CLOBBER].given};
 }
 
-// What ranks packed, band by band.
-static enum weft_result give_band(void *priv, int line, struct weft_bytes *out)
-{
-    struct slice_job *job = priv;
-    (void)line;
-    if (job->bands_given < job->band_count)
-        *out = job->bands[job->bands_given++];
-    return WEFT_OK;
-}
-
-static enum weft_result write_exr(struct slice_job *job)
+enum weft_result slice_write_exr(struct slice_job *job)
 {
     const struct weft_slice_geometry *g = &job->geometry;
     const struct option_value *o = job->setup->option;
@@ -53,7 +43,7 @@ static enum weft_result write_exr(struct slice_job *job)
         .no_clobber = o[SLICE_NO_CLOBBER].given,
         .verify = o[SLICE_VERIFY].given,
         .threads = job->setup->engine.cpu.threads,
-        .packed = job->bands ? give_band : NULL,
+        .packed = job->bands ? slice_stream_give : NULL,
         .packed_priv = job,
         .progress = report_writing(job->output),
         .log = report_log(),
@@ -77,8 +67,10 @@ enum weft_result slice_save(struct slice_job *job)
 {
     double start = report_now_seconds();
     enum weft_result res = WEFT_OK;
-    if (job->output)
-        res = write_exr(job);
+    if (job->stream)
+        res = slice_stream_end(job);
+    else if (job->output)
+        res = slice_write_exr(job);
     if (res == WEFT_OK && job->preview)
         res = write_preview(job);
     job->write_seconds = report_now_seconds() - start;

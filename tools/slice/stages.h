@@ -71,8 +71,24 @@ enum weft_result slice_make_divided(struct slice_job *job);
 // Before frames that ranks divide: what is found out with the first one, once for all. Collective.
 enum weft_result slice_share_first(struct slice_setup *setup);
 
+// stream.c: the file of a slice, written in a thread while ranks make its bands. Begun before the
+// first band is there, by `write`; false: there is no thread, and the file is written when the
+// slice is saved. What it says of how it was made must be known (slice_list_attributes).
+bool slice_stream_begin(struct slice_job *job, enum weft_result (*write)(struct slice_job *job));
+// A band that has come, whose data is taken; also where nothing is streamed.
+void slice_stream_put(struct slice_job *job, int64_t band, struct weft_bytes data);
+// All is well: the last band may be written. Before that no file appears.
+void slice_stream_allow(struct slice_job *job);
+// Waits for the file, which is there then, and returns how it went. Gives it up where it was not
+// allowed. Nothing to do where nothing is streamed.
+enum weft_result slice_stream_end(struct slice_job *job);
+// Band by band, for struct weft_image_save_params.
+enum weft_result slice_stream_give(void *job, int line, struct weft_bytes *out);
+
 // save.c: the files, from what the job has told (report.h): neither plans nor the volume are looked
 // at, and another thread may do it while the next slice is made.
 enum weft_result slice_save(struct slice_job *job);
+// The first of them alone.
+enum weft_result slice_write_exr(struct slice_job *job);
 
 #endif
