@@ -108,13 +108,13 @@ static void check_part(struct way *way, struct triangles *t, struct weft_rectang
         for (int y = 0; y < part.height; y++)
             for (int x = 0; x < (int)stride; x++) {
                 const float *found = &out[(size_t)y * stride + (size_t)x];
-                const float *of_all = &all[c][(part.y + y) * WIDTH + part.x + x];
+                const int at = (part.y + y) * WIDTH + part.x + x;
                 if (x >= part.width ? *(const uint32_t *)found != 0x5a5a5a5au
-                                    : memcmp(found, of_all, sizeof *found) != 0)
+                                    : memcmp(found, &all[c][at], sizeof *found) != 0)
                     fail_msg("%s: channel %d of %d x %d from (%d, %d) on at (%d, %d): %.9g, not "
                              "%.9g",
                              name, c, part.width, part.height, part.x, part.y, x, y, (double)*found,
-                             (double)*of_all);
+                             x < part.width ? (double)all[c][at] : 0.0);
             }
     }
 }
