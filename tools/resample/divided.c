@@ -40,6 +40,7 @@ void resample_clear_divided(struct resample_divided *d)
     for (int64_t i = 0; i < d->band_count; i++)
         free((void *)(uintptr_t)d->bands[i].data);
     free(d->bands);
+    free(d->order);
     free(d->lost);
     free(d->has_row);
     free(d->shared);
@@ -53,6 +54,9 @@ enum weft_result resample_read_ranks(struct resample_job *job)
     struct resample_divided *d = &job->divided;
     const enum weft_result res = rank_options_read(&job->option[RESAMPLE_RANKS], &d->request);
     d->is = (ranks_size() > 1 || d->request.given) && !job->option[RESAMPLE_EXPLAIN].given;
+    // Parts of one size take one time, and a rank's own rows are there already.
+    if (d->request.schedule == WEFT_SCHEDULE_AUTO)
+        d->request.schedule = WEFT_SCHEDULE_STATIC;
     if (res != WEFT_OK || d->request.region[0] >= 0 || !d->is)
         return res;
     report_error("--region frame: there is one picture, of which a part at least is for each rank; "
@@ -109,20 +113,51 @@ static int share_at(const struct resample_job *job, int row)
     return row <= 0 ? 0 : at < 0.0 ? 0 : at > last ? (int)last : (int)at;
 }
 
-// Share number `number` of the rows, which a row of parts begins with: those are in shares of this
-// rank, which in turn are its parts where these are done in turn. False: there is none so far on.
-static bool find_share(const struct resample_job *job, int64_t number, int *first, int *end)
+// Rows of parts, and parts in a row.
+static int64_t count_rows(const struct resample_job *job, int64_t *across)
 {
     const weft_regions *regions = weft_division_regions(job->divided.division.division);
     const int64_t count = weft_regions_count(regions);
-    const struct weft_rectangle one = weft_regions_get(regions, 0);
-    const int64_t across = (job->result.width + one.width - 1) / one.width;
-    if (number * across >= count)
-        return false;
-    const struct weft_rectangle here = weft_regions_get(regions, number * across);
-    *first = share_at(job, here.y);
-    *end = (number + 1) * across >= count ? job->image.height : share_at(job, here.y + here.height);
-    return true;
+    const int32_t first = weft_regions_get(regions, 0).y;
+    for (*across = 1; *across < count && weft_regions_get(regions, *across).y == first;)
+        ++*across;
+    return count / *across;
+}
+
+// The first row of parts of a rank's share: shares are side by side, so that what they reach beyond
+// themselves is little.
+static int64_t share_of(int64_t rows, int rank)
+{
+    return rows * rank / ranks_size();
+}
+
+// This rank's share of the input's rows; false: none.
+static bool find_share(const struct resample_job *job, int *first, int *end)
+{
+    const weft_regions *regions = weft_division_regions(job->divided.division.division);
+    int64_t across;
+    const int64_t rows = count_rows(job, &across);
+    const int64_t from = share_of(rows, ranks_rank()), to = share_of(rows, ranks_rank() + 1);
+    *first = share_at(job, weft_regions_get(regions, from * across).y);
+    *end = to < rows ? share_at(job, weft_regions_get(regions, to * across).y) : job->image.height;
+    return from < to && *first < *end;
+}
+
+// The parts of each rank's share in turn: where all are done in turn they are of their rank.
+static enum weft_result set_order(struct resample_job *job)
+{
+    int64_t across, at = 0;
+    const int64_t rows = count_rows(job, &across), count = rows * across;
+    int64_t *order = job->divided.order = malloc((size_t)count * sizeof *order);
+    if (!order) {
+        report_error("out of memory for %lld parts", (long long)count);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int64_t k = 0; at < count; k++)
+        for (int r = 0; r < ranks_size(); r++)
+            if (share_of(rows, r) * across + k < share_of(rows, r + 1) * across)
+                order[at++] = share_of(rows, r) * across + k;
+    return WEFT_OK;
 }
 
 // ---- rows ---------------------------------------------------------------------------------------
@@ -257,22 +292,18 @@ static enum weft_result measure_group(struct resample_job *job, size_t g, int fi
 }
 
 // A prefiltered kernel's are measured whole, of all samples that every rank has.
-static enum weft_result measure_shares(struct resample_job *job)
+static enum weft_result measure_share(struct resample_job *job)
 {
     const int height = job->image.height, margin = margin_of(job);
-    enum weft_result res = WEFT_OK;
     int first, end;
     if (job->kernel.prefiltered)
         return resample_load_rows(job, 0, height);
-    for (int64_t i = ranks_rank(); res == WEFT_OK && find_share(job, i, &first, &end);
-         i += ranks_size()) {
-        if (first == end)
-            continue;
-        res = resample_load_rows(job, first > margin ? first - margin : 0,
-                                 smaller(end + margin, height));
-        for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
-            res = measure_group(job, g, first, end);
-    }
+    if (!find_share(job, &first, &end))
+        return WEFT_OK;
+    enum weft_result res =
+        resample_load_rows(job, first > margin ? first - margin : 0, smaller(end + margin, height));
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
+        res = measure_group(job, g, first, end);
     return res;
 }
 
@@ -311,12 +342,14 @@ enum weft_result resample_measure_parts(struct resample_job *job)
     if (res == WEFT_OK)
         res = divide(job);
     if (res == WEFT_OK)
+        res = ranks_agree(set_order(job));
+    if (res == WEFT_OK)
         choose_outputs(job);
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
         job->divided.shared[g] = (struct resample_shared){.measured = WEFT_RESAMPLE_MEASURED_NONE,
                                                           .range = {UINT32_MAX, 0}};
     if (res == WEFT_OK)
-        res = ranks_agree(measure_shares(job));
+        res = ranks_agree(measure_share(job));
     if (res == WEFT_OK)
         res = join_all(job);
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
@@ -385,14 +418,14 @@ static enum weft_result survey_group(struct resample_job *job, size_t g, int fir
     return res;
 }
 
-static enum weft_result survey_shares(struct resample_job *job)
+static enum weft_result survey_share(struct resample_job *job)
 {
     enum weft_result res = WEFT_OK;
     int first, end;
-    for (int64_t i = ranks_rank(); res == WEFT_OK && find_share(job, i, &first, &end);
-         i += ranks_size())
-        for (size_t g = 0; res == WEFT_OK && first < end && g < job->group_count; g++)
-            res = job->group[g].exact ? WEFT_OK : survey_group(job, g, first, end);
+    if (!find_share(job, &first, &end))
+        return WEFT_OK;
+    for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
+        res = job->group[g].exact ? WEFT_OK : survey_group(job, g, first, end);
     return res;
 }
 
@@ -408,7 +441,7 @@ enum weft_result resample_survey_parts(struct resample_job *job)
                                                   &job->divided.shared[g].survey);
         return ranks_agree(res);
     }
-    res = ranks_agree(survey_shares(job));
+    res = ranks_agree(survey_share(job));
     struct resample_shared *kept = malloc(job->group_count * sizeof *kept);
     res = res == WEFT_OK ? ranks_agree(kept ? WEFT_OK : WEFT_ERR_MEMORY) : res;
     // Counts are joined already.

@@ -60,7 +60,8 @@ struct resample_divided {
     bool is; // work is divided, among ranks or, with an option of theirs, into parts for one
     struct rank_request request;
     struct rank_division division; // of the result
-    struct weft_items_report work;
+    struct weft_items_report work; // items in the order of regions
+    int64_t *order;                // of each item: its region, so that a rank's in turn adjoin
     // Ranks pack the lines that they make, where these are parts of the file's only part, and send
     // pixels where rank 0 wants them itself.
     bool only, packs, sends;

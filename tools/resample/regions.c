@@ -43,7 +43,8 @@ static size_t pixel_bytes(const struct resample_job *job, const struct weft_rect
 
 static struct weft_rectangle part_of(const struct resample_job *job, int64_t item)
 {
-    return weft_regions_get(weft_division_regions(job->divided.division.division), item);
+    return weft_regions_get(weft_division_regions(job->divided.division.division),
+                            job->divided.order[item]);
 }
 
 // A part being made, or taken.
@@ -316,7 +317,7 @@ static enum weft_result take_band(const struct part *p, int64_t item, const char
     if (!copy)
         return out_of_memory(size, &p->at);
     memcpy(copy, packed, size);
-    d->bands[item] = (struct weft_bytes){copy, size};
+    d->bands[d->order[item]] = (struct weft_bytes){copy, size};
     d->packing.overflows += of->overflows;
     d->packing.rounding = fmax(d->packing.rounding, of->rounding);
     for (size_t i = 0; i < p->job->result.channel_count; i++)
@@ -391,23 +392,60 @@ static void set_groups(const struct work *t)
 
 // ---- all ----------------------------------------------------------------------------------------
 
+// What was expected of parts, or what is told of them, from one order to the other.
+static enum weft_result sort_report(const struct resample_job *job,
+                                    struct weft_items_report *report)
+{
+    const size_t count = (size_t)report->count;
+    double *seconds = malloc(count * sizeof *seconds);
+    int *rank = malloc(count * sizeof *rank);
+    const bool whole = seconds && rank;
+    if (whole && report->item_seconds && report->item_rank) {
+        for (size_t i = 0; i < count; i++) {
+            seconds[job->divided.order[i]] = report->item_seconds[i];
+            rank[job->divided.order[i]] = report->item_rank[i];
+        }
+        memcpy(report->item_seconds, seconds, count * sizeof *seconds);
+        memcpy(report->item_rank, rank, count * sizeof *rank);
+    }
+    free(seconds);
+    free(rank);
+    return whole ? WEFT_OK : WEFT_ERR_MEMORY;
+}
+
+// NULL where nothing is expected, or there is no memory.
+static double *sort_costs(const struct resample_job *job, const double *costs, int64_t count)
+{
+    double *sorted = costs ? malloc((size_t)count * sizeof *sorted) : NULL;
+    for (int64_t i = 0; sorted && i < count; i++)
+        sorted[i] = costs[job->divided.order[i]];
+    return sorted;
+}
+
 static enum weft_result do_parts(struct work *t)
 {
     struct resample_job *job = t->job;
     weft_division *division = job->divided.division.division;
+    const int64_t count = weft_regions_count(weft_division_regions(division));
+    const double *costs = weft_division_costs(division);
+    double *sorted = sort_costs(job, costs, count);
     const struct weft_items items = {
-        .count = weft_regions_count(weft_division_regions(division)),
+        .count = count,
         .schedule = job->divided.request.schedule,
-        .cost = weft_division_costs(division),
+        .cost = sorted,
         .run = run,
         .take = take,
         .priv = t,
         .progress = report_progress("resampling"),
     };
-    enum weft_result res =
-        ranks_agree(weft_ranks_do_items(ranks_get(), &items, &job->divided.work));
+    enum weft_result res = ranks_agree(!costs || sorted ? WEFT_OK : WEFT_ERR_MEMORY);
+    if (res == WEFT_OK)
+        res = ranks_agree(weft_ranks_do_items(ranks_get(), &items, &job->divided.work));
+    if (res == WEFT_OK)
+        res = ranks_agree(sort_report(job, &job->divided.work));
     if (res == WEFT_OK)
         res = ranks_agree(weft_division_learn(division, &job->divided.work));
+    free(sorted);
     return res;
 }
 

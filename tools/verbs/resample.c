@@ -527,6 +527,9 @@ static int run(const char *const *operands, const struct option_value *values)
         res = resample_print_json(jobs, count);
     else if (res == WEFT_OK && ranks_tells())
         print_parts(jobs, count);
+    // Of the first part.
+    if (res == WEFT_OK && ranks_tells() && jobs->divided.request.chart && jobs->divided.is)
+        res = load_report_plot(&jobs->divided.work, jobs->divided.request.chart);
     bool verified = true;
     for (size_t i = 0; verified && i < count && ranks_tells(); i++)
         verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||
