@@ -139,13 +139,19 @@ static void do_item(struct work *w, int rank)
     }
 }
 
+// When it has an item to begin with, or asks for one: in this order rank 0 answers.
+static double goes_on(const struct rank *r)
+{
+    return r->held >= 0 ? fmax(r->ready, r->held_at) : r->ready;
+}
+
 // The rank that goes on first; -1: all have ended, or wait for room.
 static int find_ready(const struct work *w)
 {
     int found = -1;
     for (int r = 0; r < w->model->processors; r++)
         if (w->rank[r].waiting < 0.0 && has_item(w, r) &&
-            (found < 0 || w->rank[r].ready < w->rank[found].ready))
+            (found < 0 || goes_on(&w->rank[r]) < goes_on(&w->rank[found])))
             found = r;
     return found;
 }
@@ -162,7 +168,7 @@ static double simulate(struct work *w)
         const bool may_take = first >= 0 && (ready == 0 || !has_item(w, 0));
         const double begins =
             may_take ? fmax(w->rank[first].result[0].arrival, w->rank[0].ready) : 0.0;
-        if (may_take && (ready < 0 || begins <= w->rank[ready].ready))
+        if (may_take && (ready < 0 || begins <= goes_on(&w->rank[ready])))
             take(w, first);
         else if (ready >= 0)
             do_item(w, ready);

@@ -135,8 +135,12 @@ static void pull_is_within_the_bounds_of_list_scheduling(void **state)
             struct model_result r;
             struct model m = list_model(&list, count, processors, WEFT_SCHEDULE_PULL);
             m.frames = 2, m.one_work = one;
+            m.machine.ahead = i % 2 ? 20.0 : 0.0; // of messages that take no time
             const double pulled = run(&m, &r);
-            assert_true(pulled >= r.lower * (1 - 1e-12) && pulled <= r.bound * (1 + 1e-12));
+            // An item that was asked for ahead may wait for one that takes as long.
+            const double more = i % 2 ? m.frames * r.largest : 0.0;
+            assert_true(pulled >= r.lower * (1 - 1e-12) &&
+                        pulled <= (r.bound + more) * (1 + 1e-12));
             assert_near(r.idle_share, 1.0 - r.work / (processors * pulled), 1e-12, "idle");
             ran++;
         }
