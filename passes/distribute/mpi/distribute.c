@@ -12,14 +12,20 @@
 
 enum { TAG = 1 };
 
+// A message of one rank, whole before it is told of: what waits for more of it is not the thread
+// that tells others that it lives.
+struct coming {
+    MPI_Request request; // MPI_REQUEST_NULL: none comes
+    bool whole;
+    int size;
+    unsigned char *box; // WEFT_TRANSPORT_MAX bytes; NULL: no message has come yet
+};
+
 struct link {
     MPI_Comm all, node;
-    // The one message that comes, whole before it is told of: what waits for more of it is not the
-    // thread that tells others that it lives.
-    MPI_Request coming;
-    bool whole;
-    int from, size;
-    unsigned char *box; // WEFT_TRANSPORT_MAX bytes
+    int ranks, begun;     // messages that have begun to come and are not whole
+    struct coming *from;  // [ranks]: who stops in the middle of a message keeps nobody else's back
+    unsigned char *spare; // the box of whoever sends for the first time; NULL: none is there
     char host[MPI_MAX_PROCESSOR_NAME];
 };
 
@@ -44,40 +50,71 @@ static bool is_sent(void *priv, void *request)
     return true;
 }
 
-// Begins to receive the next message, where there is one.
-static bool begin_receive(struct link *link)
+static bool has_spare(struct link *link)
 {
-    int found = 0;
+    if (!link->spare)
+        link->spare = malloc(WEFT_TRANSPORT_MAX);
+    return link->spare;
+}
+
+// Begins to receive the next message of a rank, or of any, where there is one, and room.
+static void begin_receive(struct link *link, int source)
+{
+    int found = 0, size = 0;
     MPI_Message message;
     MPI_Status status;
-    if (MPI_Improbe(MPI_ANY_SOURCE, TAG, link->all, &found, &message, &status) != MPI_SUCCESS ||
-        !found || MPI_Get_count(&status, MPI_BYTE, &link->size) != MPI_SUCCESS)
-        return false;
-    link->from = status.MPI_SOURCE;
-    return MPI_Imrecv(link->box, link->size, MPI_BYTE, &message, &link->coming) == MPI_SUCCESS;
+    if (!has_spare(link) ||
+        MPI_Improbe(source, TAG, link->all, &found, &message, &status) != MPI_SUCCESS || !found ||
+        MPI_Get_count(&status, MPI_BYTE, &size) != MPI_SUCCESS)
+        return;
+    struct coming *from = &link->from[status.MPI_SOURCE];
+    if (!from->box) {
+        from->box = link->spare;
+        link->spare = NULL;
+    }
+    from->size = size;
+    if (MPI_Imrecv(from->box, size, MPI_BYTE, &message, &from->request) == MPI_SUCCESS)
+        link->begun++;
+}
+
+// Messages of one rank stay in their order: the next one begins when the one before was taken.
+static void begin_receives(struct link *link)
+{
+    if (link->begun == 0) {
+        begin_receive(link, MPI_ANY_SOURCE);
+        return;
+    }
+    for (int r = 0; r < link->ranks; r++)
+        if (link->from[r].request == MPI_REQUEST_NULL)
+            begin_receive(link, r);
 }
 
 static int64_t probe(void *priv, int *from)
 {
     struct link *link = priv;
-    int done = link->whole;
-    if (!done && link->coming == MPI_REQUEST_NULL && !begin_receive(link))
-        return -1;
-    if (!done && (MPI_Test(&link->coming, &done, MPI_STATUS_IGNORE) != MPI_SUCCESS || !done))
-        return -1;
-    link->whole = true;
-    *from = link->from;
-    return link->size;
+    begin_receives(link);
+    for (int r = 0; r < link->ranks && link->begun > 0; r++) {
+        struct coming *coming = &link->from[r];
+        int done = 0;
+        if (coming->request == MPI_REQUEST_NULL ||
+            MPI_Test(&coming->request, &done, MPI_STATUS_IGNORE) != MPI_SUCCESS || !done)
+            continue;
+        link->begun--;
+        coming->whole = true;
+        *from = r;
+        return coming->size;
+    }
+    return -1;
 }
 
 static bool take(void *priv, int from, void *data, size_t size)
 {
-    struct link *link = priv;
-    if (!link->whole || from != link->from || size != (size_t)link->size)
+    struct coming *coming = &((struct link *)priv)->from[from];
+    if (!coming->whole || size != (size_t)coming->size)
         return false;
-    link->whole = false;
+    coming->whole = false;
     if (size)
-        memcpy(data, link->box, size);
+        memcpy(data, coming->box, size);
     return true;
 }
 
@@ -159,13 +196,20 @@ static void open_link(MPI_Comm communicator, struct link *link, struct weft_tran
     MPI_Get_processor_name(link->host, &length);
     out->threads = count_threads(link->node);
     out->host = link->host;
+    link->ranks = out->size;
+    link->from = calloc((size_t)link->ranks, sizeof *link->from);
+    for (int r = 0; link->from && r < link->ranks; r++)
+        link->from[r].request = MPI_REQUEST_NULL;
 }
 
 static void close_link(struct link *link)
 {
     MPI_Comm_free(&link->node);
     MPI_Comm_free(&link->all);
-    free(link->box);
+    for (int r = 0; link->from && r < link->ranks; r++)
+        free(link->from[r].box);
+    free(link->from);
+    free(link->spare);
 }
 
 // All ranks have room, or none begins.
@@ -182,7 +226,7 @@ enum weft_result weft_distribute(MPI_Comm communicator, const struct weft_distri
     enum weft_result res = check_mpi(params->log);
     if (res != WEFT_OK)
         return res;
-    struct link link = {.coming = MPI_REQUEST_NULL, .box = malloc(WEFT_TRANSPORT_MAX)};
+    struct link link = {.begun = 0};
     struct weft_transport transport = {.priv = &link,
                                        .send = begin_send,
                                        .sent = is_sent,
@@ -191,7 +235,7 @@ enum weft_result weft_distribute(MPI_Comm communicator, const struct weft_distri
                                        .abort = end_all};
     open_link(communicator, &link, &transport);
     res = WEFT_ERR_MEMORY;
-    if (all_have(link.all, link.box))
+    if (all_have(link.all, has_spare(&link) ? link.from : NULL))
         res = weft_distribute_over(&transport, params, body, priv);
     else
         tell_error(params->log, "out of memory for messages between ranks");
