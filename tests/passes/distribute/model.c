@@ -10,7 +10,7 @@ enum { MOST_ROOM = 64 };
 struct rank {
     double ready;   // when it begins its next item, or has ended its last
     int64_t next;   // its own next item, of static schedules
-    int64_t held;   // item that was asked for ahead; -1: none
+    int64_t held;   // item that it was given, pulled; -1: none
     double held_at; // when it comes
     double last;    // seconds of its last item
     double waiting; // since when it has a result that has no room; < 0: it has none
@@ -85,7 +85,7 @@ static void take(struct work *w, int rank)
 
 // ---- items --------------------------------------------------------------------------------------
 
-// Asks rank 0, or its own list on rank 0; *when it is asked, and when the answer is there.
+// Of rank 0, which asks itself; *when: it is asked, then the answer is there.
 static int64_t ask(struct work *w, int rank, double *when)
 {
     const struct model_machine *m = &w->model->machine;
@@ -97,31 +97,33 @@ static int64_t ask(struct work *w, int rank, double *when)
     return w->order ? w->order[at] : at;
 }
 
-static int64_t next_item(struct work *w, int rank)
+static void ask_next(struct work *w, int rank)
 {
     struct rank *r = &w->rank[rank];
-    int64_t item = r->held;
+    r->held_at = r->ready;
+    r->held = ask(w, rank, &r->held_at);
+}
+
+static int64_t begin_item(struct work *w, int rank)
+{
+    struct rank *r = &w->rank[rank];
+    int64_t item = r->next;
     if (!pulls(w)) {
-        item = r->next;
         r->next += w->model->processors;
         return item;
     }
-    if (item < 0)
-        item = ask(w, rank, &r->ready);
-    else
-        r->ready = fmax(r->ready, r->held_at);
+    item = r->held;
+    r->ready = fmax(r->ready, r->held_at);
     r->held = -1;
-    if (rank > 0 && r->items > 0 && r->last < w->model->machine.ahead && w->pulled < w->count) {
-        r->held_at = r->ready;
-        r->held = ask(w, rank, &r->held_at);
-    }
+    if (rank > 0 && r->items > 0 && r->last < w->model->machine.ahead && w->pulled < w->count)
+        ask_next(w, rank);
     return item;
 }
 
 static void do_item(struct work *w, int rank)
 {
     struct rank *r = &w->rank[rank];
-    const int64_t item = next_item(w, rank);
+    const int64_t item = begin_item(w, rank);
     r->ready += w->seconds[item];
     r->last = w->seconds[item];
     r->busy += r->last;
@@ -170,6 +172,8 @@ static double simulate(struct work *w)
             may_take ? fmax(w->rank[first].result[0].arrival, w->rank[0].ready) : 0.0;
         if (may_take && (ready < 0 || begins <= goes_on(&w->rank[ready])))
             take(w, first);
+        else if (ready >= 0 && pulls(w) && w->rank[ready].held < 0)
+            ask_next(w, ready);
         else if (ready >= 0)
             do_item(w, ready);
         else
