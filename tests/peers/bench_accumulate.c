@@ -115,7 +115,8 @@ static bool run_frames(struct bench *b, int64_t count, bool copy)
         if (copy)
             draw_copy(b, frame->colour.texture);
     }
-    const struct weft_gl_pixels out = {o->width, o->height, GL_UNSIGNED_BYTE, 0, b->pixels};
+    const struct weft_gl_pixels out = {
+        .width = o->width, .height = o->height, .type = GL_UNSIGNED_BYTE, .data = b->pixels};
     const bool ok =
         weft_gl_target_read(NULL, gl, copy ? &b->copy.colour : &b->target.colour, &out) == WEFT_OK;
     gl->Finish();
@@ -295,7 +296,8 @@ static bool keep_frames(struct bench *b)
         if (!ok)
             break;
         cube_target_draw(&b->cube, &b->kept[i], 50 * i);
-        const struct weft_gl_pixels out = {o->width, o->height, GL_UNSIGNED_BYTE, 0, b->codes[i]};
+        const struct weft_gl_pixels out = {
+            .width = o->width, .height = o->height, .type = GL_UNSIGNED_BYTE, .data = b->codes[i]};
         ok = weft_gl_target_read(NULL, b->cube.gl, &b->kept[i].colour, &out) == WEFT_OK;
     }
     return ok;

@@ -116,7 +116,8 @@ uint8_t *cube_codes(const struct cube *cube, int width, int height)
     uint8_t *codes = malloc(row * (size_t)height), *up = malloc(row * (size_t)height);
     struct cube_target target = {0};
     if (codes && up && weft_context_enter(cube->context) == WEFT_OK) {
-        const struct weft_gl_pixels pixels = {width, height, GL_UNSIGNED_BYTE, 0, up};
+        const struct weft_gl_pixels pixels = {
+            .width = width, .height = height, .type = GL_UNSIGNED_BYTE, .data = up};
         bool ok = cube_target_create(cube, width, height, &target);
         if (ok)
             cube_target_draw(cube, &target, 0);

@@ -244,11 +244,13 @@ static void print_summary(const struct antialias_job *job)
 {
     char text[ANTIALIAS_TEXT];
     const struct antialias_report *r = &job->report;
-    report_line("%s of %s: %d picture%s of %d sample%s, %.4g s each until read back (median; the "
+    report_line("%s of %s: %d picture%s of %d sample%s, %.4g s each until read back%s (median; the "
                 "first %.4g s)",
                 antialias_way_names[job->params.way], scene_text(job, text), job->drawn,
                 job->drawn == 1 ? "" : "s", r->samples, r->samples == 1 ? "" : "s",
-                antialias_job_median(job), job->seconds_each[0]);
+                antialias_job_median(job),
+                job->divided.is && !job->divided.by_frame ? ", its parts added up" : "",
+                job->seconds_each[0]);
     if (job->params.way == ANTIALIAS_ACAA && job->weights.frames == 0)
         report_line("weights: all pixels have that of their %d samples", r->samples);
     if (r->marks)

@@ -17,10 +17,20 @@
 #include "tools/slice/report.h"
 #include "tools/slice/stages.h"
 
+// Of slices that ranks make, so many may be saved at once: while one waits for the disk, others are
+// packed.
+enum { SAVES = 4 };
+
+// A slice that a thread saves.
+struct saving {
+    struct slice_job *job;
+    pthread_t thread;
+};
+
 struct frames {
     struct slice_setup *setup;
-    struct slice_job *saving; // in the thread; NULL: none
-    pthread_t thread;
+    struct saving saving[SAVES]; // [(first_saving + i) % SAVES], i < savings, in their order
+    int first_saving, savings;
     int complete, skipped;
     int64_t last;               // that is complete
     bool failed;                // no method within the budget, or beyond the bound
@@ -223,24 +233,39 @@ static void *save_in_thread(void *priv)
 
 static bool start_saving(struct frames *f, struct slice_job *job)
 {
-    const bool started = ending_start_thread(&f->thread, save_in_thread, job);
-    f->saving = started ? job : NULL;
-    return started;
+    struct saving *saving = &f->saving[(f->first_saving + f->savings) % SAVES];
+    if (f->savings == SAVES || !ending_start_thread(&saving->thread, save_in_thread, job))
+        return false;
+    saving->job = job;
+    f->savings++;
+    return true;
 }
 
-static enum weft_result wait_for_saving(struct frames *f)
+static enum weft_result finish_saving(struct frames *f)
 {
-    struct slice_job *job = f->saving;
-    if (!job)
-        return WEFT_OK;
-    f->saving = NULL;
-    pthread_join(f->thread, NULL);
+    const struct saving *saving = &f->saving[f->first_saving];
+    struct slice_job *job = saving->job;
+    pthread_join(saving->thread, NULL);
+    f->first_saving = (f->first_saving + 1) % SAVES;
+    f->savings--;
     if (job->save_result == WEFT_OK)
         return finish(f, job);
     const enum weft_result res = job->save_result;
     set_part(job);
     report_release(&job->held);
     destroy_job(job);
+    return res;
+}
+
+// Until no more than so many are on their way. All that have begun are waited for after a failure,
+// whose result counts.
+static enum weft_result wait_for_saving(struct frames *f, int most)
+{
+    enum weft_result res = WEFT_OK;
+    while (f->savings > (res == WEFT_OK ? most : 0)) {
+        const enum weft_result one = finish_saving(f);
+        res = res == WEFT_OK ? one : res;
+    }
     return res;
 }
 
@@ -311,7 +336,7 @@ static enum weft_result make_frame(struct frames *f, int index)
     slice_release(job);
     bool skips = res != WEFT_OK && can_skip(job, res);
     // The one before comes first.
-    enum weft_result before = wait_for_saving(f);
+    enum weft_result before = wait_for_saving(f, 0);
     ends = before != WEFT_OK || f->failed;
     before = agree(f, before, &skips);
     if (together && ranks_share(&ends, sizeof ends) != WEFT_OK)
@@ -333,7 +358,7 @@ static enum weft_result make_frames(struct frames *f)
     enum weft_result res = WEFT_OK;
     for (int i = 0; i < f->setup->sweep.count && res == WEFT_OK && !f->failed; i++)
         res = make_frame(f, i);
-    const enum weft_result saved = wait_for_saving(f);
+    const enum weft_result saved = wait_for_saving(f, 0);
     return res == WEFT_OK ? saved : res;
 }
 
@@ -387,7 +412,7 @@ static enum weft_result take_frame(void *priv, int64_t index, const void *data, 
     enum weft_result res = sweep_start(f->setup, (int)index, job);
     if (res == WEFT_OK)
         res = parcel_read_slice(data, size, job, &kind);
-    const enum weft_result before = wait_for_saving(f);
+    const enum weft_result before = wait_for_saving(f, SAVES - 1);
     if (res != WEFT_OK || before != WEFT_OK || kind == PARCEL_OVER_BUDGET) {
         f->failed = f->failed || kind == PARCEL_OVER_BUDGET;
         set_part(job);
@@ -419,7 +444,7 @@ static enum weft_result divide_frames(struct frames *f)
                                                   .progress = report_progress("slicing"),
                                               },
                                               &divided->work));
-    const enum weft_result saved = wait_for_saving(f);
+    const enum weft_result saved = wait_for_saving(f, 0);
     return ranks_agree(res == WEFT_OK ? saved : res);
 }
 
