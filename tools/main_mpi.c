@@ -43,9 +43,52 @@ static void threads_share(const weft_ranks *ranks)
         snprintf(strchr(variables[i], '=') + 1, 12, "%d", info.threads);
 }
 
+// A rank's guard, and where it is.
+struct posted {
+    int node;
+    struct guard_peer peer;
+};
+
+static void meet_neighbours(const struct posted *all, int size, int node)
+{
+    static struct guard_peer peers[GUARD_MOST_PEERS];
+    int count = 0;
+    for (int r = 0; r < size; r++) {
+        if (all[r].node != node)
+            continue;
+        if (count == GUARD_MOST_PEERS)
+            return;
+        peers[count++] = all[r].peer;
+    }
+    guard_meet(peers, count);
+}
+
+// Collective. Without memory guards stay by themselves.
+static void meet_guards(weft_ranks *ranks)
+{
+    struct weft_ranks_info info;
+    weft_ranks_get_info(ranks, &info);
+    const struct posted own = {info.node, guard_self()};
+    struct weft_ranks_part parts[info.rank ? 1 : info.size];
+    struct posted *all = info.rank ? NULL : calloc((size_t)info.size, sizeof *all);
+    size_t size = all ? (size_t)info.size * sizeof *all : 0;
+    void *shared = all;
+    enum weft_result res = weft_ranks_gather(ranks, &own, sizeof own, parts);
+    for (int r = 0; all && res == WEFT_OK && r < info.size; r++)
+        all[r] = *(const struct posted *)parts[r].data;
+    if (res == WEFT_OK && info.rank == 0)
+        weft_ranks_free_parts(info.size, parts);
+    if (res == WEFT_OK)
+        res = weft_ranks_share(ranks, &shared, &size);
+    if (res == WEFT_OK && size)
+        meet_neighbours(shared, info.size, info.node);
+    free(shared);
+}
+
 static enum weft_result run(void *priv, weft_ranks *ranks)
 {
     struct command_line *line = priv;
+    meet_guards(ranks);
     ranks_set(ranks);
     threads_share(ranks);
     line->code = ranks_end(command_main(line->argc, line->argv));
@@ -63,21 +106,6 @@ static void tell_lost(void *priv, const char *line)
     fprintf(stderr, "weft: error: %s\n", line);
 }
 
-static void meet_guards(void)
-{
-    static struct guard_peer peers[GUARD_MOST_PEERS];
-    const struct guard_peer own = guard_self();
-    MPI_Comm node;
-    int count;
-    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
-    MPI_Comm_size(node, &count);
-    if (count <= GUARD_MOST_PEERS) {
-        MPI_Allgather(&own, sizeof own, MPI_BYTE, peers, sizeof own, MPI_BYTE, node);
-        guard_meet(peers, count);
-    }
-    MPI_Comm_free(&node);
-}
-
 int main(int argc, char **argv)
 {
     struct command_line line = {argc, argv, EXIT_CODE_FAILED};
@@ -89,7 +117,6 @@ int main(int argc, char **argv)
     guard_start(rank, size);
     command_catch_signals();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
-    meet_guards();
     const struct weft_distribute_params *params =
         weft_distribute_params(.log = report_log(), .lost = tell_lost);
     const enum weft_result res = weft_distribute(MPI_COMM_WORLD, params, run, &line);

@@ -272,6 +272,7 @@ static void init_info(struct weft_ranks *ranks, const struct weft_transport *t)
     ranks->info = (struct weft_ranks_info){
         .rank = t ? t->rank : 0,
         .size = t ? t->size : 1,
+        .node = t ? t->node : 0,
         .node_rank = t ? t->node_rank : 0,
         .node_size = t ? t->node_size : 1,
         .threads = t ? t->threads : weft_threads_available(),
@@ -326,8 +327,9 @@ static void clear(struct weft_ranks *ranks)
 
 static bool is_transport(const struct weft_transport *t)
 {
-    return t->size >= 1 && t->threads >= 1 && t->rank >= 0 && t->rank < t->size &&
-           t->node_size >= 1 && t->node_rank >= 0 && t->node_rank < t->node_size &&
+    return t->size >= 1 && t->threads >= 1 && t->rank >= 0 && t->rank < t->size && t->node >= 0 &&
+           t->node <= t->rank && t->node_size >= 1 && t->node_rank >= 0 &&
+           t->node_rank < t->node_size &&
            (t->size == 1 || (t->send && t->sent && t->probe && t->take && t->abort));
 }
 

@@ -45,7 +45,9 @@ WEFT_API enum weft_result weft_distribute_over(const struct weft_transport *tran
 
 struct weft_ranks_info {
     int rank, size;
-    int node_rank, node_size; // among those of this rank's node
+    // The first rank of this rank's node, which is the node's number; which one this is there, and
+    // of how many.
+    int node, node_rank, node_size;
     // Threads that this rank may keep busy: its share of the processors that it may run on; ranks
     // times threads are the processors of a node, at least one each.
     int threads;

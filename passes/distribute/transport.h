@@ -15,8 +15,9 @@ WEFT_BEGIN_DECLS
 enum { WEFT_TRANSPORT_MAX = 1 << 20 };
 struct weft_transport {
     int rank, size; // 0 <= rank < size
-    // Of the ranks on this rank's node, ordered: which one it is, and how many there are.
-    int node_rank, node_size;
+    // Of the ranks on this rank's node, ordered: the first one, which is the node's number; which
+    // one it is, and how many there are.
+    int node, node_rank, node_size;
     int threads;      // that this rank may keep busy, at least 1 (weft_ranks_info.threads)
     const char *host; // the node's name, for messages; borrowed
     void *priv;

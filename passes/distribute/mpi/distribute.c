@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -22,7 +23,7 @@ struct coming {
 };
 
 struct link {
-    MPI_Comm all, node;
+    MPI_Comm all;
     int ranks, begun;     // messages that have begun to come and are not whole
     struct coming *from;  // [ranks]: who stops in the middle of a message keeps nobody else's back
     unsigned char *spare; // the box of whoever sends for the first time; NULL: none is there
@@ -160,64 +161,118 @@ static enum weft_result check_mpi(const struct weft_log *log)
     return WEFT_ERR_UNSUPPORTED;
 }
 
+// ---- who is where -------------------------------------------------------------------------------
+
+// What ranks tell each other before they begin.
+struct introduction {
+    char host[MPI_MAX_PROCESSOR_NAME], machine[40]; // the kernel's name of this run of it; "": none
+    cpu_set_t processors;                           // that the rank may run on
+};
+
+static void introduce(struct introduction *own)
+{
+    int length = 0;
+    memset(own, 0, sizeof *own);
+    MPI_Get_processor_name(own->host, &length);
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (file && !fgets(own->machine, sizeof own->machine, file))
+        own->machine[0] = 0;
+    if (file)
+        fclose(file);
+    if (sched_getaffinity(0, sizeof own->processors, &own->processors) != 0)
+        CPU_SET(0, &own->processors);
+}
+
+static bool are_neighbours(const struct introduction *a, const struct introduction *b)
+{
+    return strcmp(a->host, b->host) == 0 && strcmp(a->machine, b->machine) == 0;
+}
+
 // A processor that several ranks of the node may use is shared by them: what is left over when all
 // were given as many whole ones goes to the first.
-static int count_threads(MPI_Comm node)
+static int count_threads(const struct introduction *all, const struct weft_transport *t)
 {
-    int rank, size, users[CPU_SETSIZE] = {0}, mine[CPU_SETSIZE] = {0};
-    cpu_set_t set;
-    MPI_Comm_rank(node, &rank);
-    MPI_Comm_size(node, &size);
-    CPU_ZERO(&set);
-    if (sched_getaffinity(0, sizeof set, &set) != 0)
-        CPU_SET(0, &set);
-    for (int i = 0; i < CPU_SETSIZE; i++)
-        mine[i] = CPU_ISSET(i, &set) ? 1 : 0;
-    MPI_Allreduce(mine, users, CPU_SETSIZE, MPI_INT, MPI_SUM, node);
+    const struct introduction *own = &all[t->rank];
     double share = 0.0;
-    for (int i = 0; i < CPU_SETSIZE; i++)
-        share += mine[i] ? 1.0 / users[i] : 0.0;
+    for (int i = 0; i < CPU_SETSIZE; i++) {
+        int users = 0;
+        for (int r = 0; CPU_ISSET(i, &own->processors) && r < t->size; r++)
+            users += are_neighbours(&all[r], own) && CPU_ISSET(i, &all[r].processors);
+        share += users ? 1.0 / users : 0.0;
+    }
     const int whole = (int)(share + 1e-6);
-    const int left = (int)((share - whole) * size + 0.5);
-    const int threads = whole + (rank < left);
+    const int left = (int)((share - whole) * t->node_size + 0.5);
+    const int threads = whole + (t->node_rank < left);
     return threads > 0 ? threads : 1;
 }
 
-static void open_link(MPI_Comm communicator, struct link *link, struct weft_transport *out)
+static void find_neighbours(const struct introduction *all, struct weft_transport *out)
 {
-    int length = 0;
-    MPI_Comm_dup(communicator, &link->all);
+    out->node = -1;
+    for (int r = 0; r < out->size; r++) {
+        if (!are_neighbours(&all[r], &all[out->rank]))
+            continue;
+        out->node = out->node < 0 ? r : out->node;
+        out->node_rank += r < out->rank;
+        out->node_size++;
+    }
+    out->threads = count_threads(all, out);
+}
+
+// ---- the whole ----------------------------------------------------------------------------------
+
+// Who waits within MPI keeps a processor busy, which the rank that is waited for may need.
+static void wait_for(MPI_Request *request)
+{
+    const struct timespec nap = {.tv_nsec = 100000};
+    int done = 0;
+    while (MPI_Test(request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && !done)
+        nanosleep(&nap, NULL);
+}
+
+// All ranks have room, or none begins.
+static bool all_have(MPI_Comm all, bool room)
+{
+    int mine = room, least = 0;
+    MPI_Request request;
+    MPI_Iallreduce(&mine, &least, 1, MPI_INT, MPI_MIN, all, &request);
+    wait_for(&request);
+    return least;
+}
+
+static bool open_link(MPI_Comm communicator, struct link *link, struct weft_transport *out)
+{
+    MPI_Request request;
+    MPI_Comm_idup(communicator, &link->all, &request);
+    wait_for(&request);
     MPI_Comm_set_errhandler(link->all, MPI_ERRORS_RETURN);
-    MPI_Comm_split_type(link->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &link->node);
     MPI_Comm_rank(link->all, &out->rank);
     MPI_Comm_size(link->all, &out->size);
-    MPI_Comm_rank(link->node, &out->node_rank);
-    MPI_Comm_size(link->node, &out->node_size);
-    MPI_Get_processor_name(link->host, &length);
-    out->threads = count_threads(link->node);
-    out->host = link->host;
     link->ranks = out->size;
     link->from = calloc((size_t)link->ranks, sizeof *link->from);
     for (int r = 0; link->from && r < link->ranks; r++)
         link->from[r].request = MPI_REQUEST_NULL;
+    struct introduction own, *all = calloc((size_t)link->ranks, sizeof *all);
+    const bool room = all_have(link->all, has_spare(link) && link->from && all);
+    if (room) {
+        introduce(&own);
+        MPI_Iallgather(&own, sizeof own, MPI_BYTE, all, sizeof own, MPI_BYTE, link->all, &request);
+        wait_for(&request);
+        find_neighbours(all, out);
+        memcpy(link->host, own.host, sizeof link->host);
+        out->host = link->host;
+    }
+    free(all);
+    return room;
 }
 
 static void close_link(struct link *link)
 {
-    MPI_Comm_free(&link->node);
     MPI_Comm_free(&link->all);
     for (int r = 0; link->from && r < link->ranks; r++)
         free(link->from[r].box);
     free(link->from);
     free(link->spare);
-}
-
-// All ranks have room, or none begins.
-static bool all_have(MPI_Comm all, const void *memory)
-{
-    int mine = memory != NULL, least = 0;
-    MPI_Allreduce(&mine, &least, 1, MPI_INT, MPI_MIN, all);
-    return least;
 }
 
 enum weft_result weft_distribute(MPI_Comm communicator, const struct weft_distribute_params *params,
@@ -233,9 +288,8 @@ enum weft_result weft_distribute(MPI_Comm communicator, const struct weft_distri
                                        .probe = probe,
                                        .take = take,
                                        .abort = end_all};
-    open_link(communicator, &link, &transport);
     res = WEFT_ERR_MEMORY;
-    if (all_have(link.all, has_spare(&link) ? link.from : NULL))
+    if (open_link(communicator, &link, &transport))
         res = weft_distribute_over(&transport, params, body, priv);
     else
         tell_error(params->log, "out of memory for messages between ranks");

@@ -239,7 +239,8 @@ static enum weft_result tell_info(void *priv, weft_ranks *ranks)
     char host[16];
     (void)snprintf(host, sizeof host, "node%d", info.rank / 2);
     THREADS_CHECK(info.size == 7 && info.rank < 7 && info.timeout == 60.0);
-    THREADS_CHECK(info.node_size == 2 && info.node_rank == info.rank % 2);
+    THREADS_CHECK(info.node_size == 2 && info.node_rank == info.rank % 2 &&
+                  info.node == info.rank / 2 * 2);
     THREADS_CHECK(info.threads == info.rank + 1 && strcmp(info.host, host) == 0);
     return WEFT_OK;
 }
@@ -262,8 +263,9 @@ static void transports_are_checked(void **state)
         {.rank = 0, .size = 0, .node_size = 1, .threads = 1},
         {.rank = 2, .size = 2, .node_size = 1, .threads = 1},
         {.rank = -1, .size = 2, .node_size = 1, .threads = 1},
-        {.rank = 0, .size = 2, .node_size = 1, .threads = 1}, // no functions
-        {.rank = 0, .size = 1, .node_size = 1},               // no threads
+        {.rank = 0, .size = 2, .node_size = 1, .threads = 1},            // no functions
+        {.rank = 1, .size = 2, .node = 2, .node_size = 1, .threads = 1}, // a node of others
+        {.rank = 0, .size = 1, .node_size = 1},                          // no threads
     };
     for (size_t i = 0; i < WEFT_COUNT(bad); i++) {
         logged[0] = '\0';

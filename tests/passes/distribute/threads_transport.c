@@ -262,6 +262,7 @@ void threads_run(const struct threads_params *params, struct threads_outcome *ou
         rank->transport = (struct weft_transport){
             .rank = r,
             .size = params->ranks,
+            .node = r - r % node,
             .node_rank = r % node,
             .node_size = node,
             .threads = r + 1,
