@@ -6,7 +6,7 @@
 # CASE: picture   antialias of polygons:4000,50, 512x512, 4 x 4 samples
 #       pictures  50 of them, as frames
 #       slice     4096x4096 through the sphere of 512^3 voxels
-#       slices    50 of 512x512 of it, as frames
+#       slices    300 of 512x512 of it, as frames
 #       mean      accumulate of 300 frames, 512x512
 #       effect    antialias of 300 frames of polygons:4000,50, 512x512
 #       resample  512x512 to 4096x4096
@@ -56,7 +56,8 @@ set_work() { # CASE SIZE
     pictures) work=(antialias supersample --scene polygons:4000,50 --samples 16 --size "${side}x$side"
         --frames $frames) ;;
     slice) work=(slice "$tmp/s.vdb" --size "${wide}x$wide") ;;
-    slices) work=(slice "$tmp/s.vdb" --size "${side}x$side" --step 0,0,0.01 --frames "0-$((frames - 1))") ;;
+    slices) work=(slice "$tmp/s.vdb" --size "${side}x$side" --space index --axis z --at 100..400
+        --frames "0-$((many - 1))") ;;
     mean) work=(accumulate) && mapfile -t -O 1 work < <(ls "$tmp/$2"/f*.exr | head -n $many) ;;
     effect) work=(effect antialias --scene polygons:4000,50 --frames $many --size "${side}x$side") ;;
     resample) work=(resample "$tmp/$2.exr" --size "${wide}x$wide") ;;
