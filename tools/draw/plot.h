@@ -12,9 +12,9 @@ struct plot {
     FILE *script;     // what gnuplot is to read: write commands and inline data here
 };
 
-// Before long work: the ending is known, gnuplot is there, the file could be written. `option` named
-// the file, as "--plot"; `otherwise` says how the data can be had without gnuplot. All three: after an error line where not
-// EXIT_CODE_DONE.
+// Before long work: the ending is known, gnuplot is there, the file could be written. `option`
+// named the file, as "--plot"; `otherwise` says how the data can be had without gnuplot. All three:
+// after an error line where not EXIT_CODE_DONE.
 enum exit_code plot_check(const char *option, const char *path, const char *otherwise);
 
 // Opens the script, with the terminal set to an image of that size.

@@ -70,14 +70,28 @@ static inline void mpirun_build(enum mpirun_kind kind, int ranks, const char *co
     list[at] = NULL;
 }
 
-// Runs `weft` with the arguments, "VERB" to NULL, on so many ranks; see command_run.
+// Whether all combinations of ranks, schedules and sizes are asked for, not a few that cover them.
+static inline bool mpirun_is_full(void)
+{
+    const char *asked = getenv("WEFT_RANKS");
+    return asked && strcmp(asked, "full") == 0;
+}
+
+// Runs `weft` with the arguments, "VERB" to NULL, on so many ranks, 0: without a launcher; see
+// command_run.
 #define mpirun(result, kind, ranks, ...)                                                           \
     mpirun_list(result, kind, ranks, (const char *[]){__VA_ARGS__, NULL})
 static inline void mpirun_list(struct command_result *result, enum mpirun_kind kind, int ranks,
                                const char *const *argv)
 {
-    const char *list[MPIRUN_MOST + 16];
-    mpirun_build(kind, ranks, argv, list);
+    const char *list[MPIRUN_MOST + 16] = {"weft"};
+    if (ranks)
+        mpirun_build(kind, ranks, argv, list);
+    for (int i = 0; !ranks && argv[i]; i++) {
+        assert_true(i < MPIRUN_MOST);
+        list[i + 1] = argv[i];
+        list[i + 2] = NULL;
+    }
     command_run_list(result, list);
 }
 

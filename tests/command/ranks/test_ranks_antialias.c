@@ -100,12 +100,6 @@ static void check(const struct request *request, const struct division *division
             assert_same(request, e, frame, division);
 }
 
-static bool is_full(void)
-{
-    const char *asked = getenv("WEFT_RANKS");
-    return asked && strcmp(asked, "full") == 0;
-}
-
 static int check_all(const struct request *request)
 {
     static const int ranks[] = {0, 1, 2, 3, 7};
@@ -170,7 +164,7 @@ static void test_files(void **state)
     for (size_t i = 0; i < COUNT(cases); i++) {
         const struct request *request = &cases[i].request;
         run(request, "one", NULL);
-        if (is_full() && i != 3)
+        if (mpirun_is_full() && i != 3)
             ran += check_all(request);
         for (size_t d = 0; d < COUNT(cases[i].division) && cases[i].division[d].option[0];
              d++, ran++)

@@ -129,13 +129,6 @@ static void write_out(const struct request *request, const char *who, const char
     out[at] = NULL;
 }
 
-static void run_alone(const char *const *argv)
-{
-    const char *list[MPIRUN_MOST + 1] = {"weft"};
-    memcpy(list + 1, argv, (count_of(argv) + 1) * sizeof *list);
-    command_run_list(&result, list);
-}
-
 static void begin(const struct request *request, const char *who)
 {
     const char *list[MPIRUN_MOST];
@@ -148,7 +141,7 @@ static void begin(const struct request *request, const char *who)
     list[at++] = "--stderr";
     list[at++] = "begun.exr";
     list[at] = NULL;
-    run_alone(list);
+    mpirun_list(&result, MPIRUN_MPICH, 0, list);
     assert_int_equal(result.code, 0);
 }
 
@@ -179,7 +172,7 @@ static void run_one(const struct request *request)
     remove_outputs("one");
     begin(request, "one");
     write_out(request, "one", none, argv);
-    run_alone(argv);
+    mpirun_list(&result, MPIRUN_MPICH, 0, argv);
     if (result.code != request->code)
         fail_msg("exit code %d, not %d: %s", result.code, request->code, result.err);
     assert_int_equal(!!strstr(result.err, "is met after"), request->stops);
@@ -193,10 +186,7 @@ static void run_all(const struct request *request, const struct division *divisi
     remove_outputs("all");
     begin(request, "all");
     write_out(request, "all", more, argv);
-    if (division->ranks)
-        mpirun_list(&result, division->kind, division->ranks, argv);
-    else
-        run_alone(argv);
+    mpirun_list(&result, division->kind, division->ranks, argv);
     if (result.code != request->code)
         fail_msg("%d ranks, %s, granularity %s: exit code %d, not %d: %s", division->ranks,
                  division->schedule, division->granularity, result.code, request->code, result.err);
@@ -205,12 +195,6 @@ static void run_all(const struct request *request, const struct division *divisi
     assert_same(".png", true);
     if (request->keeps)
         assert_same(".state", true);
-}
-
-static bool is_full(void)
-{
-    const char *asked = getenv("WEFT_RANKS");
-    return asked && strcmp(asked, "full") == 0;
 }
 
 // All combinations of a full run.
@@ -235,9 +219,9 @@ static void check_requests(const struct request *request, const struct division 
     int ran = 0;
     for (size_t i = 0; i < count; i++) {
         run_one(&request[i]);
-        if (is_full())
+        if (mpirun_is_full())
             ran += run_full(&request[i]);
-        for (size_t d = 0; d < 3 && division[i][d].schedule && !is_full(); d++, ran++)
+        for (size_t d = 0; d < 3 && division[i][d].schedule && !mpirun_is_full(); d++, ran++)
             run_all(&request[i], &division[i][d]);
     }
     assert_true(ran >= (int)count);

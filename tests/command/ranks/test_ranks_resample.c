@@ -131,16 +131,6 @@ static void write_out(const struct request *request, const char *exr, const char
     out[at] = NULL;
 }
 
-static void run_alone(const char *const *argv)
-{
-    const char *list[MPIRUN_MOST + 1] = {"weft"};
-    for (size_t i = 0; argv[i]; i++) {
-        list[i + 1] = argv[i];
-        list[i + 2] = NULL;
-    }
-    command_run_list(&result, list);
-}
-
 static void assert_same(const char *one, const char *all, const struct division *d)
 {
     size_t size = 0, other_size = 0;
@@ -158,10 +148,7 @@ static void run_all(const struct request *request, const struct division *divisi
     unlink("all.exr");
     unlink("all.png");
     write_out(request, "all.exr", "all.png", argv, division);
-    if (division->ranks)
-        mpirun_list(&result, division->kind, division->ranks, argv);
-    else
-        run_alone(argv);
+    mpirun_list(&result, division->kind, division->ranks, argv);
     if (result.code != 0)
         fail_msg("%d ranks, %s, region %s: exit code %d: %s", division->ranks, division->schedule,
                  division->region ? division->region : "none", result.code, result.err);
@@ -171,12 +158,6 @@ static void run_all(const struct request *request, const struct division *divisi
     // What is warned of is warned of once.
     assert_int_equal(mpirun_count_lines(result.err, "weft: warning: "),
                      mpirun_count_lines(err, "weft: warning: "));
-}
-
-static bool is_full(void)
-{
-    const char *asked = getenv("WEFT_RANKS");
-    return asked && strcmp(asked, "full") == 0;
 }
 
 // All combinations, or those of a covering few that a request has.
@@ -190,13 +171,13 @@ static int check_request(const struct request *request, const struct division *f
     int ran = 0;
     unlink("one.exr");
     write_out(request, "one.exr", "one.png", argv, NULL);
-    run_alone(argv);
+    mpirun_list(&result, MPIRUN_MPICH, 0, argv);
     if (result.code != 0)
         fail_msg("exit code %d: %s", result.code, result.err);
     one = result;
-    for (size_t d = 0; !is_full() && d < count; d++, ran++)
+    for (size_t d = 0; !mpirun_is_full() && d < count; d++, ran++)
         run_all(request, &few[d], one.err);
-    for (size_t i = 0; is_full() && i < COUNT(ranks) * COUNT(schedules) * COUNT(regions);
+    for (size_t i = 0; mpirun_is_full() && i < COUNT(ranks) * COUNT(schedules) * COUNT(regions);
          i++, ran++)
         run_all(request,
                 &(struct division){i % 5 == 4 ? MPIRUN_OPENMPI : MPIRUN_MPICH,

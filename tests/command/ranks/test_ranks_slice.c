@@ -12,12 +12,6 @@
 
 enum { MOST = MPIRUN_MOST };
 
-static bool is_full(void)
-{
-    const char *full = getenv("WEFT_RANKS");
-    return full && !strcmp(full, "full");
-}
-
 // Adds words separated by blanks to a list; `text` stays with it.
 static void add_words(const char *list[MOST], char *text)
 {
@@ -40,14 +34,7 @@ static void run(struct command_result *result, int ranks, const char *words, con
     snprintf(own, sizeof own, "%s", more);
     add_words(list, text);
     add_words(list, own);
-    if (ranks) {
-        mpirun_list(result, MPIRUN_MPICH, ranks, list);
-        return;
-    }
-    const char *alone[MOST + 1] = {"weft"};
-    for (int i = 0; list[i]; i++)
-        alone[i + 1] = list[i];
-    command_run_list(result, alone);
+    mpirun_list(result, MPIRUN_MPICH, ranks, list);
 }
 
 static void run_well(int ranks, const char *words, const char *more)
@@ -146,7 +133,7 @@ static void slices_are_those_of_one_process(void **state)
         while (!ways[next % WEFT_COUNT(ways)].always)
             next++;
         for (size_t w = 0; w < WEFT_COUNT(ways); w++) {
-            if (!is_full() && !(s == 0 && ways[w].always) && w != next % WEFT_COUNT(ways))
+            if (!mpirun_is_full() && !(s == 0 && ways[w].always) && w != next % WEFT_COUNT(ways))
                 continue;
             check_slice(s, w);
             checked++;
@@ -224,7 +211,7 @@ static void frames_are_those_of_one_process(void **state)
     check_frames(0, "--region frame");
     check_frames(2, "");
     check_frames(3, "--schedule dynamic");
-    if (!is_full())
+    if (!mpirun_is_full())
         return;
     check_frames(2, "--region 7");
     check_frames(3, "--schedule static --region frame --verify");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/effect/lights/lights.h - virtual lights (Keller, "Instant Radiosity", SIGGRAPH 1997): points where
-// light starts or is thrown back. A picture drawn with each of them alone, with shadows, is a
-// frame; the mean of all frames is the picture with all the light that diffuse surfaces throw at
-// each other.
+// tools/effect/lights/lights.h - virtual lights (Keller, "Instant Radiosity", SIGGRAPH 1997):
+// points where light starts or is thrown back. A picture drawn with each of them alone, with
+// shadows, is a frame; the mean of all frames is the picture with all the light that diffuse
+// surfaces throw at each other.
 //
 // Particles start on what emits, chosen by power, and are thrown back in directions distributed as
 // the cosine, all of it by Halton's sequence: bases 2 and 3 for the start, the next two primes for

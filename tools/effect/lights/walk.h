@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/effect/lights/walk.h - particles that start where a scene emits, and are thrown back by what they
-// hit, each by its own numbers of a sequence.
+// tools/effect/lights/walk.h - particles that start where a scene emits, and are thrown back by
+// what they hit, each by its own numbers of a sequence.
 #ifndef WEFT_TOOLS_EFFECT_LIGHTS_WALK_H
 #define WEFT_TOOLS_EFFECT_LIGHTS_WALK_H
 
