@@ -13,7 +13,7 @@ rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/ke
 tiles/image tiles/mesh tiles/readers/mesh tiles/readers passes/cpu passes/gl passes/accumulate/sums passes/accumulate/tree
 passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/positions passes/plan
 passes/fused/lines
-passes/fused passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/lattice
+passes/fused passes/points passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/warp passes/lattice
 passes/antialias/pattern passes/antialias/drawing passes/antialias/marks passes/antialias passes/stability
 passes/distribute/schedule passes/distribute passes/distribute/mpi weft tools/common tools/draw tools/ranks tools/methods tools/plan_json tools/scene
 tools/render/gl tools/render tools/resample tools/accumulate tools/effect/lights tools/effect tools/antialias tools/slice tools/table tools/chart tools/verbs tools'
