@@ -64,10 +64,12 @@ static enum weft_result create_kernels(struct weft_fused_cpu *r)
     const struct weft_slice_plan *plan = r->plan;
     const enum weft_sums sums = plan->info.sums;
     const int width = plan->info.kernel.width, middle = (width - 1) / 2;
+    const struct weft_polynomial_tiles *const value[WEFT_LINE_ORDERS] = {&plan->weights->tiles};
+    const struct weft_polynomial_tiles *const smooth[WEFT_LINE_ORDERS] = {&linear};
     struct weft_line_kernel *full = &r->kernel[WEFT_CELL_FULL];
-    enum weft_result res = weft_line_kernel_create(r->log, sums, &plan->weights->tiles, full);
+    enum weft_result res = weft_line_kernel_create(r->log, sums, value, full);
     if (res == WEFT_OK)
-        res = weft_line_kernel_create(r->log, sums, &linear, &r->kernel[WEFT_CELL_SMOOTH]);
+        res = weft_line_kernel_create(r->log, sums, smooth, &r->kernel[WEFT_CELL_SMOOTH]);
     if (plan->clamp_to_samples && width > 1) {
         full->clamp_from = middle - width % 2;
         full->clamp_to = middle + 1;

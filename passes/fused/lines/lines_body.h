@@ -28,6 +28,31 @@
 // Pixels whose weights are kept at once: they stay in the first cache.
 enum { CHUNK = 64, MOST = WEFT_KERNEL_MAX_WIDTH };
 
+// Pairs of orders along the second and third axis that derivatives of up to 1 and up to 2 in all
+// have: 00, then 10 01, then 20 11 02. With those along the first axis they are sums, of which the
+// ones that begin with each pair stand here.
+enum { PAIRS = 6, SUMS = 10 };
+static const int first_sum[PAIRS] = {0, 3, 5, 7, 8, 9};
+
+// Which of these an output is.
+static int sum_of(const struct weft_derivative *output)
+{
+    const int y = output->along[1], z = output->along[2], both = y + z;
+    return first_sum[both * (both + 1) / 2 + z] + output->along[0];
+}
+
+// The highest order of a kernel's outputs, 1 at least.
+static int order_of(const struct weft_line_kernel *kernel)
+{
+    int most = 1;
+    for (int o = 0; o < kernel->output_count; o++) {
+        const int *along = kernel->output[o].along;
+        if (along[0] + along[1] + along[2] > 1)
+            most = 2;
+    }
+    return most;
+}
+
 // The least and greatest of the samples next to a pixel: sums within them stay.
 static void clamp_pixels(const struct weft_line *line, int from, int count, const uint32_t *at,
                          float *values)
@@ -64,11 +89,11 @@ typedef int32_t NAME(integers) __attribute__((vector_size(WIDE * sizeof(int32_t)
 #endif
 typedef REAL NAME(group) __attribute__((vector_size(GROUP * sizeof(REAL))));
 
-// Of CHUNK pixels: weights along each axis, [vector of WIDE pixels][tap][pixel].
+// Of CHUNK pixels: weights of one order along each axis, [vector of WIDE pixels][tap][pixel].
 struct NAME(weights) {
     _Alignas(64) REAL x[CHUNK * MOST];
     REAL y[CHUNK * MOST], z[CHUNK * MOST];
-    uint32_t at[CHUNK]; // the first tap's sample, past `start`
+    uint32_t at[CHUNK]; // the first tap's sample, past `start`; those of order 0 have it
 };
 
 INLINE NAME(wide) NAME(splat)(REAL value)
@@ -143,6 +168,8 @@ INLINE void NAME(put)(NAME(group) sums, float *out)
 
 static void NAME(weigh_any)(const struct weft_line *line, int from, int count,
                             struct NAME(weights) * out);
+static void NAME(weigh_orders)(const struct weft_line *line, int from, int count, int most,
+                               struct NAME(weights) * out);
 
 #define LANES NARROW
 #include "passes/fused/lines/lines_rows.h"
@@ -158,14 +185,15 @@ static void NAME(weigh_any)(const struct weft_line *line, int from, int count,
 #undef LANES
 #endif
 
-// Weights of one pixel along an axis, in vectors along the taps: out[kernel->stride].
-INLINE void NAME(along)(const struct weft_line_kernel *kernel, int segment, REAL t, REAL *out)
+// Weights of one pixel along an axis, in vectors along the taps: out[weights->stride].
+INLINE void NAME(along)(const struct weft_line_weights *weights, int width, int segment, REAL t,
+                        REAL *out)
 {
     typedef JOIN(NAME(row), NARROW) row;
-    const int stride = kernel->stride, degree = kernel->degree;
-    const REAL *c = (const REAL *)kernel->coefficients +
+    const int stride = weights->stride, degree = weights->degree;
+    const REAL *c = (const REAL *)weights->coefficients +
                     (size_t)segment * (size_t)(degree + 1) * (size_t)stride;
-    for (int i = 0; i < kernel->width; i += NARROW) {
+    for (int i = 0; i < width; i += NARROW) {
         row sum, power;
         memcpy(&sum, c + degree * stride + i, sizeof sum);
         for (int p = degree - 1; p >= 0; p--) {
@@ -177,50 +205,85 @@ INLINE void NAME(along)(const struct weft_line_kernel *kernel, int segment, REAL
 }
 
 // The same of WIDE pixels where segments differ from pixel to pixel: out[tap * WIDE].
-static void NAME(by_segment)(const struct weft_line_kernel *kernel, NAME(wide) t, REAL *out)
+static void NAME(by_segment)(const struct weft_line_weights *weights, int width, NAME(wide) t,
+                             REAL *out)
 {
-    const NAME(wide) scaled = t * NAME(splat)((REAL)kernel->segments);
+    const NAME(wide) scaled = t * NAME(splat)((REAL)weights->segments);
     for (int i = 0; i < WIDE; i++) {
         REAL own[MOST] = {0};
         int segment = (int)scaled[i];
-        if (segment > kernel->segments - 1)
-            segment = kernel->segments - 1;
-        NAME(along)(kernel, segment, scaled[i] - (REAL)segment, own);
-        for (int k = 0; k < kernel->width; k++)
+        if (segment > weights->segments - 1)
+            segment = weights->segments - 1;
+        NAME(along)(weights, width, segment, scaled[i] - (REAL)segment, own);
+        for (int k = 0; k < width; k++)
             out[k * WIDE + i] = own[k];
     }
 }
 
-// Places and weights of `count` pixels of a line, and of those past it that fill a vector.
-INLINE void NAME(weigh)(const struct weft_line *line, int from, int count, int width, int degree,
-                        bool whole, struct NAME(weights) * out)
+// Weights of an order at WIDE pixels along an axis: out[tap * WIDE].
+INLINE void NAME(set_weights)(const struct weft_line_weights *weights, int width, int degree,
+                              bool whole, NAME(wide) t, REAL *out)
 {
-    const struct weft_line_kernel *kernel = line->kernel;
-    NAME(words) number, position[3], low[3];
-    NAME(words) step[3], low_step[3];
-    REAL *const weights[3] = {out->x, out->y, out->z};
-    const REAL *const coefficients = kernel->coefficients;
-    const uint32_t pitch[3] = {1, kernel->pitch_y, kernel->summed ? 0 : kernel->pitch_z};
-    const uint32_t low_bits = (uint32_t)line->low_bits;
+    if (whole)
+        NAME(across)(weights->coefficients, width, degree, t, out);
+    else
+        NAME(by_segment)(weights, width, t, out);
+}
+
+// Words of positions of WIDE pixels, and what leads to those of the next ones.
+struct NAME(steps) {
+    NAME(words) position[3], low[3], step[3], low_step[3];
+};
+
+INLINE void NAME(begin)(const struct weft_line *line, int from, struct NAME(steps) * out)
+{
+    NAME(words) number;
     for (int i = 0; i < WIDE; i++)
         number[i] = (uint32_t)(from + i);
     for (int a = 0; a < 3; a++) {
-        position[a] = number * line->step[a] + line->position[a];
-        low[a] = number * line->low_step[a] + line->low[a];
-        step[a] = (NAME(words)){0} + WIDE * line->step[a];
-        low_step[a] = (NAME(words)){0} + WIDE * line->low_step[a];
+        out->position[a] = number * line->step[a] + line->position[a];
+        out->low[a] = number * line->low_step[a] + line->low[a];
+        out->step[a] = (NAME(words)){0} + WIDE * line->step[a];
+        out->low_step[a] = (NAME(words)){0} + WIDE * line->low_step[a];
     }
+}
+
+INLINE NAME(words) NAME(next)(struct NAME(steps) * steps, int a, uint32_t low_bits)
+{
+    const NAME(words) word = steps->position[a] + (steps->low[a] >> low_bits);
+    steps->position[a] += steps->step[a];
+    steps->low[a] += steps->low_step[a];
+    return word;
+}
+
+// Places of `count` pixels of a line and weights of orders 0 to `most`, and of those past it that
+// fill a vector. Order 0 is of this degree, or `whole` is false; others are of what they are.
+INLINE void NAME(weigh)(const struct weft_line *line, int from, int count, int width, int degree,
+                        bool whole, int most, bool listed, struct NAME(weights) * out)
+{
+    const struct weft_line_kernel *kernel = line->kernel;
+    const uint32_t pitch[3] = {1, kernel->pitch_y, kernel->summed ? 0 : kernel->pitch_z};
+    const uint32_t low_bits = (uint32_t)line->low_bits;
+    struct NAME(steps) steps;
+    if (!listed)
+        NAME(begin)(line, from, &steps);
     for (int i = 0; i < count; i += WIDE) {
         NAME(words) at = {0};
         for (int a = 0; a < 3; a++) {
-            const NAME(words) word = position[a] + (low[a] >> low_bits);
-            position[a] += step[a];
-            low[a] += low_step[a];
+            NAME(words) word;
+            if (listed)
+                memcpy(&word, line->listed[a] + from + i, sizeof word);
+            else
+                word = NAME(next)(&steps, a, low_bits);
             at += (word >> WEFT_LINE_FRACTION) * pitch[a];
-            if (whole)
-                NAME(across)
-            (coefficients, width, degree, NAME(fraction)(word), weights[a] + i * width);
-            else NAME(by_segment)(kernel, NAME(fraction)(word), weights[a] + i * width);
+            const NAME(wide) t = NAME(fraction)(word);
+            for (int n = 0; n <= most; n++) {
+                const struct weft_line_weights *weights = &kernel->weights[n];
+                REAL *own = a == 0 ? out[n].x : a == 1 ? out[n].y : out[n].z;
+                NAME(set_weights)
+                (weights, width, n ? weights->degree : degree, n ? weights->segments == 1 : whole,
+                 t, own + i * width);
+            }
         }
         memcpy(out->at + i, &at, sizeof at);
     }
@@ -230,13 +293,33 @@ INLINE void NAME(weigh)(const struct weft_line *line, int from, int count, int w
 static void NAME(weigh_any)(const struct weft_line *line, int from, int count,
                             struct NAME(weights) * out)
 {
-    const struct weft_line_kernel *kernel = line->kernel;
-    if (kernel->segments > 1)
-        NAME(weigh)(line, from, count, kernel->width, kernel->degree, false, out);
-    else if (kernel->width == 4 && kernel->degree == 3)
-        NAME(weigh)(line, from, count, 4, 3, true, out);
+    const int width = line->kernel->width;
+    const struct weft_line_weights *w = &line->kernel->weights[0];
+    if (line->listed[0])
+        NAME(weigh)(line, from, count, width, w->degree, w->segments == 1, 0, true, out);
+    else if (w->segments > 1)
+        NAME(weigh)(line, from, count, width, w->degree, false, 0, false, out);
+    else if (width == 4 && w->degree == 3)
+        NAME(weigh)(line, from, count, 4, 3, true, 0, false, out);
     else
-        NAME(weigh)(line, from, count, kernel->width, kernel->degree, true, out);
+        NAME(weigh)(line, from, count, width, w->degree, true, 0, false, out);
+}
+
+// The same of orders up to `most`: out[order].
+static void NAME(weigh_orders)(const struct weft_line *line, int from, int count, int most,
+                               struct NAME(weights) * out)
+{
+    const int width = line->kernel->width;
+    const struct weft_line_weights *w = &line->kernel->weights[0];
+    const bool whole = w->segments == 1;
+    if (line->listed[0] && width == 4)
+        NAME(weigh)(line, from, count, 4, w->degree, whole, most, true, out);
+    else if (line->listed[0])
+        NAME(weigh)(line, from, count, width, w->degree, whole, most, true, out);
+    else if (width == 4)
+        NAME(weigh)(line, from, count, 4, w->degree, whole, most, false, out);
+    else
+        NAME(weigh)(line, from, count, width, w->degree, whole, most, false, out);
 }
 
 // ---- lines --------------------------------------------------------------------------------------
@@ -263,9 +346,40 @@ ANY(up_to_four, NARROW)
 ANY(up_to_eight, MIDDLE)
 ANY(up_to_sixteen, BROAD)
 
+// Of several outputs.
+#define ORDERS(name, width, lanes, most, pitch_y, pitch_z)                                         \
+    static void NAME(name)(const struct weft_line *line)                                           \
+    {                                                                                              \
+        JOIN(NAME(line_orders), lanes)(line, width, most, pitch_y, pitch_z);                       \
+    }
+#define BOTH(name, width, lanes, pitch_y, pitch_z)                                                 \
+    ORDERS(name##_gradient, width, lanes, 1, pitch_y, pitch_z)                                     \
+    ORDERS(name##_hessian, width, lanes, 2, pitch_y, pitch_z)
+#define ANY_ORDERS(name, lanes)                                                                    \
+    BOTH(name, line->kernel->width, lanes, line->kernel->pitch_y, line->kernel->pitch_z)
+
+BOTH(four, 4, NARROW, 11, 121)
+ANY_ORDERS(up_to_four, NARROW)
+ANY_ORDERS(up_to_eight, MIDDLE)
+ANY_ORDERS(up_to_sixteen, BROAD)
+
+static weft_line_fn NAME(find_orders)(const struct weft_line_kernel *k)
+{
+    const bool first = order_of(k) == 1;
+    if (k->width == 4 && k->pitch_y == 11 && k->pitch_z == 121)
+        return first ? NAME(four_gradient) : NAME(four_hessian);
+    if (k->width <= 4)
+        return first ? NAME(up_to_four_gradient) : NAME(up_to_four_hessian);
+    if (k->width <= 8)
+        return first ? NAME(up_to_eight_gradient) : NAME(up_to_eight_hessian);
+    return first ? NAME(up_to_sixteen_gradient) : NAME(up_to_sixteen_hessian);
+}
+
 static weft_line_fn NAME(find)(const struct weft_line_kernel *k)
 {
     const uint32_t own = (uint32_t)k->width + 7;
+    if (k->output_count)
+        return NAME(find_orders)(k);
     if (k->pitch_y == own && (k->summed || k->pitch_z == own * own)) {
         switch (k->width) {
         case 2:
@@ -288,6 +402,9 @@ static weft_line_fn NAME(find)(const struct weft_line_kernel *k)
 #undef LINE
 #undef FIXED
 #undef ANY
+#undef ORDERS
+#undef BOTH
+#undef ANY_ORDERS
 #undef GROUP
 #undef JOIN_
 #undef JOIN
