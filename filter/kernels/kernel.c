@@ -120,8 +120,10 @@ fail:
 
 static const struct weft_kernel_info *find_derivative(const struct weft_kernel_info *info)
 {
+    const struct weft_kernel_info *primitive = info->derivation ? info->primitive : info;
     for (size_t i = 0; weft_kernel_list[i]; i++)
-        if (weft_kernel_list[i]->primitive == info && weft_kernel_list[i]->derivation == 1)
+        if (weft_kernel_list[i]->primitive == primitive &&
+            weft_kernel_list[i]->derivation == info->derivation + 1)
             return weft_kernel_list[i];
     return NULL;
 }

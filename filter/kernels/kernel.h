@@ -130,11 +130,11 @@ WEFT_API enum weft_result weft_kernel_make_prefiltered(const struct weft_log *lo
                                                        struct weft_kernel *kernel);
 
 // Makes the kernel of weights h'(x), with the same parameters and width: by the record of the
-// catalogue that is the first derivative of the kernel's ("d-lanczos:2" for "lanczos:2"). It is
-// prefiltered where the kernel is. `out` may be `kernel`; it is all zero on failure.
-// Returns WEFT_ERR_ARGUMENT where there is no such record (nearest; derivatives; records that are
-// not the catalogue's) and for normalised kernels, whose derivative is not the record's, or
-// WEFT_ERR_UNSUPPORTED for radial ones.
+// catalogue that is the derivative of the kernel's ("d-lanczos:2" for "lanczos:2", "dd-lanczos:2"
+// for that). It is prefiltered where the kernel is. `out` may be `kernel`; it is all zero on
+// failure. Returns WEFT_ERR_ARGUMENT where there is no such record (nearest; third derivatives, and
+// second ones of some; records that are not the catalogue's) and for normalised kernels, whose
+// derivative is not the record's, or WEFT_ERR_UNSUPPORTED for radial ones.
 WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
                                              const struct weft_kernel *kernel,
                                              struct weft_kernel *out);

@@ -256,9 +256,10 @@ static void check_derive(const struct weft_kernel *kernel, const char *name)
 {
     char slope_name[40];
     struct weft_kernel slope;
-    snprintf(slope_name, sizeof slope_name, "d-%s", kernel->info->name);
+    snprintf(slope_name, sizeof slope_name, kernel->info->derivation ? "d%s" : "d-%s",
+             kernel->info->name);
     const struct weft_kernel_info *info = weft_kernel_find(slope_name);
-    const bool derivable = info && !kernel->info->derivation && !kernel->normalised;
+    const bool derivable = info && !kernel->normalised;
     assert_int_equal(weft_kernel_derive(&remember_log, kernel, &slope),
                      derivable ? WEFT_OK : WEFT_ERR_ARGUMENT);
     if (!derivable) {
@@ -604,6 +605,9 @@ static void test_derive(void **state)
     char text[128];
     weft_kernel_format(&kernel, text, sizeof text);
     assert_string_equal(text, "d-kaiser-sinc:2.5,8");
+    assert_int_equal(weft_kernel_derive(NULL, &kernel, &kernel), WEFT_OK);
+    weft_kernel_format(&kernel, text, sizeof text);
+    assert_string_equal(text, "dd-kaiser-sinc:2.5,8");
     // "+unit" says nothing where weights add up to one anyway.
     kernel = kernel_named("mitchell+unit");
     assert_int_equal(weft_kernel_derive(NULL, &kernel, &kernel), WEFT_OK);
@@ -614,7 +618,8 @@ static void test_derive(void **state)
         const char *message;
     } cases[] = {
         {kernel_named("nearest"), WEFT_ERR_ARGUMENT, "kernel nearest: the catalogue has no record"},
-        {kernel_named("d-bspline"), WEFT_ERR_ARGUMENT, "kernel d-bspline: the catalogue has no"},
+        {kernel_named("d-linear"), WEFT_ERR_ARGUMENT, "kernel d-linear: the catalogue has no"},
+        {kernel_named("dd-bspline"), WEFT_ERR_ARGUMENT, "kernel dd-bspline: the catalogue has no"},
         {kernel_named("lanczos:3+unit"), WEFT_ERR_ARGUMENT, "kernel lanczos: divided by the sum"},
         {kernel_named("linear+radial"), WEFT_ERR_UNSUPPORTED, "kernel linear: the slope of a rad"},
         {own, WEFT_ERR_ARGUMENT, "kernel bspline: the catalogue has no record"},
