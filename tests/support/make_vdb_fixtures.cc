@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes VDB files of every kind that the reader must tell apart:
 //   make_vdb_fixtures FOLDER
-// types.vdb: float, double, half, int32, bool, vec3s and two grids of one name; frustum.vdb;
+// types.vdb: float, double, half, int32, bool, vec3s, two grids of one name and other vectors;
+// frustum.vdb;
 // zip.vdb, none.vdb: other compressions; far.vdb: beyond the index limit; streamed.vdb: no offsets;
 // kinds.vdb: types that are not sliced, transforms, instances, empty and unnamed grids; names.vdb:
 // long names and such that a terminal would obey; values.vdb: numbers that no float holds.
@@ -23,6 +24,18 @@ int value_at(int i, int j, int k)
     return (i * 7 + j * 3 + k) % 50 + 1;
 }
 
+template <class Number> Number make_value(int value, Number)
+{
+    return Number(value);
+}
+
+// Component c of vectors is c times 100 more.
+template <class Number>
+openvdb::math::Vec3<Number> make_value(int value, openvdb::math::Vec3<Number>)
+{
+    return {Number(value), Number(value + 100), Number(value + 200)};
+}
+
 template <class Grid> typename Grid::Ptr make(const std::string &name)
 {
     using Value = typename Grid::ValueType;
@@ -31,7 +44,7 @@ template <class Grid> typename Grid::Ptr make(const std::string &name)
     for (int i = 0; i < 20; i++)
         for (int j = 0; j < 12; j++)
             for (int k = 0; k < 9; k++)
-                accessor.setValue(Coord(i, j, k), Value(value_at(i, j, k)));
+                accessor.setValue(Coord(i, j, k), make_value(value_at(i, j, k), Value()));
     grid->setName(name);
     return grid;
 }
@@ -138,6 +151,8 @@ int main(int argc, char **argv)
 
     auto half = make<openvdb::FloatGrid>("half");
     half->setSaveFloatAsHalf(true);
+    auto vector_half = make<openvdb::Vec3DGrid>("vec3h");
+    vector_half->setSaveFloatAsHalf(true);
     auto first = make<openvdb::FloatGrid>("twin"), second = make<openvdb::FloatGrid>("twin");
     second->insertMeta("note", openvdb::StringMetadata(std::string(1000, 'x')));
     openvdb::GridPtrVec grids = {make<openvdb::Vec3SGrid>("vec3s"),
@@ -147,7 +162,11 @@ int main(int argc, char **argv)
                                  make<openvdb::Int32Grid>("int32"),
                                  make<openvdb::BoolGrid>("bool"),
                                  first,
-                                 second};
+                                 second,
+                                 make<openvdb::Int64Grid>("int64"),
+                                 make<openvdb::Vec3DGrid>("vec3d"),
+                                 vector_half,
+                                 make<openvdb::Vec3IGrid>("vec3i")};
     write(folder + "types.vdb", grids, openvdb::io::COMPRESS_BLOSC | mask);
     write(folder + "zip.vdb", grids, openvdb::io::COMPRESS_ZIP | mask);
     write(folder + "none.vdb", grids, openvdb::io::COMPRESS_NONE);

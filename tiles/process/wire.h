@@ -17,7 +17,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 9, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 10, WEFT_WIRE_FD = 3 };
 
 // Rooms of a reader, and requests that wait, at most.
 enum { WEFT_WIRE_ROOMS = 4 };
@@ -60,16 +60,15 @@ enum weft_wire_verdict {
 struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
-    uint32_t rest;            // OPEN: as in struct weft_volume_open_params
+    uint32_t rest, component; // OPEN: as in struct weft_volume_open_params
     uint32_t part;            // of an image, from 0
     uint32_t threads;         // IMAGE_PIXELS, _FRAME: that decode at once, at most
     uint32_t attached;        // of enum weft_wire_attached
     uint32_t room;            // FRAME: where the answer goes, below WEFT_WIRE_ROOMS
     uint32_t info_only;       // FRAME: 1: without planes
     uint32_t first_row, rows; // IMAGE_PIXELS: of the data window; rows 0: all
-    uint32_t reserved;
-    uint64_t room_bytes;    // that the room has
-    uint64_t payload_bytes; // in the request's payload memfd, 0 = none
+    uint64_t room_bytes;      // that the room has
+    uint64_t payload_bytes;   // in the request's payload memfd, 0 = none
 };
 
 struct weft_wire_answer {

@@ -81,8 +81,18 @@ void check_entry(const weft::GridEntry &entry)
     if (!entry.problem.empty())
         fail(WEFT_ERR_FORMAT, "%s", entry.problem.c_str());
     if (!entry.listed_type)
-        fail(WEFT_ERR_UNSUPPORTED, "the type %.64s is none of float, double, half, int32 and bool",
+        fail(WEFT_ERR_UNSUPPORTED,
+             "the type %.64s is none of float, double, half, int32, bool, vec3s, vec3d and vec3i",
              entry.type.c_str());
+}
+
+// A staggered grid's component c lies on the lower face of its cell across c.
+void move_to_face(const openvdb::GridBase &grid, int component, double m[3][4])
+{
+    if (grid.getGridClass() != openvdb::GRID_STAGGERED)
+        return;
+    for (int r = 0; r < 3; r++)
+        m[r][3] -= 0.5 * m[r][component];
 }
 
 // What the writing program claimed; a tree that is read tells the truth.
@@ -123,6 +133,7 @@ weft_volume_info describe(const weft::GridEntry &entry)
     copy_text(info.name, entry.label);
     copy_text(info.type, entry.type);
     copy_text(info.grid_class, "unknown");
+    info.components = entry.components;
     info.background = NAN;
     info.empty = true;
     std::fill_n(&info.index_to_world[0][0], 12, NAN);
@@ -237,22 +248,30 @@ const weft::GridEntry &choose_grid(const Reader &reader, const std::string *name
                  all_names(reader).c_str());
         return *found;
     }
-    for (const weft::GridEntry &entry : reader.file->entries())
-        if (entry.listed_type)
-            return entry;
-    fail(WEFT_ERR_UNSUPPORTED, "no scalar grid; the file has %.300s", all_names(reader).c_str());
+    for (int components : {1, 3})
+        for (const weft::GridEntry &entry : reader.file->entries())
+            if (entry.listed_type && entry.components == components)
+                return entry;
+    fail(WEFT_ERR_UNSUPPORTED, "no grid of numbers; the file has %.300s",
+         all_names(reader).c_str());
 }
 
 void load_grid(weft_server *server, Reader *reader, const weft::GridEntry &entry)
 {
     weft_volume_info info = describe(entry);
+    info.component = static_cast<int>(server->request->component);
     check_entry(entry);
+    if (info.component < 0 || info.component >= info.components)
+        fail(WEFT_ERR_ARGUMENT, "no component %d: a grid of %s has %d", info.component, info.type,
+             info.components);
     // The transform first: it is cheap, and decides whether the tree is wanted.
     openvdb::GridBase::Ptr grid = reader->file->read_header(entry);
     read_transform(*grid, info.index_to_world);
     check_transform(info.index_to_world);
     grid = reader->file->read_grid(entry);
-    reader->volume = weft::make_volume(grid, server->request->rest);
+    if (info.components > 1)
+        move_to_face(*grid, info.component, info.index_to_world);
+    reader->volume = weft::make_volume(grid, info.component, server->request->rest);
     info.supported = true;
     copy_text(info.grid_class, openvdb::GridBase::gridClassToString(grid->getGridClass()));
     reader->volume->describe_tree(&info);

@@ -160,7 +160,8 @@ void read_header(Cursor &cursor)
 
 bool is_readable(const std::string &type)
 {
-    for (const char *known : {"float", "double", "half", "int32", "bool"})
+    for (const char *known :
+         {"float", "double", "half", "int32", "bool", "vec3s", "vec3d", "vec3h", "vec3i"})
         if (type == known)
             return true;
     return false;
@@ -175,7 +176,8 @@ bool strip_end(std::string &text, const char *end)
     return true;
 }
 
-// "Tree_float_5_4_3" is "float", or "half"; trees of another shape keep their full name.
+// "Tree_float_5_4_3" is "float", or "half" ("vec3h" of vectors); trees of another shape keep their
+// full name.
 void name_type(GridEntry &grid, std::string stored)
 {
     std::string whole = stored;
@@ -184,10 +186,14 @@ void name_type(GridEntry &grid, std::string stored)
     grid.type = whole;
     if (!stored.compare(0, 5, "Tree_") && strip_end(stored, "_5_4_3")) {
         stored.erase(0, 5);
-        bool narrow = grid.half && (stored == "float" || stored == "double");
-        grid.type = narrow ? "half" : stored;
+        grid.type = stored;
+        if (grid.half && (stored == "float" || stored == "double"))
+            grid.type = "half";
+        if (grid.half && (stored == "vec3s" || stored == "vec3d"))
+            grid.type = "vec3h";
     }
     grid.listed_type = is_readable(grid.type);
+    grid.components = !grid.type.compare(0, 4, "vec3") ? 3 : 1;
 }
 
 // OpenVDB tells grids of one name apart by a record separator and a number.

@@ -25,9 +25,10 @@ struct GridEntry {
     std::string name;        // as OpenVDB shows it: "density", "density[1]"
     std::string label;       // the same fit to be printed, up to 255 bytes, and no other grid's
     std::string stored_type; // "Tree_float_5_4_3"
-    bool half;               // its floats or doubles are stored as halves
+    bool half;               // its floats or doubles, of vectors too, are stored as halves
     std::string type;        // "float", "half", "vec3s", ... or the stored type where it is unusual
     bool listed_type;        // one of the types that weft reads
+    int components;          // 3 of vectors, else 1
     std::string parent;      // the unique name of the grid whose tree it shares, "" = its own
     uint64_t starts, ends;   // its bytes in the file: metadata, transform, tree
     std::string problem;     // why it cannot be read as the table has it; "" = it can

@@ -128,6 +128,17 @@ struct Survey {
     }
 };
 
+// A component of a vector, or the number that it is.
+template <class Number> Number scalar_of(Number value, int)
+{
+    return value;
+}
+template <class Number> Number scalar_of(const openvdb::math::Vec3<Number> &value, int component)
+{
+    return value[component];
+}
+template <class Value> using Scalar = decltype(scalar_of(Value{}, 0));
+
 // What of the values a float does not hold (volume.h: values_rounded etc.).
 void count_value(int32_t value, weft_volume_info *info)
 {
@@ -144,6 +155,7 @@ void count_value(double value, weft_volume_info *info)
 
 template <class Value> struct TileCounter {
     weft_volume_info *info;
+    int component;
     std::vector<Coord> bricks;
 
     bool enter(const Coord &, int32_t)
@@ -156,12 +168,12 @@ template <class Value> struct TileCounter {
     }
     void tile(const Coord &, int32_t, Value value, bool)
     {
-        count_value(value, info);
+        count_value(scalar_of(value, component), info);
     }
 };
 
 // A stored value as a float, or what that lacks of it.
-template <class Value> float part_of(Value value, bool rest)
+template <class Number> float part_of(Number value, bool rest)
 {
     float rounded = static_cast<float>(value);
     if (!rest)
@@ -172,6 +184,7 @@ template <class Value> float part_of(Value value, bool rest)
 
 struct Finder {
     const weft_region &region;
+    int component;
     bool rest;
     std::vector<Coord> bricks;
     std::vector<weft_volume_tile> tiles;
@@ -187,7 +200,9 @@ struct Finder {
     template <class Value> void tile(const Coord &origin, int32_t size, Value value, bool)
     {
         if (enter(origin, size))
-            tiles.push_back({{origin[0], origin[1], origin[2]}, size, part_of(value, rest)});
+            tiles.push_back({{origin[0], origin[1], origin[2]},
+                             size,
+                             part_of(scalar_of(value, component), rest)});
     }
 };
 
@@ -206,7 +221,8 @@ template <class Grid> class TypedVolume : public Volume
     using Leaf = typename Tree::LeafNodeType;
     using Value = typename Tree::ValueType;
 
-    TypedVolume(typename Grid::Ptr grid, bool rest) : grid_(grid), rest_(rest)
+    TypedVolume(typename Grid::Ptr grid, int component, bool rest)
+        : grid_(grid), component_(component), rest_(rest)
     {
         check_root(grid_->tree());
     }
@@ -215,7 +231,7 @@ template <class Grid> class TypedVolume : public Volume
     {
         Survey survey;
         Walk<Tree, Survey>::run(grid_->tree(), survey);
-        info->background = part_of(grid_->tree().background(), rest_);
+        info->background = part_of(scalar_of(grid_->tree().background(), component_), rest_);
         info->active_voxels = survey.voxels;
         info->bricks = survey.leaves;
         info->memory_bytes = survey.leaves * WEFT_BRICK_VOXELS * sizeof(float);
@@ -225,13 +241,14 @@ template <class Grid> class TypedVolume : public Volume
             info->active_max[i] = info->empty ? 0 : survey.box.max()[i];
         }
         info->counted = true;
-        if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int32_t>)
+        if constexpr (std::is_same_v<Scalar<Value>, double> ||
+                      std::is_same_v<Scalar<Value>, int32_t>)
             count_values(info);
     }
 
     void find(weft_server *server, const weft_region &region) const override
     {
-        Finder found{region, rest_, {}, {}};
+        Finder found{region, component_, rest_, {}, {}};
         Walk<Tree, Finder>::run(grid_->tree(), found);
         std::sort(found.bricks.begin(), found.bricks.end(),
                   [](const Coord &a, const Coord &b) { return comes_before(a.data(), b.data()); });
@@ -273,9 +290,9 @@ template <class Grid> class TypedVolume : public Volume
     // Reads all voxels once. Damaged bricks are told when they are asked for.
     void count_values(weft_volume_info *info) const
     {
-        TileCounter<Value> counter{info, {}};
+        TileCounter<Value> counter{info, component_, {}};
         Walk<Tree, TileCounter<Value>>::run(grid_->tree(), counter);
-        count_value(grid_->tree().background(), info);
+        count_value(scalar_of(grid_->tree().background(), component_), info);
         typename Grid::ConstAccessor accessor = grid_->getConstAccessor();
         Stream stream;
         for (const Coord &origin : counter.bricks) {
@@ -285,8 +302,8 @@ template <class Grid> class TypedVolume : public Volume
             } catch (const openvdb::Exception &) {
                 continue;
             }
-            for (Value value : values)
-                count_value(value, info);
+            for (const Value &value : values)
+                count_value(scalar_of(value, component_), info);
         }
     }
 
@@ -308,7 +325,7 @@ template <class Grid> class TypedVolume : public Volume
         for (int z = 0; z < 8; z++)
             for (int y = 0; y < 8; y++)
                 for (int x = 0; x < 8; x++)
-                    *out++ = part_of(values[x << 6 | y << 3 | z], rest_);
+                    *out++ = part_of(scalar_of(values[x << 6 | y << 3 | z], component_), rest_);
     }
 
     static void load(const Leaf &leaf, Stream &stream, Value *values)
@@ -339,27 +356,31 @@ template <class Grid> class TypedVolume : public Volume
     }
 
     typename Grid::Ptr grid_;
+    int component_;
     bool rest_;
 };
 
-template <class Grid>
-std::unique_ptr<Volume> cast_grid(const openvdb::GridBase::Ptr &grid, bool rest)
+// The volume of a grid of the first of these types that it has.
+template <class Grid, class... Others>
+std::unique_ptr<Volume> cast_grid(const openvdb::GridBase::Ptr &grid, int component, bool rest)
 {
-    typename Grid::Ptr typed = openvdb::gridPtrCast<Grid>(grid);
-    return typed ? std::make_unique<TypedVolume<Grid>>(typed, rest) : nullptr;
+    if (typename Grid::Ptr typed = openvdb::gridPtrCast<Grid>(grid))
+        return std::make_unique<TypedVolume<Grid>>(typed, component, rest);
+    if constexpr (sizeof...(Others) > 0)
+        return cast_grid<Others...>(grid, component, rest);
+    return nullptr;
 }
 
 } // namespace
 
-std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, bool rest)
+std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, int component, bool rest)
 {
+    using namespace openvdb;
     std::unique_ptr<Volume> volume;
-    if (grid) {
-        volume = cast_grid<openvdb::FloatGrid>(grid, rest);
-        volume = volume ? std::move(volume) : cast_grid<openvdb::DoubleGrid>(grid, rest);
-        volume = volume ? std::move(volume) : cast_grid<openvdb::Int32Grid>(grid, rest);
-        volume = volume ? std::move(volume) : cast_grid<openvdb::BoolGrid>(grid, rest);
-    }
+    if (grid)
+        volume =
+            cast_grid<FloatGrid, DoubleGrid, Int32Grid, BoolGrid, Vec3SGrid, Vec3DGrid, Vec3IGrid>(
+                grid, component, rest);
     if (!volume)
         fail(WEFT_ERR_FORMAT, "the grid is not of the type that the file's table gives");
     return volume;

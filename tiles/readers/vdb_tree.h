@@ -28,9 +28,10 @@ class Volume
     virtual void read(weft_server *server, const int32_t (*origin)[3], size_t count) const = 0;
 };
 
-// rest: values are what floats lack of the stored ones. Throws Failure for a grid of another type
-// than float, double, int32 or bool.
-std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, bool rest);
+// component: of vectors, 0 to 2. rest: values are what floats lack of the stored ones. Throws
+// Failure for a grid of another type than float, double, int32, bool or vectors of three of the
+// first three.
+std::unique_ptr<Volume> make_volume(const openvdb::GridBase::Ptr &grid, int component, bool rest);
 
 } // namespace weft
 

@@ -15,6 +15,8 @@ extern template class openvdb::tree::Tree<openvdb::Int64Tree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::BoolTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::MaskTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::Vec3STree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Vec3DTree::RootNodeType>;
+extern template class openvdb::tree::Tree<openvdb::Vec3ITree::RootNodeType>;
 #endif
 
 #endif

@@ -38,8 +38,11 @@ struct weft_metadata {
 // and a number in brackets tells equal ones apart.
 struct weft_volume_info {
     char name[256];
-    char type[32]; // as stored: "float", "double", "half", "int32", "bool"; other: unsupported
-    char grid_class[32]; // "fog volume", "level set", "unknown", ...
+    char type[32]; // as stored: "float", "double", "half", "int32", "bool", of vectors "vec3s",
+                   // "vec3d", "vec3h" (halves), "vec3i"; other: unsupported
+    char grid_class[32]; // "fog volume", "level set", "staggered", "unknown", ...
+    int components;      // 1, or 3 of a grid of vectors
+    int component;       // which of them the voxels are, from 0; 0 in lists
     bool supported;      // weft can slice it; in a list: as far as its header tells
     bool empty;          // no active voxel; active_min/max are then 0
     bool clamp_to_edge;  // outside the box the nearest voxel's value holds, not the background
@@ -47,7 +50,10 @@ struct weft_volume_info {
     enum weft_result result; // of a list: what opening the grid would return, WEFT_OK = supported
     char problem[256];       // of a list: why it is not supported
     double index_to_world[3][4]; // world[r] = sum_c m[r][c] index[c] + m[r][3]; in lists NAN where
-                                 // it cannot be read or is not affine, and maybe singular
+                                 // it cannot be read or is not affine, and maybe singular. Of a
+                                 // staggered grid's component c, once it is opened, the position of
+                                 // its samples: half a voxel along -c from the grid's own, at the
+                                 // lower face of the cell (OpenVDB, Types.h: CLASS_STAGGERED)
     int32_t active_min[3], active_max[3]; // box of active voxels, inclusive
     uint64_t active_voxels;
     uint64_t bricks;       // leaf bricks stored
@@ -116,7 +122,10 @@ WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bri
 // A grid of a VDB file. weft_volume_list_load uses path, limits and log alone.
 struct weft_volume_open_params {
     const char *path; // required
-    const char *grid; // its name as listed or in the file (default: the first of a scalar type)
+    const char *grid; // its name as listed or in the file (default: the first of a scalar type, or
+                      // of vectors where there is none)
+    int component;    // of a grid of vectors: which one the volume's voxels are, from 0 (default)
+                      // to 2; of a scalar grid 0 only
     bool rest; // values are what floats lack of the grid's: stored - float, so that both together
                // are exact (to 48 bits); 0 where the float is infinite. No warning then.
     struct weft_limits limits;  // of the reader process
@@ -130,8 +139,9 @@ struct weft_volume_open_params {
 // and double voxels are read once to count those that a float does not hold, and a warning tells
 // them. Instances, which share another grid's tree, are read as grids of their own. The default of
 // limits.memory_bytes grows with the file: 256 MiB and 256 times its size, up to 4 GiB.
-// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no scalar grid, frustum transform), _ARGUMENT (no
-// grid of that name; the log lists the names), _LIMIT, _READER.
+// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no grid of a type that weft reads, frustum
+// transform), _ARGUMENT (no grid of that name, and the log lists the names; no such component),
+// _LIMIT, _READER.
 WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
                                            weft_volume **out);
 
@@ -141,7 +151,8 @@ typedef struct weft_volume_opening weft_volume_opening;
 
 // Starts the reader and asks it to open the grid, without waiting. What goes wrong with the file is
 // told when it is awaited, and params->log is called there only, but for WEFT_ERR_MEMORY and
-// WEFT_ERR_ARGUMENT (no path), which are returned at once with *out NULL. Path and grid are copied.
+// WEFT_ERR_ARGUMENT (no path, a component under 0 or over 2), which are returned at once with *out
+// NULL. Path and grid are copied.
 WEFT_API enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
                                             weft_volume_opening **out);
 // Waits for the volume, and leaves NULL behind. Messages and results are those of weft_volume_open.

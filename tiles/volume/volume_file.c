@@ -63,11 +63,15 @@ static bool box_valid(const struct weft_volume_info *info)
 static bool info_valid(const struct weft_volume_info *info)
 {
     static const char *const types[] = {"float", "double", "half", "int32", "bool", NULL};
-    bool sliceable = weft_transform_valid(info->index_to_world) && one_of(info->type, types);
+    static const char *const vectors[] = {"vec3s", "vec3d", "vec3h", "vec3i", NULL};
+    bool sliceable = weft_transform_valid(info->index_to_world) &&
+                     one_of(info->type, info->components == 3 ? vectors : types);
     return terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
            terminated(info->grid_class, sizeof info->grid_class) &&
            terminated(info->problem, sizeof info->problem) && (!info->supported || sliceable) &&
-           info->supported == (info->result == WEFT_OK) && info->empty == !info->active_voxels &&
+           (info->components == 1 || info->components == 3) && info->component >= 0 &&
+           info->component < info->components && info->supported == (info->result == WEFT_OK) &&
+           info->empty == !info->active_voxels &&
            info->bricks <= UINT64_MAX / (WEFT_BRICK_VOXELS * sizeof(float)) &&
            info->memory_bytes == info->bricks * WEFT_BRICK_VOXELS * sizeof(float) &&
            info->largest_rounding >= 0 && info->largest_rounding <= 64;
@@ -306,7 +310,8 @@ static enum weft_result ask(const struct weft_volume_open_params *params, weft_v
 {
     const struct iovec name = {(void *)(uintptr_t)params->grid,
                                params->grid ? strlen(params->grid) + 1 : 0};
-    const struct weft_wire_request request = {.op = WEFT_WIRE_OPEN, .rest = params->rest};
+    const struct weft_wire_request request = {
+        .op = WEFT_WIRE_OPEN, .rest = params->rest, .component = (uint32_t)params->component};
     weft_volume *volume = NULL;
     struct file *file;
     enum weft_result res = weft_volume_make(params->log, &backend, &volume);
@@ -335,7 +340,8 @@ static enum weft_result finish(const struct weft_volume_open_params *params, wef
     if (res == WEFT_OK)
         res = take_grid(params->log, &payload, &at, &volume->info);
     if (res == WEFT_OK &&
-        (at != payload.size || !volume->info.supported || !box_valid(&volume->info)))
+        (at != payload.size || !volume->info.supported || !box_valid(&volume->info) ||
+         volume->info.component != params->component))
         res = contradiction(params->log, "the opened grid");
     if (res == WEFT_OK && !params->rest)
         warn_of_values(params, &volume->info);
@@ -349,6 +355,7 @@ enum weft_result weft_volume_open(const struct weft_volume_open_params *params, 
     weft_volume *volume = NULL;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
+    weft_require(params->log, params->component >= 0 && params->component <= 2);
     res = ask(params, &volume);
     if (res == WEFT_OK)
         res = finish(params, volume);
@@ -368,6 +375,7 @@ enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
     struct weft_volume_open_params quiet = *params;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
+    weft_require(params->log, params->component >= 0 && params->component <= 2);
     res = WEFT_ERR_MEMORY;
     opening = calloc(1, sizeof *opening);
     if (!opening)

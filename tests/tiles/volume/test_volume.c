@@ -285,10 +285,11 @@ static void test_list(void **state)
     static const struct {
         const char *name, *type;
         bool supported;
-    } expected[] = {{"vec3s", "vec3s", false},  {"float", "float", true},
-                    {"double", "double", true}, {"half", "half", true},
-                    {"int32", "int32", true},   {"bool", "bool", true},
-                    {"twin[0]", "float", true}, {"twin[1]", "float", true}};
+    } expected[] = {
+        {"vec3s", "vec3s", true},   {"float", "float", true},   {"double", "double", true},
+        {"half", "half", true},     {"int32", "int32", true},   {"bool", "bool", true},
+        {"twin[0]", "float", true}, {"twin[1]", "float", true}, {"int64", "int64", false},
+        {"vec3d", "vec3d", true},   {"vec3h", "vec3h", true},   {"vec3i", "vec3i", true}};
     if (!make_fixtures())
         skip();
     struct weft_volume_list list;
@@ -299,6 +300,7 @@ static void test_list(void **state)
         assert_string_equal(list.grids[i].name, expected[i].name);
         assert_string_equal(list.grids[i].type, expected[i].type);
         assert_int_equal(list.grids[i].supported, expected[i].supported);
+        assert_int_equal(list.grids[i].components, strncmp(expected[i].type, "vec3", 4) ? 1 : 3);
         assert_int_equal(list.grids[i].active_voxels, 20 * 12 * 9);
         assert_int_equal(list.grids[i].active_max[0], 19);
     }
@@ -321,7 +323,7 @@ static void test_refused(void **state)
     } cases[] = {
         {"types.vdb", "absent", "'vec3s' (vec3s), 'float' (float), 'double' (double)",
          WEFT_ERR_ARGUMENT},
-        {"types.vdb", "vec3s", "type vec3s", WEFT_ERR_UNSUPPORTED},
+        {"types.vdb", "int64", "type int64", WEFT_ERR_UNSUPPORTED},
         {"frustum.vdb", NULL, "frustum", WEFT_ERR_UNSUPPORTED},
         {"far.vdb", NULL, "1073741824", WEFT_ERR_LIMIT},
         {"streamed.vdb", NULL, "streamed", WEFT_ERR_UNSUPPORTED},

@@ -73,7 +73,7 @@ static void test_list(void **state)
         enum weft_result result;
         bool affine;
     } expected[] = {
-        {"vector", "vec3s", WEFT_ERR_UNSUPPORTED, true},
+        {"vector", "vec3s", WEFT_OK, true},
         {"int64", "int64", WEFT_ERR_UNSUPPORTED, true},
         {"mask", "mask", WEFT_ERR_UNSUPPORTED, false},
         {"points", "ptdataidx32", WEFT_ERR_UNSUPPORTED, true},
@@ -100,7 +100,7 @@ static void test_list(void **state)
         double step = info->index_to_world[0][0];
         assert_true(expected[i].affine || step == (i == 4 ? 0.123456789 : 1.0));
     }
-    assert_non_null(strstr(list.grids[0].problem, "vec3s"));
+    assert_non_null(strstr(list.grids[1].problem, "int64"));
     assert_string_equal(list.grids[0].grid_class, "staggered");
     assert_false(find_grid(&list, "instance")->counted); // instances come without statistics
     assert_true(find_grid(&list, "empty")->counted && find_grid(&list, "empty")->empty);
@@ -112,7 +112,8 @@ static void test_list(void **state)
     weft_volume_list_clear(&list);
 }
 
-static void assert_voxels(weft_volume *volume)
+// The fixtures' values, and `more`.
+static void assert_voxels_and(weft_volume *volume, int more)
 {
     struct weft_brick_list list;
     assert_int_equal(weft_volume_find(volume, &everywhere, &list), WEFT_OK);
@@ -128,12 +129,57 @@ static void assert_voxels(weft_volume *volume)
                 k = list.brick_origin[b][2] + (v >> 6);
             bool inside = i < 20 && j < 12 && k < 9;
             assert_true(values[b * 512 + (size_t)v] ==
-                        (float)(inside ? fixture_value(i, j, k) : 0));
+                        (float)(inside ? fixture_value(i, j, k) + more : 0));
             seen += inside;
         }
     assert_int_equal(seen, FIXTURE_VOXELS);
     free(values);
     weft_brick_list_clear(&list);
+}
+
+static void assert_voxels(weft_volume *volume)
+{
+    assert_voxels_and(volume, 0);
+}
+
+static enum weft_result open_component(const char *file, const char *grid, int component,
+                                       weft_volume **out)
+{
+    return weft_volume_open(weft_volume_open_params(.path = file_path(file), .grid = grid,
+                                                    .component = component, .log = &test_log),
+                            out);
+}
+
+// A component is a volume of its own; a staggered one's samples lie on their faces.
+static void test_vectors(void **state)
+{
+    (void)state;
+    static const char *const grids[] = {"vec3s", "vec3d", "vec3h", "vec3i"};
+    weft_volume *volume = NULL;
+    for (int g = 0; g < (int)WEFT_COUNT(grids) * 3; g++) {
+        assert_int_equal(open_component("types.vdb", grids[g / 3], g % 3, &volume), WEFT_OK);
+        const struct weft_volume_info *info = weft_volume_get_info(volume);
+        assert_int_equal(info->components, 3);
+        assert_int_equal(info->component, g % 3);
+        assert_string_equal(info->type, grids[g / 3]);
+        assert_voxels_and(volume, g % 3 * 100);
+        weft_volume_destroy(&volume);
+    }
+    for (int c = 0; c < 3; c++) {
+        assert_int_equal(open_component("kinds.vdb", "vector", c, &volume), WEFT_OK);
+        const struct weft_volume_info *info = weft_volume_get_info(volume);
+        assert_string_equal(info->grid_class, "staggered");
+        for (int r = 0; r < 3; r++) {
+            assert_memory_equal(info->index_to_world[r], affine[r], sizeof(double[3]));
+            assert_true(info->index_to_world[r][3] == affine[r][3] - 0.5 * affine[r][c]);
+        }
+        weft_volume_destroy(&volume);
+    }
+    assert_int_equal(open_component("types.vdb", "vec3s", 3, &volume), WEFT_ERR_ARGUMENT);
+    assert_int_equal(open_component("types.vdb", "vec3s", -1, &volume), WEFT_ERR_ARGUMENT);
+    assert_int_equal(open_component("types.vdb", "float", 1, &volume), WEFT_ERR_ARGUMENT);
+    assert_non_null(strstr(last_error.message, "no component 1: a grid of float has 1"));
+    assert_null(volume);
 }
 
 static void test_read(void **state)
@@ -376,10 +422,11 @@ static void test_cut(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_list),  cmocka_unit_test(test_read),
-        cmocka_unit_test(test_names), cmocka_unit_test(test_values),
-        cmocka_unit_test(test_rest),  cmocka_unit_test(test_one_damaged),
-        cmocka_unit_test(test_cut),   cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_list),        cmocka_unit_test(test_vectors),
+        cmocka_unit_test(test_read),        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_values),      cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_one_damaged), cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_bounds),
     };
     return cmocka_run_group_tests(tests, make_fixtures, remove_folder);
 }
