@@ -66,7 +66,7 @@ static void set_slice_figures(const struct chooser *c, const struct weft_slice_p
     struct weft_work work = weft_method_work(&candidate->method, request, c->base, NULL, 0.0);
     work.threads = c->params->threads;
     candidate->state = WEFT_CANDIDATE_DEARER;
-    candidate->bound = weft_bound_compute(&request->info.bound, &values).total;
+    candidate->bound = weft_bound_compute(&request->info.output[0].bound, &values).total;
     candidate->seconds = weft_cost_of(c->model, &work);
     candidate->bytes =
         (uint64_t)(work.algorithm == WEFT_ALGORITHM_FUSED ? fused_bytes(&work)

@@ -402,7 +402,7 @@ enum weft_result weft_method_plan_create(weft_volume *volume,
     }
     plan->info.bytes = info->memory_bytes;
     plan->info.fetches = info->fetches_per_pixel;
-    plan->terms = info->bound;
+    plan->terms = info->output[0].bound;
     if (params->method.algorithm == WEFT_ALGORITHM_MULTIPASS)
         res = plan_passes(plan, params);
     if (params->method.algorithm == WEFT_ALGORITHM_HARDWARE)

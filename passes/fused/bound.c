@@ -120,28 +120,27 @@ static void set_smooth(struct weft_slice_plan *plan, double error)
 
 // What a prefiltered kernel reads are coefficients, of up to `gain` times the voxels, whatever
 // those are.
-static void set_stated_bound(struct weft_slice_plan_info *info)
+static void set_stated_bound(const struct weft_kernel *kernel, struct weft_slice_output *out)
 {
-    const struct weft_bound_terms *terms = &info->bound;
+    const struct weft_bound_terms *terms = &out->bound;
     // Pixels that are rounded to floats in the end are of any size that there can be.
     const double rounded =
         terms->rounded_gain > 0.0 ? UNIT * (terms->rounded_gain + terms->relative) : 0.0;
     const double relative = terms->relative + rounded, more = 1.0 + relative;
     struct weft_prefilter prefilter;
-    info->error_bound = relative + terms->sample_rounding;
-    info->error_beyond = more * terms->prefilter.beyond;
-    info->error_absolute = terms->absolute + terms->absolute_rounding;
-    if (!info->kernel.prefiltered ||
-        weft_prefilter_compute(NULL, &info->kernel, &prefilter) != WEFT_OK)
+    out->error_bound = relative + terms->sample_rounding;
+    out->error_beyond = more * terms->prefilter.beyond;
+    out->error_absolute = terms->absolute + terms->absolute_rounding;
+    if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &prefilter) != WEFT_OK)
         return;
-    info->error_bound = pow(prefilter.gain, 3) * (relative + more * terms->prefilter.coefficient) +
-                        more * terms->prefilter.sample + terms->sample_rounding;
+    out->error_bound = pow(prefilter.gain, 3) * (relative + more * terms->prefilter.coefficient) +
+                       more * terms->prefilter.sample + terms->sample_rounding;
 }
 
 // What a grid's numbers lose as floats: integers an absolute amount, doubles half a unit each.
 static void set_rounding(struct weft_slice_plan *plan, const struct weft_volume_info *volume)
 {
-    struct weft_bound_terms *terms = &plan->info.bound;
+    struct weft_bound_terms *terms = &plan->info.output[0].bound;
     double whole =
         plan->info.kernel.prefiltered ? terms->prefilter.gain : pow(plan->smooth.gain, 3);
     if (plan->clamp_to_samples) // which are off, too
@@ -164,7 +163,8 @@ static void set_terms(struct weft_slice_plan *plan, double smooth_error)
         relative = separable_bound(plan, gain);
     }
     set_largest_fit(plan, gain);
-    info->bound = (struct weft_bound_terms){
+    struct weft_bound_terms *terms = &info->output[0].bound;
+    *terms = (struct weft_bound_terms){
         .relative = relative * (plan->axes.summed ? along : 1.0),
         .absolute = plan->smooth.error + flushed(plan, gain),
         .rounded_gain =
@@ -179,15 +179,15 @@ static void set_terms(struct weft_slice_plan *plan, double smooth_error)
         widen_range(&plan->axes, &plan->range);
     double width = plan->range.high - plan->range.low;
     double offset = fmax(fabs(plan->range.low), fabs(plan->range.high));
-    info->bound.relative = 0.0;
-    info->bound.absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
-                                     relative + 2.0 * UNIT * whole) +
-                            4.0 * UNIT * whole * offset;
+    terms->relative = 0.0;
+    terms->absolute += width * (weft_source_format_error(info->source) * (whole + relative) +
+                                relative + 2.0 * UNIT * whole) +
+                       4.0 * UNIT * whole * offset;
 }
 
 void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error)
 {
     set_terms(plan, smooth_error);
     set_rounding(plan, weft_volume_get_info(weft_footprint_voxels(plan->footprint)));
-    set_stated_bound(&plan->info);
+    set_stated_bound(&plan->info.kernel, &plan->info.output[0]);
 }

@@ -19,6 +19,7 @@
 #define WEFT_PASSES_FUSED_FUSED_H
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/quantity.h"
 #include "../../filter/rectangle.h"
 #include "../../tiles/volume/layout.h"
 #include "../cpu/cpu.h"
@@ -69,6 +70,11 @@ struct weft_slice_params {
     // on OpenGL the whole slice is planned as well, to choose: name the layout that another plan of
     // it chose where there are many parts.
     struct weft_rectangle part;
+    // What is made of every pixel: partial derivatives, in index space whatever `space` is (filter/
+    // quantity.h), all in one pass over the same voxels; borrowed until the call returns. Default
+    // count 0: the value alone.
+    const struct weft_derivative *derivative;
+    int derivative_count;           // to WEFT_DERIVATIVES
     enum weft_engine engine;        // that is to run it (default OpenGL)
     enum weft_sums sums;            // of products (default float); double: of the CPU engine alone
     enum weft_layout layout;        // of voxels in the texture buffer (default auto, which goes by
@@ -106,6 +112,20 @@ struct weft_slice_tile {
 // A planned slice. Thread-safety: one thread at a time, for a plan and its footprint together.
 typedef struct weft_slice_plan weft_slice_plan;
 
+// One of the results that a plan makes of every pixel.
+struct weft_slice_output {
+    struct weft_derivative derivative;
+    // The terms of |result - exact| that weft_bound_compute adds up for values that were measured.
+    // Exact is the result of the numbers that the grid stores: doubles are half a unit of a float
+    // off, integers up to weft_volume_info.largest_rounding.
+    struct weft_bound_terms bound;
+    // The same of voxels alone, whatever their coefficients: |result - exact| <= error_bound *
+    // largest |voxel| in reach + error_beyond * largest |voxel| farther away + error_absolute.
+    // Prefiltered kernels read coefficients, which may be much larger than voxels, and mostly are
+    // not: error_bound is far above weft_bound_compute's for them.
+    double error_bound, error_beyond, error_absolute;
+};
+
 // What a plan is: the parameters with their defaults filled in, and what they came to. It belongs
 // to the plan and lives as long.
 struct weft_slice_plan_info {
@@ -126,15 +146,8 @@ struct weft_slice_plan_info {
     // Prefiltered kernels: voxels on either side of the taps that count as in reach too, since
     // their coefficients depend on them; 0 for others.
     int prefilter_overlap;
-    // The terms of |result - exact| that weft_bound_compute adds up for values that were measured.
-    // Exact is the result of the numbers that the grid stores: doubles are half a unit of a float
-    // off, integers up to weft_volume_info.largest_rounding.
-    struct weft_bound_terms bound;
-    // The same of voxels alone, whatever their coefficients: |result - exact| <= error_bound *
-    // largest |voxel| in reach + error_beyond * largest |voxel| farther away + error_absolute.
-    // Prefiltered kernels read coefficients, which may be much larger than voxels, and mostly are
-    // not: error_bound is far above weft_bound_compute's for them.
-    double error_bound, error_beyond, error_absolute;
+    int output_count; // the params' derivatives, in their order; 1: the value alone
+    struct weft_slice_output output[WEFT_DERIVATIVES];
     enum weft_source_format source;
     enum weft_lookup lookup;
     int samples;        // of tiles that are sampled, else segments of polynomials

@@ -475,6 +475,26 @@ static enum weft_result plan_tiles(struct planner *planner, enum weft_layout ask
 
 // ---- the request --------------------------------------------------------------------------------
 
+static enum weft_result check_derivatives(const struct weft_slice_params *p)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(p->log, p->derivative_count >= 0 && p->derivative_count <= WEFT_DERIVATIVES);
+    weft_require(p->log, p->derivative || !p->derivative_count);
+    for (int i = 0; i < p->derivative_count; i++) {
+        const int *along = p->derivative[i].along;
+        for (int a = 0; a < 3; a++)
+            weft_require(p->log, along[a] >= 0 && along[a] <= 2);
+        weft_require(p->log, along[0] + along[1] + along[2] <= 2);
+        if (along[0] + along[1] + along[2] > 0 || p->derivative_count > 1) {
+            weft_error(p->log, "slices of derivatives are not made in one pass");
+            return WEFT_ERR_UNSUPPORTED;
+        }
+    }
+    return WEFT_OK;
+fail:
+    return res;
+}
+
 static enum weft_result check_values(const struct weft_slice_params *p)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
@@ -486,7 +506,7 @@ static enum weft_result check_values(const struct weft_slice_params *p)
     weft_require(p->log, p->without <= WEFT_SAVING_ALL);
     weft_require(p->log, p->max_target_size >= 0);
     weft_require(p->log, p->max_buffer_texels >= 0);
-    return WEFT_OK;
+    res = check_derivatives(p);
 fail:
     return res;
 }
@@ -676,6 +696,7 @@ static enum weft_result start_info(struct weft_slice_plan *plan, const struct we
     info->sums = p->sums;
     info->index_geometry = reach->index_geometry;
     info->prefilter_overlap = reach->prefilter_overlap;
+    info->output_count = 1;
     const enum weft_result res = weft_rectangle_within(p->log, &p->part, info->geometry.width,
                                                        info->geometry.height, &info->part);
     if (res != WEFT_OK)

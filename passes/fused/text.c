@@ -82,7 +82,8 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
             "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel| + "
             "%.2g\n",
             weft_layout_name(plan->info.layout), plan->weights->tiles.degree,
-            plan->weights->tiles.segments, plan->info.error_bound, plan->info.error_absolute);
+            plan->weights->tiles.segments, plan->info.output[0].error_bound,
+            plan->info.output[0].error_absolute);
     if (plan->info.engine == WEFT_ENGINE_CPU)
         fprintf(out, "engine cpu, sums %s\n", weft_sums_names[plan->info.sums]);
     print_savings(out, plan->info.savings);
@@ -90,7 +91,7 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
         fprintf(out,
                 "prefilter: a coefficient depends on voxels up to %d away along each axis; farther "
                 "ones add %.2g x |voxel| to the bound\n",
-                plan->info.prefilter_overlap, plan->info.error_beyond);
+                plan->info.prefilter_overlap, plan->info.output[0].error_beyond);
     for (int i = 0; i < plan->info.tile_count; i++)
         (plan->axes.separable ? print_plane : print_tile)(out, plan, i);
     if (fclose(out) != 0)

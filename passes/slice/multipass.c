@@ -724,7 +724,7 @@ enum weft_result weft_slice_multipass_run(weft_slice_multipass *r,
 struct weft_bound_terms weft_slice_multipass_bound_terms(const weft_slice_plan *slice,
                                                          const weft_pass_plan *plan)
 {
-    const struct weft_bound_terms *grid = &slice->info.bound;
+    const struct weft_bound_terms *grid = &slice->info.output[0].bound;
     struct weft_bound_terms terms = weft_pass_plan_get_info(plan)->bound;
     terms.relative = weft_slice_position_bound(slice);
     terms.sample_rounding = grid->sample_rounding;

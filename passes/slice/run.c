@@ -157,6 +157,9 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
     weft_require(slice->log, p.stride == 0 || (p.stride >= part->width && p.stride <= INT32_MAX));
     if (p.stride == 0)
         p.stride = part->width;
+    weft_require(slice->log, p.plane_stride == 0 || p.plane_stride >= part->height * p.stride);
+    if (p.plane_stride == 0)
+        p.plane_stride = part->height * p.stride;
     const uint64_t read = weft_slice_bricks_read(slice->plan);
     res = run_engine(slice, &p, &own, &pixels);
     if (res != WEFT_OK)

@@ -66,8 +66,11 @@ WEFT_API void weft_slice_destroy(weft_slice **slice); // accepts &NULL, leaves N
 
 // Where the pixels of a run go.
 struct weft_slice_run_params {
-    float *pixels;  // [y * stride + x], required; x and y from the plan's part's corner on
-    int64_t stride; // floats from row to row (default the part's width)
+    // Required: output o of pixel (x, y) is pixels[o * plane_stride + y * stride + x]; x and y are
+    // from the plan's part's corner on.
+    float *pixels;
+    int64_t stride;       // floats from row to row (default the part's width)
+    int64_t plane_stride; // from an output's plane to the next (default the part's height * stride)
     const struct weft_progress *progress; // may be NULL
 };
 #define WEFT_SLICE_RUN_DEFAULTS

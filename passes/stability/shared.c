@@ -104,8 +104,8 @@ enum weft_result weft_stability_slice_run(const struct weft_stability_params *pa
     if (res == WEFT_OK)
         res = weft_slice_plan_create(volume, &slice_params, &plan);
     if (res == WEFT_OK) {
-        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
-        *bound = (struct weft_stability_bound){info->error_bound, info->error_absolute};
+        const struct weft_slice_output *value = weft_slice_plan_get_info(plan)->output;
+        *bound = (struct weft_stability_bound){value->error_bound, value->error_absolute};
         res = weft_slice_run_once(plan, weft_slice_compile_params(.context = params->context),
                                   weft_slice_run_params(.pixels = pixels), NULL);
     }

@@ -128,7 +128,7 @@ static enum weft_result set_samples(struct subject *s, struct weft_verifier *v)
                                              .sample_high = statistics->voxel_high,
                                              .beyond = statistics->beyond};
     v->bound_relative = 0.0;
-    v->bound_absolute = weft_bound_compute(&s->plan->info.bound, &values).total;
+    v->bound_absolute = weft_bound_compute(&s->plan->info.output[0].bound, &values).total;
     v->seconds = weft_slice_samples_seconds(s->samples);
     v->far = true;
     return res;
@@ -138,7 +138,7 @@ static enum weft_result set_samples(struct subject *s, struct weft_verifier *v)
 static void set_bound(const struct weft_slice_plan *plan, struct weft_verifier *v)
 {
     static const struct weft_bound_values none, one = {-1.0, 1.0, -1.0, 1.0, 0.0, 0.0};
-    struct weft_bound_terms terms = plan->info.bound;
+    struct weft_bound_terms terms = plan->info.output[0].bound;
     v->bound_absolute = weft_bound_compute(&terms, &none).total;
     terms.absolute = terms.absolute_rounding = 0.0;
     v->bound_relative = weft_bound_compute(&terms, &one).total;

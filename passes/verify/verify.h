@@ -93,16 +93,18 @@ struct weft_slice_verify_params {
     (&(struct weft_slice_verify_params){WEFT_SLICE_VERIFY_DEFAULTS __VA_ARGS__})
 
 // Verifies pixels[y * width + x] of a slice, or of the plan's part of it, from its corner on and of
-// its width, of which the same pixels are checked, against the volume's voxels, without layouts or
-// the GPU's positions; voxels that the plan's footprint keeps are not read again. Where a position
-// is within 2^-32 voxels of being rounded the other way, a pixel may be on either side of a jump,
-// or of where a tap counts that is not finite. For prefiltered kernels the reference trusts no
-// coefficient: it is the sum over the volume's voxels with the weights of the cardinal spline
-// (weft_prefilter_weights, cut off at 2^-32, or farther out where voxels there are so much larger
-// that they count), which takes hundreds of times as long. The bound is the plan's, for prefiltered
-// kernels from what is measured of coefficients and voxels; bricks that the plan's footprint keeps
-// are not read again for them either. params may be NULL. Returns WEFT_ERR_CANCELLED,
-// WEFT_ERR_MEMORY and what weft_volume_read returns.
+// its width, of which the same pixels are checked; of several outputs, pixels[(o * height + y) *
+// width + x]. `out` is an array, a report of each of the plan's outputs (of the value alone, one).
+// Pixels are compared with what the volume's voxels make, without layouts or the GPU's positions;
+// voxels that the plan's footprint keeps are not read again. Where a position is within 2^-32
+// voxels of being rounded the other way, a pixel may be on either side of a jump, or of where a tap
+// counts that is not finite. For prefiltered kernels the reference trusts no coefficient: it is the
+// sum over the volume's voxels with the weights of the cardinal spline (weft_prefilter_weights, cut
+// off at 2^-32, or farther out where voxels there are so much larger that they count), which takes
+// hundreds of times as long. The bound is the plan's, for prefiltered kernels from what is measured
+// of coefficients and voxels; bricks that the plan's footprint keeps are not read again for them
+// either. params may be NULL. Returns WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what weft_volume_read
+// returns.
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pixels,
                                             const struct weft_slice_verify_params *params,
                                             struct weft_verify_report *out);

@@ -12,7 +12,7 @@
 static enum weft_result report_none(struct slice_job *job)
 {
     const struct weft_choice *choice = &job->choice;
-    const double rounding = weft_slice_plan_get_info(job->plan)->bound.absolute_rounding;
+    const double rounding = weft_slice_plan_get_info(job->plan)->output[0].bound.absolute_rounding;
     char rounded[80] = "";
     if (rounding > 0.0)
         snprintf(rounded, sizeof rounded, ", %.3g of it by integers that no float holds", rounding);

@@ -71,7 +71,8 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
                        job->hardware->fetches_per_pixel, job->hardware->bound.e3);
     else
         run_report_add(out, &count, "plan", "%s layout, %d fetches per pixel, error bound %.3g",
-                       weft_layout_name(plan->layout), plan->fetches_per_pixel, plan->error_bound);
+                       weft_layout_name(plan->layout), plan->fetches_per_pixel,
+                       plan->output[0].error_bound);
     run_report_add_renderer(out, &count,
                             plan->engine == WEFT_ENGINE_GL ? job->setup->context : NULL);
     if (plan->engine == WEFT_ENGINE_CPU)
@@ -142,7 +143,8 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "geometry", geometry_json(&plan->geometry));
     json_object_set_new(root, "index_geometry", geometry_json(&plan->index_geometry));
     json_object_set_new(root, "misses_volume", json_boolean(plan->misses_volume));
-    json_object_set_new(root, "error_rounding", json_number(plan->bound.absolute_rounding));
+    json_object_set_new(root, "error_rounding",
+                        json_number(plan->output[0].bound.absolute_rounding));
     if (plan->kernel.prefiltered)
         json_object_set_new(root, "prefilter_overlap", json_integer(plan->prefilter_overlap));
     if (job->choice.plan)
@@ -156,11 +158,11 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "source", json_text(weft_source_format_name(plan->source)));
     json_object_set_new(root, "lookup", json_text(weft_lookup_names[plan->lookup]));
     json_object_set_new(root, "savings", savings_json(job));
-    json_object_set_new(root, "error_absolute", json_number(plan->error_absolute));
-    json_object_set_new(root, "error_beyond", json_number(plan->error_beyond));
+    json_object_set_new(root, "error_absolute", json_number(plan->output[0].error_absolute));
+    json_object_set_new(root, "error_beyond", json_number(plan->output[0].error_beyond));
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
-    json_object_set_new(root, "error_bound", json_number(plan->error_bound));
+    json_object_set_new(root, "error_bound", json_number(plan->output[0].error_bound));
     json_object_set_new(root, "bricks_read", json_count(plan->bricks_read));
     json_object_set_new(root, "cells", json_count(sum_cells(plan, false)));
     json_object_set_new(root, "cells_laid_out", json_count(sum_cells(plan, true)));

@@ -149,7 +149,8 @@ static double run_slice(weft_volume *volume, const struct weft_slice_params *par
                                              .sample_low = s.voxel_low,
                                              .sample_high = s.voxel_high,
                                              .beyond = s.beyond};
-    const double bound = weft_bound_compute(&weft_slice_plan_get_info(plan)->bound, &values).total;
+    const double bound =
+        weft_bound_compute(&weft_slice_plan_get_info(plan)->output[0].bound, &values).total;
     weft_slice_plan_destroy(&plan);
     return bound;
 }

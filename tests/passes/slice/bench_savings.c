@@ -171,8 +171,9 @@ static void print_saving(struct bench *b, const struct saving *s, struct method 
         difference =
             fmax(difference, fabs((double)methods[0].pixels[i] - (double)methods[1].pixels[i]));
     for (int w = 0; w < 2; w++) {
-        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(methods[w].plan);
-        const double bound = info->error_bound * methods[w].error.magnitude + info->error_absolute;
+        const struct weft_slice_output *value = weft_slice_plan_get_info(methods[w].plan)->output;
+        const double bound =
+            value->error_bound * methods[w].error.magnitude + value->error_absolute;
         b->failures +=
             !(methods[w].error.maximum <= bound) || methods[w].error.not_finite_mismatches;
     }

@@ -676,9 +676,8 @@ static void any_parameters_can_be_sliced(void **state)
                                                  weft_slice_run_params(.pixels = pixels), NULL),
                              WEFT_OK);
             assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);
-            const struct weft_slice_plan_info *plan_info = weft_slice_plan_get_info(plan);
-            const double bound =
-                plan_info->error_bound * error.magnitude + plan_info->error_absolute;
+            const struct weft_slice_output *value = weft_slice_plan_get_info(plan)->output;
+            const double bound = value->error_bound * error.magnitude + value->error_absolute;
             if (!(error.maximum <= bound))
                 fail_msg("%s: error %.3g, bound %.3g", name, error.maximum, bound);
             bounded += bound <= 1e-4 * error.magnitude;

@@ -328,11 +328,12 @@ static void test_double_sums(void **state)
         weft_slice_plan *plan = plan_of(volume, &params);
         const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
         // Half a unit of a result that is at most the gain times the largest voxel, and positions.
-        const double gain = info->bound.rounded_gain;
+        const double gain = info->output[0].bound.rounded_gain;
         print_message("%s: bound %.3g, of it half a unit of the result %.3g\n", own[k],
-                      info->error_bound, 0x1p-24 * gain);
-        assert_true(info->error_bound <= 0x1p-24 * gain + 4e-8);
-        assert_true(info->error_bound < 0.5 * weft_slice_plan_get_info(single)->error_bound);
+                      info->output[0].error_bound, 0x1p-24 * gain);
+        assert_true(info->output[0].error_bound <= 0x1p-24 * gain + 4e-8);
+        assert_true(info->output[0].error_bound <
+                    0.5 * weft_slice_plan_get_info(single)->output[0].error_bound);
         for (size_t s = 0; s < WEFT_COUNT(sets); s++) {
             if (!weft_instruction_set_runs(sets[s]))
                 continue;

@@ -84,8 +84,8 @@ static struct result slice(weft_context *context, weft_volume *volume,
     weft_slice_plan *plan = NULL;
     assert_int_equal(weft_slice_plan_create(volume, params, &plan), WEFT_OK);
     const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
-    r.bound = info->error_bound;
-    r.absolute = info->error_absolute;
+    r.bound = info->output[0].error_bound;
+    r.absolute = info->output[0].error_absolute;
     r.overlap = info->prefilter_overlap;
     r.tiles = info->tile_count;
     r.pixels =
@@ -485,8 +485,9 @@ static void check_far(const struct weft_kernel *kernel, int axis, int away, floa
     assert_int_equal(weft_slice_verify(plan, pixels, NULL, &error), WEFT_OK);
     assert_int_equal(error.pixels_checked, error.pixels_total);
     const double found = far_error(&params, data, size, pixels);
-    const double near = info->error_bound * (away > 0 ? 1.0 : (double)value) + info->error_absolute;
-    const double stated = near + (away > 0 ? info->error_beyond * (double)value : 0.0);
+    const double near = info->output[0].error_bound * (away > 0 ? 1.0 : (double)value) +
+                        info->output[0].error_absolute;
+    const double stated = near + (away > 0 ? info->output[0].error_beyond * (double)value : 0.0);
     if (!(found <= stated && found <= error.bound))
         fail_msg("%s: %g, %d voxels past the overlap: error %.3g, stated %.3g, bound %.3g",
                  kernel->info->name, (double)value, away, found, stated, error.bound);

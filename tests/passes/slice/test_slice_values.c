@@ -103,7 +103,8 @@ static struct weft_slice_report run(weft_context *context, weft_volume *volume,
                      WEFT_OK);
     if (what)
         assert_int_equal(weft_slice_verify(plan, out, NULL, &error), WEFT_OK);
-    const double bound = info->error_bound * error.magnitude + info->error_absolute;
+    const double bound =
+        info->output[0].error_bound * error.magnitude + info->output[0].error_absolute;
     if (!(error.maximum <= bound) || error.not_finite_mismatches)
         fail_msg("%s, %s: error %.3g at (%d, %d), %.9g instead of %.9g; the bound is %.3g; %d not "
                  "finite on one side",

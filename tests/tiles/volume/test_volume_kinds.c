@@ -334,13 +334,14 @@ static void test_bounds(void **state)
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         const double gain = cases[i].gain;
         struct weft_slice_plan_info info = plan_info("values.vdb", "integers", cases[i].kernel);
-        assert_true(fabs(info.bound.absolute_rounding - gain) < 1e-6);
-        assert_true(info.error_absolute >= info.bound.absolute_rounding);
-        const double exact = info.error_bound;
+        assert_true(fabs(info.output[0].bound.absolute_rounding - gain) < 1e-6);
+        assert_true(info.output[0].error_absolute >= info.output[0].bound.absolute_rounding);
+        const double exact = info.output[0].error_bound;
         info = plan_info("values.vdb", "tiny", cases[i].kernel);
-        assert_true(info.bound.absolute_rounding == 0.0);
-        assert_true(fabs((info.error_bound - exact) * 0x1p24 - gain) < 1e-3);
-        assert_true(info.bound.relative + info.bound.sample_rounding == info.error_bound);
+        assert_true(info.output[0].bound.absolute_rounding == 0.0);
+        assert_true(fabs((info.output[0].error_bound - exact) * 0x1p24 - gain) < 1e-3);
+        assert_true(info.output[0].bound.relative + info.output[0].bound.sample_rounding ==
+                    info.output[0].error_bound);
     }
 }
 
