@@ -48,11 +48,36 @@ static double rounding_of_weights(const struct weft_polynomial_tiles *t, enum we
     return 1.05 * largest;
 }
 
-enum weft_result weft_footprint_weights(const struct weft_log *log,
-                                        struct weft_footprint *footprint, int samples, bool linear,
-                                        enum weft_sums sums, const struct weft_slice_weights **out)
+// The slope at u of a tap's polynomial in a segment, by u.
+static double slope_at(const struct weft_polynomial_tiles *t, const double *coefficients, double u)
 {
-    struct weft_kernel_facts *facts = footprint->facts;
+    double slope = 0.0;
+    for (int p = t->degree; p > 0; p--)
+        slope = slope * u + p * coefficients[(size_t)p * 4 * (size_t)t->groups];
+    return slope;
+}
+
+static double slope_of_weights(const struct weft_polynomial_tiles *t)
+{
+    enum { POINTS = 16 };
+    const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
+    double largest = 0.0;
+    for (int i = 0; i < t->segments * (POINTS + 1); i++) {
+        const double *segment = t->precise + (size_t)(i / (POINTS + 1)) * segment_size;
+        double sum = 0.0;
+        for (int tap = 0; tap < t->width; tap++)
+            sum += fabs(slope_at(t, segment + tap, (double)(i % (POINTS + 1)) / POINTS));
+        largest = fmax(largest, sum * t->segments);
+    }
+    // Between two points it can be a little more.
+    return 1.05 * largest;
+}
+
+enum weft_result weft_kernel_facts_weights(const struct weft_log *log,
+                                           struct weft_kernel_facts *facts, int samples,
+                                           bool linear, enum weft_sums sums,
+                                           const struct weft_slice_weights **out)
+{
     const struct weft_kernel *kernel = &facts->kernel;
     *out = NULL;
     for (size_t i = 0; !*out && i < facts->weights_count; i++)
@@ -80,15 +105,16 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
         return res;
     }
     own->error = rounding_of_weights(&own->tiles, sums) + own->tiles.sum_error;
+    own->slope = slope_of_weights(&own->tiles);
     facts->weights[facts->weights_count++] = own;
     *out = own;
     return res;
 }
 
-const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint)
+const struct weft_slice_kernel *weft_kernel_facts_compute(struct weft_kernel_facts *of)
 {
-    struct weft_slice_kernel *facts = &footprint->facts->facts;
-    const struct weft_kernel *kernel = &footprint->facts->kernel;
+    struct weft_slice_kernel *facts = &of->facts;
+    const struct weft_kernel *kernel = &of->kernel;
     struct weft_kernel plain = *kernel;
     if (facts->known)
         return facts;
@@ -103,6 +129,18 @@ const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *foo
     if (plain.unit_sum && plain.width % 2 == 0 && plain.width > 2)
         facts->curvature = weft_analysis_curvature(&plain);
     return facts;
+}
+
+enum weft_result weft_footprint_weights(const struct weft_log *log,
+                                        struct weft_footprint *footprint, int samples, bool linear,
+                                        enum weft_sums sums, const struct weft_slice_weights **out)
+{
+    return weft_kernel_facts_weights(log, footprint->facts, samples, linear, sums, out);
+}
+
+const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint)
+{
+    return weft_kernel_facts_compute(footprint->facts);
 }
 
 bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b)

@@ -21,6 +21,9 @@ struct weft_slice_weights {
     // The largest sum over a position's taps of what Horner's rule in the precision of sums, and
     // sampling, make each weight off by.
     double error;
+    // The largest sum over a position's taps of |slope|, of the polynomials themselves: it is known
+    // of derivatives, too, whose own derivative no record has. Jumps between segments not counted.
+    double slope;
 };
 
 // Of the kernel itself: weft_analysis_gain without its prefilter, weft_analysis_slope,
@@ -51,6 +54,14 @@ void weft_kernel_facts_destroy(struct weft_kernel_facts **list);
 
 // Finds a look-up's weights, or makes them. Returns what weft_polynomial_tiles_create and
 // weft_polynomial_tiles_sample return.
+enum weft_result weft_kernel_facts_weights(const struct weft_log *log,
+                                           struct weft_kernel_facts *facts, int samples,
+                                           bool linear, enum weft_sums sums,
+                                           const struct weft_slice_weights **out);
+// Computes the facts, once.
+const struct weft_slice_kernel *weft_kernel_facts_compute(struct weft_kernel_facts *facts);
+
+// The same of a footprint's kernel.
 enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
                                         enum weft_sums sums, const struct weft_slice_weights **out);
