@@ -17,6 +17,7 @@
 #include "filter/kernels/prefilter.h"
 #include "filter/kernels/signal.h"
 #include "filter/kernels/stretch.h"
+#include "filter/quantity.h"
 #include "filter/rectangle.h"
 #include "filter/statistics.h"
 #include "passes/accumulate/accumulate.h"

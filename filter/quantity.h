@@ -69,25 +69,29 @@ WEFT_API enum weft_result weft_quantities_create(const struct weft_log *log,
 WEFT_API enum weft_result weft_quantities_parse(const struct weft_log *log, const char *text,
                                                 struct weft_quantities *out);
 
-// Derivatives in index space become those in world space, for x_world = A x_index + b, the columns
-// of index_to_world: g = A^-T g', H = A^-T H' A^-1. Made once for many points.
+// Derivatives in index space become those in world space, for x_world = A x_index + b, where the
+// rows of index_to_world are those of (A b): g = A^-T g', H = A^-T H' A^-1. Made once for many
+// points.
 struct weft_quantity_transform {
     double inverse[3][3]; // A^-1
 };
-// Returns WEFT_ERR_ARGUMENT for a transform that is singular or not finite; *out is then all zero.
-// index_to_world NULL: the identity, for quantities in index space.
+// Returns WEFT_ERR_ARGUMENT for a transform that is not finite, or is singular as far as doubles
+// tell: the determinant of its axes, each divided by its largest entry, is not above 1e-12; *out is
+// then all zero. index_to_world NULL: the identity, for quantities in index space.
 WEFT_API enum weft_result weft_quantity_transform_create(const struct weft_log *log,
                                                          const double (*index_to_world)[4],
                                                          struct weft_quantity_transform *out);
 
-// Computes the channels of one point of its derivatives, those of the list in its order. NAN in,
-// NAN out, in the channels that depend on it.
+// Computes the channels of one point of its derivatives, those of the list in its order: of any
+// size that floats have. NAN in, NAN out, in the channels that depend on it.
 WEFT_API void weft_quantities_compute(const struct weft_quantities *list,
                                       const struct weft_quantity_transform *transform,
                                       const double *derivative, double *channel);
 
-// How far each channel may be off where each derivative may by `error`: bounds for these very
-// derivatives, by intervals; INFINITY where there is none, as of a normal whose gradient may be 0.
+// How far each channel may be off where each derivative may by `error` (>= 0), for these very
+// derivatives and whatever signs the errors have; INFINITY where there is no bound, as of a normal
+// or curvature whose gradient may be 0. Roundings of the computation itself, in double, are not in
+// it.
 WEFT_API void weft_quantities_bound(const struct weft_quantities *list,
                                     const struct weft_quantity_transform *transform,
                                     const double *derivative, const double *error, double *bound);

@@ -323,6 +323,45 @@ static void stretches(void)
                             weft_stretch_weights(&kernel, 2.0, 0.5, NULL) == 0))
 }
 
+static void quantities(void)
+{
+    struct weft_quantities list;
+    struct weft_quantity_transform transform;
+    enum weft_quantity all[WEFT_QUANTITY_COUNT + 1];
+    double derivative[WEFT_DERIVATIVES], error[WEFT_DERIVATIVES], channel[WEFT_QUANTITY_CHANNELS];
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        all[0] = (enum weft_quantity)bad_enums[i];
+        REFUSED(weft_quantities_create(&logger, all, 1, &list));
+        TRUE(list.count == 0 && list.channel_count == 0);
+    }
+    for (int q = 0; q <= WEFT_QUANTITY_COUNT; q++)
+        all[q] = (enum weft_quantity)(q % WEFT_QUANTITY_COUNT);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        if (ints[i] != 1)
+            REFUSED(weft_quantities_create(&logger, all, ints[i], &list));
+    REFUSED(weft_quantities_create(&logger, NULL, 1, &list));
+    REFUSED(weft_quantities_parse(&logger, "", &list));
+    REFUSED(weft_quantities_parse(&logger, ",,,,,,,,,,,,,,,,,,,,,,,,", &list));
+    REFUSED(weft_quantity_transform_create(&logger, (double[3][4]){{0.0}}, &transform));
+    TRUE(transform.inverse[0][0] == 0.0);
+    TRUE(weft_quantities_create(&logger, all, WEFT_QUANTITY_COUNT, &list) == WEFT_OK);
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        double m[3][4] = {{1.0}, {0.0, 1.0}, {0.0, 0.0, 1.0}};
+        m[n % 3][(n + 1) % 3] = numbers[n];
+        for (int i = 0; i < WEFT_DERIVATIVES; i++)
+            derivative[i] = error[i] = numbers[n];
+        if (weft_quantity_transform_create(&logger, m, &transform) != WEFT_OK) {
+            TRUE(callers_lines == 1);
+            callers_lines = 0;
+            continue;
+        }
+        weft_quantities_compute(&list, &transform, derivative, channel);
+        weft_quantities_bound(&list, &transform, derivative, error, channel);
+        TRUE(isinf(channel[5]));
+    }
+    weft_quantities_compute_planes(&list, &transform, 0, NULL, NULL);
+}
+
 const struct caller_case callers_filter[] = {
     {analysis,
      {F(analysis_taylor), F(analysis_moment), F(analysis_order), F(analysis_response),
@@ -341,6 +380,9 @@ const struct caller_case callers_filter[] = {
     {errors, {F(error_kernel_compute), F(error_e1)}},
     {bounds, {F(bound_compute)}},
     {boundaries, {F(boundary_index)}},
+    {quantities,
+     {F(quantities_create), F(quantities_parse), F(quantity_transform_create),
+      F(quantities_compute), F(quantities_bound), F(quantities_compute_planes)}},
     {stretches, {F(stretch_width), F(stretch_weights)}},
     {kernels,
      {F(kernel_check), F(kernel_normalise), F(kernel_make_radial), F(kernel_make_prefiltered),
