@@ -59,6 +59,7 @@ struct weft_kernel_info {
     int order_prefiltered;
     bool interpolating; // h(0) = 1 and h(k) = 0 at other integers
     bool unit_sum;      // sum_k h(x - k) = 1 for every x
+    bool moves; // takes one sample as it is, and is never stretched (filter/kernels/stretch.h)
 };
 
 // A record with its parameters set. A plain value that owns nothing, copied freely, made by

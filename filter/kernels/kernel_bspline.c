@@ -49,7 +49,14 @@ const struct weft_kernel_info weft_kernel_nearest[1] = {
     WEFT_KERNEL_RECORD("nearest", bspline, 0, -1,
                        (.description = "the nearest sample", .citation = "box of unit width",
                         .order = 1, .order_prefiltered = 1, .interpolating = true, .unit_sum = true,
-                        .radius = 0.5)),
+                        .moves = true, .radius = 0.5)),
+};
+
+const struct weft_kernel_info weft_kernel_area[1] = {
+    WEFT_KERNEL_RECORD("area", bspline, 0, -1,
+                       (.description = "the nearest sample; the mean of what a larger pixel covers",
+                        .citation = "box of unit width", .order = 1, .order_prefiltered = 1,
+                        .interpolating = true, .unit_sum = true, .radius = 0.5)),
 };
 
 #define TENT .citation = "tent of half-width 1", .radius = 1.0

@@ -11,6 +11,7 @@
 
 const struct weft_kernel_info *const weft_kernel_list[] = {
     &weft_kernel_nearest[0],
+    &weft_kernel_area[0],
     WITH_1(linear),
     WITH_2(cubic),
     WITH_2(cardinal),

@@ -86,7 +86,8 @@ double weft_kernel_value(const struct weft_kernel *kernel, double x);
 double weft_kernel_argument(double fraction, double shift);
 
 // kernel_bspline.c
-extern const struct weft_kernel_info weft_kernel_nearest[1], weft_kernel_linear[2];
+extern const struct weft_kernel_info weft_kernel_nearest[1], weft_kernel_area[1];
+extern const struct weft_kernel_info weft_kernel_linear[2];
 extern const struct weft_kernel_info weft_kernel_bspline[3];
 extern const struct weft_kernel_info weft_kernel_bspline0[1], weft_kernel_bspline1[2],
     weft_kernel_bspline2[3], weft_kernel_bspline3[3], weft_kernel_bspline4[3],

@@ -9,6 +9,13 @@ static bool is_valid(const struct weft_kernel *kernel, double scale)
            weft_kernel_check(NULL, kernel) == WEFT_OK;
 }
 
+double weft_stretch_scale(const struct weft_kernel *kernel, double distance)
+{
+    if (!kernel || !kernel->info || kernel->info->moves || !(distance > 1.0))
+        return 1.0;
+    return fmin(distance, WEFT_STRETCH_MAX);
+}
+
 int64_t weft_stretch_width(const struct weft_kernel *kernel, double scale)
 {
     if (!is_valid(kernel, scale))

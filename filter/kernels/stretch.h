@@ -13,6 +13,10 @@ WEFT_BEGIN_DECLS
 // Scales accepted: 1 (not stretched) to this.
 #define WEFT_STRETCH_MAX 16777216.0
 
+// Returns what a kernel is stretched by for pixels that lie `distance` samples apart: the distance
+// where it is more than 1, to WEFT_STRETCH_MAX, else 1, and 1 for kernels that move samples.
+WEFT_API double weft_stretch_scale(const struct weft_kernel *kernel, double distance);
+
 // Returns how many samples a stretched kernel meets at any position, at most: ceil(2 r scale) for
 // scales above 1, one more of kernels of one tap, the kernel's width at 1; 0 for a kernel that
 // weft_kernel_check refuses, a scale out of its range, and radial kernels.

@@ -124,6 +124,12 @@ static enum weft_result check_engine(const struct weft_resample_params *p)
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
     weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
+    weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
+    if (p->boundary != WEFT_BOUNDARY_CLAMP || p->clamp) {
+        weft_error(p->log, "resampling with boundary %s%s is not built yet",
+                   weft_boundary_names[p->boundary], p->clamp ? ", clamped," : "");
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (!p->passes || p->sums == WEFT_SUMS_FLOAT)
         return WEFT_OK;
     weft_error(p->log, "resampling by passes does not sum in double");

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // passes/resample/resample.h - the call for images: planes of floats at another size.
 // Samples lie at the centres of square pixels; where the result's pixels lie among them is a map
-// along each axis (passes/positions/window_map.h). Beyond the border the nearest sample's value
-// holds. A smaller size is no more than that: nothing is filtered away for it, and it may alias.
+// along each axis (passes/positions/window_map.h). What holds beyond the samples is a rule
+// (filter/boundary.h), by default the nearest sample. Where pixels lie more than a sample apart
+// along an axis the kernel is stretched by as much (filter/kernels/stretch.h), so that what they
+// cannot show is filtered away.
 //
 // A request is made in four steps, of which each repeats nothing of the ones before:
 //   plan     what is done: kernel, sizes, positions, engine; pure, tells its errors and its work
@@ -28,6 +30,7 @@
 #include <math.h>
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/boundary.h"
 #include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "../gl/context.h"
@@ -55,6 +58,16 @@ struct weft_resample_params {
     int width, height; // pixels (required, likewise, and to WEFT_RESAMPLE_MAX_PIXELS)
     // Along x and y. Default (all 0): all samples become all pixels, weft_window_map_plain.
     struct weft_window_map map[2];
+    // What stands beyond the samples, along both axes (default clamp); the source's.
+    enum weft_boundary boundary;
+    // Whether kernels stay as they are where pixels lie more than a sample apart, and the result
+    // may alias (default false: they are stretched; those that take one sample, like nearest, never
+    // are).
+    bool unstretched;
+    // Whether pixels are held between the smallest and the largest finite sample next to them,
+    // which are those at most one sample away along each axis, or one pixel where those lie farther
+    // apart (default false). It keeps edges from ringing, and what they overshoot by.
+    bool clamp;
     enum weft_engine engine; // that runs separable work (default OpenGL); passes run on what they
                              // are compiled for
     enum weft_sums sums;     // of separable work (default float); double: of the CPU engine alone
@@ -74,6 +87,9 @@ struct weft_resample_info {
     const struct weft_pass_plan_info *passes; // NULL: separable
     int size[2], width, height;
     struct weft_window_map map[2];
+    enum weft_boundary boundary;
+    double stretch[2]; // of the kernel along x and y; 1: as it is
+    bool clamp;
     enum weft_engine engine; // of separable work, as are its sums
     enum weft_sums sums;
     bool moves; // integers, by weft_resample_move: weft_resample_moves(&kernel), and no passes
@@ -89,8 +105,9 @@ struct weft_resample_info {
 
 // Plans. Returns WEFT_ERR_ARGUMENT (sizes, maps, kernel, passes of another kernel, of 3D or of a
 // derivative, enums), WEFT_ERR_UNSUPPORTED (a radial kernel without passes; double sums of passes
-// or on OpenGL), WEFT_ERR_LIMIT (the largest tile of passes needs more than memory_bytes: the log
-// has both) or WEFT_ERR_MEMORY; *out is then NULL.
+// or on OpenGL; a kernel to be stretched that is prefiltered, radial or in passes; boundaries other
+// than clamp in passes), WEFT_ERR_LIMIT (the largest tile of passes needs more than memory_bytes:
+// the log has both) or WEFT_ERR_MEMORY; *out is then NULL.
 WEFT_API enum weft_result weft_resample_plan_create(const struct weft_resample_params *params,
                                                     weft_resample_plan **out);
 WEFT_API void weft_resample_plan_destroy(weft_resample_plan **plan); // accepts &NULL
@@ -164,6 +181,10 @@ struct weft_resample_source_params {
     // window.x]. Borrowed for the source's life; may overlap each other, but not a run's pixels.
     const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
     int64_t stride; // floats from row to row, at least the window's width (default that)
+    // What stands beyond the samples (default clamp), the plan's; and of a border the value, finite
+    // (default 0). Coefficients of prefiltered kernels are those of the samples continued so.
+    enum weft_boundary boundary;
+    double border;
     // What all samples of the image show (required where planes have a window of them; default
     // NULL: it is measured). Borrowed until the call returns.
     const struct weft_resample_measured *measured;
@@ -192,6 +213,8 @@ struct weft_resample_statistics {
 struct weft_resample_source_info {
     struct weft_kernel kernel;
     int width, height, channels;
+    enum weft_boundary boundary;
+    double border;
     struct weft_rectangle window; // of the samples, that planes have
     struct weft_resample_statistics statistics;
     double prefilter_seconds;

@@ -41,6 +41,14 @@ static enum weft_result check_engine(const struct weft_separable_params *p)
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
     weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
+    weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
+    if (p->boundary != WEFT_BOUNDARY_CLAMP || p->stretch[0] > 1.0 || p->stretch[1] > 1.0) {
+        weft_error(p->log,
+                   "separable filtering with boundary %s, stretched by %g and %g, is not "
+                   "built yet",
+                   weft_boundary_names[p->boundary], p->stretch[0], p->stretch[1]);
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (p->sums == WEFT_SUMS_FLOAT || p->engine == WEFT_ENGINE_CPU)
         return WEFT_OK;
     weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");

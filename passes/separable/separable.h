@@ -11,6 +11,7 @@
 #define WEFT_PASSES_SEPARABLE_SEPARABLE_H
 
 #include "../../filter/analysis/bound.h"
+#include "../../filter/boundary.h"
 #include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "../cpu/cpu.h"
@@ -30,6 +31,10 @@ struct weft_separable_params {
     int width, height;         // pixels (required)
     const double *x, *y;       // the sample coordinate of every column and of every row (required);
                                // any order, any distance from the samples, finite; copied
+    // What the kernel is stretched by along x and y (weft_stretch_weights), 1 to WEFT_STRETCH_MAX;
+    // default 0: 1, the kernel as it is. Not of prefiltered kernels.
+    double stretch[2];
+    enum weft_boundary boundary; // what stands beyond the samples (default clamp)
     int first_axis; // 1: along x and then along y; 2: the other way round; default 0: what fetches
                     // less. Roundings differ: parts of one picture have one order
     enum weft_engine engine; // that is to run it (default OpenGL)
@@ -58,6 +63,8 @@ WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accept
 struct weft_separable_info {
     struct weft_kernel kernel;
     int size[2], width, height;
+    double stretch[2];
+    enum weft_boundary boundary;
     enum weft_engine engine;
     enum weft_sums sums;
     int first_axis;           // 0: along x and then along y; 1: the other way round
@@ -107,9 +114,9 @@ struct weft_separable_survey {
 
 // Samples in, pixels out. Borrowed until the call returns.
 struct weft_separable_run_params {
-    const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required);
-                          // beyond all of them the nearest sample's value holds
+    const float *samples; // [y][x], x fastest, tightly packed, at integer coordinates (required)
     const double *wide;   // in their place, of plans that sum in double: the same (default NULL)
+    double border; // the value beyond all samples of the boundary of that name, finite (default 0)
     // The samples that are there, the first of which is sample (window.x, window.y) (default: all);
     // at least weft_separable_reach's of the part.
     struct weft_rectangle window;

@@ -315,6 +315,8 @@ static void stretches(void)
     for (size_t i = 0; i < WEFT_COUNT(numbers); i++) {
         const bool fits = numbers[i] >= 1.0 && numbers[i] <= WEFT_STRETCH_MAX;
         TRUE((weft_stretch_width(&good, numbers[i]) == 0) == !fits);
+        const double scale = weft_stretch_scale(&good, numbers[i]);
+        TRUE(scale >= 1.0 && scale <= WEFT_STRETCH_MAX);
         weft_stretch_weights(&good, 2.0, numbers[i], weights);
     }
     TRUE(weft_stretch_width(&radial, 2.0) == 0 &&
@@ -383,7 +385,7 @@ const struct caller_case callers_filter[] = {
     {quantities,
      {F(quantities_create), F(quantities_parse), F(quantity_transform_create),
       F(quantities_compute), F(quantities_bound), F(quantities_compute_planes)}},
-    {stretches, {F(stretch_width), F(stretch_weights)}},
+    {stretches, {F(stretch_scale), F(stretch_width), F(stretch_weights)}},
     {kernels,
      {F(kernel_check), F(kernel_normalise), F(kernel_make_radial), F(kernel_make_prefiltered),
       F(kernel_derive), F(kernel_format), F(kernel_weight), F(kernel_derivative),

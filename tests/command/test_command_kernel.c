@@ -542,7 +542,7 @@ static void bad_kernels(void **state)
         const char *name, *message;
     } cases[] = {
         {"catmullrom", "did you mean catmull-rom?"},
-        {"gargoyle", "there are nearest, linear, "},
+        {"gargoyle", "there are nearest, area, linear, "},
         {"", "no kernel ''"},
         {"lanczos:0", "not in ["},
         {"lanczos:-3", "not in ["},

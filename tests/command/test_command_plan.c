@@ -477,7 +477,7 @@ static void changed_plans(void **state)
         {add_bias, 1, "invalid: the bias of the passes is "},
         {move_sample, 3, "passes[1].groups[0].offset is not where tap (1,1)+ has its sample"},
         {leave_the_kernel, 3, "passes[1].groups[0].tap and part and piece (7,1)"},
-        {unknown_kernel, 3, "no kernel 'nope'; there are nearest, linear, "},
+        {unknown_kernel, 3, "no kernel 'nope'; there are nearest, area, linear, "},
         {missing_member, 3, "plan.json: passes[2].divisor is missing"},
         {wrong_word, 3, "passes[2].part is not one of: whole, high, low"},
         {too_many_slots, 3, "targets.slots is not a whole number from 1 to "},
@@ -792,7 +792,7 @@ static void names_are_listed(void **state)
         out, "radeon8500  unorm8              12      8     3    4          8         no\n"));
     assert_non_null(strstr(command_succeeds("validate", "--profile", "help"), "geforce3"));
     assert_non_null(strstr(command_succeeds("plan", "--kernel", "help"), "mitchell"));
-    command_fails(2, "there are nearest, linear,", "plan", "--kernel", "nope");
+    command_fails(2, "there are nearest, area, linear,", "plan", "--kernel", "nope");
     command_fails(2, "there are: fp32, fp16, unorm16, unorm8, geforce3, radeon8500", "plan",
                   "--profile", "nope");
     command_fails(2, "keys are: target, internal-bits,", "plan", "--profile", "geforce3,tap=2");

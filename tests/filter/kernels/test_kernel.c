@@ -686,7 +686,7 @@ static void test_bad_text(void **state)
     static const struct {
         const char *text, *message;
     } cases[] = {
-        {"", "no kernel ''; there are nearest, linear, cubic,"},
+        {"", "no kernel ''; there are nearest, area, linear, cubic,"},
         {"lanczos-7", "no kernel 'lanczos-7'; did you mean lanczos"},
         {"Linear", "no kernel 'Linear'"},
         {"linear ", "no kernel 'linear '"},

@@ -114,6 +114,17 @@ static void derivatives_stay_derivatives(void **state)
     }
 }
 
+// The nearest sample is what it is; the same box as an area average is stretched.
+static void samples_that_are_moved_are_not_stretched(void **state)
+{
+    (void)state;
+    const struct weft_kernel nearest = named("nearest"), area = named("area");
+    assert_true(weft_stretch_scale(&nearest, 3.7) == 1.0 && weft_stretch_scale(&area, 3.7) == 3.7);
+    assert_true(weft_stretch_scale(&area, 0.5) == 1.0 && weft_stretch_scale(&area, NAN) == 1.0);
+    assert_true(weft_stretch_scale(&area, INFINITY) == WEFT_STRETCH_MAX);
+    assert_true(weft_stretch_scale(NULL, 2.0) == 1.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -121,6 +132,7 @@ int main(void)
         cmocka_unit_test(boxes_are_area_averages),
         cmocka_unit_test(waves_are_weakened_by_the_response),
         cmocka_unit_test(derivatives_stay_derivatives),
+        cmocka_unit_test(samples_that_are_moved_are_not_stretched),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
