@@ -40,11 +40,10 @@ template <class Grid> typename Grid::Ptr make(const std::string &name)
 {
     using Value = typename Grid::ValueType;
     auto grid = Grid::create(Value(0));
-    auto accessor = grid->getAccessor();
     for (int i = 0; i < 20; i++)
         for (int j = 0; j < 12; j++)
             for (int k = 0; k < 9; k++)
-                accessor.setValue(Coord(i, j, k), make_value(value_at(i, j, k), Value()));
+                grid->tree().setValue(Coord(i, j, k), make_value(value_at(i, j, k), Value()));
     grid->setName(name);
     return grid;
 }
