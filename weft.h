@@ -77,6 +77,7 @@
 #include "tiles/image/image.h"
 #include "tiles/image/plane.h"
 #include "tiles/image/sequence.h"
+#include "tiles/image/transfer.h"
 #include "tiles/kernel/kernel_file.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/mesh/mesh.h"

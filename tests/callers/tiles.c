@@ -231,6 +231,16 @@ static void images(void)
     TRUE(weft_image_find(&good, "a") == NULL);
     TRUE(!weft_image_is_writable((enum weft_image_compression)99));
     TRUE(!weft_image_is_writable((enum weft_image_compression) - 1));
+    enum weft_image_file_kind kind = WEFT_IMAGE_FILE_EXR;
+    TRUE(weft_image_file_kind_find("a.b/c.TiFf", &kind) && kind == WEFT_IMAGE_FILE_TIFF);
+    TRUE(!weft_image_file_kind_find("", &kind) && !weft_image_file_kind_find("png", &kind));
+    TRUE(weft_image_level_count(1, 1) == 1 && weft_image_level_count(INT32_MAX, 1) == 31);
+    TRUE(weft_image_level_size(7, 1) == 3 && weft_image_level_size(7, 99) == 1);
+    const struct weft_transfer none = {.curve = (enum weft_curve)99};
+    TRUE(weft_transfer_light(&none, 2.0) == 2.0 && weft_transfer_code(&none, 2.0) == 2.0);
+    const struct weft_code_info points = {.cicp = {1, 99, 0, 1}};
+    struct weft_transfer found;
+    TRUE(!weft_transfer_find(&points, &found) && found.curve == WEFT_CURVE_SRGB);
 }
 
 static const char *missing_name(void *priv, int64_t i)

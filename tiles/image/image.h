@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image.h - EXR images as planes, and PNG previews.
+// tiles/image/image.h - images of EXR, PNG and TIFF files as planes, and PNG previews.
 // Pixel (x, y) of the data window is centred at (x + 0.5, y + 0.5), row 0 on top. Planes are
 // [y][x], x fastest, tightly packed.
 #ifndef WEFT_TILES_IMAGE_IMAGE_H
@@ -10,16 +10,38 @@
 #include "../../filter/base.h"
 #include "../output/output.h"
 #include "../process/limits.h"
+#include "transfer.h"
 
 WEFT_BEGIN_DECLS
 
-// How a file stores a channel's values: as 32-bit floats, 16-bit halves or 32-bit unsigned
-// integers. Default, as where a struct is left zero: float.
-enum weft_pixel_type { WEFT_PIXEL_FLOAT, WEFT_PIXEL_HALF, WEFT_PIXEL_UINT, WEFT_PIXEL_TYPE_COUNT };
-// NULL-ended, in the order of the enum: "float", "half", "uint".
+// What a file is. Files that are read are known by their first bytes, never by their names.
+enum weft_image_file_kind {
+    WEFT_IMAGE_FILE_EXR, // default, of what is written
+    WEFT_IMAGE_FILE_PNG,
+    WEFT_IMAGE_FILE_TIFF,
+    WEFT_IMAGE_FILE_KIND_COUNT
+};
+// NULL-ended, in the order of the enum: "EXR", "PNG", "TIFF".
+WEFT_API extern const char *const weft_image_file_kind_names[];
+// Finds what a file that is to be written is to be by its name's ending: .exr, .png, .tif or .tiff,
+// in letters of any case. Returns false where it is none of these.
+WEFT_API bool weft_image_file_kind_find(const char *path, enum weft_image_file_kind *out);
+
+// How a file stores a channel's values: EXR as floats, halves or unsigned integers; PNG as codes of
+// 8 or 16 bits, which stand for light (transfer.h); TIFF as any of these, of one type for all
+// channels. Default, as where a struct is left zero: float.
+enum weft_pixel_type {
+    WEFT_PIXEL_FLOAT, // 32 bits
+    WEFT_PIXEL_HALF,  // 16 bits
+    WEFT_PIXEL_UINT,  // unsigned integers of 32 bits, which stand for themselves
+    WEFT_PIXEL_UNORM8,
+    WEFT_PIXEL_UNORM16,
+    WEFT_PIXEL_TYPE_COUNT
+};
+// NULL-ended, in the order of the enum: "float", "half", "uint", "unorm8", "unorm16".
 WEFT_API extern const char *const weft_pixel_type_names[];
 
-// Those up to PIZ are lossless, and written; the others are read only.
+// Those up to PIZ are lossless, and written to EXR files; the others are read only.
 enum weft_image_compression {
     WEFT_IMAGE_ZIP,   // deflate, 16 lines a chunk (default)
     WEFT_IMAGE_ZIPS,  // deflate, line by line
@@ -31,12 +53,25 @@ enum weft_image_compression {
     WEFT_IMAGE_B44A,  // likewise, less for even blocks
     WEFT_IMAGE_DWAA,  // cosines, 32 lines
     WEFT_IMAGE_DWAB,  // cosines, 256 lines
+    WEFT_IMAGE_LZW,   // of TIFF files only, which have none, rle (PackBits) and zip (deflate), too
     WEFT_IMAGE_COMPRESSION_COUNT
 };
-// NULL-ended, in the order of the enum: "zip", "zips", "rle", "none", "piz", "pxr24", ...
+// NULL-ended, in the order of the enum: "zip", "zips", "rle", "none", "piz", "pxr24", ..., "lzw".
 WEFT_API extern const char *const weft_image_compression_names[];
-// Returns whether weft writes it, too; false for values that are none.
+// Returns whether weft writes it to EXR files, too; false for values that are none.
 WEFT_API bool weft_image_is_writable(enum weft_image_compression compression);
+
+// Levels of a tiled part: smaller images of it in the same file.
+enum weft_image_levels {
+    WEFT_IMAGE_LEVELS_ONE, // the image alone (default)
+    WEFT_IMAGE_LEVELS_MIP, // each half as wide and high as the one before, rounded down, to 1 x 1
+    WEFT_IMAGE_LEVELS_RIP, // all halves of widths with all halves of heights; read only
+    WEFT_IMAGE_LEVELS_COUNT
+};
+// Returns how many mip levels an image has, the whole one among them, and a side of one of them:
+// rounded down, at least 1. Pure.
+WEFT_API int weft_image_level_count(int32_t width, int32_t height);
+WEFT_API int32_t weft_image_level_size(int32_t size, int level);
 
 // One channel of an image. To save, zero means the default everywhere but in name and in the
 // values: float and half channels need a plane, uint channels integers.
@@ -67,8 +102,21 @@ struct weft_image {
     int32_t width, height; // of the data window in pixels, each > 0
     // Display window, inclusive (to save: all 0 = data window).
     int32_t display_min[2], display_max[2];
-    enum weft_image_compression compression;
-    bool tiled, deep; // as stored
+    enum weft_image_compression compression; // of EXR and TIFF files
+    bool deep;                               // as stored; no deep image is written
+    // In tiles of tile[0] x tile[1] pixels; to save {0, 0} is 64 x 64. Otherwise in lines.
+    bool tiled;
+    int32_t tile[2];
+    enum weft_image_levels levels; // of a tiled EXR part; what is loaded is the first, largest one
+    // To save LEVELS_MIP: the levels after the first, weft_image_level_count less one of them, with
+    // the same channels; their sizes, planes and integers alone are looked at. Owned by the caller.
+    const struct weft_image *mips;
+    enum weft_image_file_kind kind; // of the file it was loaded from; saving does not look at it
+    // Of PNG and TIFF files: what the file says of its codes, and the curve that light was found by
+    // where they are integers. To save as such: the curve (AUTO: sRGB), and of PNG srgb, gamma and
+    // cicp as they are to be said; where these say nothing and the curve is sRGB, sRGB is said.
+    struct weft_code_info codes;
+    struct weft_transfer transfer;
     // Rows that planes have, the first of them row `first_row` of the data window (default both 0:
     // all). To save, all.
     int32_t first_row, rows;
@@ -103,6 +151,7 @@ struct weft_image_load_params {
     // Rows of the data window that planes are to have (default both 0: all). Lines and tiles that
     // have none of them are not read.
     int32_t first_row, rows;
+    struct weft_transfer transfer; // of integer codes (default: as the file says)
     int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     struct weft_limits limits;  // of the reader process (default: its own, see limits.h)
     const struct weft_log *log; // may be NULL
@@ -111,10 +160,17 @@ struct weft_image_load_params {
 #define weft_image_load_params(...)                                                                \
     (&(struct weft_image_load_params){WEFT_IMAGE_LOAD_DEFAULTS __VA_ARGS__})
 
-// Reads a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
-// compresses it. Deep parts and subsampled channels have no planes and only inform. Ownership:
-// clear it with weft_image_clear. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep, subsampled),
-// _ARGUMENT (there is no such part, or there are no such rows), _LIMIT, _READER.
+// Reads an image, whose file is known by its content.
+// EXR: a flat scanline or tiled part (level 0) through weft-read-exr, or weft-read-dwa where DWA
+// compresses it. Deep parts and subsampled channels have no planes and only inform.
+// PNG, TIFF: through weft-read-png and weft-read-tiff, upright, as channels R, G, B or Y, then A,
+// and in TIFF extra1, extra2, ...; integer codes become light, and colours are multiplied by alpha
+// where the file does not have them so. Directories of a TIFF file are its parts. What EXR has an
+// attribute for is one: pixelAspectRatio, xDensity, comments, owner, capDate, and ICCProfile of
+// type "icc".
+// Ownership: clear it with weft_image_clear. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (deep,
+// subsampled, a curve or kind of pixels that weft does not know), _ARGUMENT (there is no such part,
+// or there are no such rows), _LIMIT, _READER.
 WEFT_API enum weft_result weft_image_load(const struct weft_image_load_params *params,
                                           struct weft_image *out);
 // Frees a loaded image's planes and attributes and makes it all zero; accepts NULL and {0}.
@@ -136,6 +192,7 @@ WEFT_API void weft_image_list_clear(struct weft_image_list *list);
 struct weft_image_save_report {
     uint64_t values;      // that were written
     uint64_t overflows;   // finite values that no half holds: stored as infinity
+    uint64_t clamped;     // below code 0 or above the largest one, or NaN (as 0): stored as its end
     double rounding;      // largest |stored - given| of the values that stay finite
     uint64_t verified;    // values that were read back
     uint64_t chunks, raw; // blocks of lines, and those that are stored as they are
@@ -161,8 +218,9 @@ WEFT_API void weft_image_packed_clear(struct weft_image_packed *packed); // acce
 
 // Where and how images are written. The same bytes whatever the number of threads.
 struct weft_image_save_params {
-    const char *path; // required
-    bool no_clobber;  // an existing file is an error (default: it is replaced)
+    const char *path;               // required
+    enum weft_image_file_kind kind; // default: EXR
+    bool no_clobber;                // an existing file is an error (default: it is replaced)
     // The finished file is read back by the reader, and every value, window and attribute compared,
     // before it is put in place.
     bool verify;
@@ -181,14 +239,20 @@ struct weft_image_save_params {
 #define weft_image_save_params(...)                                                                \
     (&(struct weft_image_save_params){WEFT_IMAGE_SAVE_DEFAULTS __VA_ARGS__})
 
-// Writes channels of their types: float from planes bit by bit, half from planes rounded to nearest
-// even, uint from integers. Each packed chunk is unpacked again and compared. Each attribute is
-// written, but for names that the format reserves ("compression"); without pixelAspectRatio,
-// screenWindowWidth and screenWindowCenter they are 1, 1 and (0, 0). To a temporary file in the
-// same folder, then renamed. Channel and attribute names must differ. Devices and pipes are written
-// directly. Returns WEFT_ERR_ARGUMENT (also of packed blocks that are none), _UNSUPPORTED (the
-// compression), _LIMIT (a block of lines over 2 GiB), _CANCELLED, _MEMORY, _WRITE, and what packed
-// returns.
+// Writes an image as a file of params->kind.
+// PNG and TIFF: channels are named R, G, B or Y (or one has any name), and A; layers may name them
+// ("left.R"), and TIFF has others after them. All are of one type, unorm8 or unorm16 in PNG. Light
+// becomes codes by the image's curve, colours divided by alpha (TIFF of floats keeps them
+// multiplied, and says so); rounded to nearest. PNG has one part. TIFF is written by
+// weft-write-tiff, and packed with deflate where the compression is none of its own.
+// EXR: writes channels of their types: float from planes bit by bit, half from planes rounded to
+// nearest even, uint from integers. Each packed chunk is unpacked again and compared. Each
+// attribute is written, but for names that the format reserves ("compression"); without
+// pixelAspectRatio, screenWindowWidth and screenWindowCenter they are 1, 1 and (0, 0). To a
+// temporary file in the same folder, then renamed. Channel and attribute names must differ. Devices
+// and pipes are written directly. Returns WEFT_ERR_ARGUMENT (also of packed blocks that are none),
+// _UNSUPPORTED (the compression), _LIMIT (a block of lines over 2 GiB), _CANCELLED, _MEMORY,
+// _WRITE, and what packed returns.
 WEFT_API enum weft_result weft_image_save(const struct weft_image *image,
                                           const struct weft_image_save_params *params);
 

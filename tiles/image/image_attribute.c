@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "filter/check.h"
@@ -55,6 +56,98 @@ bool weft_attribute_is_structure(const char *name)
         if (!strcmp(name, names[i]))
             return true;
     return false;
+}
+
+// ---- headers that are made ----------------------------------------------------------------------
+
+bool weft_attribute_float(const struct weft_image_attribute *a, float *out)
+{
+    if (!a || strcmp(a->type, "float") || a->size != 4)
+        return false;
+    const uint32_t bits = load32(a->data);
+    memcpy(out, &bits, sizeof *out);
+    return true;
+}
+
+static const struct {
+    const char *name, *keyword;
+} png_names[] = {{"comments", "Description"},
+                 {"owner", "Copyright"},
+                 {"artist", "Author"},
+                 {"capDate", "Creation Time"}};
+
+const char *weft_attribute_png_name(const char *name)
+{
+    for (size_t i = 0; i < WEFT_COUNT(png_names); i++)
+        if (!strcmp(name, png_names[i].name))
+            return png_names[i].keyword;
+    return name;
+}
+
+const char *weft_attribute_of_png(const char *keyword)
+{
+    for (size_t i = 0; i < WEFT_COUNT(png_names); i++)
+        if (!strcmp(keyword, png_names[i].keyword))
+            return png_names[i].name;
+    return keyword;
+}
+
+static void append(struct weft_attribute_list *list, const void *data, size_t size)
+{
+    if (list->failed)
+        return;
+    if (list->room - list->size < size) {
+        const size_t room = 2 * (list->size + size) + 256;
+        unsigned char *more = realloc(list->data, room);
+        list->failed = !more;
+        if (!more)
+            return;
+        list->data = more;
+        list->room = room;
+    }
+    if (size)
+        memcpy(list->data + list->size, data, size);
+    list->size += size;
+}
+
+static bool is_there(const struct weft_attribute_list *list, const char *name)
+{
+    struct weft_image_attribute attribute;
+    for (size_t at = 0; at < list->size;)
+        if (weft_attribute_next(list->data, list->size, &at, &attribute) != WEFT_ATTRIBUTE_TAKEN ||
+            !strcmp(attribute.name, name))
+            return true;
+    return false;
+}
+
+void weft_attribute_add(struct weft_attribute_list *list, const char *name, const char *type,
+                        const void *data, size_t size)
+{
+    const size_t length = strlen(name);
+    const unsigned char bytes[4] = {(unsigned char)size, (unsigned char)(size >> 8),
+                                    (unsigned char)(size >> 16), (unsigned char)(size >> 24)};
+    if (!length || length > WEFT_ATTRIBUTE_NAME_MAX || size > INT32_MAX || list->failed ||
+        weft_attribute_is_structure(name) || is_there(list, name))
+        return;
+    append(list, name, length + 1);
+    append(list, type, strlen(type) + 1);
+    append(list, bytes, sizeof bytes);
+    append(list, data, size);
+}
+
+void weft_attribute_add_float(struct weft_attribute_list *list, const char *name, float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    const unsigned char bytes[4] = {(unsigned char)bits, (unsigned char)(bits >> 8),
+                                    (unsigned char)(bits >> 16), (unsigned char)(bits >> 24)};
+    weft_attribute_add(list, name, "float", bytes, sizeof bytes);
+}
+
+bool weft_attribute_end(struct weft_attribute_list *list)
+{
+    append(list, "", 1);
+    return !list->failed;
 }
 
 // ---- in words -----------------------------------------------------------------------------------

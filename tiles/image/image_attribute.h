@@ -21,5 +21,32 @@ enum weft_attribute_step weft_attribute_next(const unsigned char *header, size_t
 // about the file's layout.
 bool weft_attribute_is_structure(const char *name);
 
+// The value of a "float"; false where it is none or NULL.
+bool weft_attribute_float(const struct weft_image_attribute *attribute, float *out);
+
+// Of the bytes of an ICC profile, which images from PNG and TIFF files have, of type "icc".
+#define WEFT_ATTRIBUTE_ICC "ICCProfile"
+// The name of a part of a TIFF file, as its page is called.
+#define WEFT_ATTRIBUTE_PART "PageName"
+
+// What PNG calls the text of an attribute ("comments": "Description"), and the reverse; names that
+// differ in nothing are returned as they are.
+const char *weft_attribute_png_name(const char *name);
+const char *weft_attribute_of_png(const char *keyword);
+
+// A header that is made. Starts as {0}; whoever makes it frees data.
+struct weft_attribute_list {
+    unsigned char *data;
+    size_t size, room;
+    bool failed; // there was no memory
+};
+// Adds an attribute; one that has no name, too long a name, the name of one that is there, or
+// over 2^31 - 1 bytes is left out.
+void weft_attribute_add(struct weft_attribute_list *list, const char *name, const char *type,
+                        const void *data, size_t size);
+void weft_attribute_add_float(struct weft_attribute_list *list, const char *name, float value);
+// Ends the header. Returns false where there was no memory for it.
+bool weft_attribute_end(struct weft_attribute_list *list);
+
 WEFT_END_DECLS
 #endif

@@ -1,14 +1,59 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Image files before their values: what readers say of their headers, which is checked again here:
 // a damaged file may have taken a reader over.
+#include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_wire.h"
+
+// ---- what a file is -----------------------------------------------------------------------------
+
+// II or MM, and 42, or 43 of BigTIFF, in that order of bytes.
+static bool is_tiff(const unsigned char *start)
+{
+    return (!memcmp(start, "II", 2) && (start[2] == 42 || start[2] == 43) && !start[3]) ||
+           (!memcmp(start, "MM", 2) && !start[2] && (start[3] == 42 || start[3] == 43));
+}
+
+enum weft_result weft_image_find_kind(const struct weft_log *log, const char *path, int fd,
+                                      enum weft_image_file_kind *out)
+{
+    static const unsigned char exr[] = {0x76, 0x2f, 0x31, 0x01};
+    static const unsigned char png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    unsigned char start[sizeof png] = {0};
+    if (pread(fd, start, sizeof start, 0) < 0) {
+        weft_error(log, "%s cannot be read: %s", path, strerror(errno));
+        return WEFT_ERR_OPEN;
+    }
+    if (!memcmp(start, exr, sizeof exr)) {
+        *out = WEFT_IMAGE_FILE_EXR;
+    } else if (!memcmp(start, png, sizeof png)) {
+        *out = WEFT_IMAGE_FILE_PNG;
+    } else if (is_tiff(start)) {
+        *out = WEFT_IMAGE_FILE_TIFF;
+    } else {
+        weft_error(log,
+                   "%s is neither an EXR, a PNG nor a TIFF file: it starts with bytes %02x %02x "
+                   "%02x %02x",
+                   path, start[0], start[1], start[2], start[3]);
+        return WEFT_ERR_FORMAT;
+    }
+    return WEFT_OK;
+}
+
+const char *weft_image_program(enum weft_image_file_kind kind)
+{
+    static const char *const programs[] = {[WEFT_IMAGE_FILE_EXR] = "weft-read-exr",
+                                           [WEFT_IMAGE_FILE_PNG] = "weft-read-png",
+                                           [WEFT_IMAGE_FILE_TIFF] = "weft-read-tiff"};
+    return programs[kind];
+}
 
 // ---- what an image is ---------------------------------------------------------------------------
 
@@ -33,6 +78,8 @@ static bool plausible_frame(const struct weft_wire_image *wire)
            wire->display_min[0] <= wire->display_max[0] &&
            wire->display_min[1] <= wire->display_max[1] &&
            wire->compression < WEFT_IMAGE_COMPRESSION_COUNT && wire->part_count > 0 &&
+           wire->levels < WEFT_IMAGE_LEVELS_COUNT &&
+           (!wire->tiled || (wire->tile[0] > 0 && wire->tile[1] > 0)) &&
            wire->part_count <= INT32_MAX;
 }
 
@@ -109,8 +156,24 @@ static enum weft_result take_attributes(struct weft_image *image, const void *he
     return WEFT_OK;
 }
 
-enum weft_result weft_image_take_info(const void *info, size_t size, int part,
-                                      struct weft_image *out)
+// EXR has no codes; the others have one type for all channels.
+static bool plausible_types(const struct weft_image *image)
+{
+    const enum weft_pixel_type first = image->channels[0].type;
+    bool same = true;
+    for (size_t c = 0; c < image->channel_count; c++) {
+        if (image->kind == WEFT_IMAGE_FILE_EXR && image->channels[c].type > WEFT_PIXEL_UINT)
+            return false;
+        same = same && image->channels[c].type == first;
+    }
+    return image->kind == WEFT_IMAGE_FILE_EXR ||
+           (image->kind == WEFT_IMAGE_FILE_PNG && same && image->channel_count <= 4 &&
+            (first == WEFT_PIXEL_UNORM8 || first == WEFT_PIXEL_UNORM16)) ||
+           (image->kind == WEFT_IMAGE_FILE_TIFF && same);
+}
+
+enum weft_result weft_image_take_info(const void *info, size_t size, enum weft_image_file_kind kind,
+                                      int part, struct weft_image *out)
 {
     struct weft_wire_image wire;
     const char *data = info;
@@ -131,7 +194,10 @@ enum weft_result weft_image_take_info(const void *info, size_t size, int part,
         .display_max = {wire.display_max[0], wire.display_max[1]},
         .compression = (enum weft_image_compression)wire.compression,
         .tiled = wire.tiled,
+        .tile = {wire.tile[0], wire.tile[1]},
+        .levels = (enum weft_image_levels)wire.levels,
         .deep = wire.deep,
+        .kind = kind,
         .part = part,
         .part_count = (int)wire.part_count,
     };
@@ -139,8 +205,31 @@ enum weft_result weft_image_take_info(const void *info, size_t size, int part,
     if (!out->channels)
         return WEFT_ERR_MEMORY;
     out->channel_count = wire.channel_count;
-    if (!take_channels(out, data))
+    if (!take_channels(out, data) || !plausible_types(out))
         return WEFT_ERR_READER;
     data += wire.channel_count * sizeof(struct weft_wire_channel);
     return take_attributes(out, data, wire.header_bytes);
+}
+
+enum weft_result weft_image_take_codes(const struct weft_wire_frame *frame,
+                                       struct weft_image *image)
+{
+    const uint32_t bits = frame->bits, flags = frame->flags;
+    const bool png = image->kind == WEFT_IMAGE_FILE_PNG;
+    if (!(bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || (!png && bits == 32)) ||
+        flags > WEFT_WIRE_CODES_FLAGS || (png && flags & WEFT_WIRE_CODES_ASSOCIATED) ||
+        !(frame->gamma >= 0.0 && frame->gamma < 1e9))
+        return WEFT_ERR_READER;
+    image->codes = (struct weft_code_info){
+        .bits = (int)bits,
+        .palette = flags & WEFT_WIRE_CODES_PALETTE,
+        .alpha = flags & WEFT_WIRE_CODES_ALPHA,
+        .interlaced = flags & WEFT_WIRE_CODES_INTERLACED,
+        .srgb = flags & WEFT_WIRE_CODES_SRGB,
+        .icc = flags & WEFT_WIRE_CODES_ICC,
+        .associated = flags & WEFT_WIRE_CODES_ASSOCIATED,
+        .gamma = frame->gamma,
+    };
+    memcpy(image->codes.cicp, frame->cicp, sizeof image->codes.cicp);
+    return WEFT_OK;
 }

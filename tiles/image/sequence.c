@@ -18,10 +18,7 @@
 
 #define ASK_STOP_SECONDS 0.1
 
-const char *const weft_image_file_kind_names[] = {"EXR", "PNG", NULL};
-
-static const char exr_program[] = "weft-read-exr", dwa_program[] = "weft-read-dwa",
-                  png_program[] = "weft-read-png";
+static const char exr_program[] = "weft-read-exr", dwa_program[] = "weft-read-dwa";
 
 // A file on its way.
 struct slot {
@@ -150,33 +147,24 @@ static enum weft_result fail_slot(struct slot *slot, enum weft_result why)
     return why;
 }
 
-// What a file is, by its first bytes.
+// What a file is.
 static enum weft_result look(weft_image_sequence *s, struct slot *slot, int fd)
 {
-    static const unsigned char exr[] = {0x76, 0x2f, 0x31, 0x01};
-    static const unsigned char png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    unsigned char start[sizeof png] = {0};
     struct weft_image_frame *frame = &slot->frame;
     const struct weft_log log = {keep_line, frame};
     struct stat st;
-    if (pread(fd, start, sizeof start, 0) < 0 || fstat(fd, &st)) {
+    const enum weft_result res = weft_image_find_kind(&log, slot->name, fd, &frame->kind);
+    if (res != WEFT_OK)
+        return fail_slot(slot, res);
+    if (fstat(fd, &st)) {
         weft_error(&log, "%s cannot be read: %s", slot->name, strerror(errno));
         return fail_slot(slot, WEFT_ERR_OPEN);
     }
     frame->file_bytes = (uint64_t)st.st_size;
     frame->changed_ns = (int64_t)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec;
-    if (!memcmp(start, exr, sizeof exr)) {
-        frame->kind = WEFT_IMAGE_FILE_EXR;
-        slot->job.program = s->params.info_only ? exr_program : s->exr_program;
-    } else if (!memcmp(start, png, sizeof png)) {
-        frame->kind = WEFT_IMAGE_FILE_PNG;
-        slot->job.program = png_program;
-    } else {
-        weft_error(&log,
-                   "%s is neither an EXR nor a PNG file: it starts with bytes %02x %02x %02x %02x",
-                   slot->name, start[0], start[1], start[2], start[3]);
-        return fail_slot(slot, WEFT_ERR_FORMAT);
-    }
+    slot->job.program = frame->kind != WEFT_IMAGE_FILE_EXR ? weft_image_program(frame->kind)
+                        : s->params.info_only              ? exr_program
+                                                           : s->exr_program;
     slot->looked = true;
     return WEFT_OK;
 }
@@ -242,58 +230,45 @@ static enum weft_result ask_all(weft_image_sequence *s)
 
 // ---- what readers give --------------------------------------------------------------------------
 
-static bool plausible_png(const struct weft_wire_frame *wire, const struct weft_image *image)
-{
-    const uint32_t bits = wire->png_bits;
-    return (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16) &&
-           image->channel_count <= 4 && wire->png_flags < 2 * WEFT_WIRE_PNG_ICC &&
-           wire->png_gamma >= 0.0 && wire->png_gamma < 1e9;
-}
-
-static void take_png(struct weft_image_frame *frame, const struct weft_wire_frame *wire)
-{
-    const uint32_t flags = wire->png_flags;
-    frame->png = (struct weft_png_info){.bits = (int)wire->png_bits,
-                                        .palette = flags & WEFT_WIRE_PNG_PALETTE,
-                                        .alpha = flags & WEFT_WIRE_PNG_ALPHA,
-                                        .interlaced = flags & WEFT_WIRE_PNG_INTERLACED,
-                                        .srgb = flags & WEFT_WIRE_PNG_SRGB,
-                                        .icc = flags & WEFT_WIRE_PNG_ICC,
-                                        .gamma = wire->png_gamma};
-    memcpy(frame->png.cicp, wire->png_cicp, sizeof frame->png.cicp);
-}
-
-// Planes that lie one after another from `base`; their bytes in all, SIZE_MAX where there can be
-// none so large.
+// Planes that lie one after another from `base`, or between one another; their bytes in all,
+// SIZE_MAX where there can be none so large.
 static size_t lay_out(const struct weft_image_frame *frame, struct weft_plane *plane,
                       const void *base)
 {
-    static const enum weft_plane_type exr_types[] = {
-        [WEFT_PIXEL_FLOAT] = WEFT_PLANE_FLOAT,
-        [WEFT_PIXEL_HALF] = WEFT_PLANE_HALF,
-        [WEFT_PIXEL_UINT] = WEFT_PLANE_UINT,
-    };
     const struct weft_image *image = &frame->image;
-    const bool png = frame->kind == WEFT_IMAGE_FILE_PNG;
-    const size_t step = png ? image->channel_count : 1;
+    const bool mixed = frame->kind != WEFT_IMAGE_FILE_EXR;
     size_t at = 0;
     for (size_t c = 0; c < image->channel_count; c++) {
-        plane[c] = (struct weft_plane){.type = png && frame->png.bits == 16 ? WEFT_PLANE_UNORM16
-                                               : png                        ? WEFT_PLANE_UNORM8
-                                                     : exr_types[image->channels[c].type],
-                                       .step = step,
-                                       .stride = (size_t)image->width * step};
         const size_t value = weft_plane_type_size(plane[c].type);
         size_t bytes;
-        plane[c].values = (const void *)((uintptr_t)base + at + (png ? c * value : 0));
+        plane[c].step = mixed ? image->channel_count : 1;
+        plane[c].stride = (size_t)image->width * plane[c].step;
+        plane[c].values = (const void *)((uintptr_t)base + at + (mixed ? c * value : 0));
         if (!weft_size_mul(plane[c].stride * value, (size_t)image->height, &bytes))
             return SIZE_MAX;
-        if (png && c + 1 < image->channel_count)
+        if (mixed && c + 1 < image->channel_count)
             continue;
-        if ((!png && !weft_wire_align(bytes, &bytes)) || !weft_size_add(at, bytes, &at))
+        if ((!mixed && !weft_wire_align(bytes, &bytes)) || !weft_size_add(at, bytes, &at))
             return SIZE_MAX;
     }
     return at;
+}
+
+// Codes are handed out as they are; what is made of them has the channels' types.
+static void set_types(struct slot *slot)
+{
+    static const enum weft_plane_type types[] = {
+        [WEFT_PIXEL_FLOAT] = WEFT_PLANE_FLOAT,     [WEFT_PIXEL_HALF] = WEFT_PLANE_HALF,
+        [WEFT_PIXEL_UINT] = WEFT_PLANE_UINT,       [WEFT_PIXEL_UNORM8] = WEFT_PLANE_UNORM8,
+        [WEFT_PIXEL_UNORM16] = WEFT_PLANE_UNORM16,
+    };
+    struct weft_image *image = &slot->frame.image;
+    for (size_t c = 0; c < image->channel_count; c++) {
+        struct weft_image_channel *channel = &image->channels[c];
+        slot->plane[c].type = types[channel->type];
+        if (channel->type == WEFT_PIXEL_UNORM8 || channel->type == WEFT_PIXEL_UNORM16)
+            channel->type = WEFT_PIXEL_FLOAT;
+    }
 }
 
 // The answer but for its values, which nothing depends on.
@@ -313,17 +288,20 @@ static enum weft_result take_answer(weft_image_sequence *s, struct slot *slot)
         return WEFT_ERR_MEMORY;
     memcpy(info, (const char *)job->data + sizeof wire, wire.info_bytes);
     enum weft_result res =
-        weft_image_take_info(info, wire.info_bytes, s->params.part, &frame->image);
+        weft_image_take_info(info, wire.info_bytes, frame->kind, s->params.part, &frame->image);
     free(info);
+    if (res == WEFT_OK && frame->kind != WEFT_IMAGE_FILE_EXR)
+        res = weft_image_take_codes(&wire, &frame->image);
     if (res != WEFT_OK)
         return res;
-    if (frame->kind == WEFT_IMAGE_FILE_PNG && !plausible_png(&wire, &frame->image))
-        return WEFT_ERR_READER;
-    take_png(frame, &wire);
+    frame->codes = frame->image.codes;
+    if (frame->kind != WEFT_IMAGE_FILE_EXR)
+        frame->image.attribute_count = 0;
     slot->planes_offset = wire.planes_offset;
     slot->plane = calloc(frame->image.channel_count, sizeof *slot->plane);
     if (!slot->plane)
         return WEFT_ERR_MEMORY;
+    set_types(slot);
     const size_t bytes = s->params.info_only ? 0 : lay_out(frame, slot->plane, NULL);
     return bytes == job->size - slot->planes_offset ? WEFT_OK : WEFT_ERR_READER;
 }
@@ -333,7 +311,7 @@ static void forget_answer(struct slot *slot)
     weft_image_clear(&slot->frame.image);
     free(slot->plane);
     slot->plane = NULL;
-    slot->frame.png = (struct weft_png_info){0};
+    slot->frame.codes = (struct weft_code_info){0};
 }
 
 static enum weft_result take(weft_image_sequence *s, struct slot *slot)

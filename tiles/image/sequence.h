@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // tiles/image/sequence.h - the values of many image files, one after another, as the files have
-// them: EXR and PNG. Reader processes decode ahead; memory and file descriptors do not grow with
-// the number of files.
+// them: EXR, PNG and TIFF. Reader processes decode ahead; memory and file descriptors do not grow
+// with the number of files.
 //
 // A process reads up to 256 files. One that crashes, is over a limit or contradicts itself costs
 // the file that it worked on alone, and no file is given up for what files before it did to its
@@ -17,33 +17,12 @@
 
 WEFT_BEGIN_DECLS
 
-// What a file is: told by its first bytes, never by its name.
-enum weft_image_file_kind { WEFT_IMAGE_FILE_EXR, WEFT_IMAGE_FILE_PNG, WEFT_IMAGE_FILE_KIND_COUNT };
-// NULL-ended, in the order of the enum: "EXR", "PNG".
-WEFT_API extern const char *const weft_image_file_kind_names[];
-
-// What a PNG file says of its codes, which are handed over as they are: palettes, 1, 2 and 4 bits
-// are expanded to 8 (exactly: code * 255 / largest code), a transparent colour becomes alpha.
-// Alpha is never associated in PNG.
-struct weft_png_info {
-    int bits;        // of a channel, as stored: 1, 2, 4, 8 or 16; of a palette's index: up to 8
-    bool palette;    // it was expanded
-    bool alpha;      // the last channel is alpha, stored as such or as a transparent colour
-    bool interlaced; // Adam7
-    bool srgb;       // it says that its colours are sRGB
-    bool icc;        // it has an ICC profile, which is not applied
-    double gamma;    // exponent from light to code that it says (sRGB: 0.45455); 0: none
-    // Coding-independent code points (ITU-T H.273), which say more than gamma and profile: colour
-    // primaries, transfer function, matrix, full range. All 0: none.
-    uint8_t cicp[4];
-};
-
 // One file of a sequence. Valid until the next call for the sequence.
 struct weft_image_frame {
     int64_t index;    // of its name
     const char *name; // as it was given
     // WEFT_OK, or why it has no values: WEFT_ERR_OPEN (missing, a folder, a pipe), _FORMAT (empty,
-    // damaged, cut, neither EXR nor PNG), _UNSUPPORTED (deep, subsampled), _ARGUMENT (no such
+    // damaged, cut, none of these), _UNSUPPORTED (deep, subsampled), _ARGUMENT (no such
     // part), _LIMIT, _READER (its reader crashed). The sequence goes on with the next file.
     enum weft_result result;
     char message[1024]; // one line that says why and names the file; "" where it was read
@@ -51,13 +30,13 @@ struct weft_image_frame {
     enum weft_image_file_kind kind;
     uint64_t file_bytes; // size and time of the last change (nanoseconds since 1970), of the file
     int64_t changed_ns;  // that was opened
-    // Windows, channels and attributes, without planes. Of PNG: one part, the data window (0, 0) to
-    // (width - 1, height - 1), channels R, G, B or Y, then A, of type float, no attributes.
+    // Windows, channels and attributes, without planes. Of PNG and TIFF as weft_image_load has
+    // them, but that channels of codes are of type float, and without attributes.
     struct weft_image image;
     // One for each of image's channels, in the same order, read-only and never changed by anybody:
-    // float, half or uint as the EXR file has them, unorm8 or unorm16 of PNG.
+    // as the file has them: float, half, uint, unorm8 or unorm16, codes and alpha as they are.
     const struct weft_plane *plane;
-    struct weft_png_info png; // of PNG files
+    struct weft_code_info codes; // of PNG and TIFF files
 };
 
 // Processes that decode at once, at most.
@@ -79,7 +58,7 @@ struct weft_image_sequence_params {
     // Of frames that are decoded before they are asked for; the one that is asked for and the one
     // that the caller has come on top. Default 0: 256 MiB.
     uint64_t memory_bytes;
-    int part;                   // of each EXR file, from 0
+    int part;                   // of each file, from 0
     bool info_only;             // headers only: frames have no planes (default: values, too)
     struct weft_limits limits;  // of a reader process, for one file (default: see limits.h)
     const struct weft_log *log; // borrowed for the sequence's life; may be NULL

@@ -17,7 +17,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 10, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 11, WEFT_WIRE_FD = 3 };
 
 // Rooms of a reader, and requests that wait, at most.
 enum { WEFT_WIRE_ROOMS = 4 };
@@ -36,7 +36,10 @@ enum weft_wire_op {
                             // uint32_t, in the order of the channels, of count[1] rows from row
                             // count[0] of the data window on: those asked for, and what is packed
                             // with them
-    WEFT_WIRE_IMAGE_FRAME, // EXR, PNG: `part` of another file. -> in the room, as image_wire.h says
+    WEFT_WIRE_IMAGE_FRAME,  // EXR, PNG, TIFF: `part`, of another file where one is attached. -> in
+                            // the room, or in the payload, as image_wire.h says
+    WEFT_WIRE_IMAGE_WRITE,  // TIFF writer: payload as image_wire.h says -> nothing; the file is
+                            // written, count[0] bytes of it
     WEFT_WIRE_MESH, // OBJ, PLY, glTF: `part` is one of weft_mesh_kind. -> as mesh_wire.h says
 };
 

@@ -142,6 +142,7 @@ void weft_exr_close(struct weft_exr_file *file)
 
 static exr_result_t read_header(struct weft_exr_file *file)
 {
+    exr_tile_round_mode_t rounding;
     exr_result_t rv = exr_get_storage(file->exr, file->part, &file->storage);
     if (!rv)
         rv = exr_get_compression(file->exr, file->part, &file->compression);
@@ -151,6 +152,10 @@ static exr_result_t read_header(struct weft_exr_file *file)
         rv = exr_get_display_window(file->exr, file->part, &file->display);
     if (!rv)
         rv = exr_get_channels(file->exr, file->part, &file->channels);
+    file->tile[0] = file->tile[1] = 0;
+    if (!rv && (file->storage == EXR_STORAGE_TILED || file->storage == EXR_STORAGE_DEEP_TILED))
+        rv = exr_get_tile_descriptor(file->exr, file->part, &file->tile[0], &file->tile[1],
+                                     &file->levels, &rounding);
     return rv;
 }
 
@@ -167,6 +172,12 @@ static enum weft_result check_windows(struct weft_exr_file *file)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
                                 "%" PRId64 " x %" PRId64 " pixels, the limit of a side is %d",
                                 file->width, file->height, SIDE_LIMIT - 1);
+    if (file->tile[0] >= SIDE_LIMIT || file->tile[1] >= SIDE_LIMIT ||
+        (unsigned)file->levels >= WEFT_IMAGE_LEVELS_COUNT)
+        return weft_server_fail(s, WEFT_ERR_LIMIT,
+                                "tiles of %" PRIu32 " x %" PRIu32 " pixels in levels of kind %d, "
+                                "the limit of a side is %d",
+                                file->tile[0], file->tile[1], (int)file->levels, SIDE_LIMIT - 1);
     if (file->display.min.x > file->display.max.x || file->display.min.y > file->display.max.y)
         return weft_server_fail(s, WEFT_ERR_FORMAT, "the display window is empty");
     return WEFT_OK;
@@ -349,6 +360,8 @@ static void put_channels(const struct weft_exr_file *file, char *to)
 
 static struct weft_wire_image describe(const struct weft_exr_file *file, size_t header_bytes)
 {
+    const bool tiled =
+        file->storage == EXR_STORAGE_TILED || file->storage == EXR_STORAGE_DEEP_TILED;
     return (struct weft_wire_image){
         .x = file->data.min.x,
         .y = file->data.min.y,
@@ -357,7 +370,9 @@ static struct weft_wire_image describe(const struct weft_exr_file *file, size_t 
         .display_min = {file->display.min.x, file->display.min.y},
         .display_max = {file->display.max.x, file->display.max.y},
         .compression = compressions[file->compression],
-        .tiled = file->storage == EXR_STORAGE_TILED || file->storage == EXR_STORAGE_DEEP_TILED,
+        .tiled = tiled,
+        .tile = {(int32_t)file->tile[0], (int32_t)file->tile[1]},
+        .levels = tiled ? (uint32_t)file->levels : 0,
         .deep =
             file->storage == EXR_STORAGE_DEEP_SCANLINE || file->storage == EXR_STORAGE_DEEP_TILED,
         .part_count = (uint32_t)file->part_count,

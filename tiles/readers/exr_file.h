@@ -27,6 +27,8 @@ struct weft_exr_file {
     int64_t width, height;
     int64_t first_row, rows; // that are read: of a part that was just taken, all
     exr_storage_t storage;
+    uint32_t tile[2]; // pixels of a tile; {0, 0}: it is in lines
+    exr_tile_level_mode_t levels;
     exr_compression_t compression;
     const exr_attr_chlist_t *channels;
 };

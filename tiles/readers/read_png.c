@@ -14,6 +14,7 @@
 #include <png.h>
 
 #include "filter/check.h"
+#include "tiles/image/image_attribute.h"
 #include "tiles/image/image_wire.h"
 #include "tiles/process/server.h"
 
@@ -37,6 +38,7 @@ struct reader {
     char message[256];  // what libpng said at the end
     size_t refused;     // bytes of an allocation that failed, else 0
     png_bytep *rows;
+    struct weft_attribute_list attributes;
     uint8_t cicp[4];
 };
 
@@ -196,65 +198,102 @@ static enum weft_result check_amount(struct reader *r, struct header *h)
 
 // ---- the answer ---------------------------------------------------------------------------------
 
-struct info {
-    struct weft_wire_image image;
-    struct weft_wire_channel channel[CHANNELS];
-    char attributes; // the end of an EXR header without any
-};
+// What EXR has attributes for.
+static void take_density(struct reader *r, struct weft_attribute_list *out)
+{
+    png_uint_32 across, down;
+    int unit;
+    if (!png_get_pHYs(r->png, r->info, &across, &down, &unit) || !across || !down)
+        return;
+    if (across != down)
+        weft_attribute_add_float(out, "pixelAspectRatio", (float)((double)down / (double)across));
+    if (unit == PNG_RESOLUTION_METER)
+        weft_attribute_add_float(out, "xDensity", (float)(across * 0.0254));
+}
 
-static size_t make_info(const struct header *h, struct info *out)
+static void take_texts(struct reader *r, struct weft_attribute_list *out)
+{
+    png_textp text = NULL;
+    const int count = png_get_text(r->png, r->info, &text, NULL);
+    for (int i = 0; i < count; i++)
+        weft_attribute_add(out, weft_attribute_of_png(text[i].key), "string", text[i].text,
+                           text[i].text ? strlen(text[i].text) : 0);
+}
+
+static void take_profile(struct reader *r, struct weft_attribute_list *out)
+{
+    png_charp name;
+    png_bytep profile;
+    png_uint_32 size = 0;
+    int compression;
+    if (png_get_iCCP(r->png, r->info, &name, &compression, &profile, &size) && size)
+        weft_attribute_add(out, WEFT_ATTRIBUTE_ICC, "icc", profile, size);
+}
+
+static void make_info(const struct header *h, uint64_t header_bytes, char *out)
 {
     static const char *const grey[] = {"Y", "A"}, *const colours[] = {"R", "G", "B", "A"};
-    const size_t channels = (size_t)h->channels * sizeof out->channel[0];
-    memset(out, 0, sizeof *out);
-    out->image =
-        (struct weft_wire_image){.width = (int32_t)h->width,
-                                 .height = (int32_t)h->height,
-                                 .display_max = {(int32_t)h->width - 1, (int32_t)h->height - 1},
-                                 .part_count = 1,
-                                 .channel_count = (uint64_t)h->channels,
-                                 .header_bytes = 1};
+    const struct weft_wire_image image = {
+        .width = (int32_t)h->width,
+        .height = (int32_t)h->height,
+        .display_max = {(int32_t)h->width - 1, (int32_t)h->height - 1},
+        .part_count = 1,
+        .channel_count = (uint64_t)h->channels,
+        .header_bytes = header_bytes};
+    memcpy(out, &image, sizeof image);
+    out += sizeof image;
     for (int c = 0; c < h->channels; c++) {
-        struct weft_wire_channel *channel = &out->channel[c];
-        *channel = (struct weft_wire_channel){.type = WEFT_PIXEL_FLOAT, .sampling = {1, 1}};
-        snprintf(channel->name, sizeof channel->name, "%s", h->channels < 3 ? grey[c] : colours[c]);
+        struct weft_wire_channel channel = {
+            .type = h->bits == 16 ? WEFT_PIXEL_UNORM16 : WEFT_PIXEL_UNORM8, .sampling = {1, 1}};
+        snprintf(channel.name, sizeof channel.name, "%s", h->channels < 3 ? grey[c] : colours[c]);
+        memcpy(out, &channel, sizeof channel);
+        out += sizeof channel;
     }
-    memset((char *)out->channel + channels, 0, 1);
-    return offsetof(struct info, channel) + channels + 1;
 }
 
 static struct weft_wire_frame make_frame(const struct reader *r, const struct header *h)
 {
     int intent;
     png_fixed_point gamma = 0;
-    struct weft_wire_frame frame = {.png_bits = (uint32_t)h->bits};
+    struct weft_wire_frame frame = {.bits = (uint32_t)h->bits};
     const bool flags[] = {h->colour == PNG_COLOR_TYPE_PALETTE,
                           h->transparent || (h->colour & PNG_COLOR_MASK_ALPHA) != 0,
                           h->interlace != PNG_INTERLACE_NONE,
                           png_get_sRGB(r->png, r->info, &intent) != 0,
                           png_get_valid(r->png, r->info, PNG_INFO_iCCP) != 0};
     for (unsigned i = 0; i < WEFT_COUNT(flags); i++)
-        frame.png_flags |= (uint32_t)flags[i] << i;
+        frame.flags |= (uint32_t)flags[i] << i;
     if (png_get_gAMA_fixed(r->png, r->info, &gamma))
-        frame.png_gamma = gamma / 100000.0;
-    memcpy(frame.png_cicp, r->cicp, sizeof frame.png_cicp);
+        frame.gamma = gamma / 100000.0;
+    memcpy(frame.cicp, r->cicp, sizeof frame.cicp);
     return frame;
 }
 
 // The codes' place; NULL where there is no room.
 static char *begin_answer(struct reader *r, const struct header *h, size_t bytes)
 {
-    struct info info;
+    struct weft_attribute_list *list = &r->attributes;
     struct weft_wire_frame frame = make_frame(r, h);
     size_t offset = 0;
-    frame.info_bytes = make_info(h, &info);
+    take_density(r, list);
+    take_texts(r, list);
+    take_profile(r, list);
+    if (!weft_attribute_end(list)) {
+        weft_server_fail(r->server, WEFT_ERR_LIMIT,
+                         "its texts do not fit in the memory limit of %" PRIu64 " bytes",
+                         r->server->limits.memory_bytes);
+        return NULL;
+    }
+    const size_t channels = (size_t)h->channels * sizeof(struct weft_wire_channel);
+    frame.info_bytes = sizeof(struct weft_wire_image) + channels + list->size;
     weft_wire_align(sizeof frame + frame.info_bytes, &offset);
     frame.planes_offset = offset;
     char *payload = weft_server_map(r->server, offset + bytes);
     if (!payload)
         return NULL;
     memcpy(payload, &frame, sizeof frame);
-    memcpy(payload + sizeof frame, &info, frame.info_bytes);
+    make_info(h, list->size, payload + sizeof frame);
+    memcpy(payload + sizeof frame + frame.info_bytes - list->size, list->data, list->size);
     return payload + offset;
 }
 
@@ -313,6 +352,7 @@ static enum weft_result handle(struct weft_server *server)
     *r = (struct reader){.server = server, .buffer = buffer};
     const enum weft_result res = answer_frame(r);
     free(r->rows);
+    free(r->attributes.data);
     png_destroy_read_struct(&r->png, &r->info, NULL);
     return res;
 }

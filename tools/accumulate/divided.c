@@ -138,10 +138,10 @@ static enum weft_result add_frame(struct accumulate_job *job, const struct weft_
                                   int64_t place, struct outcome *out)
 {
     const struct accumulate_frame *named = &job->frame[job->sequence[place]];
-    const struct accumulate_transfer before = job->transfer;
+    const struct weft_transfer before = job->transfer;
     struct report_held held = {.count = 0};
     job->decoder.told_profile = false;
-    job->transfer.curve = ACCUMULATE_CURVE_AUTO;
+    job->transfer.curve = WEFT_CURVE_AUTO;
     report_hold(&held);
     const enum weft_result res = read_add(job, frame, named->weight);
     report_hold(NULL);
@@ -208,7 +208,7 @@ static enum weft_result count_frames(struct reading *r)
     enum weft_result res = WEFT_OK;
     for (int64_t i = 0; i < r->outcomes.count && res == WEFT_OK; i++) {
         const struct outcome *o = &r->outcomes.list[i];
-        if (o->transfer.curve != ACCUMULATE_CURVE_AUTO)
+        if (o->transfer.curve != WEFT_CURVE_AUTO)
             job->transfer = o->transfer;
         if (o->warning && !r->told_profile) {
             report_warning("%s", o->warning);

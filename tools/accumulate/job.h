@@ -39,23 +39,11 @@ enum accumulate_option {
     ACCUMULATE_OPTION_COUNT
 };
 
-// How codes become light.
-enum accumulate_curve {
-    ACCUMULATE_CURVE_AUTO, // EXR: linear; PNG: what the file says, or sRGB
-    ACCUMULATE_CURVE_LINEAR,
-    ACCUMULATE_CURVE_SRGB,
-    ACCUMULATE_CURVE_POWER, // code ^ exponent
-};
-struct accumulate_transfer {
-    enum accumulate_curve curve;
-    double exponent; // of a power
-};
-
 // What the options say, read once.
 struct accumulate_request {
     struct accumulation how;
     enum weft_accumulate_nonfinite nonfinite;
-    struct accumulate_transfer transfer;
+    struct weft_transfer transfer;
     const struct weft_colour_map *colour_map;
     int part; // of each file
 };
@@ -81,11 +69,11 @@ struct accumulate_channel {
 
 // Frames' planes as light with associated alpha. (transfer.c)
 struct accumulate_decoder {
-    struct accumulate_transfer table_of; // what `table` has
-    int table_bits;                      // 0: nothing yet
-    float *table;                        // of codes of 8 or 16 bits
-    float *decoded, *alpha;              // of all averaged channels; of a row
-    bool told_profile;                   // that ICC profiles are not applied
+    struct weft_transfer table_of; // what `table` has
+    int table_bits;                // 0: nothing yet
+    float *table;                  // of codes of 8 or 16 bits
+    float *decoded, *alpha;        // of all averaged channels; of a row
+    bool told_profile;             // that ICC profiles are not applied
 };
 
 // Frames of several ranks. (divided.c)
@@ -151,9 +139,9 @@ struct accumulate_job {
     weft_accumulator *accumulator;
     struct weft_accumulator_report planned; // before the first frame
     struct accumulate_decoder decoder;
-    struct accumulate_transfer transfer; // of the frame that was read last
-    struct weft_log log;                 // the accumulator's
-    bool adding;                         // its errors are the frame's: they go to `message`
+    struct weft_transfer transfer; // of the frame that was read last
+    struct weft_log log;           // the accumulator's
+    bool adding;                   // its errors are the frame's: they go to `message`
     char message[1024], doing[64];
     int64_t begun; // the place in `sequence` that is being read from
 
@@ -234,7 +222,7 @@ enum weft_result accumulate_decode(struct accumulate_job *job,
                                    const struct weft_image_frame *frame);
 void accumulate_clear_decoder(struct accumulate_decoder *decoder);
 // "sRGB", "linear light", "code ^ 2.2"
-const char *accumulate_transfer_text(const struct accumulate_transfer *transfer,
+const char *accumulate_transfer_text(const struct weft_transfer *transfer,
                                      char text[ACCUMULATE_TEXT]);
 
 // Refuses a bound that is beyond --max-error: sets over_budget. Returns WEFT_ERR_UNSUPPORTED after

@@ -57,16 +57,16 @@ static enum weft_result read_nonfinite(const struct option_value *o, struct accu
     return WEFT_ERR_ARGUMENT;
 }
 
-static enum weft_result read_transfer(const struct option_value *o, struct accumulate_transfer *out)
+static enum weft_result read_transfer(const struct option_value *o, struct weft_transfer *out)
 {
     char *end;
-    *out = (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_AUTO};
+    *out = (struct weft_transfer){.curve = WEFT_CURVE_AUTO};
     if (!o->given || strcmp(o->text, "auto") == 0)
         return WEFT_OK;
-    out->curve = strcmp(o->text, "linear") == 0 ? ACCUMULATE_CURVE_LINEAR
-                 : strcmp(o->text, "srgb") == 0 ? ACCUMULATE_CURVE_SRGB
-                                                : ACCUMULATE_CURVE_POWER;
-    if (out->curve != ACCUMULATE_CURVE_POWER)
+    out->curve = strcmp(o->text, "linear") == 0 ? WEFT_CURVE_LINEAR
+                 : strcmp(o->text, "srgb") == 0 ? WEFT_CURVE_SRGB
+                                                : WEFT_CURVE_POWER;
+    if (out->curve != WEFT_CURVE_POWER)
         return WEFT_OK;
     if (strncmp(o->text, "gamma:", 6) == 0) {
         out->exponent = strtod(o->text + 6, &end);

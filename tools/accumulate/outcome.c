@@ -37,7 +37,7 @@ void outcomes_clear(struct outcomes *outcomes)
 // Before the texts, which follow without their ends.
 struct record {
     struct state_stamp stamp;
-    struct accumulate_transfer transfer;
+    struct weft_transfer transfer;
     uint64_t problem, warning; // lengths + 1; 0: none
 };
 

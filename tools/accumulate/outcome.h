@@ -7,8 +7,8 @@
 #include "tools/accumulate/job.h"
 
 struct outcome {
-    struct state_stamp stamp;            // of its file
-    struct accumulate_transfer transfer; // that its codes had; curve auto: none was looked for
+    struct state_stamp stamp;      // of its file
+    struct weft_transfer transfer; // that its codes had; curve auto: none was looked for
     // Owned; NULL: there is none. Why it is left out; and that its profile is not applied, which is
     // told of the first frame alone.
     char *problem, *warning;

@@ -47,7 +47,7 @@ size_t accumulate_attributes(const struct accumulate_job *job, const char *what,
     run_report_add(out, &count, "total_weight", "%.17g", r->total_weight);
     if (isfinite(r->bound))
         run_report_add(out, &count, "bound", "%.9g", r->bound);
-    if (job->transfer.curve != ACCUMULATE_CURVE_LINEAR)
+    if (job->transfer.curve != WEFT_CURVE_LINEAR)
         run_report_add(out, &count, "transfer", "%s",
                        accumulate_transfer_text(&job->transfer, text));
     if (is_given(job, ACCUMULATE_UNTIL))

@@ -229,18 +229,18 @@ enum weft_result settings_load_carried(struct accumulate_job *job, const char *p
     if (carried->size == sizeof c + count)
         memcpy(&c, bytes, sizeof c);
     bool whole = carried->size == sizeof c + count && c.type_count == count &&
-                 c.curve <= ACCUMULATE_CURVE_POWER && memchr(c.weights, 0, sizeof c.weights);
+                 c.curve <= WEFT_CURVE_POWER && memchr(c.weights, 0, sizeof c.weights);
     for (size_t i = 0; whole && i < count; i++) {
         const enum weft_pixel_type type = bytes[sizeof c + i];
         struct accumulate_channel *channel = &job->channel[i];
-        whole = type < WEFT_PIXEL_TYPE_COUNT;
+        whole = type <= WEFT_PIXEL_UINT;
         channel->widest = add ? accumulate_wider(channel->widest, type) : type;
     }
     if (!whole) {
         report_error("%s: the state is damaged: what it carries of frames", path);
         return WEFT_ERR_FORMAT;
     }
-    job->transfer = (struct accumulate_transfer){c.curve, c.exponent};
+    job->transfer = (struct weft_transfer){c.curve, c.exponent};
     if (job->joins && !add)
         snprintf(job->weights.text, sizeof job->weights.text, "%s", c.weights);
     return WEFT_OK;

@@ -10,98 +10,47 @@
 
 // ---- curves -------------------------------------------------------------------------------------
 
-// IEC 61966-2-1; what is below 0 is as what is above.
-static double light_of_srgb(double code)
-{
-    const double c = fabs(code);
-    return copysign(c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4), code);
-}
-
-static double light(const struct accumulate_transfer *transfer, double code)
-{
-    switch (transfer->curve) {
-    case ACCUMULATE_CURVE_SRGB:
-        return light_of_srgb(code);
-    case ACCUMULATE_CURVE_POWER:
-        return copysign(pow(fabs(code), transfer->exponent), code);
-    default:
-        return code;
-    }
-}
-
-static struct accumulate_transfer power(double exponent)
-{
-    return fabs(exponent - 1.0) < 1e-6
-               ? (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_LINEAR}
-               : (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_POWER,
-                                              .exponent = exponent};
-}
-
-// Transfer functions of ITU-T H.273. Returns false for those that are none of ours.
-static bool curve_of_cicp(int function, struct accumulate_transfer *out)
-{
-    switch (function) {
-    case 4:
-        *out = power(2.2);
-        return true;
-    case 5:
-        *out = power(2.8);
-        return true;
-    case 8:
-        *out = power(1.0);
-        return true;
-    case 13:
-        *out = (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_SRGB};
-        return true;
-    default:
-        return false;
-    }
-}
-
-// What a PNG file says: code points first, then sRGB, then gAMA, as the specification ranks them.
 static enum weft_result curve_of_png(struct accumulate_job *job,
                                      const struct weft_image_frame *frame,
-                                     struct accumulate_transfer *out)
+                                     struct weft_transfer *out)
 {
-    const struct weft_png_info *png = &frame->png;
-    const bool points = png->cicp[0] || png->cicp[1] || png->cicp[2] || png->cicp[3];
-    *out = (struct accumulate_transfer){.curve = ACCUMULATE_CURVE_SRGB};
-    if (points && !curve_of_cicp(png->cicp[1], out)) {
+    const struct weft_code_info *codes = &frame->codes;
+    const bool points = codes->cicp[0] || codes->cicp[1] || codes->cicp[2] || codes->cicp[3];
+    if (!weft_transfer_find(codes, out)) {
         report_error("%s has the transfer function %d of H.273 (cICP), which weft does not know: "
                      "--transfer must say what its codes are",
-                     frame->name, png->cicp[1]);
+                     frame->name, codes->cicp[1]);
         return WEFT_ERR_UNSUPPORTED;
     }
-    if (!points && png->icc && !job->decoder.told_profile) {
+    if (!points && codes->icc && !job->decoder.told_profile) {
         report_warning("%s has an ICC profile, which is not applied: its codes are taken for %s "
                        "(--transfer says otherwise)",
-                       frame->name, png->gamma > 0.0 && !png->srgb ? "a power of light" : "sRGB");
+                       frame->name,
+                       codes->gamma > 0.0 && !codes->srgb ? "a power of light" : "sRGB");
         job->decoder.told_profile = true;
     }
-    if (!points && !png->srgb && png->gamma > 0.0)
-        *out = power(1.0 / png->gamma);
     return WEFT_OK;
 }
 
 static enum weft_result choose_curve(struct accumulate_job *job,
                                      const struct weft_image_frame *frame,
-                                     struct accumulate_transfer *out)
+                                     struct weft_transfer *out)
 {
     *out = job->request.transfer;
-    if (out->curve != ACCUMULATE_CURVE_AUTO)
+    if (out->curve != WEFT_CURVE_AUTO)
         return WEFT_OK;
     if (frame->kind == WEFT_IMAGE_FILE_PNG)
         return curve_of_png(job, frame, out);
-    out->curve = ACCUMULATE_CURVE_LINEAR;
+    out->curve = WEFT_CURVE_LINEAR;
     return WEFT_OK;
 }
 
-const char *accumulate_transfer_text(const struct accumulate_transfer *transfer,
+const char *accumulate_transfer_text(const struct weft_transfer *transfer,
                                      char text[ACCUMULATE_TEXT])
 {
     snprintf(text, ACCUMULATE_TEXT, "%s",
-             transfer->curve == ACCUMULATE_CURVE_SRGB ? "sRGB" : "linear light");
-    if (transfer->curve == ACCUMULATE_CURVE_POWER)
+             transfer->curve == WEFT_CURVE_SRGB ? "sRGB" : "linear light");
+    if (transfer->curve == WEFT_CURVE_POWER)
         snprintf(text, ACCUMULATE_TEXT, "code ^ %.5g", transfer->exponent);
     return text;
 }
@@ -126,15 +75,14 @@ static enum weft_result make_room(struct accumulate_job *job)
 }
 
 // Each rounded once.
-static void fill_table(struct accumulate_decoder *d, const struct accumulate_transfer *transfer,
-                       int bits)
+static void fill_table(struct accumulate_decoder *d, const struct weft_transfer *transfer, int bits)
 {
     const int largest = (1 << bits) - 1;
     if (d->table_bits == bits && d->table_of.curve == transfer->curve &&
         d->table_of.exponent == transfer->exponent)
         return;
     for (int i = 0; i <= largest; i++)
-        d->table[i] = (float)light(transfer, (double)i / largest);
+        d->table[i] = (float)weft_transfer_light(transfer, (double)i / largest);
     d->table_of = *transfer;
     d->table_bits = bits;
 }
@@ -154,14 +102,13 @@ static void decode_codes(const float *table, const struct weft_plane *plane, int
 }
 
 // EXR files whose codes are no light have associated alpha all the same.
-static void decode_floats(const struct accumulate_transfer *transfer,
-                          const struct weft_plane *plane, int32_t y, int32_t width,
-                          const float *alpha, float *out)
+static void decode_floats(const struct weft_transfer *transfer, const struct weft_plane *plane,
+                          int32_t y, int32_t width, const float *alpha, float *out)
 {
     weft_plane_row(plane, y, width, out, 1);
     for (int32_t x = 0; x < width; x++) {
         const double a = alpha && alpha[x] > 0.0f && isfinite(alpha[x]) ? (double)alpha[x] : 1.0;
-        out[x] = (float)(a * light(transfer, (double)out[x] / a));
+        out[x] = (float)(a * weft_transfer_light(transfer, (double)out[x] / a));
     }
 }
 
@@ -170,7 +117,7 @@ static bool is_code(const struct weft_plane *plane)
     return plane->type == WEFT_PLANE_UNORM8 || plane->type == WEFT_PLANE_UNORM16;
 }
 
-static void decode_plane(struct accumulate_job *job, const struct accumulate_transfer *transfer,
+static void decode_plane(struct accumulate_job *job, const struct weft_transfer *transfer,
                          const struct weft_plane *plane, const struct weft_plane *alpha, float *out)
 {
     struct accumulate_decoder *d = &job->decoder;
@@ -190,9 +137,9 @@ static void decode_plane(struct accumulate_job *job, const struct accumulate_tra
 enum weft_result accumulate_decode(struct accumulate_job *job, const struct weft_image_frame *frame)
 {
     const size_t pixels = (size_t)job->image.width * (size_t)job->image.height;
-    struct accumulate_transfer transfer;
+    struct weft_transfer transfer;
     enum weft_result res = choose_curve(job, frame, &transfer);
-    const bool linear = transfer.curve == ACCUMULATE_CURVE_LINEAR;
+    const bool linear = transfer.curve == WEFT_CURVE_LINEAR;
     job->transfer = transfer;
     for (size_t c = 0; res == WEFT_OK && c < job->image.channel_count; c++) {
         const struct accumulate_channel *channel = &job->channel[c];

@@ -7,10 +7,10 @@
 
 json_t *saved_json(const struct weft_image_save_report *s)
 {
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "values", json_count(s->values), "verified",
-                     json_count(s->verified), "overflows", json_count(s->overflows), "rounding",
-                     json_number(s->rounding), "chunks", json_count(s->chunks), "raw_chunks",
-                     json_count(s->raw));
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "values", json_count(s->values), "verified",
+                     json_count(s->verified), "overflows", json_count(s->overflows), "clamped",
+                     json_count(s->clamped), "rounding", json_number(s->rounding), "chunks",
+                     json_count(s->chunks), "raw_chunks", json_count(s->raw));
 }
 
 void saved_print(const char *path, const struct weft_image_save_report *s)
@@ -30,6 +30,10 @@ void saved_warn(const char *path, const struct weft_image_save_report *s)
         report_warning("%s: %llu values are beyond %g, the largest half, and become infinity; "
                        "--type float keeps them",
                        path, (unsigned long long)s->overflows, 65504.0);
+    if (s->clamped)
+        report_warning("%s: %llu values are below 0, above 1 or not finite, and become the codes "
+                       "of 0 and 1",
+                       path, (unsigned long long)s->clamped);
 }
 
 enum weft_result saved_write(const struct weft_image *image, const char *path, bool no_clobber,

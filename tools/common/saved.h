@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/saved.h - how verbs write EXR files, and what became of the values.
+// tools/common/saved.h - how verbs write image files, and what became of the values.
 #ifndef WEFT_TOOLS_COMMON_SAVED_H
 #define WEFT_TOOLS_COMMON_SAVED_H
 
@@ -25,7 +25,7 @@ enum weft_result saved_write(const struct weft_image *image, const char *path, b
 json_t *saved_json(const struct weft_image_save_report *saved);
 // With --verify: a line on stdout of what was read back; otherwise nothing.
 void saved_print(const char *path, const struct weft_image_save_report *saved);
-// A warning where values are beyond what halves hold.
+// A warning where values are beyond what halves hold, and one where they have no code.
 void saved_warn(const char *path, const struct weft_image_save_report *saved);
 
 #endif

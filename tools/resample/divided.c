@@ -100,7 +100,8 @@ static void choose_outputs(struct resample_job *job)
     const struct option_value *o = job->option;
     struct resample_divided *d = &job->divided;
     resample_choose_compression(job);
-    d->packs = o[RESAMPLE_OUTPUT].given && d->only && are_bands(job);
+    d->packs =
+        o[RESAMPLE_OUTPUT].given && d->only && job->kind == WEFT_IMAGE_FILE_EXR && are_bands(job);
     d->sends = o[RESAMPLE_PREVIEW].given ||
                (o[RESAMPLE_OUTPUT].given && (o[RESAMPLE_VERIFY].given || !d->packs));
 }
@@ -188,6 +189,7 @@ static enum weft_result load(struct resample_job *job, int first, int rows)
                                                   .part = job->part,
                                                   .first_row = first,
                                                   .rows = rows,
+                                                  .transfer = resample_transfer(job),
                                                   .threads = job->engine.cpu.threads,
                                                   .log = report_log()};
     const size_t width = (size_t)job->image.width, at = (size_t)first * width,

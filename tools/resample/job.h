@@ -19,6 +19,7 @@ enum resample_option {
     RESAMPLE_PART,
     RESAMPLE_TYPE,
     RESAMPLE_COMPRESSION,
+    RESAMPLE_TRANSFER,
     RESAMPLE_MAX_ERROR,
     RESAMPLE_TOGETHER,
     RESAMPLE_ENGINE, // the first of enum engine_option
@@ -83,6 +84,7 @@ struct resample_job {
     struct engine engine;          // of separable work; passes run on OpenGL, or are emulated
     bool engine_is_read;
     const struct weft_colour_map *colour_map;
+    enum weft_image_file_kind kind; // of the output
 
     struct budget budget; // with --max-error
     struct resample_divided divided;
@@ -129,6 +131,15 @@ enum weft_result resample_make_groups(struct resample_job *job);
 // "R G B".
 void resample_group_name(const struct resample_job *job, const struct resample_group *group,
                          char *text, size_t size);
+
+// What the output is to be, by its name, and whether the options say nothing else. Returns
+// WEFT_ERR_ARGUMENT after an error line.
+enum weft_result resample_choose_kind(struct resample_job *job);
+// Whether one file of the output's kind holds so many parts of an input. Returns WEFT_ERR_ARGUMENT
+// after an error line.
+enum weft_result resample_check_parts(const struct resample_job *job, size_t count);
+// What integer codes stand for, as --transfer has it.
+struct weft_transfer resample_transfer(const struct resample_job *job);
 
 // Sets the result's types, and which groups are exact.
 void resample_set_types(struct resample_job *job);

@@ -50,14 +50,36 @@ void resample_warn_of_rounding(const struct resample_job *job)
         warn_of_group(job, &job->group[g]);
 }
 
-// uint is kept where it is exact; filtered it has fractions.
+// uint is kept where it is exact; filtered it has fractions. Light of 8 bits is within halves, that
+// of 16 is not.
 static enum weft_pixel_type result_type(const struct resample_job *job, bool exact,
                                         enum weft_pixel_type from)
 {
     const struct option_value *type = &job->option[RESAMPLE_TYPE];
     if (type->given)
         return (enum weft_pixel_type)type->integer[0];
-    return from == WEFT_PIXEL_UINT && !exact ? WEFT_PIXEL_FLOAT : from;
+    if (from == WEFT_PIXEL_UINT && !exact)
+        from = WEFT_PIXEL_FLOAT;
+    switch (job->kind) {
+    case WEFT_IMAGE_FILE_PNG:
+        return from == WEFT_PIXEL_UNORM16 ? from : WEFT_PIXEL_UNORM8;
+    case WEFT_IMAGE_FILE_TIFF:
+        return from;
+    default:
+        return from == WEFT_PIXEL_UNORM8    ? WEFT_PIXEL_HALF
+               : from == WEFT_PIXEL_UNORM16 ? WEFT_PIXEL_FLOAT
+                                            : from;
+    }
+}
+
+// A TIFF file has one type.
+static void unite_types(struct resample_job *job)
+{
+    bool same = true;
+    for (size_t c = 1; c < job->result.channel_count; c++)
+        same = same && job->result.channels[c].type == job->result.channels[0].type;
+    for (size_t c = 0; !same && c < job->result.channel_count; c++)
+        job->result.channels[c].type = WEFT_PIXEL_FLOAT;
 }
 
 void resample_set_types(struct resample_job *job)
@@ -71,6 +93,62 @@ void resample_set_types(struct resample_job *job)
             channel->type = result_type(job, group->exact, channel->type);
         }
     }
+    if (job->kind == WEFT_IMAGE_FILE_TIFF)
+        unite_types(job);
+}
+
+// ---- kinds of files -----------------------------------------------------------------------------
+
+static enum weft_result check_type(const struct resample_job *job)
+{
+    const struct option_value *type = &job->option[RESAMPLE_TYPE];
+    const char *kind = weft_image_file_kind_names[job->kind];
+    const bool code = type->given && (enum weft_pixel_type)type->integer[0] >= WEFT_PIXEL_UNORM8;
+    if (!type->given || job->kind == WEFT_IMAGE_FILE_TIFF ||
+        code == (job->kind == WEFT_IMAGE_FILE_PNG))
+        return WEFT_OK;
+    report_error("--type %s: a file of %s has channels of %s", type->text, kind,
+                 code ? "float, half or uint" : "unorm8 or unorm16");
+    return WEFT_ERR_ARGUMENT;
+}
+
+static enum weft_result check_compression(const struct resample_job *job)
+{
+    const struct option_value *given = &job->option[RESAMPLE_COMPRESSION];
+    const enum weft_image_compression asked = (unsigned)given->integer[0];
+    if (!given->given || job->kind == WEFT_IMAGE_FILE_EXR ||
+        (job->kind == WEFT_IMAGE_FILE_TIFF &&
+         (asked == WEFT_IMAGE_ZIP || asked == WEFT_IMAGE_RLE || asked == WEFT_IMAGE_NONE)))
+        return WEFT_OK;
+    report_error("--compression %s: %s", given->text,
+                 job->kind == WEFT_IMAGE_FILE_PNG ? "PNG has one of its own"
+                                                  : "TIFF is written as zip, rle or none");
+    return WEFT_ERR_ARGUMENT;
+}
+
+enum weft_result resample_choose_kind(struct resample_job *job)
+{
+    const struct option_value *output = &job->option[RESAMPLE_OUTPUT];
+    // Devices have names without an ending, and are given EXR.
+    if (output->given && !weft_image_file_kind_find(output->text, &job->kind))
+        job->kind = WEFT_IMAGE_FILE_EXR;
+    const enum weft_result res = check_type(job);
+    return res == WEFT_OK ? check_compression(job) : res;
+}
+
+enum weft_result resample_check_parts(const struct resample_job *job, size_t count)
+{
+    if (count < 2 || job->kind != WEFT_IMAGE_FILE_PNG)
+        return WEFT_OK;
+    report_error("%s has %zu parts, and a PNG file one: --part says which", job->input, count);
+    return WEFT_ERR_ARGUMENT;
+}
+
+struct weft_transfer resample_transfer(const struct resample_job *job)
+{
+    static const enum weft_curve curves[] = {WEFT_CURVE_AUTO, WEFT_CURVE_SRGB, WEFT_CURVE_LINEAR};
+    const struct option_value *asked = &job->option[RESAMPLE_TRANSFER];
+    return (struct weft_transfer){.curve = curves[asked->given ? asked->integer[0] : 0]};
 }
 
 enum weft_result resample_allocate(struct resample_job *job)

@@ -360,7 +360,7 @@ static const char *only_name(void *priv, int64_t i)
 
 static json_t *png_json(const char *path, const struct weft_image_frame *frame)
 {
-    const struct weft_png_info *png = &frame->png;
+    const struct weft_code_info *png = &frame->codes;
     const int32_t cicp[] = {png->cicp[0], png->cicp[1], png->cicp[2], png->cicp[3]};
     const bool points = cicp[0] || cicp[1] || cicp[2] || cicp[3];
     json_t *channels = json_array();
@@ -377,7 +377,7 @@ static json_t *png_json(const char *path, const struct weft_image_frame *frame)
 
 static void print_png(const char *path, const struct weft_image_frame *frame)
 {
-    const struct weft_png_info *png = &frame->png;
+    const struct weft_code_info *png = &frame->codes;
     const uint8_t *cicp = png->cicp;
     report_line("%s: PNG, %d x %d pixels, %d bits%s%s", path, frame->image.width,
                 frame->image.height, png->bits, png->palette ? ", palette" : "",

@@ -17,16 +17,17 @@
 #include "tools/verbs/verb.h"
 
 static const char *const png_ending[] = {".png", NULL};
-static const char *const exr_ending[] = {".exr", NULL};
+static const char *const image_endings[] = {".exr", ".png", ".tif", ".tiff", NULL};
+static const char *const transfer_names[] = {"auto", "srgb", "none", NULL};
 
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
                          'o',
                          OPTION_OUTPUT,
-                         "OUT.exr",
+                         "OUT.exr|.png|.tif",
                          "the image: channels of the same names and types, with the input's "
                          "attributes and attributes that tell how it was made",
-                         exr_ending},
+                         image_endings},
     [RESAMPLE_PREVIEW] =
         {.name = "preview",
          0,
@@ -58,11 +59,21 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                        "NAME|INDEX",
                        "which part of a file of several, from 0 (default: all that are not deep)"},
     [RESAMPLE_TYPE] =
-        SAVED_TYPE_OPTION("of the channels written (default: as they are; uint stays so with "
-                          "kernel nearest, and becomes float where it is filtered)",
+        SAVED_TYPE_OPTION("of the channels written: float, half or uint in EXR, unorm8 or unorm16 "
+                          "in PNG, any in TIFF (default: as they are; uint stays so with "
+                          "kernel nearest, and becomes float where it is filtered; else half for "
+                          "8 bits and float for 16 in EXR, 8 bits in PNG)",
                           WEFT_PIXEL_TYPE_COUNT),
     [RESAMPLE_COMPRESSION] = SAVED_COMPRESSION_OPTION(
         "of the file (default: the input's, or zip where weft does not write it)"),
+    [RESAMPLE_TRANSFER] = {.name = "transfer",
+                           0,
+                           OPTION_CHOICE,
+                           NULL,
+                           "what integer codes of PNG and TIFF stand for: as the file says, or "
+                           "sRGB; sRGB; or codes are filtered as they are (default auto)",
+                           transfer_names,
+                           3},
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,
@@ -171,6 +182,8 @@ static enum weft_result check_options(struct resample_job *job)
     }
     enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
     if (res == WEFT_OK)
+        res = resample_choose_kind(job);
+    if (res == WEFT_OK)
         res = pass_options_check(&o[RESAMPLE_PASSES]);
     if (res == WEFT_OK)
         res =
@@ -216,6 +229,7 @@ static enum weft_result load_image(struct resample_job *job)
         .path = job->input,
         .part = job->part,
         .info_only = !needs_samples(job) || job->divided.is,
+        .transfer = resample_transfer(job),
         .threads = job->engine.cpu.threads,
         .log = report_log(),
     };
@@ -448,7 +462,11 @@ static enum weft_result check_usage(const char *input, const struct option_value
 static enum weft_result run_parts(const char *input, const struct option_value *values,
                                   struct resample_job *jobs, size_t count)
 {
-    enum weft_result res = WEFT_OK;
+    jobs->input = input;
+    jobs->option = values;
+    enum weft_result res = resample_choose_kind(jobs);
+    if (res == WEFT_OK)
+        res = resample_check_parts(jobs, count);
     for (size_t i = 0; res == WEFT_OK && i < count; i++) {
         jobs[i].input = input;
         jobs[i].option = values;

@@ -19,7 +19,7 @@ static void make_good(struct payload *p, char *codes)
     memset(p, 0, sizeof *p);
     p->frame = (struct weft_wire_frame){.info_bytes = offsetof(struct payload, attributes) + 1 -
                                                       offsetof(struct payload, image),
-                                        .png_bits = 8};
+                                        .bits = 8};
     p->image = (struct weft_wire_image){.width = 2,
                                         .height = 2,
                                         .display_max = {1, 1},
@@ -27,7 +27,7 @@ static void make_good(struct payload *p, char *codes)
                                         .channel_count = 1,
                                         .header_bytes = 1};
     p->channel =
-        (struct weft_wire_channel){.name = "Y", .type = WEFT_PIXEL_FLOAT, .sampling = {1, 1}};
+        (struct weft_wire_channel){.name = "Y", .type = WEFT_PIXEL_UNORM8, .sampling = {1, 1}};
     memcpy(codes, "\1\2\3\4", 4);
 }
 
@@ -50,7 +50,7 @@ static void lie(struct weft_server *server, char how, struct payload *p)
         p->image.width = INT32_MAX;
         break;
     case 'f':
-        p->frame.png_bits = 3;
+        p->frame.bits = 3;
         break;
     case 'g':
         p->channel.type = 99;
@@ -89,7 +89,7 @@ static void lie(struct weft_server *server, char how, struct payload *p)
         pause();
         break;
     case 's':
-        p->frame.png_gamma = __builtin_nan("");
+        p->frame.gamma = __builtin_nan("");
         break;
     case 't': // more than it has
         server->answer.payload_bytes = server->request->room_bytes + 1;

@@ -147,7 +147,7 @@ static void test_bad_images(void **state)
                                          {.name = "Z", .plane = plane}};
     struct weft_image_channel twins[2] = {good[0], good[0]};
     struct weft_image_channel empty[1] = {{.plane = plane}}, unplaned[1] = {{.name = "Y"}};
-    struct weft_image_channel untyped[1] = {{.name = "Y", .plane = plane, .type = 3}};
+    struct weft_image_channel untyped[1] = {{.name = "Y", .plane = plane, .type = 9}};
     struct weft_image_channel integral[1] = {
         {.name = "Y", .plane = plane, .type = WEFT_PIXEL_UINT}};
     struct weft_image_channel subsampled[1] = {{.name = "Y", .plane = plane, .sampling = {2, 1}}};
@@ -168,7 +168,7 @@ static void test_bad_images(void **state)
         {.width = 2, .height = 2, .channel_count = 1, .channels = untyped},
         {.width = 2, .height = 2, .channel_count = 1, .channels = integral},
         {.width = 2, .height = 2, .channel_count = 1, .channels = subsampled},
-        {.width = 2, .height = 2, .channel_count = 1, .channels = good, .compression = 10},
+        {.width = 2, .height = 2, .channel_count = 1, .channels = good, .compression = 11},
         {.width = 2, .height = 2, .channel_count = 1, .channels = good, .display_min = {0, 1}},
         {.width = 2,
          .height = 2,

@@ -15,7 +15,7 @@
 #include "tests/support/exr_peer.h"
 #include "tests/support/files.h"
 #include "filter/check.h"
-#include "tiles/image/image_chunk.h"
+#include "tiles/image/exr/chunk.h"
 
 static uint32_t random_state;
 
@@ -69,7 +69,7 @@ static void test_threads(void **state)
     int files = 0;
     fill_planes();
     for (int how = 0; weft_image_is_writable((enum weft_image_compression)how); how++) {
-        for (int type = 0; type < WEFT_PIXEL_TYPE_COUNT; type++, files++) {
+        for (int type = 0; type <= WEFT_PIXEL_UINT; type++, files++) {
             const struct weft_image image =
                 make_image((enum weft_pixel_type)type, (enum weft_image_compression)how);
             struct weft_image_save_report report[3];

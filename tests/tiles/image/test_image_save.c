@@ -14,7 +14,7 @@
 #include "tests/support/files.h"
 #include "filter/check.h"
 #include "filter/half.h"
-#include "tiles/image/image_chunk.h"
+#include "tiles/image/exr/chunk.h"
 
 static uint32_t random_state;
 

@@ -263,10 +263,10 @@ static void assert_png(const struct weft_image_frame *frame, const struct png_re
     assert_string_equal(frame->image.channels[0].name, channels < 3 ? "Y" : "R");
     if (channels % 2 == 0)
         assert_string_equal(frame->image.channels[channels - 1].name, "A");
-    assert_int_equal(frame->png.bits, r->bits);
-    assert_int_equal(frame->png.palette, r->colour == PNG_COLOR_TYPE_PALETTE);
-    assert_int_equal(frame->png.alpha, channels % 2 == 0);
-    assert_int_equal(frame->png.interlaced, r->interlaced);
+    assert_int_equal(frame->codes.bits, r->bits);
+    assert_int_equal(frame->codes.palette, r->colour == PNG_COLOR_TYPE_PALETTE);
+    assert_int_equal(frame->codes.alpha, channels % 2 == 0);
+    assert_int_equal(frame->codes.interlaced, r->interlaced);
     for (int c = 0; c < channels; c++) {
         const struct weft_plane *plane = &frame->plane[c];
         assert_int_equal(plane->type, wide ? WEFT_PLANE_UNORM16 : WEFT_PLANE_UNORM8);
@@ -354,11 +354,11 @@ static void test_png_colour(void **state)
         struct names list = {.name = &recipe.path};
         weft_image_sequence *sequence = begin(&list, 1, 1);
         const struct weft_image_frame *frame = good_frame(sequence, 0);
-        assert_int_equal(frame->png.srgb, cases[i].srgb);
-        assert_false(frame->png.icc);
-        assert_true(frame->png.gamma == cases[i].expected);
+        assert_int_equal(frame->codes.srgb, cases[i].srgb);
+        assert_false(frame->codes.icc);
+        assert_true(frame->codes.gamma == cases[i].expected);
         const uint8_t none[4] = {0};
-        assert_memory_equal(frame->png.cicp, cases[i].cicp ? cases[i].cicp : none, 4);
+        assert_memory_equal(frame->codes.cicp, cases[i].cicp ? cases[i].cicp : none, 4);
         finish(&sequence);
     }
 }
@@ -389,7 +389,7 @@ static void test_info_only(void **state)
         assert_null(frame->plane);
         assert_int_equal(frame->image.width, i == 1 ? 5 : WIDTH);
         assert_int_equal(frame->image.channel_count, 3);
-        assert_int_equal(frame->png.bits, i == 1 ? 16 : 0);
+        assert_int_equal(frame->codes.bits, i == 1 ? 16 : 0);
     }
     finish(&sequence);
 }

@@ -5,6 +5,7 @@
 
 #include "filter/check.h"
 #include "filter/half.h"
+#include "tiles/image/codes/write.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 
@@ -120,25 +121,59 @@ static struct weft_limits limits_for(const struct weft_image *image)
     };
 }
 
+// Of PNG and TIFF files the values, as they are stored.
+static enum weft_result compare_values(const struct verifier *v, const void *values,
+                                       struct weft_image_save_report *report)
+{
+    const struct weft_image *a = v->given, *b = v->read;
+    char what[200];
+    if (a->width != b->width || a->height != b->height || a->channel_count != b->channel_count ||
+        a->channels[0].type != b->channels[0].type)
+        return differs(v, "its size, its channels or their type are others");
+    const enum weft_result res =
+        weft_codes_compare(a, v->params->kind, v->params->log, values, what);
+    if (res == WEFT_ERR_WRITE)
+        return differs(v, "%s", what);
+    report->verified += (uint64_t)a->width * (uint64_t)a->height * a->channel_count;
+    return res;
+}
+
+static enum weft_result verify_codes(const struct verifier *v,
+                                     const struct weft_image_load_params *load, int fd,
+                                     struct weft_image *read, struct weft_image_save_report *report)
+{
+    struct weft_image_values values = {.values = NULL};
+    enum weft_result res = weft_image_read_values(load, fd, v->params->kind, &values, read);
+    res = res == WEFT_OK ? compare_values(v, values.values, report) : WEFT_ERR_WRITE;
+    weft_payload_release(&values.payload);
+    return res;
+}
+
+static enum weft_result verify_exr(const struct verifier *v,
+                                   const struct weft_image_load_params *load, int fd,
+                                   struct weft_image *read, struct weft_image_save_report *report)
+{
+    const enum weft_result res = weft_image_read(load, fd, read);
+    return res == WEFT_OK ? compare(v, report) : WEFT_ERR_WRITE;
+}
+
 enum weft_result weft_image_verify(const struct weft_image *parts, size_t count, int fd,
                                    const struct weft_image_save_params *params,
                                    struct weft_image_save_report *report)
 {
     enum weft_result res = WEFT_OK;
     for (size_t p = 0; res == WEFT_OK && p < count; p++) {
-        struct weft_image read;
+        struct weft_image read = {.name = ""};
         const struct verifier v = {&parts[p], &read, params};
         const struct weft_image_load_params load = {.path = params->path,
                                                     .part = (int)p,
                                                     .threads = params->threads,
                                                     .limits = limits_for(&parts[p]),
                                                     .log = params->log};
-        res = weft_image_read(&load, fd, &read);
-        if (res != WEFT_OK)
-            return WEFT_ERR_WRITE;
-        res = read.part_count == (int)count
-                  ? compare(&v, report)
-                  : differs(&v, "it has %d parts, not %zu", read.part_count, count);
+        res = params->kind == WEFT_IMAGE_FILE_EXR ? verify_exr(&v, &load, fd, &read, report)
+                                                  : verify_codes(&v, &load, fd, &read, report);
+        if (res == WEFT_OK && read.part_count != (int)count)
+            res = differs(&v, "it has %d parts, not %zu", read.part_count, count);
         weft_image_clear(&read);
     }
     return res;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/image/image_chunk.h"
+#include "tiles/image/exr/chunk.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image_piz.h - blocks of EXR lines, packed and unpacked as PIZ by OpenEXRCore (not
+// tiles/image/exr/piz.h - blocks of EXR lines, packed and unpacked as PIZ by OpenEXRCore (not
 // installed).
-#ifndef WEFT_TILES_IMAGE_IMAGE_PIZ_H
-#define WEFT_TILES_IMAGE_IMAGE_PIZ_H
+#ifndef WEFT_TILES_IMAGE_EXR_PIZ_H
+#define WEFT_TILES_IMAGE_EXR_PIZ_H
 
 #include "filter/base.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OpenEXRCore packs within a file that is written, and unpacks within one that is read. Here they
 // are a header in memory, of one block: pipelines are handed its lines, and hand over bytes.
-#include "tiles/image/image_piz.h"
+#include "tiles/image/exr/piz.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/image/image_header.h"
+#include "tiles/image/exr/header.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image_lines.h - planes as lines of a file, and back (not installed).
-#ifndef WEFT_TILES_IMAGE_IMAGE_LINES_H
-#define WEFT_TILES_IMAGE_IMAGE_LINES_H
+// tiles/image/exr/lines.h - planes as lines of a file, and back (not installed).
+#ifndef WEFT_TILES_IMAGE_EXR_LINES_H
+#define WEFT_TILES_IMAGE_EXR_LINES_H
 
 #include "filter/half.h"
 #include "tiles/image/image.h"

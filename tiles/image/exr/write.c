@@ -3,7 +3,7 @@
 // whose packed form is as long as the raw lines packed, and every reader takes it for raw; and its
 // ZIP is several times slower than libdeflate's. Several threads pack, and each chunk that is ready
 // is written once those before it are.
-#include "tiles/image/image_write.h"
+#include "tiles/image/exr/write.h"
 
 #include <errno.h>
 #include <math.h>
@@ -13,9 +13,9 @@
 #include <string.h>
 
 #include "filter/threads.h"
-#include "tiles/image/image_chunk.h"
-#include "tiles/image/image_header.h"
-#include "tiles/image/image_lines.h"
+#include "tiles/image/exr/chunk.h"
+#include "tiles/image/exr/header.h"
+#include "tiles/image/exr/lines.h"
 #include "tiles/output/order.h"
 
 enum {

@@ -6,10 +6,11 @@
 
 #include "filter/check.h"
 #include "filter/threads.h"
+#include "tiles/image/codes/write.h"
+#include "tiles/image/exr/chunk.h"
+#include "tiles/image/exr/write.h"
 #include "tiles/image/image_attribute.h"
-#include "tiles/image/image_chunk.h"
 #include "tiles/image/image_impl.h"
-#include "tiles/image/image_write.h"
 
 // What the C++ library accepts in a window.
 enum { COORDINATE_LIMIT = INT_MAX / 2 };
@@ -68,9 +69,27 @@ fail:
     return res;
 }
 
+// What an EXR file can hold.
+static enum weft_result check_exr(const struct weft_image *image, const struct weft_log *log)
+{
+    for (size_t c = 0; c < image->channel_count; c++) {
+        const struct weft_image_channel *channel = &image->channels[c];
+        if (channel->type <= WEFT_PIXEL_UINT)
+            continue;
+        weft_error(log, "channel %s is of type %s, which EXR files do not have", channel->name,
+                   weft_pixel_type_names[channel->type]);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (weft_image_is_writable(image->compression))
+        return WEFT_OK;
+    weft_error(log, "compression %s is read, but not written",
+               weft_image_compression_names[image->compression]);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
 // `planes`: whether channels need their values.
 static enum weft_result check_image(const struct weft_image *image, bool planes,
-                                    const struct weft_log *log)
+                                    enum weft_image_file_kind kind, const struct weft_log *log)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, image->width > 0 && image->height > 0);
@@ -87,12 +106,10 @@ static enum weft_result check_image(const struct weft_image *image, bool planes,
         weft_require(log, !planes || is_whole(channel));
         weft_require(log, is_name(channel->name, sizeof channel->name));
     }
+    weft_require(log, (unsigned)image->transfer.curve < WEFT_CURVE_COUNT);
     res = check_attributes(image, log);
-    if (res == WEFT_OK && !weft_image_is_writable(image->compression)) {
-        weft_error(log, "compression %s is read, but not written",
-                   weft_image_compression_names[image->compression]);
-        res = WEFT_ERR_UNSUPPORTED;
-    }
+    if (res == WEFT_OK && kind == WEFT_IMAGE_FILE_EXR)
+        res = check_exr(image, log);
 fail:
     return res;
 }
@@ -179,9 +196,14 @@ static enum weft_result check_parts(const struct weft_image *parts, size_t count
     weft_require(log, parts != NULL);
     weft_require(log, count > 0 && count <= INT16_MAX);
     weft_require(log, count == 1 || !params->packed);
+    weft_require(log, (unsigned)params->kind < WEFT_IMAGE_FILE_KIND_COUNT);
+    weft_require(log, params->kind == WEFT_IMAGE_FILE_EXR || !params->packed);
+    weft_require(log, params->kind != WEFT_IMAGE_FILE_PNG || count == 1);
     res = WEFT_OK;
     for (size_t p = 0; res == WEFT_OK && p < count; p++)
-        res = check_image(&parts[p], !params->packed || params->verify, log);
+        res = check_image(&parts[p], !params->packed || params->verify, params->kind, log);
+    if (params->kind != WEFT_IMAGE_FILE_EXR)
+        return res;
     for (size_t p = 1; res == WEFT_OK && p < count; p++)
         res = check_shared(&parts[0], &parts[p], log);
     return res == WEFT_OK ? check_names(parts, count, log) : res;
@@ -202,7 +224,9 @@ enum weft_result weft_image_save_parts(const struct weft_image *parts, size_t co
     if (res == WEFT_OK)
         res = weft_output_file_create(params->log, params->path, params->no_clobber, &file);
     if (res == WEFT_OK)
-        res = weft_image_write(parts, count, threads, params, &file, &own);
+        res = params->kind == WEFT_IMAGE_FILE_EXR
+                  ? weft_image_write(parts, count, threads, params, &file, &own)
+                  : weft_codes_write(parts, count, threads, params, &file, &own);
     if (res == WEFT_OK && params->verify)
         res = weft_image_verify(parts, count, file.fd, params, &own);
     if (res == WEFT_OK)

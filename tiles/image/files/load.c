@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "filter/check.h"
 #include "filter/threads.h"
+#include "tiles/image/codes/decode.h"
 #include "tiles/image/image_impl.h"
-#include "tiles/image/image_wire.h"
 #include "tiles/process/client.h"
 
 enum { PIECE = 1 << 20 }; // bytes of a plane, copied by one thread
@@ -93,7 +94,7 @@ static enum weft_result ask(const struct weft_image_load_params *params, const c
     if (res != WEFT_OK)
         return res;
     res = op == WEFT_WIRE_IMAGE_INFO
-              ? weft_image_take_info(payload.data, payload.size, part, image)
+              ? weft_image_take_info(payload.data, payload.size, WEFT_IMAGE_FILE_EXR, part, image)
               : take_pixels(&payload, answer.count[0], answer.count[1], threads, image);
     if (res == WEFT_ERR_READER)
         weft_error(params->log, "%s: the answer of %s contradicts itself", params->path, program);
@@ -144,12 +145,11 @@ static enum weft_result read_dwa(const struct weft_image_load_params *params, in
     return res;
 }
 
-enum weft_result weft_image_read(const struct weft_image_load_params *params, int fd,
+static enum weft_result read_exr(const struct weft_image_load_params *params, int fd,
                                  struct weft_image *out)
 {
     static const char program[] = "weft-read-exr";
     weft_reader *reader = NULL;
-    *out = (struct weft_image){0};
     enum weft_result res =
         weft_reader_start(params->log, program, params->path, fd, &params->limits, &reader);
     if (res == WEFT_OK)
@@ -161,6 +161,133 @@ enum weft_result weft_image_read(const struct weft_image_load_params *params, in
     else if (res == WEFT_OK && !params->info_only)
         res = ask(params, program, reader, WEFT_WIRE_IMAGE_PIXELS, params->part, out);
     weft_reader_stop(&reader);
+    return res;
+}
+
+// ---- PNG and TIFF -------------------------------------------------------------------------------
+
+// What the reader says of a part, and where its values are in its answer.
+static enum weft_result find_values(const struct weft_payload *payload,
+                                    enum weft_image_file_kind kind, int part, bool info_only,
+                                    const void **values, struct weft_image *image)
+{
+    struct weft_wire_frame wire;
+    size_t count, bytes = 0;
+    if (payload->size < sizeof wire)
+        return WEFT_ERR_READER;
+    memcpy(&wire, payload->data, sizeof wire);
+    if (wire.planes_offset > payload->size || wire.planes_offset < sizeof wire ||
+        wire.info_bytes > wire.planes_offset - sizeof wire)
+        return WEFT_ERR_READER;
+    enum weft_result res = weft_image_take_info((const char *)payload->data + sizeof wire,
+                                                wire.info_bytes, kind, part, image);
+    if (res == WEFT_OK)
+        res = weft_image_take_codes(&wire, image);
+    if (res != WEFT_OK)
+        return res;
+    const size_t value = weft_wire_pixel_size(image->channels[0].type);
+    if (!info_only && (!weft_size_mul((size_t)image->width, image->channel_count * value, &count) ||
+                       !weft_size_mul(count, (size_t)image->height, &bytes)))
+        return WEFT_ERR_READER;
+    *values = (const char *)payload->data + wire.planes_offset;
+    return bytes == payload->size - wire.planes_offset ? WEFT_OK : WEFT_ERR_READER;
+}
+
+static enum weft_result take_frame(const struct weft_image_load_params *params,
+                                   const struct weft_payload *payload,
+                                   enum weft_image_file_kind kind, int part, const void **values,
+                                   struct weft_image *image)
+{
+    const enum weft_result res = find_values(payload, kind, part, params->info_only, values, image);
+    if (res == WEFT_ERR_READER)
+        weft_error(params->log, "%s: the answer of %s contradicts itself", params->path,
+                   weft_image_program(kind));
+    else if (res == WEFT_ERR_MEMORY)
+        weft_error(params->log, "%s: out of memory for its header", params->path);
+    return res;
+}
+
+// What the codes stand for.
+static enum weft_result choose_transfer(const struct weft_image_load_params *params,
+                                        struct weft_image *image)
+{
+    image->transfer = params->transfer;
+    if (!weft_codes_is_integer(image->channels[0].type))
+        image->transfer = (struct weft_transfer){.curve = WEFT_CURVE_LINEAR};
+    if (image->transfer.curve != WEFT_CURVE_AUTO ||
+        weft_transfer_find(&image->codes, &image->transfer))
+        return WEFT_OK;
+    weft_error(params->log,
+               "%s has the transfer function %d of H.273 (cICP), which weft does not know: what "
+               "its codes are must be said",
+               params->path, image->codes.cicp[1]);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+static enum weft_result fill_planes(const struct weft_image_load_params *params, const void *values,
+                                    struct weft_image *image)
+{
+    const int threads = params->threads ? params->threads : weft_threads_available();
+    enum weft_result res = choose_transfer(params, image);
+    if (res == WEFT_OK)
+        res = set_rows(params, image);
+    if (res != WEFT_OK)
+        return res;
+    // Rows and columns are of an answer that is there.
+    const size_t bytes = sizeof(float) * (size_t)image->width * (size_t)image->rows;
+    res = make_planes(image, bytes) ? weft_codes_decode(values, threads, image) : WEFT_ERR_MEMORY;
+    if (res != WEFT_OK)
+        weft_error(params->log, "%s: out of memory for %d x %d pixels", params->path, image->width,
+                   image->rows);
+    return res;
+}
+
+static enum weft_result ask_frame(const struct weft_image_load_params *params, weft_reader *reader,
+                                  int part, struct weft_payload *payload)
+{
+    const struct weft_wire_request request = {
+        .op = WEFT_WIRE_IMAGE_FRAME, .part = (uint32_t)part, .info_only = params->info_only};
+    struct weft_wire_answer answer;
+    return weft_reader_call(reader, &request, NULL, &answer, payload);
+}
+
+enum weft_result weft_image_read_values(const struct weft_image_load_params *params, int fd,
+                                        enum weft_image_file_kind kind,
+                                        struct weft_image_values *values, struct weft_image *image)
+{
+    weft_reader *reader = NULL;
+    enum weft_result res = weft_reader_start(params->log, weft_image_program(kind), params->path,
+                                             fd, &params->limits, &reader);
+    if (res == WEFT_OK)
+        res = ask_frame(params, reader, params->part, &values->payload);
+    if (res == WEFT_OK)
+        res = take_frame(params, &values->payload, kind, params->part, &values->values, image);
+    weft_reader_stop(&reader);
+    return res;
+}
+
+static enum weft_result read_codes(const struct weft_image_load_params *params, int fd,
+                                   enum weft_image_file_kind kind, struct weft_image *out)
+{
+    struct weft_image_values values = {.values = NULL};
+    enum weft_result res = weft_image_read_values(params, fd, kind, &values, out);
+    if (res == WEFT_OK && !params->info_only)
+        res = fill_planes(params, values.values, out);
+    weft_payload_release(&values.payload);
+    return res;
+}
+
+// ---- all ----------------------------------------------------------------------------------------
+
+enum weft_result weft_image_read(const struct weft_image_load_params *params, int fd,
+                                 struct weft_image *out)
+{
+    enum weft_image_file_kind kind;
+    *out = (struct weft_image){0};
+    enum weft_result res = weft_image_find_kind(params->log, params->path, fd, &kind);
+    if (res == WEFT_OK)
+        res = kind == WEFT_IMAGE_FILE_EXR ? read_exr(params, fd, out)
+                                          : read_codes(params, fd, kind, out);
     if (res != WEFT_OK)
         weft_image_clear(out);
     return res;
@@ -175,6 +302,10 @@ enum weft_result weft_image_load(const struct weft_image_load_params *params,
     weft_require(params->log, params->path != NULL);
     weft_require(params->log, params->part >= 0);
     weft_require(params->log, params->threads >= 0 && params->threads <= WEFT_IMAGE_MAX_THREADS);
+    weft_require(params->log, (unsigned)params->transfer.curve < WEFT_CURVE_COUNT);
+    weft_require(params->log,
+                 params->transfer.curve != WEFT_CURVE_POWER ||
+                     (params->transfer.exponent > 0.0 && isfinite(params->transfer.exponent)));
 
     res = weft_reader_open(params->log, params->path, &fd);
     if (res == WEFT_OK)
@@ -185,11 +316,33 @@ fail:
     return res;
 }
 
-static enum weft_result ask_parts(const struct weft_image_load_params *params, weft_reader *reader,
-                                  struct weft_image_list *out)
+// ---- all parts ----------------------------------------------------------------------------------
+
+struct lister {
+    const struct weft_image_load_params *params; // info_only
+    enum weft_image_file_kind kind;
+    weft_reader *reader;
+};
+
+static enum weft_result ask_part(const struct lister *l, int part, struct weft_image *out)
 {
+    const struct weft_image_load_params *params = l->params;
+    struct weft_payload payload = {0};
+    const void *values;
+    if (l->kind == WEFT_IMAGE_FILE_EXR)
+        return ask(params, weft_image_program(l->kind), l->reader, WEFT_WIRE_IMAGE_INFO, part, out);
+    enum weft_result res = ask_frame(params, l->reader, part, &payload);
+    if (res == WEFT_OK)
+        res = take_frame(params, &payload, l->kind, part, &values, out);
+    weft_payload_release(&payload);
+    return res;
+}
+
+static enum weft_result ask_parts(const struct lister *l, struct weft_image_list *out)
+{
+    const struct weft_image_load_params *params = l->params;
     struct weft_image first = {0};
-    enum weft_result res = ask(params, "weft-read-exr", reader, WEFT_WIRE_IMAGE_INFO, 0, &first);
+    enum weft_result res = ask_part(l, 0, &first);
     if (res == WEFT_OK)
         out->images = calloc((size_t)first.part_count, sizeof *out->images);
     if (res == WEFT_OK && !out->images) {
@@ -202,8 +355,7 @@ static enum weft_result ask_parts(const struct weft_image_load_params *params, w
     }
     out->images[out->count++] = first;
     for (int part = 1; res == WEFT_OK && part < first.part_count; part++)
-        res = ask(params, "weft-read-exr", reader, WEFT_WIRE_IMAGE_INFO, part,
-                  &out->images[out->count++]);
+        res = ask_part(l, part, &out->images[out->count++]);
     return res;
 }
 
@@ -211,19 +363,23 @@ enum weft_result weft_image_list_load(const struct weft_image_load_params *param
                                       struct weft_image_list *out)
 {
     *out = (struct weft_image_list){0};
-    weft_reader *reader = NULL;
+    const struct weft_image_load_params only = {
+        .path = params->path, .info_only = true, .limits = params->limits, .log = params->log};
+    struct lister lister = {.params = &only};
     int fd = -1;
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->path != NULL);
 
     res = weft_reader_open(params->log, params->path, &fd);
     if (res == WEFT_OK)
-        res = weft_reader_start(params->log, "weft-read-exr", params->path, fd, &params->limits,
-                                &reader);
+        res = weft_image_find_kind(params->log, params->path, fd, &lister.kind);
     if (res == WEFT_OK)
-        res = ask_parts(params, reader, out);
+        res = weft_reader_start(params->log, weft_image_program(lister.kind), params->path, fd,
+                                &params->limits, &lister.reader);
+    if (res == WEFT_OK)
+        res = ask_parts(&lister, out);
 fail:
-    weft_reader_stop(&reader);
+    weft_reader_stop(&lister.reader);
     if (fd >= 0)
         close(fd);
     if (res != WEFT_OK)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image_header.h - headers of EXR files, written by OpenEXRCore (not installed).
-#ifndef WEFT_TILES_IMAGE_IMAGE_HEADER_H
-#define WEFT_TILES_IMAGE_IMAGE_HEADER_H
+// tiles/image/exr/header.h - headers of EXR files, written by OpenEXRCore (not installed).
+#ifndef WEFT_TILES_IMAGE_EXR_HEADER_H
+#define WEFT_TILES_IMAGE_EXR_HEADER_H
 
 #include <OpenEXR/openexr.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/image/image_lines.h"
+#include "tiles/image/exr/lines.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image_write.h - EXR files, written through OpenEXRCore (not installed).
-#ifndef WEFT_TILES_IMAGE_IMAGE_WRITE_H
-#define WEFT_TILES_IMAGE_IMAGE_WRITE_H
+// tiles/image/exr/write.h - EXR files, written through OpenEXRCore (not installed).
+#ifndef WEFT_TILES_IMAGE_EXR_WRITE_H
+#define WEFT_TILES_IMAGE_EXR_WRITE_H
 
 #include "tiles/image/image.h"
 #include "tiles/output/output_file.h"

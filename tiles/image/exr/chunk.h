@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/image/image_chunk.h - blocks of EXR lines, packed and unpacked (not installed).
+// tiles/image/exr/chunk.h - blocks of EXR lines, packed and unpacked (not installed).
 // Readers take a block for raw exactly where it is as long as the lines themselves; a packed one of
 // that length would be read as garbage, so packing that does not shorten is left out.
-#ifndef WEFT_TILES_IMAGE_IMAGE_CHUNK_H
-#define WEFT_TILES_IMAGE_IMAGE_CHUNK_H
+#ifndef WEFT_TILES_IMAGE_EXR_CHUNK_H
+#define WEFT_TILES_IMAGE_EXR_CHUNK_H
 
 #include "tiles/image/image.h"
-#include "tiles/image/image_piz.h"
+#include "tiles/image/exr/piz.h"
 
 WEFT_BEGIN_DECLS
 
