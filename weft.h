@@ -63,6 +63,7 @@
 #include "passes/plan/range.h"
 #include "passes/plan/tile_name.h"
 #include "passes/plan/work.h"
+#include "passes/points/points.h"
 #include "passes/positions/footprint.h"
 #include "passes/positions/geometry.h"
 #include "passes/positions/window_map.h"

@@ -31,6 +31,7 @@
 #include "passes/multipass/multipass.h"
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
+#include "passes/points/points.h"
 #include "passes/slice/slice.h"
 #include "passes/verify/verify.h"
 #include "tiles/image/image.h"
@@ -247,6 +248,44 @@ static enum weft_result slice_resident(void)
     weft_resident_destroy(&resident);
     weft_volume_destroy(&volume);
     return res;
+}
+
+// A value and its slope at points, by one thread.
+static enum weft_result sample_points(void)
+{
+    static const double at[][3] = {{3, 4, 5}, {20.5, 3.25, 11}, {1e6, 0, 0}};
+    static const struct weft_derivative outputs[] = {{{0, 0, 0}}, {{0, 1, 0}}};
+    float out[2 * WEFT_COUNT(at)];
+    weft_volume *volume = NULL;
+    weft_points *points = NULL;
+    struct weft_points_params params = {.space = WEFT_SPACE_INDEX,
+                                        .derivative = outputs,
+                                        .derivative_count = 2,
+                                        .cpu.threads = 1,
+                                        .log = &test_log};
+    enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
+    if (res == WEFT_OK)
+        res = create_volume(&volume);
+    params.volume = volume;
+    if (res == WEFT_OK)
+        res = weft_points_create(&params, &points);
+    if (res == WEFT_OK)
+        res = weft_points_run(points,
+                              weft_points_run_params(.count = WEFT_COUNT(at), .position = at,
+                                                     .out = out, .measure = true),
+                              NULL);
+    weft_points_destroy(&points);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+// A straightened slice of a corner.
+static enum weft_result straighten_line(void)
+{
+    static const double at[][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}};
+    double position[16][3];
+    const struct weft_polyline line = {.count = 3, .point = at, .across = 1.0};
+    return weft_polyline_positions(&test_log, &line, 4, 4, position);
 }
 
 // In several rectangles, through staging memory.
@@ -693,9 +732,12 @@ static void test_slices(void **state)
     if (context)
         run("weft_separable", filter_plane);
     run("weft_resident", slice_resident);
+    run("weft_points", sample_points);
     slice_kernel = "bspline3i";
     run("weft_slice, prefiltered", slice_volume);
     run("weft_resident, prefiltered", slice_resident);
+    run("weft_points, prefiltered", sample_points);
+    run("weft_polyline", straighten_line);
     weft_context_destroy(&context);
     run("weft_resident, in memory", slice_resident);
 }

@@ -100,6 +100,10 @@ struct weft_prefilter_error {
 // kernels that are not prefiltered.
 WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel,
                                                           int dims, double cut);
+// The same with a kernel for each of dims axes, derivatives of one kernel: all 0 where one of them
+// is not prefiltered.
+WEFT_API struct weft_prefilter_error weft_prefilter_error_axes(const struct weft_kernel kernel[],
+                                                               int dims, double cut);
 
 WEFT_END_DECLS
 #endif

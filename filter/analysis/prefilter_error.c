@@ -25,25 +25,44 @@ static double cardinal_gain(const struct weft_prefilter *prefilter,
     return 1.02 * largest;
 }
 
-struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel, int dims,
-                                                 double cut)
+struct weft_prefilter_error weft_prefilter_error_axes(const struct weft_kernel kernel[], int dims,
+                                                      double cut)
 {
     struct weft_prefilter_error error = {0.0, 0.0, 0.0, 0.0};
-    struct weft_prefilter prefilter;
-    if (!weft_kernel_usable(kernel) || dims < 1 || dims > 3)
+    double gain[3], cardinal[3], whole = 1.0;
+    if (dims < 1 || dims > 3)
         return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
-    struct weft_kernel plain = *kernel;
-    plain.prefiltered = false;
-    if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &prefilter) != WEFT_OK)
-        return error;
+    for (int a = 0; a < dims; a++) {
+        struct weft_prefilter prefilter;
+        struct weft_kernel plain = kernel[a];
+        plain.prefiltered = false;
+        if (!weft_kernel_usable(&kernel[a]))
+            return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
+        if (!kernel[a].prefiltered || weft_prefilter_compute(NULL, &kernel[a], &prefilter))
+            return error;
+        gain[a] = weft_analysis_gain(&plain);
+        cardinal[a] = cardinal_gain(&prefilter, &kernel[a]) + cut * gain[a];
+        whole *= gain[a];
+    }
     // The product of the filters cut off less that of the whole ones is a sum of `dims` products in
     // which one factor is the difference, some are cut off and some are whole: each is convolved
     // with the kernel along its own axis.
-    const double gain = weft_analysis_gain(&plain), whole = pow(gain, dims);
-    const double cardinal = cardinal_gain(&prefilter, kernel) + cut * gain;
+    error.gain = 1.0;
+    for (int a = 0; a < dims; a++) {
+        double beyond = gain[a] * cut;
+        for (int b = 0; b < dims; b++)
+            beyond *= b == a ? 1.0 : cardinal[b];
+        error.beyond += beyond;
+        error.gain *= cardinal[a];
+    }
     error.coefficient = 0x1p-24 * whole;
-    error.beyond = dims * gain * cut * pow(cardinal, dims - 1);
     error.sample = error.beyond + WEFT_PREFILTER_MISSING * whole;
-    error.gain = pow(cardinal, dims);
     return error;
+}
+
+struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel, int dims,
+                                                 double cut)
+{
+    const struct weft_kernel all[3] = {*kernel, *kernel, *kernel};
+    return weft_prefilter_error_axes(all, dims, cut);
 }

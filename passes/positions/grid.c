@@ -47,8 +47,7 @@ static double sine(const double u[3], const double v[3])
     return sqrt(dot(normal, normal));
 }
 
-// The inverse of an affine map by cofactors; false if it has none in double.
-static bool invert(const double m[3][4], double out[3][4])
+bool weft_affine_invert(const double m[3][4], double out[3][4])
 {
     double row[3][3];
     for (int r = 0; r < 3; r++)
@@ -154,7 +153,7 @@ enum weft_result weft_slice_grid_create(const struct weft_log *log,
     *out = (struct weft_slice_grid){.index = *g};
     if (space == WEFT_SPACE_WORLD) {
         double inverse[3][4];
-        if (!invert(info->index_to_world, inverse)) {
+        if (!weft_affine_invert(info->index_to_world, inverse)) {
             weft_error(log, "grid %s has a transform without an inverse", info->name);
             return WEFT_ERR_FORMAT;
         }

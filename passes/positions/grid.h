@@ -37,6 +37,9 @@ struct weft_slice_block {
     int64_t position[3];
 };
 
+// The inverse of an affine map, by cofactors; false if it has none in double.
+bool weft_affine_invert(const double m[3][4], double out[3][4]);
+
 // Checks a cut and converts it, for a kernel of `taps` taps along each axis. Returns
 // WEFT_ERR_ARGUMENT (size, edges), WEFT_ERR_FORMAT (a transform that leaves no cut) or
 // WEFT_ERR_LIMIT (index range).

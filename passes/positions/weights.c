@@ -59,14 +59,14 @@ static double slope_at(const struct weft_polynomial_tiles *t, const double *coef
 
 static double slope_of_weights(const struct weft_polynomial_tiles *t)
 {
-    enum { POINTS = 16 };
+    const int points = t->segments > 16 ? 2 : 16;
     const size_t segment_size = 4 * (size_t)t->groups * (size_t)(t->degree + 1);
     double largest = 0.0;
-    for (int i = 0; i < t->segments * (POINTS + 1); i++) {
-        const double *segment = t->precise + (size_t)(i / (POINTS + 1)) * segment_size;
+    for (int i = 0; i < t->segments * (points + 1); i++) {
+        const double *segment = t->precise + (size_t)(i / (points + 1)) * segment_size;
         double sum = 0.0;
         for (int tap = 0; tap < t->width; tap++)
-            sum += fabs(slope_at(t, segment + tap, (double)(i % (POINTS + 1)) / POINTS));
+            sum += fabs(slope_at(t, segment + tap, (double)(i % (points + 1)) / points));
         largest = fmax(largest, sum * t->segments);
     }
     // Between two points it can be a little more.

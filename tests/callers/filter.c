@@ -254,6 +254,10 @@ static void prefilters(void)
     EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_prefilter_error(&kernel, 3, 0x1p-28))
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
         weft_prefilter_error(&spline, ints[i], NAN);
+    EACH_BAD_KERNEL(0, if (k < 6 || k == 7) weft_prefilter_error_axes(&kernel, 1, 0x1p-28))
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        weft_prefilter_error_axes((const struct weft_kernel[3]){spline, spline, spline}, ints[i],
+                                  NAN);
     TRUE(!weft_prefilter_is_missing(NAN, NAN, NAN, true));
 }
 
@@ -395,7 +399,8 @@ const struct caller_case callers_filter[] = {
     {tables, {F(kernel_table_init)}},
     {prefilters,
      {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
-      F(prefilter_is_missing), F(prefilter_error), F(prefilter_axis_set), F(prefilter_weights)}},
+      F(prefilter_is_missing), F(prefilter_error), F(prefilter_error_axes), F(prefilter_axis_set),
+      F(prefilter_weights)}},
     {reference, {F(reference_compute), F(reference_compute_axes)}},
     {rectangles, {F(rectangle_within), F(rectangle_common)}},
     {0},

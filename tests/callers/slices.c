@@ -521,7 +521,78 @@ static void calibrations(void)
     weft_context_destroy(&context);
 }
 
+static enum weft_result make_points(const struct weft_points_params *p)
+{
+    weft_points *made = NULL;
+    const enum weft_result res = weft_points_create(p, &made);
+    weft_points_destroy(&made);
+    return res;
+}
+
+static void points(void)
+{
+    static const struct weft_derivative first = {{1, 0, 0}};
+    struct weft_points_params good = {
+        .volume = volume(), .derivative = &first, .derivative_count = 1, .log = &logger};
+    weft_points *made = NULL;
+#define CALL make_points(&p)
+    KERNELS_REFUSED(good, 1, CALL);
+    BAD_ENUM(good, space, CALL);
+    BAD_ENUM(good, sums, CALL);
+    BAD_ENUM(good, cpu.instructions, CALL);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const struct weft_derivative bad = {{ints[i], 0, 3}};
+        SET_REFUSED(good, derivative, &bad, CALL);
+        if (ints[i] != 0 && ints[i] != 1)
+            SET_REFUSED(good, derivative_count, ints[i], CALL);
+    }
+    SET_REFUSED(good, derivative, NULL, CALL);
+    SET_REFUSED(good, volume, NULL, CALL);
+    ANY_INT(good, memory_bytes, CALL);
+    ANY_INT(good, cpu.threads, CALL);
+#undef CALL
+    TRUE(weft_points_create(&good, &made) == WEFT_OK && weft_points_get_info(made));
+    float out[9];
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const double at[1][3] = {{1.0, numbers[n], 2.0}};
+        SURVIVED(weft_points_run(
+            made, weft_points_run_params(.count = 1, .position = at, .out = out, .measure = true),
+            NULL));
+    }
+    REFUSED(weft_points_run(made, weft_points_run_params(.count = 3), NULL));
+    REFUSED(weft_points_run(
+        made, weft_points_run_params(.count = 9, .position = (const double(*)[3])numbers), NULL));
+    weft_points_destroy(&made);
+    weft_points_destroy(NULL);
+    weft_volume_destroy(&good.volume);
+}
+
+static void polylines(void)
+{
+    static const double at[2][3] = {{0, 0, 0}, {1, 2, 3}};
+    double position[16][3];
+    struct weft_polyline good = {.count = 2, .point = at, .across = 1.0};
+#define CALL weft_polyline_positions(&logger, &p, 4, 4, position)
+    ANY_NUMBER(good, across, CALL);
+    ANY_NUMBER(good, up[1], CALL);
+    SET_REFUSED(good, count, 1, CALL);
+    SET_REFUSED(good, point, NULL, CALL);
+#undef CALL
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        if (ints[i] != 1)
+            REFUSED(weft_polyline_positions(&logger, &good, ints[i] == 99 ? 0 : ints[i], 1 << 21,
+                                            position));
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const double bad[2][3] = {{0, 0, 0}, {numbers[n], numbers[n], 0}};
+        const struct weft_polyline line = {.count = 2, .point = bad, .across = 1.0};
+        TRUE(!(weft_polyline_length(&line) < 0.0));
+        SURVIVED(weft_polyline_positions(&logger, &line, 4, 4, position));
+    }
+}
+
 const struct caller_case callers_slices[] = {
+    {points, {F(points_create), F(points_destroy), F(points_get_info), F(points_run)}},
+    {polylines, {F(polyline_length), F(polyline_positions)}},
     {footprints,
      {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics),
       F(footprint_part_statistics), F(slice_statistics_join), F(footprint_set_statistics)}},
