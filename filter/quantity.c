@@ -104,7 +104,7 @@ static enum weft_result find(const struct weft_log *log, const char *text, size_
     }
     const char *meant = weft_closest_find(text, length, weft_quantity_names);
     weft_error(log, "no quantity '%.*s'%s%s%s: there are %s", (int)(length < 64 ? length : 64),
-               text, meant ? "; did you mean " : "", meant ? meant : "", meant ? "?" : "", list);
+               text, meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "", list);
     return WEFT_ERR_ARGUMENT;
 }
 

@@ -51,11 +51,10 @@ enum weft_result kernels_load_filter(const char *text, int axes, struct weft_ker
     const enum weft_result res = kernels_load(text, out, file);
     if (res != WEFT_OK || !out->info->derivation)
         return res;
-    report_error(
-        "kernel %s along %d axes at once is the mixed derivative of order %d, not a slope "
-        "along one: there are no images of slopes yet; use %s for the values, or weft plan "
-        "--derivative x|y|z for passes that compute one component",
-        text, axes, axes * out->info->derivation, out->info->primitive->name);
+    report_error("kernel %s along %d axes at once is the mixed derivative of order %d, not a slope "
+                 "along one: use %s for the values, and for derivatives weft slice --quantity "
+                 "gradient, hessian, ... or weft plan --derivative x, xy, ...",
+                 text, axes, axes * out->info->derivation, out->info->primitive->name);
     weft_kernel_file_destroy(file);
     return WEFT_ERR_ARGUMENT;
 }

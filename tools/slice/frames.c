@@ -61,29 +61,36 @@ static enum weft_result run_stages(struct slice_job *job, const stage *stages)
     return res;
 }
 
+static enum weft_result make_source(struct slice_job *job)
+{
+    static const stage planning[] = {slice_plan, create_context_for_choice, slice_choose, NULL};
+    static const stage computing[] = {slice_create_context, slice_keep_volume, slice_plan_hardware,
+                                      slice_find_range,     slice_compute,     NULL};
+    const struct option_value *o = job->setup->option;
+    enum weft_result res = run_stages(job, planning);
+    if (res == WEFT_OK)
+        res = o[SLICE_EXPLAIN].given ? slice_plan_hardware(job) : run_stages(job, computing);
+    if (res == WEFT_OK)
+        slice_tell_source(job);
+    if (res == WEFT_OK && o[SLICE_EXPLAIN].given)
+        report_erase_progress();
+    if (res == WEFT_OK && o[SLICE_EXPLAIN].given && !o[SLICE_JSON].given)
+        slice_print_explained(job);
+    return res;
+}
+
 // A volume that cannot be opened is reported before any GL context is made.
 static enum weft_result make_slice(struct slice_job *job)
 {
-    static const stage planning[] = {
-        slice_open,   slice_place, slice_allocate, slice_plan, create_context_for_choice,
-        slice_choose, NULL};
-    static const stage computing[] = {slice_create_context,
-                                      slice_keep_volume,
-                                      slice_plan_hardware,
-                                      slice_find_range,
-                                      slice_run,
-                                      slice_verify,
-                                      NULL};
-    const bool explain = job->setup->option[SLICE_EXPLAIN].given;
-    enum weft_result res = run_stages(job, planning);
-    if (res == WEFT_OK)
-        res = explain ? slice_plan_hardware(job) : run_stages(job, computing);
+    static const stage placing[] = {slice_open, slice_place, slice_allocate, NULL};
+    enum weft_result res = run_stages(job, placing);
+    for (int i = 0; i < job->setup->source_count && res == WEFT_OK; i++) {
+        res = slice_take_source(job, i);
+        if (res == WEFT_OK)
+            res = make_source(job);
+    }
     if (res == WEFT_OK)
         slice_tell(job);
-    if (res == WEFT_OK && explain)
-        report_erase_progress();
-    if (res == WEFT_OK && explain && !job->setup->option[SLICE_JSON].given)
-        slice_print_explained(job);
     return res;
 }
 

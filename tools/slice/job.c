@@ -36,6 +36,8 @@ void slice_clear(struct slice_job *job)
     slice_release(job);
     slice_stream_end(job);
     json_decref(job->json);
+    json_decref(job->outputs);
+    free(job->channel);
     free(job->pixels);
     for (int i = 0; i < job->band_count; i++)
         free((void *)(uintptr_t)job->bands[i].data);

@@ -18,6 +18,7 @@ enum slice_option {
     SLICE_COMPRESSION,
     SLICE_PREVIEW,
     SLICE_GRID,
+    SLICE_QUANTITY,
     SLICE_KERNEL,
     SLICE_NORMALISE,
     SLICE_SIZE,
@@ -58,6 +59,17 @@ struct slice_plane {
     double origin[3], u[3], v[3];
 };
 
+// A scalar volume of the file that is shown: a grid, or a component of one of vectors; and what its
+// channels are called: `name` its value, and `prefix` with a quantity's own name others.
+struct slice_source {
+    char grid[256]; // that is asked for; "": the file's first one that can be sliced
+    int component;  // of a grid of vectors, else 0
+    bool vector;    // the grid is one; its components follow each other
+    char name[288], prefix[290];
+    weft_volume *volume; // NULL: not open
+    weft_volume *rest;   // what floats lack of it; NULL: not asked for yet
+};
+
 // Which slices are made. Frame f of --frames FIRST-LAST:STEP is one of FIRST, FIRST + STEP, ... up
 // to LAST. Where its plane lies depends on f, FIRST and LAST and not on STEP.
 struct slice_sweep {
@@ -87,25 +99,38 @@ struct slice_setup {
     double start;                      // monotonic seconds
     struct slice_sweep sweep;
     struct weft_kernel kernel;
-    weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
-    unsigned without;              // enum weft_saving, as bits
+    weft_kernel_file *kernel_file;     // NULL for kernels of the catalogue
+    struct weft_quantities quantities; // of every source; default: the value
+    unsigned without;                  // enum weft_saving, as bits
     struct engine engine;
     struct slice_divided divided;
     const struct weft_colour_map *colour_map; // NULL: none is named
     // Of the first slice that comes so far, kept for all.
     weft_volume_opening *opening; // of the input, begun before all else; NULL: taken, or not begun
     char *volume_path;            // which is open
-    weft_volume *volume;
-    weft_resident *resident;          // what stays of it (resident.c); NULL: nothing, or not yet
-    weft_volume *rest;                // what floats lack of it; NULL: not asked for yet
+    struct slice_source *source;  // what is shown of it; of the first volume for all
+    int source_count;             // 0: not known yet
+    weft_resident
+        *resident; // what stays of the only source (resident.c); NULL: nothing, or not yet
     struct weft_slice_geometry plane; // that --axis or --origin say; no pixels: not known yet
     bool volume_grew;                 // beyond the plane, which was told
     struct option_value range;        // of previews: --range, or with --frames the whole grid's
     weft_context *context;            // NULL when only explained, and on the CPU engine
-    weft_pass_plan *passes;           // of --profile without --max-error
+    weft_pass_plan *passes[WEFT_DERIVATIVES]; // of --profile without --max-error: of the value, or
+                                              // of each derivative that quantities are made of
 };
 
 enum { SLICE_ATTRIBUTES = 24, SLICE_STAGES = 10 };
+
+// A channel of what is saved: its name, and of its finite pixels the range, NAN where there are
+// none.
+struct slice_channel {
+    char name[320];
+    double minimum, maximum;
+    uint64_t not_finite;
+    double bound; // with --verify, of quantities: the largest of its pixels that have one, else NAN
+    uint64_t unbounded; // pixels that have none, as of normals where the gradient may be 0
+};
 
 // One slice, made from the setup.
 struct slice_job {
@@ -115,31 +140,46 @@ struct slice_job {
     const char *input, *output, *preview;  // files' names; outputs may be NULL: none
     char *numbered[3];                     // those that belong to the job
     struct weft_slice_geometry geometry;   // as asked, with the size chosen
-    weft_volume *volume;                   // the setup's
+    struct slice_source *source;           // the setup's whose turn it is
+    weft_volume *volume;                   // its own
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
     const weft_slice_plan *plan;      // the job's own, or the chosen method's
-    const weft_pass_plan *passes;     // the setup's, or the chosen method's; NULL: none
+    const weft_pass_plan *passes;     // the setup's first, or the chosen method's; NULL: none
     weft_hardware_plan *own_hardware; // with --hardware
     const struct weft_hardware_plan_info *hardware; // its, or the chosen method's; NULL: none
     // With --max-error.
     double max_error; // in the volume's values
     struct weft_choice choice;
     bool over_budget; // no method is within it
-    float *pixels;    // NULL when only explained, and where ranks packed what is saved
-    bool made;        // they are, here or on other ranks
+    // Of each source in turn, its channels, a plane each. NULL when only explained, and where ranks
+    // packed what is saved.
+    float *pixels;
+    struct slice_channel *channel; // of these planes, in order
+    int channel_count;
+    int derived_count; // derivatives that channels are computed of; 0: they are the values
+    float *derived;    // these of a source, a plane each; NULL: channels are what is computed
+    bool made;         // they are, here or on other ranks
     // Lines as they are saved, packed by ranks, in order: NULL: they are packed when they are.
     struct weft_bytes *bands; // each to be freed
     int band_count, bands_given;
     struct slice_stream *stream; // by which they are written while others are made (stream.c)
     struct weft_image_save_report packing; // of these
 
-    struct weft_slice_report report;
+    struct weft_slice_report report; // of the run that is on, and then of all
+    struct weft_slice_report total;  // of runs so far
+    int run, runs; // of a source, where passes make one derivative each; and so far
     bool by_passes;
-    struct weft_bound bound;             // with --profile
-    struct weft_verify_report error;     // with --verify
-    double error_bound;                  // likewise: NAN where voxels outside --source-range count
-    float preview_range[2];              // with a preview
+    struct weft_bound bound; // with --profile
+    // With --verify, of what is computed: the only source's value, or of all derivatives of all
+    // sources the one that comes nearest to its bound.
+    int verified;                                             // runs' outputs so far
+    struct weft_verify_report output_error[WEFT_DERIVATIVES]; // of a source, and their bounds
+    double output_bound[WEFT_DERIVATIVES];
+    struct weft_verify_report error;
+    double error_bound;     // its own: NAN where voxels outside --source-range count
+    json_t *outputs;        // with --json, unless it is plain: what is computed of each source
+    float preview_range[2]; // with a preview
     struct weft_image_save_report saved; // with an output
     double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
@@ -153,6 +193,8 @@ struct slice_job {
     char problem[1024];           // the error line of a frame that is skipped
 };
 
+// Whether nothing but the value of one grid is shown.
+bool slice_is_plain(const struct slice_setup *setup);
 // Whether the pixels themselves are wanted where a slice is saved, when its lines are packed.
 bool slice_needs_pixels(const struct slice_job *job);
 // Whether it writes a file whose lines can be packed.

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "tools/common/report.h"
+#include "tools/slice/stages.h"
 
 // What stands first, and what behind it: texts come last, so that numbers are aligned.
 enum { PIXELS, ATTRIBUTES, MESSAGES, JSON, PACKED, SECTIONS };
@@ -168,30 +169,6 @@ static void add_packing(const struct weft_image_save_report *one,
 }
 
 // Seconds and counts add up; what is held at once is that of the rank that holds most.
-static void add_report(const struct weft_slice_report *one, struct weft_slice_report *sum)
-{
-    sum->read_seconds += one->read_seconds;
-    sum->layout_seconds += one->layout_seconds;
-    sum->upload_seconds += one->upload_seconds;
-    sum->pass_seconds += one->pass_seconds;
-    sum->readback_seconds += one->readback_seconds;
-    sum->bricks_read += one->bricks_read;
-    sum->uploaded_bytes += one->uploaded_bytes;
-    sum->peak_bytes = one->peak_bytes > sum->peak_bytes ? one->peak_bytes : sum->peak_bytes;
-    sum->passes += one->passes;
-    sum->cells_constant += one->cells_constant;
-    sum->cells_smooth += one->cells_smooth;
-    sum->fetches += one->fetches;
-    sum->minimum = fminf(sum->minimum, one->minimum);
-    sum->maximum = fmaxf(sum->maximum, one->maximum);
-    sum->not_finite += one->not_finite;
-    sum->exact_pixels += one->exact_pixels;
-    sum->clamped += one->clamped;
-    sum->rectangles += one->rectangles;
-    sum->clamps += one->clamps;
-    sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
-}
-
 enum weft_result parcel_read_region(const void *data, size_t size, struct slice_job *job,
                                     bool known, struct parcel_region *out)
 {
@@ -208,7 +185,7 @@ enum weft_result parcel_read_region(const void *data, size_t size, struct slice_
         job->error = head.error;
         return WEFT_OK;
     }
-    add_report(&head.report, &job->report);
+    slice_add_report(&head.report, &job->report);
     weft_verify_join(&job->error, &head.error);
     return WEFT_OK;
 }

@@ -74,6 +74,12 @@ static enum weft_result make_plan(struct slice_job *job)
         .progress = report_progress("planning"),
         .log = report_log(),
     };
+    const struct weft_quantities *quantities = &job->setup->quantities;
+    // Passes are of one derivative each.
+    if (job->derived_count && !o[SLICE_PASSES + PASS_PROFILE].given) {
+        params->derivative = quantities->derivative;
+        params->derivative_count = quantities->derivative_count;
+    }
     // Passes, and textures, take every tap's voxels, whatever its weight.
     if (o[SLICE_PASSES + PASS_PROFILE].given || o[SLICE_HARDWARE].given)
         params->without |= WEFT_SAVING_AXIS;
@@ -101,9 +107,11 @@ static enum weft_result plan_passes(struct slice_job *job)
     const double start = report_now_seconds();
     const struct weft_kernel *kernel = &weft_slice_plan_get_info(job->plan)->kernel;
     enum weft_result res = WEFT_OK;
-    if (!setup->passes)
-        res = pass_plan_create(&o[SLICE_PASSES], NULL, kernel, 3, 1, &setup->passes);
-    job->passes = setup->passes;
+    const int count = job->derived_count ? job->derived_count : 1;
+    for (int i = 0; i < count && res == WEFT_OK; i++)
+        if (!setup->passes[i])
+            res = pass_plan_create(&o[SLICE_PASSES], NULL, kernel, 3, 1, &setup->passes[i]);
+    job->passes = setup->passes[0];
     job->plan_seconds += report_now_seconds() - start;
     return res;
 }

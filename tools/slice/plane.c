@@ -1,57 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is cut, and where.
+// Where it is cut.
 #include "tools/slice/stages.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "tools/common/numbered.h"
 #include "tools/common/report.h"
-
-void slice_close(struct slice_setup *setup)
-{
-    weft_resident_destroy(&setup->resident);
-    weft_volume_destroy(&setup->volume);
-    weft_volume_destroy(&setup->rest);
-    free(setup->volume_path);
-    setup->volume_path = NULL;
-}
-
-enum weft_result slice_begin(struct slice_setup *setup)
-{
-    const struct weft_volume_open_params params = {
-        .path = setup->input, .grid = setup->option[SLICE_GRID].text, .log = report_log()};
-    return numbered_is(setup->input) ? WEFT_OK : weft_volume_begin(&params, &setup->opening);
-}
-
-// What was begun, or another file.
-static enum weft_result open_volume(struct slice_setup *setup,
-                                    const struct weft_volume_open_params *params)
-{
-    if (setup->opening && strcmp(params->path, setup->input) == 0)
-        return weft_volume_await(&setup->opening, &setup->volume);
-    return weft_volume_open(params, &setup->volume);
-}
-
-// Frames of one file share it.
-enum weft_result slice_open(struct slice_job *job)
-{
-    struct slice_setup *setup = job->setup;
-    const double start = report_now_seconds();
-    const struct weft_volume_open_params params = {
-        .path = job->input, .grid = setup->option[SLICE_GRID].text, .log = report_log()};
-    enum weft_result res = WEFT_OK;
-    if (!setup->volume || strcmp(setup->volume_path, job->input) != 0) {
-        slice_close(setup);
-        report_stage("reading", job->input);
-        setup->volume_path = strdup(job->input);
-        res = setup->volume_path ? open_volume(setup, &params) : WEFT_ERR_MEMORY;
-    }
-    job->volume = setup->volume;
-    job->open_seconds = report_now_seconds() - start;
-    return res;
-}
 
 // The plane that --axis or --origin say, for FIRST.
 static enum weft_result find_plane(const struct slice_job *job, int width, int height,

@@ -43,6 +43,31 @@ static size_t passes_attributes(const struct slice_job *job, struct weft_metadat
     return count;
 }
 
+// Cut where there is no more room.
+static void append(char *list, size_t size, const char *name)
+{
+    if (list[0])
+        strncat(list, ",", size - strlen(list) - 1);
+    strncat(list, name, size - strlen(list) - 1);
+}
+
+static void add_names(const struct slice_job *job, struct weft_metadata *out, size_t *count)
+{
+    const struct slice_setup *setup = job->setup;
+    const struct weft_quantities *list = &setup->quantities;
+    char grids[192] = "", quantities[192] = "";
+    for (int i = 0; i < setup->source_count; i++)
+        if (setup->source[i].component == 0 && setup->source[i].grid[0])
+            append(grids, sizeof grids, setup->source[i].grid);
+    for (int i = 0; i < list->count; i++)
+        append(quantities, sizeof quantities, weft_quantity_names[list->quantity[i]]);
+    run_report_add(out, count, "grid", "%s",
+                   setup->source_count > 1 && grids[0] ? grids
+                                                       : weft_volume_get_info(job->volume)->name);
+    if (job->derived_count)
+        run_report_add(out, count, "quantity", "%s", quantities);
+}
+
 // Returns how many.
 static size_t list_attributes(const struct slice_job *job, struct weft_metadata *out)
 {
@@ -53,7 +78,7 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
     size_t count = 0;
     run_report_add(out, &count, "version", "%s", weft_version());
     run_report_add(out, &count, "volume", "%s", paths_base_name(job->input));
-    run_report_add(out, &count, "grid", "%s", weft_volume_get_info(job->volume)->name);
+    add_names(job, out, &count);
     run_report_add(out, &count, "kernel", "%s", kernel);
     run_report_add(out, &count, "space", "%s", weft_space_names[plan->space]);
     run_report_add(out, &count, "size", "%dx%d", g->width, g->height);
@@ -251,12 +276,61 @@ static void set_run(json_t *root, const struct slice_job *job)
         json_object_set_new(root, "verify", error_json(job));
 }
 
-static json_t *slice_json(const struct slice_job *job)
+// "value", "x", "xy": a derivative along the axes of index space.
+static const char *derivative_name(const struct weft_derivative *d, char out[8])
+{
+    int end = 0;
+    for (int axis = 0; axis < 3; axis++)
+        for (int i = 0; i < d->along[axis] && end < 7; i++)
+            out[end++] = "xyz"[axis];
+    out[end] = 0;
+    return end ? out : strcpy(out, "value");
+}
+
+static json_t *output_json(const struct slice_job *job, int index)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(job->volume);
+    const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
+    const struct weft_derivative value = {{0, 0, 0}};
+    char name[8];
+    json_t *out = json_pack(
+        "{s:o,s:i,s:s}", "grid", json_text(info->name), "component", info->component, "derivative",
+        derivative_name(job->derived_count ? &job->setup->quantities.derivative[index] : &value,
+                        name));
+    if (!job->passes)
+        json_object_set_new(out, "error_bound", json_number(plan->output[index].error_bound));
+    if (job->verified) {
+        const struct weft_verify_report *e = &job->output_error[index];
+        json_object_set_new(out, "maximum", json_number(e->maximum));
+        json_object_set_new(out, "rms", json_number(e->rms));
+        json_object_set_new(out, "bound", json_number(job->output_bound[index]));
+        json_object_set_new(out, "not_finite_mismatches", json_count(e->not_finite_mismatches));
+    }
+    return out;
+}
+
+void slice_tell_source(struct slice_job *job)
+{
+    if (slice_is_plain(job->setup) || !job->setup->option[SLICE_JSON].given)
+        return;
+    if (!job->outputs)
+        job->outputs = json_array();
+    const int count = job->derived_count ? job->derived_count : 1;
+    for (int i = 0; i < count; i++)
+        json_array_append_new(job->outputs, output_json(job, i));
+}
+
+static json_t *slice_json(struct slice_job *job)
 {
     json_t *root = json_object();
     if (job->setup->sweep.given)
         json_object_set_new(root, "frame", json_integer(job->frame));
     set_plan(root, job);
+    if (!slice_is_plain(job->setup)) {
+        json_object_set_new(root, "outputs", job->outputs);
+        job->outputs = NULL;
+        json_object_set_new(root, "channels", slice_channels_json(job));
+    }
     if (job->made)
         set_run(root, job);
     else
@@ -344,6 +418,8 @@ static void print_heading(const struct slice_job *job)
 {
     if (job->setup->sweep.given)
         printf("frame %lld\n", (long long)job->frame);
+    if (!job->made && !slice_is_plain(job->setup))
+        printf("channel %s%s\n", job->source->name, job->derived_count ? ", quantities" : "");
 }
 
 void slice_print_explained(const struct slice_job *job)

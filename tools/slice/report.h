@@ -6,6 +6,8 @@
 #include "tools/common/run_report.h"
 #include "tools/slice/job.h"
 
+// Unless the slice is plain, what is computed of the source whose turn it is: for its JSON.
+void slice_tell_source(struct slice_job *job);
 // What the slice's plan and run tell: its attributes, and with --json its JSON, but for what saving
 // adds.
 void slice_tell(struct slice_job *job);

@@ -58,9 +58,9 @@ static bool stays(const struct slice_job *job)
 {
     const struct slice_setup *setup = job->setup;
     const struct option_value *o = setup->option;
-    return job->index + 1 < setup->sweep.count && !numbered_is(setup->input) &&
-           !o[SLICE_MAX_ERROR].given && !o[SLICE_PASSES + PASS_PROFILE].given &&
-           !o[SLICE_HARDWARE].given &&
+    return job->index + 1 < setup->sweep.count && setup->source_count == 1 &&
+           !numbered_is(setup->input) && !o[SLICE_MAX_ERROR].given &&
+           !o[SLICE_PASSES + PASS_PROFILE].given && !o[SLICE_HARDWARE].given &&
            (o[SLICE_SOURCE].integer[0] == WEFT_SOURCE_FLOAT ||
             o[SLICE_PASSES + PASS_SOURCE_RANGE].given) &&
            slice_memory(setup) >= LEAST_MEMORY && distance_of_next(job) < WEFT_BRICK_SIZE / 2;
@@ -83,7 +83,7 @@ enum weft_result slice_keep_volume(struct slice_job *job)
     // A quarter is the plan's, another what blocks take for a while when they grow.
     const uint64_t quarter = slice_memory(setup) / 4;
     const struct weft_resident_params params = {
-        .volume = setup->volume,
+        .volume = job->volume,
         .context = slice->engine == WEFT_ENGINE_GL ? setup->context : NULL,
         .kernel = slice->kernel,
         .layout = slice->layout,

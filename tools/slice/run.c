@@ -7,20 +7,6 @@
 
 #include "tools/common/report.h"
 
-enum weft_result slice_allocate(struct slice_job *job)
-{
-    const struct weft_slice_geometry *g = &job->geometry;
-    if (job->setup->option[SLICE_EXPLAIN].given)
-        return WEFT_OK;
-    size_t bytes = (size_t)g->width * (size_t)g->height * sizeof *job->pixels;
-    job->pixels = malloc(bytes);
-    if (!job->pixels) {
-        report_error("out of memory: %zu bytes for %d x %d pixels", bytes, g->width, g->height);
-        return WEFT_ERR_MEMORY;
-    }
-    return WEFT_OK;
-}
-
 // What both kinds of run tell, and the plan's bound for what it was run on, which for prefiltered
 // kernels are the voxels themselves, too.
 static enum weft_result set_passes_report(struct slice_job *job)
@@ -91,15 +77,44 @@ static enum weft_result check_values(struct slice_job *job)
     return WEFT_ERR_UNSUPPORTED;
 }
 
+static size_t plane_size(const struct slice_job *job)
+{
+    return (size_t)job->geometry.width * (size_t)job->geometry.height;
+}
+
 enum weft_result slice_run(struct slice_job *job)
 {
     const struct weft_progress *progress = report_progress("slicing");
+    float *planes = slice_planes(job) + (size_t)job->run * plane_size(job);
     const enum weft_result res =
         job->choice.plan
-            ? slice_run_method(job, job->choice.plan, job->pixels, progress, &job->report)
-            : slice_run_plan(job, job->plan, job->own_hardware, job->pixels, progress,
-                             &job->report);
+            ? slice_run_method(job, job->choice.plan, planes, progress, &job->report)
+            : slice_run_plan(job, job->plan, job->own_hardware, planes, progress, &job->report);
     return res == WEFT_OK ? slice_finish_run(job) : res;
+}
+
+void slice_add_report(const struct weft_slice_report *one, struct weft_slice_report *sum)
+{
+    sum->read_seconds += one->read_seconds;
+    sum->layout_seconds += one->layout_seconds;
+    sum->upload_seconds += one->upload_seconds;
+    sum->pass_seconds += one->pass_seconds;
+    sum->readback_seconds += one->readback_seconds;
+    sum->bricks_read += one->bricks_read;
+    sum->uploaded_bytes += one->uploaded_bytes;
+    sum->peak_bytes = one->peak_bytes > sum->peak_bytes ? one->peak_bytes : sum->peak_bytes;
+    sum->passes += one->passes;
+    sum->cells_constant += one->cells_constant;
+    sum->cells_smooth += one->cells_smooth;
+    sum->fetches += one->fetches;
+    sum->minimum = fminf(sum->minimum, one->minimum);
+    sum->maximum = fmaxf(sum->maximum, one->maximum);
+    sum->not_finite += one->not_finite;
+    sum->exact_pixels += one->exact_pixels;
+    sum->clamped += one->clamped;
+    sum->rectangles += one->rectangles;
+    sum->clamps += one->clamps;
+    sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
 }
 
 enum weft_result slice_finish_run(struct slice_job *job)
@@ -116,10 +131,14 @@ enum weft_result slice_finish_run(struct slice_job *job)
 static enum weft_result open_rest(struct slice_job *job)
 {
     const struct weft_volume_info *info = weft_volume_get_info(job->volume);
-    const struct weft_volume_open_params params = {
-        .path = job->input, .grid = info->name, .rest = true, .log = report_log()};
-    return info->values_rounded && !job->setup->rest ? weft_volume_open(&params, &job->setup->rest)
-                                                     : WEFT_OK;
+    const struct weft_volume_open_params params = {.path = job->input,
+                                                   .grid = info->name,
+                                                   .component = info->component,
+                                                   .rest = true,
+                                                   .log = report_log()};
+    return info->values_rounded && !job->source->rest
+               ? weft_volume_open(&params, &job->source->rest)
+               : WEFT_OK;
 }
 
 // By the plan; NAN where voxels outside --source-range were clamped.
@@ -139,20 +158,74 @@ enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan 
     return res == WEFT_OK
                ? weft_slice_verify(
                      plan, pixels,
-                     weft_slice_verify_params(.rest = job->setup->rest, .progress = progress), out)
+                     weft_slice_verify_params(.rest = job->source->rest, .progress = progress), out)
                : res;
+}
+
+// A plan of passes has one derivative, of which the plan of the slice knows nothing.
+static enum weft_result plan_derivative(const struct slice_job *job, weft_slice_plan **out)
+{
+    struct weft_slice_params params = job->slice_params;
+    params.engine = WEFT_ENGINE_CPU;
+    params.layout = WEFT_LAYOUT_AUTO;
+    params.source = WEFT_SOURCE_FLOAT;
+    params.footprint = weft_slice_plan_get_footprint(job->plan);
+    params.derivative = &job->setup->quantities.derivative[job->run];
+    params.derivative_count = 1;
+    return weft_slice_plan_create(job->volume, &params, out);
+}
+
+static enum weft_result verify_outputs(struct slice_job *job, struct weft_verify_report *out)
+{
+    const struct weft_progress *progress = report_progress("verifying");
+    const float *planes = slice_planes(job) + (size_t)job->run * plane_size(job);
+    weft_slice_plan *own = NULL;
+    enum weft_result res = WEFT_OK;
+    if (job->passes && job->derived)
+        res = plan_derivative(job, &own);
+    if (res == WEFT_OK)
+        res = slice_verify_plan(job, own ? own : job->plan, planes, progress, out);
+    weft_slice_plan_destroy(&own);
+    return res;
+}
+
+// How near an error comes to its bound.
+static double share_of(const struct weft_verify_report *error, double bound)
+{
+    return error->not_finite_mismatches ? INFINITY : error->maximum / fmax(bound, 0x1p-1000);
+}
+
+// Of what was verified so far the one that is told by itself.
+static void take_worst(struct slice_job *job, const struct weft_verify_report *error)
+{
+    const struct weft_verify_report before = job->error;
+    const double bound = job->error_bound;
+    job->error = *error;
+    job->error_bound = error_bound(job);
+    if (job->verified++ && !(share_of(error, job->error_bound) > share_of(&before, bound))) {
+        job->error = before;
+        job->error_bound = bound;
+    }
 }
 
 enum weft_result slice_verify(struct slice_job *job)
 {
+    struct weft_verify_report errors[WEFT_DERIVATIVES];
+    const int count = job->passes ? 1 : weft_slice_plan_get_info(job->plan)->output_count;
     if (!job->setup->option[SLICE_VERIFY].given)
         return WEFT_OK;
-    double start = report_now_seconds();
-    enum weft_result res =
-        slice_verify_plan(job, job->plan, job->pixels, report_progress("verifying"), &job->error);
-    if (res == WEFT_OK)
+    const double start = report_now_seconds();
+    enum weft_result res = verify_outputs(job, errors);
+    if (res == WEFT_OK && slice_is_plain(job->setup)) {
+        job->error = errors[0];
         res = slice_finish_verify(job);
-    job->verify_seconds = report_now_seconds() - start;
+    }
+    for (int i = 0; i < count && res == WEFT_OK && !slice_is_plain(job->setup); i++) {
+        take_worst(job, &errors[i]);
+        job->output_error[job->run + i] = errors[i];
+        job->output_bound[job->run + i] = job->passes ? job->bound.total : errors[i].bound;
+    }
+    job->verify_seconds += report_now_seconds() - start;
     return res;
 }
 
@@ -160,5 +233,29 @@ enum weft_result slice_finish_verify(struct slice_job *job)
 {
     const enum weft_result res = slice_bound_hardware(job);
     job->error_bound = error_bound(job);
+    return res;
+}
+
+// Passes compute one derivative after another; others all at once.
+enum weft_result slice_compute(struct slice_job *job)
+{
+    const int runs = job->passes && job->derived ? job->setup->quantities.derivative_count : 1;
+    enum weft_result res = WEFT_OK;
+    for (job->run = 0; job->run < runs && res == WEFT_OK; job->run++) {
+        if (runs > 1)
+            job->passes = job->setup->passes[job->run];
+        res = slice_run(job);
+        if (res == WEFT_OK)
+            res = slice_verify(job);
+        if (job->runs++)
+            slice_add_report(&job->report, &job->total);
+        else
+            job->total = job->report;
+    }
+    job->report = job->total;
+    if (res == WEFT_OK)
+        res = slice_make_channels(job);
+    if (res == WEFT_OK && job->verified)
+        slice_bound_channels(job, job->output_bound);
     return res;
 }

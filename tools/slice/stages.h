@@ -6,12 +6,35 @@
 
 #include "tools/slice/job.h"
 
-// plane.c: the volume, unless it is open, and the plane with its size. The volume's reader is begun
-// before all else, and what goes wrong with it is told when the volume is needed.
+// sources.c: the volumes, unless they are open: of the first one sources are made, and of others
+// the same. The first source's reader is begun before all else, and what goes wrong with it is told
+// when the volume is needed; the others are opened when it is their turn.
 enum weft_result slice_begin(struct slice_setup *setup);
 enum weft_result slice_open(struct slice_job *job);
+enum weft_result slice_take_source(struct slice_job *job, int index);
+void slice_close(struct slice_setup *setup);         // volumes; which sources there are stays known
+void slice_clear_sources(struct slice_setup *setup); // all of it
+
+// plane.c: the plane with its size, by the first source's volume.
 enum weft_result slice_place(struct slice_job *job);
-void slice_close(struct slice_setup *setup);
+
+// channels.c: the options of what is shown of a source. What does not go with more than the value
+// of one grid is an error line.
+enum weft_result slice_read_quantities(struct slice_setup *setup);
+enum weft_result slice_check_channels(const struct slice_setup *setup);
+// Where the pixels go, and what they are called. Memory for them comes before planning, which takes
+// its time for a size that cannot be held anyway.
+enum weft_result slice_allocate(struct slice_job *job);
+// Planes that a source's run fills in, one after the other: of its derivatives, or of channels.
+float *slice_planes(const struct slice_job *job);
+// Channels of what was computed of a source; the range of each.
+enum weft_result slice_make_channels(struct slice_job *job);
+// With --verify: how far each may be off where derivatives may by their own bounds.
+void slice_bound_channels(struct slice_job *job, const double *error);
+json_t *slice_channels_json(const struct slice_job *job);
+// The first three channels where they are one vector; their preview is a colour. false: they are
+// not, and the first one is shown. range: what is shown as least and most of each.
+bool slice_shows_vector(const struct slice_job *job, float range[2]);
 
 // range.c: the one range of all frames' previews, where --range does not say it: that of all the
 // grid's voxels, tiles and background.
@@ -41,11 +64,13 @@ json_t *slice_hardware_json(const struct weft_hardware_plan_info *info);
 enum weft_result slice_read_engine(struct slice_setup *setup);
 enum weft_result slice_create_context(struct slice_job *job);
 
-// run.c: the pixels. Memory for them comes before planning, which takes its time for a size that
-// cannot be held anyway.
-enum weft_result slice_allocate(struct slice_job *job);
+// run.c: the pixels.
 enum weft_result slice_run(struct slice_job *job);
 enum weft_result slice_verify(struct slice_job *job);
+// Both, and the channels of the source whose turn it is.
+enum weft_result slice_compute(struct slice_job *job);
+// What another run took is added.
+void slice_add_report(const struct weft_slice_report *one, struct weft_slice_report *sum);
 // The same of a plan of the slice's, or of a part of it, into memory that is not the job's.
 enum weft_result slice_run_plan(const struct slice_job *job, const weft_slice_plan *plan,
                                 const weft_hardware_plan *hardware, float *pixels,
@@ -54,6 +79,7 @@ enum weft_result slice_run_plan(const struct slice_job *job, const weft_slice_pl
 enum weft_result slice_run_method(const struct slice_job *job, const weft_method_plan *plan,
                                   float *pixels, const struct weft_progress *progress,
                                   struct weft_slice_report *out);
+// out: of each output of the plan.
 enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan *plan,
                                    const float *pixels, const struct weft_progress *progress,
                                    struct weft_verify_report *out);

@@ -34,8 +34,16 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
-                    "NAME",
-                    "which grid of the file (default: the first scalar one)"},
+                    "NAME,...|all",
+                    "which grids of the file (default: the first scalar one, or of vectors): of "
+                    "one of vectors the channels X, Y and Z; of several, channels by their names"},
+    [SLICE_QUANTITY] = {.name = "quantity",
+                        0,
+                        OPTION_TEXT,
+                        "NAME,...",
+                        "what is shown of each grid, in world units (default value): value, "
+                        "gradient, gradient-magnitude, normal, hessian, laplacian, mean-curvature, "
+                        "gaussian-curvature, principal-curvatures; channels by these names"},
     [SLICE_KERNEL] = {.name = "kernel",
                       0,
                       OPTION_TEXT,
@@ -339,6 +347,8 @@ static enum weft_result check_setup(struct slice_setup *setup)
     if (res == WEFT_OK)
         res = read_without(o[SLICE_WITHOUT].text, &setup->without);
     if (res == WEFT_OK)
+        res = slice_read_quantities(setup);
+    if (res == WEFT_OK)
         res = load_kernel(setup);
     if (res == WEFT_OK)
         res = slice_read_engine(setup);
@@ -348,6 +358,8 @@ static enum weft_result check_setup(struct slice_setup *setup)
         res = sweep_read(setup);
     if (res == WEFT_OK)
         res = read_ranks(setup);
+    if (res == WEFT_OK)
+        res = slice_check_channels(setup);
     if (res == WEFT_OK)
         res = sweep_check_files(setup);
     // While the first volume is opened, planned and read.
@@ -359,9 +371,10 @@ static enum weft_result check_setup(struct slice_setup *setup)
 static void clear_setup(struct slice_setup *setup)
 {
     weft_volume_abandon(&setup->opening);
-    slice_close(setup);
+    slice_clear_sources(setup);
     sweep_clear(&setup->sweep);
-    weft_pass_plan_destroy(&setup->passes);
+    for (int i = 0; i < WEFT_DERIVATIVES; i++)
+        weft_pass_plan_destroy(&setup->passes[i]);
     engine_abandon_context(&setup->engine);
     weft_context_destroy(&setup->context);
     weft_kernel_file_destroy(&setup->kernel_file);
