@@ -75,6 +75,7 @@
 #include "passes/slice/slice.h"
 #include "passes/stability/stability.h"
 #include "passes/verify/verify.h"
+#include "passes/warp/warp.h"
 #include "tiles/image/image.h"
 #include "tiles/image/plane.h"
 #include "tiles/image/sequence.h"

@@ -24,6 +24,7 @@ extern const char weft_shader_supersample_mask[];
 extern const char weft_shader_fused[];
 extern const char weft_shader_tree_leaf[];
 extern const char weft_shader_tree_node[];
+extern const char weft_shader_warp[];
 
 // A program from "#version 330 core", `defines` and the sources, compiled and linked at first use
 // and kept by the context, which is current. It is good until the next call; who needs it longer

@@ -203,7 +203,8 @@ typedef struct weft_resample_source weft_resample_source; // Thread-safety: read
 
 // What was measured of a source, of all its channels together; once, when it was made.
 struct weft_resample_statistics {
-    double sample_low, sample_high; // of the finite samples; both 0 where there are none
+    double sample_low, sample_high; // of the finite samples, and a border's value; both 0 where
+                                    // there are none
     // What passes map to [0, 1]: as asked for, or of the finite values that are read, which are
     // coefficients of prefiltered kernels and samples else; both 0 where there are none.
     double low, high;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is resampled: planes, what they measure, and what is read in their place.
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,6 +46,8 @@ static enum weft_result check(struct weft_resample_source_params *p)
         return res;
     res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->threads >= 0 && p->threads <= WEFT_CPU_MAX_THREADS);
+    weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
+    weft_require(p->log, fabs(p->border) <= (double)FLT_MAX);
     if (p->channels < 0 || p->channels > WEFT_RESAMPLE_MAX_CHANNELS) {
         weft_error(p->log, "a source of %d channels: there may be 1 to %d", p->channels,
                    WEFT_RESAMPLE_MAX_CHANNELS);
@@ -216,6 +219,19 @@ static void measure_values(weft_resample_source *s,
     out->clamped = read->not_finite;
 }
 
+// A border's value is read as samples are.
+static void include_border(weft_resample_source *s, bool given)
+{
+    struct weft_resample_statistics *out = &s->info.statistics;
+    const double border = s->info.border;
+    if (s->info.boundary != WEFT_BOUNDARY_BORDER)
+        return;
+    out->sample_low = fmin(out->sample_low, border);
+    out->sample_high = fmax(out->sample_high, border);
+    out->low = given ? out->low : fmin(out->low, border);
+    out->high = given ? out->high : fmax(out->high, border);
+}
+
 // ---- sources ------------------------------------------------------------------------------------
 
 static void take_planes(weft_resample_source *s, const struct weft_resample_source_params *params)
@@ -225,6 +241,8 @@ static void take_planes(weft_resample_source *s, const struct weft_resample_sour
                                            .width = params->width,
                                            .height = params->height,
                                            .channels = params->channels ? params->channels : 1,
+                                           .boundary = params->boundary,
+                                           .border = params->border,
                                            .window = params->window};
     memcpy(s->plane, params->plane, sizeof s->plane);
     s->stride = params->stride ? params->stride : params->window.width;
@@ -237,6 +255,7 @@ static void measure(weft_resample_source *s, const struct weft_resample_source_p
     s->has_differences = p->measured != NULL;
     set_ends(&s->samples, &s->info.statistics.sample_low, &s->info.statistics.sample_high);
     measure_values(s, p);
+    include_border(s, has_range(p));
 }
 
 enum weft_result weft_resample_source_create(const struct weft_resample_source_params *params,

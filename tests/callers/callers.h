@@ -34,6 +34,7 @@ extern const struct caller_case callers_plans[];
 extern const struct caller_case callers_engines[];
 extern const struct caller_case callers_slices[];
 extern const struct caller_case callers_images[];
+extern const struct caller_case callers_warps[];
 extern const struct caller_case callers_accumulate[];
 extern const struct caller_case callers_antialias[];
 extern const struct caller_case callers_ranks[];
