@@ -4,6 +4,7 @@ find_package(PNG REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
 find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)
+find_package(ZLIB REQUIRED) # gzipped NIfTI files
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 pkg_check_modules(libxxhash REQUIRED IMPORTED_TARGET libxxhash)
@@ -34,3 +35,17 @@ target_compile_options(weft_dep_openvdb INTERFACE -g1)
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
 target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY}
     Imath::Imath Threads::Threads)
+
+# NRRD and NIfTI files. Neither library has a pkg-config file.
+find_path(WEFT_NRRD_INCLUDE teem/nrrd.h REQUIRED)
+find_library(WEFT_NRRD_LIBRARY teem REQUIRED)
+add_library(weft_dep_teem INTERFACE)
+target_include_directories(weft_dep_teem SYSTEM INTERFACE ${WEFT_NRRD_INCLUDE})
+target_link_libraries(weft_dep_teem INTERFACE ${WEFT_NRRD_LIBRARY})
+find_path(WEFT_NIFTI_INCLUDE nifti/nifti2_io.h REQUIRED)
+find_library(WEFT_NIFTI_LIBRARY nifti2 REQUIRED)
+add_library(weft_dep_nifti INTERFACE)
+# nifti2_io.h looks for znzlib.h in its own folder.
+target_include_directories(weft_dep_nifti SYSTEM INTERFACE ${WEFT_NIFTI_INCLUDE}
+    ${WEFT_NIFTI_INCLUDE}/nifti)
+target_link_libraries(weft_dep_nifti INTERFACE ${WEFT_NIFTI_LIBRARY})

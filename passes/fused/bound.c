@@ -145,7 +145,7 @@ static void set_rounding(struct weft_slice_plan *plan, const struct weft_volume_
         plan->info.kernel.prefiltered ? terms->prefilter.gain : pow(plan->smooth.gain, 3);
     if (plan->clamp_to_samples) // which are off, too
         whole = fmax(whole, 1.0);
-    terms->sample_rounding = strcmp(volume->type, "double") ? 0.0 : 1.0001 * UNIT * whole;
+    terms->sample_rounding = volume->rounded ? 1.0001 * UNIT * whole : 0.0;
     terms->absolute_rounding = whole * volume->largest_rounding;
 }
 

@@ -23,12 +23,13 @@ enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 11, WEFT_WIRE_FD = 3 };
 enum { WEFT_WIRE_ROOMS = 4 };
 
 enum weft_wire_op {
-    WEFT_WIRE_LIST, // VDB: all grids.  -> struct weft_wire_grid, its metadata; again for each grid
-    WEFT_WIRE_OPEN, // VDB: payload of the grid's name and a NUL (none = the first supported one).
-                    // -> one struct weft_wire_grid, metadata
+    WEFT_WIRE_LIST, // volumes: all grids; payload of a struct weft_raw_layout where `raw` is set.
+                    // -> struct weft_wire_grid, its metadata; again for each grid
+    WEFT_WIRE_OPEN, // volumes: payload of the layout, where `raw` is set, and the grid's name and a
+                    // NUL (none = the first supported one). -> one struct weft_wire_grid, metadata
     WEFT_WIRE_FIND, // VDB: payload of a struct weft_region. -> brick origins, then tiles (counts in
                     // the answer)
-    WEFT_WIRE_READ, // VDB: payload of brick origins. -> count * 512 floats
+    WEFT_WIRE_READ, // volumes: payload of brick origins. -> count * 512 floats
     WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
                      // written, count[0] bytes of it
     WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
@@ -64,6 +65,7 @@ struct weft_wire_request {
     uint32_t magic, version;
     uint32_t op;
     uint32_t rest, component; // OPEN: as in struct weft_volume_open_params
+    uint32_t raw;             // LIST, OPEN: 1: the payload begins with a struct weft_raw_layout
     uint32_t part;            // of an image, from 0
     uint32_t threads;         // IMAGE_PIXELS, _FRAME: that decode at once, at most
     uint32_t attached;        // of enum weft_wire_attached

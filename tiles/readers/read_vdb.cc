@@ -134,6 +134,7 @@ weft_volume_info describe(const weft::GridEntry &entry)
     copy_text(info.type, entry.type);
     copy_text(info.grid_class, "unknown");
     info.components = entry.components;
+    info.rounded = entry.type == "double" || entry.type == "vec3d";
     info.background = NAN;
     info.empty = true;
     std::fill_n(&info.index_to_world[0][0], 12, NAN);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/volume/volume.h - scalar volumes as bricks: in memory, or in a VDB file behind a reader
-// process. Index space: voxel (i,j,k) sits at integer coordinates. World space: index_to_world. A
-// brick is the 8x8x8 voxels from an origin whose coordinates are multiples of 8, stored [z][y][x],
-// x fastest (512 floats). Where there is neither brick nor tile, the background value holds.
+// tiles/volume/volume.h - scalar volumes as bricks: in memory, or in a VDB, NRRD, NIfTI or raw file
+// behind a reader process. Index space: voxel (i,j,k) sits at integer coordinates. World space:
+// index_to_world. A brick is the 8x8x8 voxels from an origin whose coordinates are multiples of 8,
+// stored [z][y][x], x fastest (512 floats). Where there is neither brick nor tile, the background
+// value holds.
 #ifndef WEFT_TILES_VOLUME_VOLUME_H
 #define WEFT_TILES_VOLUME_VOLUME_H
 
@@ -19,6 +20,55 @@ enum { WEFT_BRICK_SIZE = 8, WEFT_BRICK_VOXELS = 512 };
 
 // Index coordinates that weft accepts are within +-2^30, so that sums cannot overflow.
 #define WEFT_INDEX_LIMIT (INT32_C(1) << 30)
+
+// Where a volume's voxels are. What a file is is told by its content, not by its name; a raw one is
+// nothing by itself, and its layout has to be given.
+enum weft_volume_format {
+    WEFT_VOLUME_MEMORY, // in memory; of a file: none that weft reads
+    WEFT_VOLUME_VDB,    // OpenVDB
+    WEFT_VOLUME_NRRD,   // Teem's nearly raw raster data, samples within or in other files
+    WEFT_VOLUME_NIFTI,  // NIfTI-1 or -2, one file or a pair, gzipped or not
+    WEFT_VOLUME_RAW,    // samples, one behind the other
+    WEFT_VOLUME_FORMAT_COUNT
+};
+// "memory", "vdb", "nrrd", "nifti", "raw"; NULL at the end.
+WEFT_API extern const char *const weft_volume_format_names[WEFT_VOLUME_FORMAT_COUNT + 1];
+
+// What a file is by its first bytes, of which 4 are looked at: VDB, NRRD or NIfTI, and
+// WEFT_VOLUME_MEMORY for none of them, or for less than 4. gzipped files are taken for NIfTI ones.
+// Thread-safe.
+WEFT_API enum weft_volume_format weft_volume_recognise(const void *start, size_t size);
+
+// How dense files store samples.
+enum weft_sample_type {
+    WEFT_SAMPLE_UINT8,
+    WEFT_SAMPLE_INT8,
+    WEFT_SAMPLE_UINT16,
+    WEFT_SAMPLE_INT16,
+    WEFT_SAMPLE_UINT32,
+    WEFT_SAMPLE_INT32,
+    WEFT_SAMPLE_UINT64,
+    WEFT_SAMPLE_INT64,
+    WEFT_SAMPLE_FLOAT,
+    WEFT_SAMPLE_DOUBLE,
+    WEFT_SAMPLE_TYPE_COUNT
+};
+// "uint8", "int8", "uint16", ... "float", "double"; NULL at the end. And bytes of a sample.
+WEFT_API extern const char *const weft_sample_type_names[WEFT_SAMPLE_TYPE_COUNT + 1];
+WEFT_API extern const size_t weft_sample_sizes[WEFT_SAMPLE_TYPE_COUNT];
+
+// What a raw file is. Start from weft_raw_layout(...): a spacing of 0 is an error.
+struct weft_raw_layout {
+    int size[3];                // samples along x, y, z (required, each > 0); x is stored fastest
+    enum weft_sample_type type; // default uint8
+    bool big_endian;            // default: the lowest byte of a sample comes first
+    uint64_t skip;              // bytes of the file before the first sample (default 0)
+    double spacing[3];          // from one sample to the next, in world units; finite and not 0;
+                                // where negative the axis runs backwards (default 1)
+    double origin[3];           // where the first sample lies in the world (default 0)
+};
+#define WEFT_RAW_LAYOUT_DEFAULTS .spacing = {1.0, 1.0, 1.0},
+#define weft_raw_layout(...) (&(struct weft_raw_layout){WEFT_RAW_LAYOUT_DEFAULTS __VA_ARGS__})
 
 // A constant cube of 8, 128 or 4096 voxels a side (OpenVDB's node sizes), aligned to its size.
 struct weft_volume_tile {
@@ -38,8 +88,10 @@ struct weft_metadata {
 // and a number in brackets tells equal ones apart.
 struct weft_volume_info {
     char name[256];
-    char type[32]; // as stored: "float", "double", "half", "int32", "bool", of vectors "vec3s",
-                   // "vec3d", "vec3h" (halves), "vec3i"; other: unsupported
+    enum weft_volume_format format;
+    char type[32];       // as stored; VDB: "float", "double", "half", "int32", "bool", of vectors
+                         // "vec3s", "vec3d", "vec3h" (halves), "vec3i", and others, which are not
+                         // supported; other files: one of weft_sample_type_names, of vectors, too
     char grid_class[32]; // "fog volume", "level set", "staggered", "unknown", ...
     int components;      // 1, or 3 of a grid of vectors
     int component;       // which of them the voxels are, from 0; 0 in lists
@@ -60,8 +112,10 @@ struct weft_volume_info {
     uint64_t memory_bytes; // of all voxels as weft would hold them: bricks * 512 * 4
     float background;
     // Values that a float does not hold, among the voxels of bricks, the tiles and the background
-    // of grids of int32 and double (0 in lists and for other types).
-    uint64_t values_rounded;  // int32: replaced by the nearest float; all of these are over 2^24
+    // of grids of integers of 32 and 64 bits and of double (0 in lists and for other types).
+    // Integers that a file scales count as doubles.
+    bool rounded; // each voxel may be the nearest float, off by up to 2^-24 of itself: of doubles
+    uint64_t values_rounded;  // integers: replaced by the nearest float; all are over 2^24
     double largest_rounding;  // the largest change of those
     uint64_t values_infinite; // double: finite but beyond float's range, replaced by an infinity
     uint64_t values_tiny;     // double: under 2^-126 but not 0; the float has fewer bits, or is 0
@@ -117,15 +171,26 @@ struct weft_volume_bricks_params {
 WEFT_API enum weft_result weft_volume_create_bricks(const struct weft_volume_bricks_params *params,
                                                     weft_volume **out);
 
-// ---- VDB files ---------------------------------------------------------------------------------
+// ---- files -------------------------------------------------------------------------------------
 
-// A grid of a VDB file. weft_volume_list_load uses path, limits and log alone.
+// A grid of a file. weft_volume_list_load uses path, raw, limits and log alone.
+//
+// The grids of dense files (NRRD, NIfTI, raw) are named as the file is, without its ending: "brain"
+// of brain.nii.gz. Of axes beyond those of space one of three vector components or colours becomes
+// the components; each entry of any other (time, gradients, real and imaginary parts) becomes a
+// grid, "brain[0]", "brain[1]", ... The box of a dense grid begins at index 0; outside it the
+// nearest voxel's value holds (clamp_to_edge). World space is the file's own, with the directions,
+// spacing and origin that it has; its name and units are among the metadata. A 2D picture is one
+// slice, whose third axis is normal to it, 1 long.
 struct weft_volume_open_params {
     const char *path; // required
     const char *grid; // its name as listed or in the file (default: the first of a scalar type, or
                       // of vectors where there is none)
-    int component;    // of a grid of vectors: which one the volume's voxels are, from 0 (default)
-                      // to 2; of a scalar grid 0 only
+    const struct weft_raw_layout *raw; // the file is taken for a raw one of this layout, which is
+                                       // borrowed until the call returns (default: it is what it
+                                       // is by its content)
+    int component; // of a grid of vectors: which one the volume's voxels are, from 0 (default)
+                   // to 2; of a scalar grid 0 only
     bool rest; // values are what floats lack of the grid's: stored - float, so that both together
                // are exact (to 48 bits); 0 where the float is infinite. No warning then.
     struct weft_limits limits;  // of the reader process
@@ -135,13 +200,16 @@ struct weft_volume_open_params {
 #define weft_volume_open_params(...)                                                               \
     (&(struct weft_volume_open_params){WEFT_VOLUME_OPEN_DEFAULTS __VA_ARGS__})
 
-// Starts a reader, which loads the grid's tree without its voxels and stays until destroy. int32
-// and double voxels are read once to count those that a float does not hold, and a warning tells
-// them. Instances, which share another grid's tree, are read as grids of their own. The default of
-// limits.memory_bytes grows with the file: 256 MiB and 256 times its size, up to 4 GiB.
-// Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no grid of a type that weft reads, frustum
-// transform), _ARGUMENT (no grid of that name, and the log lists the names; no such component),
-// _LIMIT, _READER.
+// Starts a reader, which stays until destroy: of a VDB file it loads the grid's tree without its
+// voxels; samples of dense files that are not encoded are read where they lie, others are decoded
+// whole. Voxels of int32, int64, uint32, uint64 and double are read once to count those that a
+// float does not hold, and a warning tells them. Instances, which share another grid's tree, are
+// read as grids of their own. The default of limits.memory_bytes grows with a VDB file: 256 MiB and
+// 256 times its size, up to 4 GiB. Headers of dense files that tell of more samples than what is
+// stored can hold are refused with both numbers; files that an NRRD header names are read from its
+// own folder only. Returns WEFT_ERR_OPEN, _FORMAT, _UNSUPPORTED (no grid of a type that weft reads,
+// frustum transform), _ARGUMENT (no grid of that name, and the log lists the names; no such
+// component), _LIMIT, _READER.
 WEFT_API enum weft_result weft_volume_open(const struct weft_volume_open_params *params,
                                            weft_volume **out);
 
@@ -151,8 +219,8 @@ typedef struct weft_volume_opening weft_volume_opening;
 
 // Starts the reader and asks it to open the grid, without waiting. What goes wrong with the file is
 // told when it is awaited, and params->log is called there only, but for WEFT_ERR_MEMORY and
-// WEFT_ERR_ARGUMENT (no path, a component under 0 or over 2), which are returned at once with *out
-// NULL. Path and grid are copied.
+// WEFT_ERR_ARGUMENT (no path, a component under 0 or over 2, a layout), which are returned at once
+// with *out NULL. Path, grid and layout are copied.
 WEFT_API enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
                                             weft_volume_opening **out);
 // Waits for the volume, and leaves NULL behind. Messages and results are those of weft_volume_open.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Volumes in VDB files. What a reader hands over is checked again here, since a damaged file may
+// Volumes in files. What a reader hands over is checked again here, since a damaged file may
 // have taken the reader over.
 #include "tiles/volume/volume.h"
 
@@ -18,12 +18,22 @@
 
 struct file {
     weft_reader *reader;
+    enum weft_volume_format format;
     uint64_t output_bytes; // limit of one answer
 };
 
-static enum weft_result contradiction(const struct weft_log *log, const char *what)
+// Who reads files of a format.
+static const char *const programs[WEFT_VOLUME_FORMAT_COUNT] = {
+    [WEFT_VOLUME_VDB] = "weft-read-vdb",
+    [WEFT_VOLUME_NRRD] = "weft-read-nrrd",
+    [WEFT_VOLUME_NIFTI] = "weft-read-nifti",
+    [WEFT_VOLUME_RAW] = "weft-read-nrrd",
+};
+
+static enum weft_result contradiction(const struct weft_log *log, enum weft_volume_format format,
+                                      const char *what)
 {
-    weft_error(log, "weft-read-vdb contradicts itself: %s", what);
+    weft_error(log, "%s contradicts itself: %s", programs[format], what);
     return WEFT_ERR_FORMAT;
 }
 
@@ -48,7 +58,8 @@ static bool bools_valid(const unsigned char *info)
     return info[offsetof(struct weft_volume_info, supported)] <= 1 &&
            info[offsetof(struct weft_volume_info, empty)] <= 1 &&
            info[offsetof(struct weft_volume_info, counted)] <= 1 &&
-           info[offsetof(struct weft_volume_info, clamp_to_edge)] == 0;
+           info[offsetof(struct weft_volume_info, rounded)] <= 1 &&
+           info[offsetof(struct weft_volume_info, clamp_to_edge)] <= 1;
 }
 
 static bool box_valid(const struct weft_volume_info *info)
@@ -60,13 +71,32 @@ static bool box_valid(const struct weft_volume_info *info)
     return true;
 }
 
-static bool info_valid(const struct weft_volume_info *info)
+// Voxels of dense files fill a box that begins at 0, in a list, too.
+static bool dense_valid(const struct weft_volume_info *info)
+{
+    uint64_t voxels = 1, bricks = 1;
+    for (int i = 0; i < 3; i++) {
+        if (info->active_min[i] != 0 || info->active_max[i] < 0 ||
+            info->active_max[i] >= WEFT_INDEX_LIMIT)
+            return false;
+        voxels *= (uint64_t)info->active_max[i] + 1;
+        bricks *= (uint64_t)info->active_max[i] / WEFT_BRICK_SIZE + 1;
+    }
+    return info->supported && info->counted && info->clamp_to_edge &&
+           info->active_voxels == voxels && (info->bricks == 0 || info->bricks == bricks);
+}
+
+static bool info_valid(const struct weft_volume_info *info, enum weft_volume_format format)
 {
     static const char *const types[] = {"float", "double", "half", "int32", "bool", NULL};
     static const char *const vectors[] = {"vec3s", "vec3d", "vec3h", "vec3i", NULL};
+    const bool vdb = format == WEFT_VOLUME_VDB;
     bool sliceable = weft_transform_valid(info->index_to_world) &&
-                     one_of(info->type, info->components == 3 ? vectors : types);
-    return terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
+                     one_of(info->type, !vdb                    ? weft_sample_type_names
+                                        : info->components == 3 ? vectors
+                                                                : types);
+    return (vdb ? !info->clamp_to_edge : dense_valid(info)) &&
+           terminated(info->name, sizeof info->name) && terminated(info->type, sizeof info->type) &&
            terminated(info->grid_class, sizeof info->grid_class) &&
            terminated(info->problem, sizeof info->problem) && (!info->supported || sliceable) &&
            (info->components == 1 || info->components == 3) && info->component >= 0 &&
@@ -74,7 +104,7 @@ static bool info_valid(const struct weft_volume_info *info)
            info->empty == !info->active_voxels &&
            info->bricks <= UINT64_MAX / (WEFT_BRICK_VOXELS * sizeof(float)) &&
            info->memory_bytes == info->bricks * WEFT_BRICK_VOXELS * sizeof(float) &&
-           info->largest_rounding >= 0 && info->largest_rounding <= 64;
+           info->largest_rounding >= 0 && info->largest_rounding <= (vdb ? 64 : 0x1p39);
 }
 
 static bool metadata_valid(const struct weft_volume_info *info)
@@ -99,20 +129,22 @@ static void clean_texts(struct weft_volume_info *info)
 }
 
 // The next grid of a payload, with its metadata copied.
-static enum weft_result take_grid(const struct weft_log *log, const struct weft_payload *payload,
-                                  size_t *at, struct weft_volume_info *out)
+static enum weft_result take_grid(const struct weft_log *log, enum weft_volume_format format,
+                                  const struct weft_payload *payload, size_t *at,
+                                  struct weft_volume_info *out)
 {
     const unsigned char *data = (const unsigned char *)payload->data + *at;
     size_t left = payload->size - *at, bytes;
     struct weft_volume_info info;
     if (left < sizeof(struct weft_wire_grid) || !bools_valid(data))
-        return contradiction(log, "a grid's description");
+        return contradiction(log, format, "a grid's description");
     memcpy(&info, data, sizeof info);
     left -= sizeof(struct weft_wire_grid);
     info.metadata = NULL;
     if (!weft_size_mul(info.metadata_count, sizeof *info.metadata, &bytes) || bytes > left ||
-        !info_valid(&info))
-        return contradiction(log, "a grid's description");
+        !info_valid(&info, format))
+        return contradiction(log, format, "a grid's description");
+    info.format = format;
     info.metadata = malloc(bytes + 1);
     if (!info.metadata) {
         weft_error(log, "not enough memory for %zu metadata entries", info.metadata_count);
@@ -121,7 +153,7 @@ static enum weft_result take_grid(const struct weft_log *log, const struct weft_
     memcpy(info.metadata, data + sizeof(struct weft_wire_grid), bytes);
     if (!metadata_valid(&info)) {
         free(info.metadata);
-        return contradiction(log, "a grid's metadata");
+        return contradiction(log, format, "a grid's metadata");
     }
     clean_texts(&info);
     *at += sizeof(struct weft_wire_grid) + bytes;
@@ -129,7 +161,35 @@ static enum weft_result take_grid(const struct weft_log *log, const struct weft_
     return WEFT_OK;
 }
 
-static enum weft_result start(const struct weft_volume_open_params *params, weft_reader **reader)
+static bool layout_valid(const struct weft_raw_layout *raw)
+{
+    for (int i = 0; i < 3; i++)
+        if (raw->size[i] < 1 || raw->size[i] > WEFT_INDEX_LIMIT || !isfinite(raw->spacing[i]) ||
+            raw->spacing[i] == 0.0 || !isfinite(raw->origin[i]))
+            return false;
+    return raw->type < WEFT_SAMPLE_TYPE_COUNT;
+}
+
+// An empty file is what its name or a layout says; the reader finds that it has nothing.
+static enum weft_result recognise(const struct weft_volume_open_params *params, int fd,
+                                  enum weft_volume_format *out)
+{
+    unsigned char start[4] = {0};
+    const ssize_t size = pread(fd, start, sizeof start, 0);
+    *out = params->raw ? WEFT_VOLUME_RAW
+           : size > 0  ? weft_volume_recognise(start, (size_t)size)
+                       : WEFT_VOLUME_VDB;
+    if (*out != WEFT_VOLUME_MEMORY)
+        return WEFT_OK;
+    weft_error(params->log,
+               "%s: neither a VDB, an NRRD nor a NIfTI file (wrong magic number): it starts with "
+               "bytes %02x %02x %02x %02x",
+               params->path, start[0], start[1], start[2], start[3]);
+    return WEFT_ERR_FORMAT;
+}
+
+static enum weft_result start(const struct weft_volume_open_params *params,
+                              enum weft_volume_format *format, weft_reader **reader)
 {
     *reader = NULL;
     const struct weft_log *log = params->log;
@@ -138,6 +198,7 @@ static enum weft_result start(const struct weft_volume_open_params *params, weft
     struct stat stat;
     int fd = -1;
     weft_require(log, params->path != NULL);
+    weft_require(log, !params->raw || layout_valid(params->raw));
     res = WEFT_ERR_OPEN;
     // Without waiting for somebody to write to a named pipe.
     fd = open(params->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -149,9 +210,15 @@ static enum weft_result start(const struct weft_volume_open_params *params, weft
         weft_error(log, "%s is not a regular file", params->path);
         goto fail;
     }
+    res = recognise(params, fd, format);
+    if (res != WEFT_OK)
+        goto fail;
     // Nodes of few voxels and tiles that compress well take some 100 times their bytes in the file.
-    limits = weft_reader_limits(&params->limits, (uint64_t)stat.st_size);
-    res = weft_reader_start(log, "weft-read-vdb", params->path, fd, &limits, reader);
+    // Of samples that are encoded the reader compares what they take with what is stored.
+    limits = *format == WEFT_VOLUME_VDB
+                 ? weft_reader_limits(&params->limits, (uint64_t)stat.st_size)
+                 : params->limits;
+    res = weft_reader_start(log, programs[*format], params->path, fd, &limits, reader);
 fail:
     if (fd >= 0)
         close(fd);
@@ -196,7 +263,7 @@ static enum weft_result take_list(const weft_volume *volume, const struct weft_r
         tiles > payload->size / sizeof *list.tiles ||
         payload->size != bricks * sizeof *list.brick_origin + tiles * sizeof *list.tiles ||
         bricks > volume->info.bricks)
-        return contradiction(volume->log, "the number of bricks");
+        return contradiction(volume->log, volume->info.format, "the number of bricks");
     size_t brick_bytes = (size_t)bricks * sizeof *list.brick_origin;
     list.brick_origin = malloc(brick_bytes + 1);
     list.tiles = malloc(payload->size - brick_bytes + 1);
@@ -213,8 +280,43 @@ static enum weft_result take_list(const weft_volume *volume, const struct weft_r
     list.tile_count = (size_t)tiles;
     if (!list_valid(&list, region)) {
         weft_brick_list_clear(&list);
-        return contradiction(volume->log, "a list of bricks");
+        return contradiction(volume->log, volume->info.format, "a list of bricks");
     }
+    *out = list;
+    return WEFT_OK;
+}
+
+// All bricks of a dense file's box are there: those in reach of the region are found without its
+// reader. What lies beyond a face is in reach of the bricks at that face.
+static enum weft_result find_dense(weft_volume *volume, const struct weft_region *region,
+                                   struct weft_brick_list *out)
+{
+    const struct weft_volume_info *info = &volume->info;
+    struct weft_brick_list list = {0};
+    int32_t first[3], last[3], at[3];
+    size_t most = 1;
+    bool fits = true;
+    for (int i = 0; i < 3; i++) {
+        const int32_t end = info->active_max[i];
+        first[i] = (region->min[i] < 0 ? 0 : region->min[i] > end ? end : region->min[i]) & ~7;
+        last[i] = (region->max[i] > end ? end : region->max[i] < 0 ? 0 : region->max[i]) & ~7;
+        fits = fits && (last[i] < first[i] ||
+                        weft_size_mul(most, (size_t)(last[i] - first[i]) / 8 + 1, &most));
+    }
+    list.brick_origin = fits && most <= SIZE_MAX / sizeof *list.brick_origin
+                            ? malloc(most * sizeof *list.brick_origin)
+                            : NULL;
+    list.tiles = malloc(1);
+    if (!list.brick_origin || !list.tiles) {
+        weft_error(volume->log, "not enough memory for a list of %zu bricks", most);
+        weft_brick_list_clear(&list);
+        return WEFT_ERR_MEMORY;
+    }
+    for (at[2] = first[2]; at[2] <= last[2]; at[2] += WEFT_BRICK_SIZE)
+        for (at[1] = first[1]; at[1] <= last[1]; at[1] += WEFT_BRICK_SIZE)
+            for (at[0] = first[0]; at[0] <= last[0]; at[0] += WEFT_BRICK_SIZE)
+                if (weft_volume_brick_meets(info, region, at))
+                    memcpy(list.brick_origin[list.brick_count++], at, sizeof at);
     *out = list;
     return WEFT_OK;
 }
@@ -223,6 +325,8 @@ static enum weft_result find(weft_volume *volume, const struct weft_region *regi
                              struct weft_brick_list *out)
 {
     const struct file *file = volume->data;
+    if (volume->info.clamp_to_edge)
+        return find_dense(volume, region, out);
     struct weft_wire_request request = {.op = WEFT_WIRE_FIND, .payload_bytes = sizeof *region};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
@@ -245,7 +349,7 @@ static enum weft_result read_batch(weft_volume *volume, size_t count,
     enum weft_result res =
         weft_reader_call(file->reader, &request, brick_origin, &answer, &payload);
     if (!res && payload.size != bytes)
-        res = contradiction(volume->log, "the number of voxels");
+        res = contradiction(volume->log, volume->info.format, "the number of voxels");
     if (!res)
         memcpy(values, payload.data, bytes);
     weft_payload_release(&payload);
@@ -301,17 +405,21 @@ static void warn_of_values(const struct weft_volume_open_params *params,
 // A volume that is being opened: asked, and not answered yet. What could not even be asked is
 // opened when it is awaited, so that it fails there.
 struct weft_volume_opening {
-    struct weft_volume_open_params params; // with texts of its own
-    weft_volume *volume;                   // NULL: not asked
+    struct weft_volume_open_params params; // with texts and a layout of its own
+    struct weft_raw_layout raw;
+    weft_volume *volume; // NULL: not asked
 };
 
 // Starts the reader, and asks it.
 static enum weft_result ask(const struct weft_volume_open_params *params, weft_volume **out)
 {
-    const struct iovec name = {(void *)(uintptr_t)params->grid,
-                               params->grid ? strlen(params->grid) + 1 : 0};
-    const struct weft_wire_request request = {
-        .op = WEFT_WIRE_OPEN, .rest = params->rest, .component = (uint32_t)params->component};
+    const struct iovec parts[] = {
+        {(void *)(uintptr_t)params->raw, params->raw ? sizeof *params->raw : 0},
+        {(void *)(uintptr_t)params->grid, params->grid ? strlen(params->grid) + 1 : 0}};
+    const struct weft_wire_request request = {.op = WEFT_WIRE_OPEN,
+                                              .rest = params->rest,
+                                              .raw = params->raw != NULL,
+                                              .component = (uint32_t)params->component};
     weft_volume *volume = NULL;
     struct file *file;
     enum weft_result res = weft_volume_make(params->log, &backend, &volume);
@@ -319,9 +427,9 @@ static enum weft_result ask(const struct weft_volume_open_params *params, weft_v
         return res;
     file = volume->data;
     file->output_bytes = params->limits.output_bytes;
-    res = start(params, &file->reader);
+    res = start(params, &file->format, &file->reader);
     if (res == WEFT_OK)
-        res = weft_reader_ask(file->reader, &request, &name, params->grid ? 1 : 0);
+        res = weft_reader_ask(file->reader, &request, parts, WEFT_COUNT(parts));
     if (res == WEFT_OK)
         *out = volume;
     else
@@ -338,11 +446,12 @@ static enum weft_result finish(const struct weft_volume_open_params *params, wef
     size_t at = 0;
     enum weft_result res = weft_reader_answer(file->reader, &answer, &payload);
     if (res == WEFT_OK)
-        res = take_grid(params->log, &payload, &at, &volume->info);
+        res = take_grid(params->log, file->format, &payload, &at, &volume->info);
     if (res == WEFT_OK &&
         (at != payload.size || !volume->info.supported || !box_valid(&volume->info) ||
-         volume->info.component != params->component))
-        res = contradiction(params->log, "the opened grid");
+         volume->info.component != params->component ||
+         (volume->info.clamp_to_edge && !volume->info.bricks)))
+        res = contradiction(params->log, file->format, "the opened grid");
     if (res == WEFT_OK && !params->rest)
         warn_of_values(params, &volume->info);
     weft_payload_release(&payload);
@@ -383,6 +492,10 @@ enum weft_result weft_volume_begin(const struct weft_volume_open_params *params,
     opening->params = *params;
     opening->params.path = strdup(params->path);
     opening->params.grid = params->grid ? strdup(params->grid) : NULL;
+    if (params->raw) {
+        opening->raw = *params->raw;
+        opening->params.raw = &opening->raw;
+    }
     if (!opening->params.path || (params->grid && !opening->params.grid))
         goto fail;
     quiet.log = NULL;
@@ -446,18 +559,21 @@ enum weft_result weft_volume_list_load(const struct weft_volume_open_params *par
 {
     *out = (struct weft_volume_list){0};
     weft_reader *reader = NULL;
+    enum weft_volume_format format = WEFT_VOLUME_MEMORY;
     struct weft_volume_list list = {0};
-    struct weft_wire_request request = {.op = WEFT_WIRE_LIST};
+    struct weft_wire_request request = {.op = WEFT_WIRE_LIST, .raw = params->raw != NULL};
+    const struct iovec layout = {(void *)(uintptr_t)params->raw,
+                                 params->raw ? sizeof *params->raw : 0};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
     size_t at = 0;
-    enum weft_result res = start(params, &reader);
+    enum weft_result res = start(params, &format, &reader);
     if (!res)
-        res = weft_reader_call(reader, &request, NULL, &answer, &payload);
+        res = weft_reader_call_parts(reader, &request, &layout, 1, &answer, &payload);
     if (res)
         goto fail;
     if (answer.count[0] > payload.size / sizeof(struct weft_wire_grid)) {
-        res = contradiction(params->log, "the number of grids");
+        res = contradiction(params->log, format, "the number of grids");
         goto fail;
     }
     res = WEFT_ERR_MEMORY;
@@ -465,12 +581,12 @@ enum weft_result weft_volume_list_load(const struct weft_volume_open_params *par
     if (!list.grids)
         goto fail;
     for (res = WEFT_OK; !res && list.count < answer.count[0];) {
-        res = take_grid(params->log, &payload, &at, &list.grids[list.count]);
+        res = take_grid(params->log, format, &payload, &at, &list.grids[list.count]);
         if (!res)
             mend_claims(&list.grids[list.count++]);
     }
     if (!res && at != payload.size)
-        res = contradiction(params->log, "the size of the list");
+        res = contradiction(params->log, format, "the size of the list");
     if (res)
         goto fail;
     *out = list;

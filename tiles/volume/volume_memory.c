@@ -80,6 +80,7 @@ static enum weft_result make(const struct weft_log *log, float background, weft_
     (*out)->info.supported = true;
     (*out)->info.counted = true;
     (*out)->info.empty = true;
+    (*out)->info.format = WEFT_VOLUME_MEMORY;
     (*out)->info.components = 1;
     strcpy((*out)->info.type, "float");
     return WEFT_OK;

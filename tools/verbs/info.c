@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft info: the grids of a VDB file, the channels of an EXR file, the codes of a PNG file.
+// weft info: the grids of a VDB, NRRD, NIfTI or raw file, the channels of an EXR file, the codes of
+// a PNG file.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -10,19 +11,21 @@
 
 #include "tools/common/json.h"
 #include "tools/common/report.h"
+#include "tools/volumes/raw.h"
 #include "tools/verbs/verb.h"
 
 enum { LINE = 1024 }; // of a message
 
-enum info_option { INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_COUNT };
+enum info_option { INFO_RAW, INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_COUNT };
 
 static const struct option_spec options[INFO_OPTION_COUNT] = {
+    [INFO_RAW] = RAW_OPTION,
     [INFO_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the same as JSON"},
     [INFO_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
     [INFO_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
 };
 
-// ---- VDB ----------------------------------------------------------------------------------------
+// ---- volumes ------------------------------------------------------------------------------------
 
 // Lengths of the transform's columns: the distance between neighbouring voxels along each index
 // axis.
@@ -71,10 +74,10 @@ static json_t *grid_json(const struct weft_volume_info *info)
     for (int r = 0; r < 3; r++)
         json_array_append_new(transform, json_numbers(info->index_to_world[r], 4));
     return json_pack(
-        "{s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "name",
-        json_text(info->name), "type", json_text(info->type), "class", json_text(info->grid_class),
-        "supported", info->supported, "problem",
-        *info->problem ? json_text(info->problem) : json_null(), "empty",
+        "{s:o,s:o,s:i,s:o,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
+        "name", json_text(info->name), "type", json_text(info->type), "components",
+        info->components, "class", json_text(info->grid_class), "supported", info->supported,
+        "problem", *info->problem ? json_text(info->problem) : json_null(), "empty",
         if_counted(info, json_boolean(info->empty)), "active_min",
         if_counted(info, json_counts(info->active_min, 3)), "active_max",
         if_counted(info, json_counts(info->active_max, 3)), "size",
@@ -127,16 +130,19 @@ static void print_transform(const struct weft_volume_info *info)
 
 static void print_grid(const struct weft_volume_info *info)
 {
-    report_line("grid '%s': %s, %s", info->name, info->type, info->grid_class);
+    report_line("grid '%s': %s%s, %s", info->name, info->type,
+                info->components == 3 ? ", 3 components" : "", info->grid_class);
     if (!info->supported)
         report_line("  %s %s", is_damaged(info) ? "not readable  " : "not for slices",
                     info->problem);
     print_active(info);
     if (info->supported)
-        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n"
-               "  background     %.9g\n",
-               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes,
-               info->background);
+        printf("  bricks         %llu of 8 x 8 x 8, %llu bytes in memory\n",
+               (unsigned long long)info->bricks, (unsigned long long)info->memory_bytes);
+    if (info->supported && info->clamp_to_edge)
+        puts("  outside        the nearest voxel");
+    else if (info->supported)
+        printf("  background     %.9g\n", info->background);
     if (info->values_rounded)
         printf("  not in floats  %llu integers, off by up to %g\n",
                (unsigned long long)info->values_rounded, info->largest_rounding);
@@ -147,12 +153,26 @@ static void print_grid(const struct weft_volume_info *info)
     print_metadata(info->metadata, info->metadata_count);
 }
 
+// A file without grids is a VDB file.
+static enum weft_volume_format list_format(const struct weft_volume_list *list)
+{
+    return list->count ? list->grids[0].format : WEFT_VOLUME_VDB;
+}
+
+static const char *format_title(const struct weft_volume_list *list)
+{
+    static const char *const titles[WEFT_VOLUME_FORMAT_COUNT] = {"", "OpenVDB", "NRRD", "NIfTI",
+                                                                 "samples without a header"};
+    return titles[list_format(list)];
+}
+
 static enum weft_result print_grids(const char *path, const struct weft_volume_list *list,
                                     bool json)
 {
     json_t *grids = json ? json_array() : NULL;
     if (!json)
-        report_line("%s: OpenVDB, %zu grid%s", path, list->count, list->count == 1 ? "" : "s");
+        report_line("%s: %s, %zu grid%s", path, format_title(list), list->count,
+                    list->count == 1 ? "" : "s");
     for (size_t i = 0; i < list->count; i++)
         if (json)
             json_array_append_new(grids, grid_json(&list->grids[i]));
@@ -160,8 +180,8 @@ static enum weft_result print_grids(const char *path, const struct weft_volume_l
             print_grid(&list->grids[i]);
     if (!json)
         return WEFT_OK;
-    return json_print(
-        json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format", "vdb", "grids", grids));
+    return json_print(json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format",
+                                weft_volume_format_names[list_format(list)], "grids", grids));
 }
 
 static void keep_error(void *priv, enum weft_log_level level, const char *message)
@@ -174,11 +194,13 @@ static void keep_error(void *priv, enum weft_log_level level, const char *messag
 
 // The list tells what the file's headers claim; bricks and background come with the grid's tree. A
 // reader of its own for each, so that what one grid does to its reader is not the others' end.
-static void look_into(const char *path, struct weft_volume_info *info)
+static void look_into(const char *path, const struct weft_raw_layout *raw,
+                      struct weft_volume_info *info)
 {
     char line[LINE] = "", start[LINE];
     const struct weft_log log = {keep_error, line};
-    const struct weft_volume_open_params params = {.path = path, .grid = info->name, .log = &log};
+    const struct weft_volume_open_params params = {
+        .path = path, .grid = info->name, .raw = raw, .log = &log};
     weft_volume *volume = NULL;
     const enum weft_result res = weft_volume_open(&params, &volume);
     if (res == WEFT_OK) {
@@ -216,16 +238,17 @@ static enum weft_result report_damage(const char *path, const struct weft_volume
     return WEFT_OK;
 }
 
-static enum weft_result inform_vdb(const char *path, bool json)
+static enum weft_result inform_volume(const char *path, const struct weft_raw_layout *raw,
+                                      bool json)
 {
     struct weft_volume_list list = {0};
-    struct weft_volume_open_params params = {.path = path, .log = report_log()};
+    struct weft_volume_open_params params = {.path = path, .raw = raw, .log = report_log()};
     enum weft_result res = weft_volume_list_load(&params, &list);
     if (res != WEFT_OK)
         return res;
     for (size_t i = 0; i < list.count; i++)
         if (list.grids[i].supported)
-            look_into(path, &list.grids[i]);
+            look_into(path, raw, &list.grids[i]);
     size_t damaged = 0, unknown = 0;
     for (size_t i = 0; i < list.count; i++) {
         damaged += is_damaged(&list.grids[i]);
@@ -430,12 +453,16 @@ static ssize_t read_start(const char *path, unsigned char *bytes, size_t size)
     return count;
 }
 
-static enum weft_result inform(const char *path, bool json)
+static enum weft_result inform(const char *path, const struct option_value *raw_option, bool json)
 {
-    static const unsigned char vdb_magic[] = {' ', 'B', 'D', 'V', 0, 0, 0, 0};
+    struct weft_raw_layout layout;
+    const struct weft_raw_layout *raw;
     static const unsigned char exr_magic[] = {0x76, 0x2f, 0x31, 0x01};
     static const unsigned char png_magic[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     unsigned char start[8] = {0};
+    enum weft_result res = raw_read(raw_option, &layout, &raw);
+    if (res != WEFT_OK || raw)
+        return res != WEFT_OK ? res : inform_volume(path, raw, json);
     ssize_t count = read_start(path, start, sizeof start);
     if (count < 0)
         return WEFT_ERR_OPEN;
@@ -443,13 +470,14 @@ static enum weft_result inform(const char *path, bool json)
         report_error("%s is empty: 0 bytes", path);
         return WEFT_ERR_FORMAT;
     }
-    if (memcmp(start, vdb_magic, sizeof vdb_magic) == 0)
-        return inform_vdb(path, json);
+    if (weft_volume_recognise(start, (size_t)count) != WEFT_VOLUME_MEMORY)
+        return inform_volume(path, NULL, json);
     if (memcmp(start, exr_magic, sizeof exr_magic) == 0)
         return inform_exr(path, json);
     if (memcmp(start, png_magic, sizeof png_magic) == 0)
         return inform_png(path, json);
-    report_error("%s is neither a VDB, an EXR nor a PNG file: it starts with bytes %02x %02x %02x "
+    report_error("%s is neither a VDB, an NRRD, a NIfTI, an EXR nor a PNG file: it starts with "
+                 "bytes %02x %02x %02x "
                  "%02x",
                  path, start[0], start[1], start[2], start[3]);
     return WEFT_ERR_FORMAT;
@@ -463,15 +491,16 @@ static int run(const char *const *operands, const struct option_value *values)
         report_error("no file given: weft info FILE (see weft help info)");
         return EXIT_CODE_USAGE;
     }
-    return report_finish(inform(operand, values[INFO_JSON].given));
+    return report_finish(inform(operand, &values[INFO_RAW], values[INFO_JSON].given));
 }
 
 const struct verb verb_info = {
     .name = "info",
-    .summary = "what is in a VDB, EXR or PNG file",
-    .usage = "FILE [--json]",
-    .description = "Lists the grids of a VDB file (type, class, active box, transform, memory, "
-                   "metadata), the channels, windows and attributes of each part of an EXR file, "
+    .summary = "what is in a VDB, NRRD, NIfTI, EXR or PNG file",
+    .usage = "FILE [--raw LAYOUT] [--json]",
+    .description = "Lists the grids of a VDB, NRRD, NIfTI or raw file (type, components, class, "
+                   "active box, transform, memory, metadata), the channels, windows and attributes "
+                   "of each part of an EXR file, "
                    "or the size, bits and colour space of a PNG file. What a file is is told by "
                    "its content, not by its name.",
     .options = options,

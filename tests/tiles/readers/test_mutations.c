@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Mutated VDB files: each must be read, or refused with a clean error, within the limits, and at a
-// cost that its size explains.
-// WEFT_MUTATIONS is their number (default 40), WEFT_MUTATION_SEED their seed (default 1).
+// Mutated VDB, NRRD and NIfTI files: each must be read, or refused with a clean error, within the
+// limits, and at a cost that its size explains. WEFT_MUTATIONS is their number (default 40),
+// WEFT_MUTATION_SEED their seed (default 1).
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -100,10 +100,10 @@ static enum weft_result try_file(const char *path, uint64_t memory_bytes)
     return res;
 }
 
-static void mutate(const char *path, const char *name)
+static void mutate(const char *path, const char *name, int count)
 {
-    static const enum weft_result clean[] = {WEFT_OK, WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT,
-                                             WEFT_ERR_FORMAT, WEFT_ERR_READER};
+    static const enum weft_result clean[] = {WEFT_OK,         WEFT_ERR_UNSUPPORTED, WEFT_ERR_LIMIT,
+                                             WEFT_ERR_FORMAT, WEFT_ERR_READER,      WEFT_ERR_OPEN};
     size_t counts[WEFT_COUNT(clean)] = {0};
     double longest = 0;
     char mutant[512];
@@ -111,7 +111,7 @@ static void mutate(const char *path, const char *name)
     struct bytes source = load(path);
     if (!source.size)
         skip();
-    int count = setting("WEFT_MUTATIONS", 40), fds = count_fds();
+    const int fds = count_fds();
     uint64_t seed = (uint64_t)setting("WEFT_MUTATION_SEED", 1);
     for (int i = 0; i < count; i++) {
         random_state = seed << 32 | (uint64_t)i;
@@ -131,8 +131,9 @@ static void mutate(const char *path, const char *name)
             print_message("mutation %d: %s\n", i, last_error.message);
     }
     print_message("%s: %d mutations: %zu read, %zu unsupported, %zu over a limit, %zu refused, "
-                  "%zu readers lost; longest %.2f s\n",
-                  name, count, counts[0], counts[1], counts[2], counts[3], counts[4], longest);
+                  "%zu readers lost, %zu without their files; longest %.2f s\n",
+                  name, count, counts[0], counts[1], counts[2], counts[3], counts[4], counts[5],
+                  longest);
     free(source.data);
     assert_true(count < 40 || counts[0] < (size_t)count); // few damages are none
     assert_int_equal(count_fds(), fds);
@@ -147,13 +148,34 @@ static void test_generated(void **state)
     struct weft_volume_save_params params = {.path = path, .log = &test_log};
     assert_int_equal(weft_volume_save(sphere, &params), WEFT_OK);
     weft_volume_destroy(&sphere);
-    mutate(path, "generated");
+    mutate(path, "generated", setting("WEFT_MUTATIONS", 40));
 }
 
 static void test_smoke(void **state)
 {
     (void)state;
-    mutate(WEFT_TEST_DATA "/smoke.vdb", "smoke.vdb");
+    mutate(WEFT_TEST_DATA "/smoke.vdb", "smoke.vdb", setting("WEFT_MUTATIONS", 40));
+}
+
+// Their share each; the detached header is damaged alone, and may name files that are not there.
+static void test_dense(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"nrrd/BallBinary30x30x30.nrrd",
+                                        "nrrd/BallBinary30x30x30_gz.nrrd",
+                                        "nrrd/BallBinary30x30x30_bz2.nrrd",
+                                        "nrrd/BallBinary30x30x30.nhdr",
+                                        "nrrd/test2d_ascii.nrrd",
+                                        "nrrd/test_simple4d_raw.nrrd",
+                                        "nifti/anatomical.nii",
+                                        "nifti/example4d.nii.gz",
+                                        "nifti/example_nifti2.nii.gz",
+                                        "nifti/functional.nii"};
+    char path[512];
+    for (size_t i = 0; i < WEFT_COUNT(names); i++) {
+        snprintf(path, sizeof path, WEFT_TEST_DATA "/%s", names[i]);
+        mutate(path, names[i], setting("WEFT_MUTATIONS", 40) / (int)WEFT_COUNT(names));
+    }
 }
 
 // ---- lengths and counts -------------------------------------------------------------------------
@@ -270,6 +292,7 @@ int main(void)
         cmocka_unit_test(test_lengths), // first: it measures the largest child so far
         cmocka_unit_test(test_generated),
         cmocka_unit_test(test_smoke),
+        cmocka_unit_test(test_dense),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
