@@ -4,6 +4,8 @@
 #ifndef WEFT_PASSES_FUSED_BLOCKS_H
 #define WEFT_PASSES_FUSED_BLOCKS_H
 
+#include <math.h>
+
 #include "passes/fused/plan.h"
 
 // How a cell's pixels are made, from the dearest.
@@ -33,6 +35,16 @@ void weft_slice_blocks_destroy(struct weft_slice_blocks *blocks); // {0} is fine
 void weft_slice_blocks_set_constant(struct weft_slice_blocks *blocks, size_t cell, float value);
 void weft_slice_blocks_set(struct weft_slice_blocks *blocks, size_t cell, size_t texel,
                            enum weft_cell_class class);
+
+// What an output is where all voxels have this value and weights add up to one: the value itself,
+// and derivatives of it, which are exactly 0 where it is finite.
+static inline float weft_slice_constant(const struct weft_derivative *derivative, float value)
+{
+    const int *along = derivative->along;
+    if (along[0] + along[1] + along[2] == 0)
+        return value;
+    return isfinite(value) ? 0.0f : NAN;
+}
 
 // ---- what samples are ---------------------------------------------------------------------------
 

@@ -30,8 +30,7 @@ struct weft_fused_cpu {
     size_t source_samples;
     double per_step[3]; // 1 / |grid->du|
     // Of a run.
-    float *pixels;
-    int64_t stride;
+    struct weft_slice_pixels pixels;
     const struct weft_progress *progress;
     struct weft_fused_report report;
     int tile;
@@ -59,15 +58,28 @@ static const struct weft_polynomial_tiles linear = {
     .precise = linear_precise,
 };
 
+// Outputs other than the value alone, along the axes of blocks, which are the volume's then.
+static void set_outputs(const struct weft_slice_plan *plan, struct weft_line_kernel *full)
+{
+    if (!weft_slice_derives(plan))
+        return;
+    full->output_count = plan->info.output_count;
+    for (int o = 0; o < full->output_count; o++)
+        full->output[o] = plan->info.output[o].derivative;
+}
+
 static enum weft_result create_kernels(struct weft_fused_cpu *r)
 {
     const struct weft_slice_plan *plan = r->plan;
     const enum weft_sums sums = plan->info.sums;
     const int width = plan->info.kernel.width, middle = (width - 1) / 2;
-    const struct weft_polynomial_tiles *const value[WEFT_LINE_ORDERS] = {&plan->weights->tiles};
+    const struct weft_polynomial_tiles *own[WEFT_LINE_ORDERS];
     const struct weft_polynomial_tiles *const smooth[WEFT_LINE_ORDERS] = {&linear};
     struct weft_line_kernel *full = &r->kernel[WEFT_CELL_FULL];
-    enum weft_result res = weft_line_kernel_create(r->log, sums, value, full);
+    for (int n = 0; n < WEFT_LINE_ORDERS; n++)
+        own[n] = plan->weights[n] ? &plan->weights[n]->tiles : NULL;
+    set_outputs(plan, full);
+    enum weft_result res = weft_line_kernel_create(r->log, sums, own, full);
     if (res == WEFT_OK)
         res = weft_line_kernel_create(r->log, sums, smooth, &r->kernel[WEFT_CELL_SMOOTH]);
     if (plan->clamp_to_samples && width > 1) {
@@ -212,7 +224,8 @@ static void end_line(struct part *p, const struct weft_slice_block *block, int y
         .start = p->start,
         .low_bits = low_bits,
         .count = p->count,
-        .out = weft_slice_pixel(r->plan, r->pixels, r->stride, p->first, y),
+        .out = weft_slice_pixel(r->plan, r->pixels.at, r->pixels.stride, p->first, y),
+        .plane = (size_t)r->pixels.plane,
     };
     for (int i = 0; i < 3; i++) {
         const int a = r->plan->axes.order[i];
@@ -256,6 +269,15 @@ static void fill(float *out, float value, int count)
         out[i] = value;
 }
 
+// Pixels of a constant cell.
+static void fill_outputs(const struct weft_fused_cpu *r, int x, int y, float value, int count)
+{
+    const struct weft_slice_plan_info *info = &r->plan->info;
+    float *out = weft_slice_pixel(r->plan, r->pixels.at, r->pixels.stride, x, y);
+    for (int o = 0; o < info->output_count; o++, out += r->pixels.plane)
+        fill(out, weft_slice_constant(&info->output[o].derivative, value), count);
+}
+
 // `block` as in end_line.
 static void make_row(struct part *p, const struct weft_slice_block *block, int y)
 {
@@ -274,8 +296,7 @@ static void make_row(struct part *p, const struct weft_slice_block *block, int y
         if (p->count && cell->class != p->class)
             end_line(p, block, y);
         if (cell->class == WEFT_CELL_CONSTANT) {
-            fill(weft_slice_pixel(r->plan, r->pixels, r->stride, p->at.x + x, y), cell->value,
-                 count);
+            fill_outputs(r, p->at.x + x, y, cell->value, count);
             continue;
         }
         if (!p->count)
@@ -338,7 +359,7 @@ static bool make_part(void *priv, int thread, size_t i)
     for (int y = p.at.y; y < p.at.y + p.at.height; y++) {
         make_row(&p, &block, y);
         weft_statistics_add(&r->statistics[thread],
-                            weft_slice_pixel(r->plan, r->pixels, r->stride, p.at.x, y),
+                            weft_slice_pixel(r->plan, r->pixels.at, r->pixels.stride, p.at.x, y),
                             (size_t)p.at.width);
         for (int a = 0; a < 3; a++)
             block.position[a] += grid->dv[a];
@@ -409,19 +430,18 @@ static enum weft_result run_tile(struct weft_fused_cpu *r)
     r->report.passes++;
     if (res == WEFT_OK && r->cells.any_unfit)
         res = weft_slice_exact_paint(
-            plan, r->tile, r->source_samples * sizeof *r->source, r->pixels, r->stride, r->progress,
+            plan, r->tile, r->source_samples * sizeof *r->source, &r->pixels, r->progress,
             (r->tile + 1.0) / plan->info.tile_count, &r->report.exact_pixels);
     return res;
 }
 
-enum weft_result weft_fused_cpu_run(weft_fused_cpu *r, float *pixels, int64_t stride,
+enum weft_result weft_fused_cpu_run(weft_fused_cpu *r, const struct weft_slice_pixels *pixels,
                                     const struct weft_progress *progress,
                                     struct weft_fused_report *report)
 {
     const int count = r->plan->info.tile_count;
     enum weft_result res = WEFT_OK;
-    r->pixels = pixels;
-    r->stride = stride;
+    r->pixels = *pixels;
     r->progress = progress;
     r->report = (struct weft_fused_report){0};
     r->cells.cells_constant = r->cells.cells_smooth = 0;

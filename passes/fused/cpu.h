@@ -20,9 +20,9 @@ enum weft_result weft_fused_cpu_compile(const struct weft_cpu *cpu, const weft_s
                                         weft_fused_cpu **out);
 void weft_fused_cpu_destroy(weft_fused_cpu **fused); // accepts &NULL
 
-// As weft_fused_run: pixels[y * stride + x]. Progress is asked by the calling thread alone. Returns
+// As weft_fused_run. Progress is asked by the calling thread alone. Returns
 // WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what weft_volume_read returns.
-enum weft_result weft_fused_cpu_run(weft_fused_cpu *fused, float *pixels, int64_t stride,
+enum weft_result weft_fused_cpu_run(weft_fused_cpu *fused, const struct weft_slice_pixels *pixels,
                                     const struct weft_progress *progress,
                                     struct weft_fused_report *report);
 

@@ -13,8 +13,7 @@ enum state { STATE_FIT, STATE_MIXED, STATE_NAN };
 struct painter {
     const struct weft_slice_plan *plan;
     const weft_brick_store *store;
-    float *pixels;
-    int64_t stride;
+    struct weft_slice_pixels pixels;
     const struct weft_progress *progress;
     double fraction;
     struct weft_cell_map map; // of cells that were looked at
@@ -116,7 +115,7 @@ struct taps {
     double weight[WEFT_KERNEL_MAX_WIDTH];
 };
 
-static void set_taps(const struct painter *p, int a, int32_t whole, double fraction,
+static void set_taps(const struct painter *p, int a, int order, int32_t whole, double fraction,
                      struct taps *out)
 {
     const struct weft_slice_axes *axes = &p->plan->axes;
@@ -124,7 +123,7 @@ static void set_taps(const struct painter *p, int a, int32_t whole, double fract
     const bool summed = axes->summed && a == axes->order[2];
     double own[WEFT_KERNEL_MAX_WIDTH];
     if (!summed)
-        weft_kernel_weights(&p->plan->info.kernel, fraction - grid->tap_shift, own);
+        weft_kernel_weights(&p->plan->kernels[order]->kernel, fraction - grid->tap_shift, own);
     const double *weight = summed ? axes->weight : own;
     out->first = summed ? 0 : whole - grid->tap_offset - p->min[a];
     out->width = summed ? axes->kept : p->plan->info.kernel.width;
@@ -137,17 +136,20 @@ static void set_taps(const struct painter *p, int a, int32_t whole, double fract
     }
 }
 
-static const float *row_at(const struct painter *p, const struct taps t[3], int y, int z)
+// Along the three axes.
+typedef const struct taps *const axes_taps[3];
+
+static const float *row_at(const struct painter *p, axes_taps t, int y, int z)
 {
-    return p->box + ((t[2].first + z) * p->size[1] + t[1].first + y) * p->size[0] + t[0].first;
+    return p->box + ((t[2]->first + z) * p->size[1] + t[1]->first + y) * p->size[0] + t[0]->first;
 }
 
-static bool reaches_unfit(const struct painter *p, const struct taps t[3])
+static bool reaches_unfit(const struct painter *p, axes_taps t)
 {
-    for (int z = 0; z < t[2].width; z++) {
-        for (int y = 0; y < t[1].width; y++) {
+    for (int z = 0; z < t[2]->width; z++) {
+        for (int y = 0; y < t[1]->width; y++) {
             const float *row = row_at(p, t, y, z);
-            for (int x = 0; x < t[0].width; x++)
+            for (int x = 0; x < t[0]->width; x++)
                 if (weft_slice_unfit(p->plan, row[x]))
                     return true;
         }
@@ -155,23 +157,23 @@ static bool reaches_unfit(const struct painter *p, const struct taps t[3])
     return false;
 }
 
-static double convolve(const struct painter *p, const struct taps t[3])
+static double convolve(const struct painter *p, axes_taps t)
 {
     double sum = 0.0;
-    for (int z = 0; z < t[2].count; z++) {
-        for (int y = 0; y < t[1].count; y++) {
-            const float *row = row_at(p, t, t[1].at[y], t[2].at[z]);
+    for (int z = 0; z < t[2]->count; z++) {
+        for (int y = 0; y < t[1]->count; y++) {
+            const float *row = row_at(p, t, t[1]->at[y], t[2]->at[z]);
             double line = 0.0;
-            for (int x = 0; x < t[0].count; x++)
-                line += t[0].weight[x] * (double)row[t[0].at[x]];
-            sum += t[2].weight[z] * t[1].weight[y] * line;
+            for (int x = 0; x < t[0]->count; x++)
+                line += t[0]->weight[x] * (double)row[t[0]->at[x]];
+            sum += t[2]->weight[z] * t[1]->weight[y] * line;
         }
     }
     return sum;
 }
 
 // To the range of the samples next to the pixel, as the shader does it.
-static double clamp_to_samples(const struct painter *p, const struct taps t[3], double value)
+static double clamp_to_samples(const struct painter *p, axes_taps t, double value)
 {
     const int width = p->plan->info.kernel.width, middle = (width - 1) / 2;
     const int from = middle - width % 2, to = middle + 1;
@@ -190,18 +192,35 @@ static double clamp_to_samples(const struct painter *p, const struct taps t[3], 
     return value < least ? least : value > most ? most : value;
 }
 
-static void paint_pixel(struct painter *p, int x, int y, float *out)
+// All outputs.
+static void paint_pixel(struct painter *p, int x, int y)
 {
+    const struct weft_slice_plan *plan = p->plan;
     int32_t whole[3];
     double fraction[3];
-    struct taps taps[3];
-    weft_slice_grid_pixel(&p->plan->footprint->grid, &p->block, x, y, whole, fraction);
-    for (int a = 0; a < 3; a++)
-        set_taps(p, a, whole[a], fraction[a], &taps[a]);
-    if (!reaches_unfit(p, taps))
+    struct taps taps[WEFT_LINE_ORDERS][3];
+    weft_slice_grid_pixel(&plan->footprint->grid, &p->block, x, y, whole, fraction);
+    for (int n = 0; n < WEFT_LINE_ORDERS; n++)
+        for (int a = 0; a < 3 && plan->kernels[n]; a++)
+            set_taps(p, a, n, whole[a], fraction[a], &taps[n][a]);
+    if (!reaches_unfit(p, (axes_taps){&taps[0][0], &taps[0][1], &taps[0][2]}))
         return;
-    *out = (float)clamp_to_samples(p, taps, convolve(p, taps));
+    float *out = weft_slice_pixel(plan, p->pixels.at, p->pixels.stride, x, y);
+    for (int o = 0; o < plan->info.output_count; o++, out += p->pixels.plane) {
+        const int *n = plan->info.output[o].derivative.along;
+        axes_taps own = {&taps[n[0]][0], &taps[n[1]][1], &taps[n[2]][2]};
+        *out = (float)clamp_to_samples(p, own, convolve(p, own));
+    }
     p->count++;
+}
+
+// Pixels none of whose voxels is there.
+static void paint_missing(const struct painter *p, const struct weft_span *run)
+{
+    float *out = weft_slice_pixel(p->plan, p->pixels.at, p->pixels.stride, run->x, run->y);
+    for (int o = 0; o < p->plan->info.output_count; o++, out += p->pixels.plane)
+        for (int i = 0; i < run->count; i++)
+            out[i] = NAN;
 }
 
 // ---- tiles --------------------------------------------------------------------------------------
@@ -239,24 +258,22 @@ static bool paint_run(void *priv, const struct weft_span *run)
     }
     if (p->states[number] == STATE_FIT)
         return true;
-    float *out = weft_slice_pixel(p->plan, p->pixels, p->stride, run->x, run->y);
+    if (p->states[number] == STATE_NAN) {
+        paint_missing(p, run);
+        p->count += (uint64_t)run->count;
+        return true;
+    }
     load_box(p, number);
     set_block(p, run->x, run->y);
-    for (int i = 0; i < run->count; i++) {
-        if (p->states[number] == STATE_MIXED)
-            paint_pixel(p, run->x + i, run->y, out + i);
-        else
-            out[i] = NAN;
-    }
-    p->count += p->states[number] == STATE_NAN ? (uint64_t)run->count : 0;
+    for (int i = 0; i < run->count; i++)
+        paint_pixel(p, run->x + i, run->y);
     return true;
 }
 
-enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
-                                             const struct weft_slice_tile *tile,
-                                             const weft_brick_store *store, float *pixels,
-                                             int64_t stride, const struct weft_progress *progress,
-                                             double fraction, uint64_t *count)
+enum weft_result
+weft_slice_exact_paint_from(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+                            const weft_brick_store *store, const struct weft_slice_pixels *pixels,
+                            const struct weft_progress *progress, double fraction, uint64_t *count)
 {
     struct painter *p = malloc(sizeof *p);
     enum weft_result res = WEFT_ERR_MEMORY;
@@ -264,8 +281,7 @@ enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
         goto fail;
     *p = (struct painter){.plan = plan,
                           .store = store,
-                          .pixels = pixels,
-                          .stride = stride,
+                          .pixels = *pixels,
                           .progress = progress,
                           .fraction = fraction,
                           .boxed = WEFT_CELL_NONE,
@@ -285,7 +301,8 @@ fail:
 }
 
 enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int tile,
-                                        uint64_t other_bytes, float *pixels, int64_t stride,
+                                        uint64_t other_bytes,
+                                        const struct weft_slice_pixels *pixels,
                                         const struct weft_progress *progress, double fraction,
                                         uint64_t *count)
 {
@@ -295,6 +312,6 @@ enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int 
     if (res == WEFT_OK)
         res = weft_footprint_load(plan->footprint, bricks, other_bytes, &store);
     return res == WEFT_OK ? weft_slice_exact_paint_from(plan, &plan->tiles[tile], store, pixels,
-                                                        stride, progress, fraction, count)
+                                                        progress, fraction, count)
                           : res;
 }

@@ -27,20 +27,20 @@ enum weft_result weft_slice_exact_check(const struct weft_slice_plan *plan,
 
 // Repaints those pixels of a plan's tile that have an unfit voxel in reach and adds their number to
 // *count. Voxels are read anew where the footprint has not kept them, in what other_bytes leave
-// (weft_footprint_load). pixels: of the plan's part, `stride` floats from row to row. `fraction` is
+// (weft_footprint_load). `fraction` is
 // told to progress, which may be NULL. Returns WEFT_ERR_MEMORY, WEFT_ERR_CANCELLED and what
 // weft_volume_read returns.
 enum weft_result weft_slice_exact_paint(const struct weft_slice_plan *plan, int tile,
-                                        uint64_t other_bytes, float *pixels, int64_t stride,
+                                        uint64_t other_bytes,
+                                        const struct weft_slice_pixels *pixels,
                                         const struct weft_progress *progress, double fraction,
                                         uint64_t *count);
 
 // The same for a rectangle of pixels, those of it that are the part's, whose voxels `store` has as
 // they are. Returns WEFT_ERR_MEMORY or WEFT_ERR_CANCELLED.
-enum weft_result weft_slice_exact_paint_from(const struct weft_slice_plan *plan,
-                                             const struct weft_slice_tile *tile,
-                                             const weft_brick_store *store, float *pixels,
-                                             int64_t stride, const struct weft_progress *progress,
-                                             double fraction, uint64_t *count);
+enum weft_result
+weft_slice_exact_paint_from(const struct weft_slice_plan *plan, const struct weft_slice_tile *tile,
+                            const weft_brick_store *store, const struct weft_slice_pixels *pixels,
+                            const struct weft_progress *progress, double fraction, uint64_t *count);
 
 #endif

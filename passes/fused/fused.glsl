@@ -6,6 +6,12 @@
 // their range), UNIT_SUM (1 if weights add up to one), one of LAYOUT_INTERLEAVED, LAYOUT_ALIGNED,
 // LAYOUT_PLAIN, and, for pixels clamped to the samples next to them, CLAMP_FROM and CLAMP_TO, the
 // taps of those. Axes are the block's: x along its rows.
+// Of several outputs: TARGETS (of four each), DEGREE_n and SEGMENTS_n of derived tiles of order n,
+// and lists of macros' arguments, each thing once (passes/fused/outputs.c): EACH_WEIGHTS (function,
+// fraction, weights of an order along an axis), EACH_SHIFT (weights along x, the same for aligned
+// rows), EACH_ROW (sum over a row, its weights), EACH_PLANE (sum over rows, that of each row,
+// weights along y), EACH_SUM (output, its plane's sum, its weights along x, y and z, whether it is
+// the value), STORE_SUMS and STORE_CONSTANTS. Constants are pairs, of a value and its derivatives.
 
 uniform isamplerBuffer entries; // per pixel: >= 0 a block's start, else ~(texel of a constant)
 uniform samplerBuffer constants;
@@ -16,9 +22,35 @@ uniform ivec2 pitch;            // texels from row to row and from slice to slic
 uniform ivec2 block;  // window coordinates of the block's first pixel (may lie outside)
 uniform int row_entries;
 
+#if defined(TARGETS)
+out vec4 value[TARGETS];
+#else
 out float value;
+#endif
 
 #include "passes/gl/kernel_weights.glsl"
+#if defined(DEGREE_1)
+#undef DEGREE
+#undef SEGMENTS
+#define DEGREE DEGREE_1
+#define SEGMENTS SEGMENTS_1
+#define kernel kernel_1
+#define kernel_weights kernel_weights_1
+#include "passes/gl/kernel_weights.glsl"
+#undef kernel
+#undef kernel_weights
+#endif
+#if defined(DEGREE_2)
+#undef DEGREE
+#undef SEGMENTS
+#define DEGREE DEGREE_2
+#define SEGMENTS SEGMENTS_2
+#define kernel kernel_2
+#define kernel_weights kernel_weights_2
+#include "passes/gl/kernel_weights.glsl"
+#undef kernel
+#undef kernel_weights
+#endif
 #include "passes/positions/grid_uniforms.glsl"
 
 const int DEPTH = SUMMED != 0 ? 1 : WIDTH;
@@ -92,17 +124,98 @@ float total(float weight[4 * GROUPS])
 }
 #endif
 
+#if defined(TARGETS)
+#if defined(LAYOUT_ALIGNED)
+#define ROW_WEIGHTS_0 shifted0
+#define ROW_WEIGHTS_1 shifted1
+#define ROW_WEIGHTS_2 shifted2
+#else
+#define ROW_WEIGHTS_0 x0
+#define ROW_WEIGHTS_1 x1
+#define ROW_WEIGHTS_2 x2
+#endif
+#define MAKE_WEIGHTS(function, fraction, own) float own[4 * GROUPS]; function(fraction, own);
+#define MAKE_SHIFTED(own, to) float to[ROW_WEIGHTS]; shift_weights(own, start.x & 3, to);
+#define CLEAR_ROW(sum, own) float sum = 0.0;
+#define CLEAR_PLANE(sum, of, own) float sum = 0.0;
+#define CLEAR_SUM(sum, of, wx, wy, wz, one) float sum = 0.0;
+#define ADD_SAMPLE(sum, own) sum += s * own[i];
+#define ADD_TEXEL(sum, own) sum += (s.x * own[4 * f] + s.y * own[4 * f + 1]) + \
+                                   (s.z * own[4 * f + 2] + s.w * own[4 * f + 3]);
+#define ADD_ROW(sum, of, own) sum += own[j] * of;
+#define ADD_PLANE(sum, of, wx, wy, wz, one) sum += wz[k] * of;
+#define MAP_UNIT(sum, of, wx, wy, wz, one) sum = sum * mapping.x + mapping.y * one;
+#define MAP_TOTAL(sum, of, wx, wy, wz, one) \
+    sum = sum * mapping.x + mapping.y * (total(wx) * total(wy) * total(wz));
+
+// All outputs of a pixel whose first tap's texel is `at`.
+void make_outputs(int at, ivec3 start, vec3 t)
+{
+    EACH_WEIGHTS(MAKE_WEIGHTS)
+#if defined(LAYOUT_ALIGNED)
+    EACH_SHIFT(MAKE_SHIFTED)
+#endif
+    EACH_SUM(CLEAR_SUM)
+    for (int k = 0; k < WIDTH; k++) {
+        EACH_PLANE(CLEAR_PLANE)
+        for (int j = 0; j < WIDTH; j++) {
+            int row = at + k * pitch.y + j * pitch.x;
+            EACH_ROW(CLEAR_ROW)
+#if defined(LAYOUT_PLAIN)
+            for (int i = 0; i < WIDTH; i++) {
+                float s = texelFetch(source, row + i).r;
+                EACH_ROW(ADD_SAMPLE)
+            }
+#elif defined(LAYOUT_ALIGNED)
+            for (int f = 0; f < ROW_FETCHES; f++) {
+                vec4 s = texelFetch(source, row + f);
+                EACH_ROW(ADD_TEXEL)
+            }
+#else
+            for (int g = 0; g < (SKIP + WIDTH + 3) / 4; g++) {
+                vec4 texel = texelFetch(source, row + 4 * g - SKIP);
+                for (int c = 0; c < 4; c++) {
+                    int i = 4 * g + c - SKIP;
+                    float s = texel[c];
+                    if (i >= 0 && i < WIDTH) {
+                        EACH_ROW(ADD_SAMPLE)
+                    }
+                }
+            }
+#endif
+            EACH_PLANE(ADD_ROW)
+        }
+        EACH_SUM(ADD_PLANE)
+    }
+#if MAPPED && UNIT_SUM
+    EACH_SUM(MAP_UNIT)
+#elif MAPPED
+    EACH_SUM(MAP_TOTAL)
+#endif
+    STORE_SUMS
+}
+#endif
+
 void main()
 {
     ivec2 window = ivec2(gl_FragCoord.xy);
     int entry = texelFetch(entries, window.y * row_entries + window.x).r;
 #if CONSTANTS
     if (entry < 0) {
+#if defined(TARGETS)
+        float c = texelFetch(constants, 2 * ~entry).r, d = texelFetch(constants, 2 * ~entry + 1).r;
+        STORE_CONSTANTS
+#else
         value = texelFetch(constants, ~entry).r;
+#endif
         return;
     }
 #endif
-#if CONSTANTS_ONLY
+#if CONSTANTS_ONLY && defined(TARGETS)
+    for (int i = 0; i < TARGETS; i++)
+        value[i] = vec4(0.0);
+}
+#elif CONSTANTS_ONLY
     value = 0.0;
 }
 #else
@@ -111,6 +224,14 @@ void main()
     vec3 t;
     grid_position(window - block, start, t);
     start += FIRST;
+#if defined(TARGETS)
+    int texel = start.x;
+#if defined(LAYOUT_ALIGNED)
+    texel >>= 2;
+#endif
+    make_outputs(entry + start.z * pitch.y + start.y * pitch.x + texel, start, t);
+}
+#else
 
     float wx[4 * GROUPS], wy[4 * GROUPS], wz[4 * GROUPS];
     kernel_weights(t.x, wx);
@@ -160,4 +281,5 @@ void main()
 #endif
     value = sum;
 }
+#endif
 #endif

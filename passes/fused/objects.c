@@ -27,8 +27,10 @@ enum weft_result weft_fused_objects_fit(const struct weft_log *log, const GladGL
         res = fit_buffer(log, gl, GL_R32I, s->entries, &o->entries);
     if (res == WEFT_OK)
         res = fit_buffer(log, gl, GL_R32F, s->constants, &o->constants);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && !s->targets)
         res = weft_gl_target_fit(log, gl, GL_R32F, s->width, s->height, &o->target);
+    for (int i = 0; res == WEFT_OK && i < s->targets; i++)
+        res = weft_gl_target_fit(log, gl, GL_RGBA32F, s->width, s->height, &o->targets[i]);
     return res;
 }
 
@@ -37,6 +39,9 @@ void weft_fused_objects_destroy(const GladGLContext *gl, struct weft_fused_objec
     weft_gl_buffer_destroy(gl, &o->source);
     weft_gl_buffer_destroy(gl, &o->entries);
     weft_gl_buffer_destroy(gl, &o->constants);
-    weft_gl_buffer_destroy(gl, &o->kernel);
+    for (int n = 0; n < WEFT_LINE_ORDERS; n++)
+        weft_gl_buffer_destroy(gl, &o->kernel[n]);
     weft_gl_target_destroy(gl, &o->target);
+    for (int i = 0; i < WEFT_FUSED_TARGETS; i++)
+        weft_gl_target_destroy(gl, &o->targets[i]);
 }

@@ -4,21 +4,24 @@
 #ifndef WEFT_PASSES_FUSED_OBJECTS_H
 #define WEFT_PASSES_FUSED_OBJECTS_H
 
+#include "passes/fused/plan.h"
 #include "passes/gl/target.h"
 #include "tiles/volume/layout.h"
 
 // {0} is nothing.
 struct weft_fused_objects {
     struct weft_gl_buffer source; // blocks of the slice's own
-    struct weft_gl_buffer entries, constants, kernel;
-    struct weft_gl_target target;
+    struct weft_gl_buffer entries, constants, kernel[WEFT_LINE_ORDERS];
+    struct weft_gl_target target; // of values alone
+    struct weft_gl_target targets[WEFT_FUSED_TARGETS];
 };
 
 // What they have to be at least. 0 texels: a buffer that is not needed.
 struct weft_fused_sizes {
     GLenum source_format;
     size_t source_texels, entries, constants;
-    int width, height; // pixels of the target
+    int width, height; // pixels of the targets
+    int targets;       // of four outputs each; 0: of values alone
 };
 
 // Makes what is missing or too small. Returns WEFT_ERR_GL or WEFT_ERR_MEMORY.

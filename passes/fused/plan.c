@@ -79,6 +79,13 @@ static bool sort_cells(const struct weft_slice_plan *plan, struct weft_slice_til
     return true;
 }
 
+// Of the table and the targets.
+static uint64_t pixel_bytes(const struct weft_slice_plan *plan)
+{
+    const bool several = plan->info.engine == WEFT_ENGINE_GL && weft_slice_derives(plan);
+    return 4 + (several ? 16 * (uint64_t)weft_fused_target_count(plan->info.output_count) : 4);
+}
+
 // Finds a tile's cells and sizes everything.
 static enum weft_result size_cells(const struct planner *planner, enum weft_layout layout,
                                    struct weft_slice_tile_plan *tile, struct weft_slice_tile *out)
@@ -100,10 +107,9 @@ static enum weft_result size_cells(const struct planner *planner, enum weft_layo
     tile->source_texels = tile->head_texels + out->cells_laid_out * tile->layout.block_texels;
     out->cells = count;
     out->bricks_read = tile->bricks.count;
-    out->memory_bytes = tile->bricks.count * BRICK_BYTES +
-                        tile->source_texels * tile->layout.texel_bytes +
-                        (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
-                        count * CELL_BYTES;
+    out->memory_bytes =
+        tile->bricks.count * BRICK_BYTES + tile->source_texels * tile->layout.texel_bytes +
+        (uint64_t)out->width * (uint64_t)out->height * pixel_bytes(plan) + count * CELL_BYTES;
     return WEFT_OK;
 }
 
@@ -127,8 +133,8 @@ static enum weft_result size_blocks(struct planner *planner, struct weft_slice_t
     out->cells = tile->cells->map.count;
     out->cells_laid_out = survey.blocks;
     out->bricks_read = survey.bricks;
-    out->memory_bytes = (uint64_t)out->width * (uint64_t)out->height * 8 + // table and target
-                        out->cells * CELL_BYTES;
+    out->memory_bytes =
+        (uint64_t)out->width * (uint64_t)out->height * pixel_bytes(plan) + out->cells * CELL_BYTES;
     return res;
 }
 
@@ -485,10 +491,6 @@ static enum weft_result check_derivatives(const struct weft_slice_params *p)
         for (int a = 0; a < 3; a++)
             weft_require(p->log, along[a] >= 0 && along[a] <= 2);
         weft_require(p->log, along[0] + along[1] + along[2] <= 2);
-        if (along[0] + along[1] + along[2] > 0 || p->derivative_count > 1) {
-            weft_error(p->log, "slices of derivatives are not made in one pass");
-            return WEFT_ERR_UNSUPPORTED;
-        }
     }
     return WEFT_OK;
 fail:
@@ -569,16 +571,29 @@ static enum weft_result find_weights(struct weft_slice_plan *plan,
     const int samples = p->lookup == WEFT_LOOKUP_POLYNOMIAL ? 0
                         : p->samples                        ? p->samples
                                                             : DEFAULT_SAMPLES;
-    return weft_footprint_weights(p->log, plan->footprint, samples, p->lookup == WEFT_LOOKUP_LINEAR,
-                                  p->sums, &plan->weights);
+    bool needed[WEFT_LINE_ORDERS] = {true};
+    enum weft_result res = WEFT_OK;
+    for (int o = 0; o < plan->info.output_count; o++)
+        for (int a = 0; a < 3; a++)
+            needed[plan->info.output[o].derivative.along[a]] = true;
+    for (int n = 0; res == WEFT_OK && n < WEFT_LINE_ORDERS; n++) {
+        if (!needed[n])
+            continue;
+        res = weft_footprint_derive(p->log, plan->footprint, n, &plan->kernels[n]);
+        if (res == WEFT_OK)
+            res = weft_kernel_facts_weights(p->log, plan->kernels[n], samples,
+                                            p->lookup == WEFT_LOOKUP_LINEAR, p->sums,
+                                            &plan->weights[n]);
+    }
+    return res;
 }
 
 static void set_axes(struct weft_slice_plan *plan, const struct weft_slice_params *p)
 {
     const struct weft_kernel *kernel = &plan->info.kernel;
     const struct weft_slice_grid *grid = &plan->footprint->grid;
-    weft_slice_axes_set(kernel, grid, !(p->without & WEFT_SAVING_AXIS) && !p->clamp_to_samples,
-                        &plan->axes);
+    const bool may_sum = !p->clamp_to_samples && !weft_slice_derives(plan);
+    weft_slice_axes_set(kernel, grid, !(p->without & WEFT_SAVING_AXIS) && may_sum, &plan->axes);
     // It has a layout, a source and weights of its own.
     if (p->layout == WEFT_LAYOUT_AUTO && plan->info.source == WEFT_SOURCE_FLOAT &&
         p->lookup == WEFT_LOOKUP_POLYNOMIAL && !(p->without & WEFT_SAVING_SEPARABLE))
@@ -602,12 +617,18 @@ static enum weft_result set_request(struct weft_slice_plan *plan, const struct w
         res = find_weights(plan, p);
     if (res != WEFT_OK)
         return res;
-    info->samples = plan->weights->tiles.segments;
-    info->weight_vectors = (plan->weights->tiles.degree + 1) * plan->weights->tiles.groups;
+    info->samples = plan->weights[0]->tiles.segments;
+    for (int n = 0; n < WEFT_LINE_ORDERS; n++)
+        if (plan->weights[n])
+            info->weight_vectors +=
+                (plan->weights[n]->tiles.degree + 1) * plan->weights[n]->tiles.groups;
     set_axes(plan, p);
     info->summed_axis = plan->axes.summed ? plan->axes.order[2] : -1;
     info->summed_taps = plan->axes.kept;
-    weft_slice_bound_set(plan, p->without & WEFT_SAVING_SMOOTH ? 0.0 : p->smooth_error);
+    const bool smooth = !(p->without & WEFT_SAVING_SMOOTH) && !weft_slice_derives(plan);
+    res = weft_slice_bound_set(plan, smooth ? p->smooth_error : 0.0);
+    if (res != WEFT_OK)
+        return res;
     if (plan->axes.separable)
         info->savings |= WEFT_SAVING_SEPARABLE;
     // A constant convolved is that constant only where the weights sum to one.
@@ -696,11 +717,17 @@ static enum weft_result start_info(struct weft_slice_plan *plan, const struct we
     info->sums = p->sums;
     info->index_geometry = reach->index_geometry;
     info->prefilter_overlap = reach->prefilter_overlap;
-    info->output_count = 1;
+    info->output_count = p->derivative_count ? p->derivative_count : 1;
+    for (int i = 0; i < p->derivative_count; i++)
+        info->output[i].derivative = p->derivative[i];
     const enum weft_result res = weft_rectangle_within(p->log, &p->part, info->geometry.width,
                                                        info->geometry.height, &info->part);
     if (res != WEFT_OK)
         return res;
+    if (p->clamp_to_samples && weft_slice_derives(plan)) {
+        weft_error(p->log, "values alone are clamped to samples, not slices with derivatives");
+        return WEFT_ERR_UNSUPPORTED;
+    }
     if (!reach->kernel.prefiltered || !p->clamp_to_samples)
         return WEFT_OK;
     weft_error(p->log, "kernel %si: coefficients are no samples that pixels could be clamped to",

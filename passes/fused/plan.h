@@ -7,6 +7,7 @@
 #include "passes/positions/axes.h"
 #include "passes/positions/footprint_impl.h"
 #include "passes/fused/fused.h"
+#include "passes/fused/lines/lines.h"
 #include "passes/separable/work.h"
 #include "tiles/kernel/polynomial_tiles.h"
 #include "tiles/volume/block_layout.h"
@@ -14,6 +15,13 @@
 // Pixels that a shader is chosen for together: squares of this size on the fixed grid of the
 // output.
 enum { WEFT_SLICE_SQUARE = 32 };
+
+// Targets of four outputs each, on GL, of plans that derive.
+enum { WEFT_FUSED_TARGETS = (WEFT_DERIVATIVES + 3) / 4 };
+static inline int weft_fused_target_count(int outputs)
+{
+    return (outputs + 3) / 4;
+}
 
 // What a cell of a tile is made of. Its reach is that of all the slice's pixels in it, not of the
 // tile's alone: whether one value or cheaper pieces do for it is so the same in every tile, and a
@@ -57,8 +65,11 @@ struct weft_slice_plan {
     struct weft_source_range range; // of stored samples
     float largest_fit;              // see passes/fused/exact.h
     bool clamp_to_samples;
-    const struct weft_slice_weights *weights; // the footprint's
-    struct weft_slice_tile *tiles;            // info.tile_count
+    // The kernel by order of derivative along an axis, and its weights, the footprint's; NULL where
+    // no output has that order, but for the first.
+    struct weft_kernel_facts *kernels[WEFT_LINE_ORDERS];
+    const struct weft_slice_weights *weights[WEFT_LINE_ORDERS];
+    struct weft_slice_tile *tiles; // info.tile_count
     struct weft_slice_tile_plan *tile_plans;
     size_t tile_capacity;
     uint64_t separable_bytes; // what the passes of one axis after the other may take
@@ -66,12 +77,12 @@ struct weft_slice_plan {
     const struct weft_log *log;
 };
 
-// The bounds' part, from its axes, range, tiles and kernel, and what the volume's numbers lose as
-// floats; smooth_error as in the params.
-void weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
+// The bounds' part, from its axes, range, tiles and kernels, and what the volume's numbers lose as
+// floats; smooth_error as in the params. Returns what weft_kernel_facts_weights does.
+enum weft_result weft_slice_bound_set(struct weft_slice_plan *plan, double smooth_error);
 
-// Of one axis, the sum over its taps of what each weight is off by, as shaders compute them from
-// the tiles at the grid's positions.
+// Of one axis, the sum over its taps of what each weight of the kernel itself is off by, as shaders
+// compute them from the tiles at the grid's positions.
 double weft_slice_weight_bound(const struct weft_slice_plan *plan);
 
 // What positions rounded to fixed point add to a result's error, in units of the largest |value
@@ -83,12 +94,25 @@ double weft_slice_position_bound(const struct weft_slice_plan *plan);
 void weft_slice_cell_box(const struct weft_slice_plan *plan, size_t number, int32_t min[3],
                          int32_t max[3]);
 
+// Whether it has outputs other than the value alone.
+static inline bool weft_slice_derives(const struct weft_slice_plan *plan)
+{
+    const int *along = plan->info.output[0].derivative.along;
+    return plan->info.output_count > 1 || along[0] + along[1] + along[2] > 0;
+}
+
 // Whether it is planned for all pixels of the slice.
 static inline bool weft_slice_is_whole(const struct weft_slice_plan *plan)
 {
     const struct weft_slice_geometry *g = &plan->footprint->grid.index;
     return plan->info.part.width == g->width && plan->info.part.height == g->height;
 }
+
+// Where a run's pixels go: output o of pixel (x, y) of the part to at[o * plane + y * stride + x].
+struct weft_slice_pixels {
+    float *at;
+    int64_t stride, plane;
+};
 
 // Where a run puts a pixel of the slice, which is one of the part.
 static inline float *weft_slice_pixel(const struct weft_slice_plan *plan, float *pixels,

@@ -12,6 +12,7 @@
 #include "passes/positions/grid_uniforms.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
+#include "passes/fused/outputs.h"
 #include "passes/fused/resident_impl.h"
 
 // Shaders for pixels that need less: a software GL runs both sides of a branch.
@@ -20,6 +21,9 @@ enum kind { KIND_FULL, KIND_SMOOTH, KIND_CONSTANT, KIND_COUNT };
 // Pixels are sorted into squares, of which each is drawn with the cheapest shader that does for all
 // of it.
 enum { SQUARE = WEFT_SLICE_SQUARE, SQUARES_PER_BLOCK = WEFT_GRID_BLOCK / SQUARE };
+
+// Of several outputs: rows that are read back at once.
+enum { READ_ROWS = 64 };
 
 struct weft_fused {
     const struct weft_slice_plan *plan;
@@ -34,6 +38,7 @@ struct weft_fused {
     struct weft_slice_layout layout;
     struct weft_slice_blocks cells; // of the tile
     int32_t *entries;               // by pixel, while the buffer is mapped
+    float *rows;                    // of several outputs: texels that are read back; else NULL
     uint8_t *squares;               // of the tile: bits of the classes that its pixels have
     struct weft_fused_sizes sizes;  // of objects
     struct weft_fused_objects own,
@@ -138,12 +143,12 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
         [WEFT_LAYOUT_PLAIN] = "PLAIN",
     };
     const struct weft_slice_plan *plan = r->plan;
-    const struct weft_polynomial_tiles *tiles = &plan->weights->tiles;
+    const struct weft_polynomial_tiles *tiles = &plan->weights[0]->tiles;
     const struct weft_kernel *kernel = &plan->info.kernel;
     const bool full = kind == KIND_FULL;
     const int middle = (tiles->width - 1) / 2, odd = tiles->width % 2;
     const int width = full ? tiles->width : 2, first = lead_of(plan) + (full ? 0 : middle);
-    char defines[512];
+    char defines[WEFT_FUSED_DEFINES];
     snprintf(defines, sizeof defines,
              "#define WIDTH %d\n#define FIRST %d\n#define SKIP %d\n#define GROUPS %d\n#define "
              "DEGREE %d\n#define "
@@ -157,6 +162,8 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
     if (full && plan->clamp_to_samples && tiles->width > 1)
         snprintf(defines + strlen(defines), sizeof defines - strlen(defines),
                  "#define CLAMP_FROM %d\n#define CLAMP_TO %d\n", middle - odd, middle + 1);
+    if (weft_slice_derives(plan))
+        weft_fused_define_outputs(plan, defines);
     return weft_program_get(r->context, "slice", defines, weft_shader_rectangles, weft_shader_fused,
                             &r->programs[kind][constants]);
 }
@@ -165,9 +172,33 @@ static enum weft_result find_program(struct weft_fused *r, enum kind kind, bool 
 static enum weft_result fit_objects(struct weft_fused *r)
 {
     enum weft_result res = weft_fused_objects_fit(r->log, r->gl, &r->sizes, r->objects);
-    if (res == WEFT_OK)
-        res = weft_gl_kernel_create(r->log, r->gl, &r->plan->weights->tiles, &r->objects->kernel);
+    for (int n = 0; res == WEFT_OK && n < WEFT_LINE_ORDERS; n++)
+        if (r->plan->weights[n])
+            res = weft_gl_kernel_create(r->log, r->gl, &r->plan->weights[n]->tiles,
+                                        &r->objects->kernel[n]);
     return res;
+}
+
+// Targets of four outputs; 0: there is the value alone.
+static int target_count(const struct weft_slice_plan *plan)
+{
+    return weft_slice_derives(plan) ? weft_fused_target_count(plan->info.output_count) : 0;
+}
+
+// Of a constant cell: its value and, where there are derivatives, what those are.
+static size_t constant_texels(const struct weft_fused *r)
+{
+    return weft_slice_derives(r->plan) ? 2 : 1;
+}
+
+// Room for rows of texels on their way to the planes of outputs.
+static enum weft_result create_rows(struct weft_fused *r, int width)
+{
+    r->rows = malloc((size_t)READ_ROWS * (size_t)width * 4 * sizeof *r->rows);
+    if (r->rows)
+        return WEFT_OK;
+    weft_error(r->log, "not enough memory for rows of %d pixels", width);
+    return WEFT_ERR_MEMORY;
 }
 
 static enum weft_result create_buffers(struct weft_fused *r, const struct sizes *s)
@@ -182,17 +213,21 @@ static enum weft_result create_buffers(struct weft_fused *r, const struct sizes 
         .source_format = weft_fused_source_format(r->plan->info.source, r->plan->info.layout),
         .source_texels = blocks ? 0 : s->source_texels,
         .entries = s->entries,
-        .constants = s->cells + 1,
+        .constants = constant_texels(r) * (s->cells + 1),
         .width = s->width,
         .height = s->height,
+        .targets = target_count(r->plan),
     };
     enum weft_result res = weft_slice_blocks_create(r->plan, &r->cells);
     if (res == WEFT_OK && !blocks)
         res = weft_slice_layout_create(r->plan, &r->layout);
     if (res == WEFT_OK)
         res = fit_objects(r);
-    r->own_bytes =
-        s->source_bytes + s->entries * 4 + s->cells * 4 + (size_t)s->width * (size_t)s->height * 4;
+    const size_t pixel_bytes = r->sizes.targets ? 16 * (size_t)r->sizes.targets : 4;
+    r->own_bytes = s->source_bytes + s->entries * 4 + constant_texels(r) * s->cells * 4 +
+                   (size_t)s->width * (size_t)s->height * pixel_bytes;
+    if (res == WEFT_OK && r->sizes.targets)
+        res = create_rows(r, s->width);
     return res;
 }
 
@@ -220,12 +255,19 @@ static bool write_entries(void *priv, int x, int y, const struct weft_cell_span 
 
 static void write_constants(struct weft_fused *r)
 {
-    size_t bytes = r->cells.constant_count * sizeof *r->cells.constants;
-    void *memory = bytes ? weft_gl_buffer_map(r->gl, &r->objects->constants, bytes) : NULL;
-    if (memory) {
+    const size_t texels = constant_texels(r);
+    size_t bytes = r->cells.constant_count * texels * sizeof *r->cells.constants;
+    float *memory = bytes ? weft_gl_buffer_map(r->gl, &r->objects->constants, bytes) : NULL;
+    if (!memory)
+        return;
+    if (texels == 1)
         memcpy(memory, r->cells.constants, bytes);
-        weft_gl_buffer_unmap(r->gl, &r->objects->constants);
+    for (size_t i = 0; texels > 1 && i < r->cells.constant_count; i++) {
+        static const struct weft_derivative value, slope = {{1, 0, 0}};
+        memory[2 * i] = weft_slice_constant(&value, r->cells.constants[i]);
+        memory[2 * i + 1] = weft_slice_constant(&slope, r->cells.constants[i]);
     }
+    weft_gl_buffer_unmap(r->gl, &r->objects->constants);
 }
 
 // The table of the tile's pixels, and the values of its constant cells.
@@ -318,10 +360,13 @@ static enum weft_result load_tile(struct weft_fused *r, int index)
 static void bind_kernel(const struct weft_fused *r, GLuint program, enum kind kind)
 {
     static const float linear[2][4] = {{1.0f, 0.0f}, {-1.0f, 1.0f}};
+    static const char *const names[WEFT_LINE_ORDERS] = {"kernel", "kernel_1", "kernel_2"};
     if (kind == KIND_SMOOTH)
         r->gl->Uniform4fv(weft_gl_location(r->gl, program, "kernel"), 2, linear[0]);
-    else
-        weft_gl_kernel_bind(r->gl, program, 3, &r->plan->weights->tiles, &r->objects->kernel);
+    for (int n = 0; kind != KIND_SMOOTH && n < WEFT_LINE_ORDERS; n++)
+        if (r->plan->weights[n])
+            weft_gl_kernel_bind(r->gl, program, 3 + (GLuint)n, names[n],
+                                &r->plan->weights[n]->tiles, &r->objects->kernel[n]);
 }
 
 static void bind_tile(const struct weft_fused *r, GLuint program, enum kind kind,
@@ -473,7 +518,11 @@ static enum weft_result draw_tile(struct weft_fused *r, int index)
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     double start = weft_now_seconds();
     enum weft_result res = WEFT_OK;
-    weft_gl_target_bind(r->gl, &r->objects->target, tile->width, tile->height);
+    if (r->sizes.targets)
+        weft_gl_targets_bind(r->gl, r->objects->targets, r->sizes.targets, tile->width,
+                             tile->height);
+    else
+        weft_gl_target_bind(r->gl, &r->objects->target, tile->width, tile->height);
     for (int i = 0; res == WEFT_OK && i < 2 * KIND_CONSTANT; i++)
         res = draw_kind(r, tile, (enum kind)(i / 2), i % 2);
     if (res == WEFT_OK)
@@ -483,21 +532,75 @@ static enum weft_result draw_tile(struct weft_fused *r, int index)
     return res == WEFT_OK ? weft_gl_check(r->log, r->gl, "drawing a tile") : res;
 }
 
-static enum weft_result read_back(struct weft_fused *r, int index, float *pixels, int64_t stride)
+static enum weft_result read_value(struct weft_fused *r, const struct weft_slice_tile *tile,
+                                   const struct weft_rectangle *at,
+                                   const struct weft_slice_pixels *pixels)
+{
+    const struct weft_gl_pixels out = {
+        .x = at->x - tile->x,
+        .y = at->y - tile->y,
+        .width = at->width,
+        .height = at->height,
+        .type = GL_FLOAT,
+        .stride = (int)pixels->stride,
+        .data = weft_slice_pixel(r->plan, pixels->at, pixels->stride, at->x, at->y),
+    };
+    return weft_gl_target_read(r->log, r->gl, &r->objects->target, &out);
+}
+
+// Every fourth value to a plane.
+static void copy_output(const float *from, int width, float *to)
+{
+    for (int x = 0; x < width; x++)
+        to[x] = from[4 * x];
+}
+
+// Rows of texels to rows of the planes of outputs.
+static void copy_rows(const struct weft_fused *r, int target, const struct weft_rectangle *at,
+                      const struct weft_slice_pixels *pixels)
+{
+    const int first = 4 * target, rest = r->plan->info.output_count - first;
+    for (int y = 0; y < at->height; y++) {
+        const float *row = r->rows + (size_t)y * (size_t)at->width * 4;
+        float *out = weft_slice_pixel(r->plan, pixels->at, pixels->stride, at->x, at->y + y);
+        for (int i = 0; i < 4 && i < rest; i++)
+            copy_output(row + i, at->width, out + (first + i) * pixels->plane);
+    }
+}
+
+static enum weft_result read_outputs(struct weft_fused *r, const struct weft_slice_tile *tile,
+                                     const struct weft_rectangle *at,
+                                     const struct weft_slice_pixels *pixels)
+{
+    enum weft_result res = WEFT_OK;
+    for (int t = 0; t < r->sizes.targets; t++) {
+        struct weft_rectangle rows = *at;
+        for (; res == WEFT_OK && rows.y < at->y + at->height; rows.y += READ_ROWS) {
+            rows.height = smaller(READ_ROWS, at->y + at->height - rows.y);
+            const struct weft_gl_pixels out = {
+                .x = rows.x - tile->x,
+                .y = rows.y - tile->y,
+                .width = rows.width,
+                .height = rows.height,
+                .type = GL_FLOAT,
+                .data = r->rows,
+            };
+            res = weft_gl_target_read(r->log, r->gl, &r->objects->targets[t], &out);
+            if (res == WEFT_OK)
+                copy_rows(r, t, &rows, pixels);
+        }
+    }
+    return res;
+}
+
+static enum weft_result read_back(struct weft_fused *r, int index,
+                                  const struct weft_slice_pixels *pixels)
 {
     const struct weft_slice_tile *tile = &r->plan->tiles[index];
     const struct weft_rectangle at = weft_slice_tile_part(r->plan, tile);
     double start = weft_now_seconds();
-    const struct weft_gl_pixels out = {
-        .x = at.x - tile->x,
-        .y = at.y - tile->y,
-        .width = at.width,
-        .height = at.height,
-        .type = GL_FLOAT,
-        .stride = (int)stride,
-        .data = weft_slice_pixel(r->plan, pixels, stride, at.x, at.y),
-    };
-    const enum weft_result res = weft_gl_target_read(r->log, r->gl, &r->objects->target, &out);
+    const enum weft_result res =
+        (r->sizes.targets ? read_outputs : read_value)(r, tile, &at, pixels);
     r->report.readback_seconds += weft_now_seconds() - start;
     return res;
 }
@@ -550,25 +653,26 @@ void weft_fused_destroy(weft_fused **fused)
     weft_slice_layout_destroy(&r->layout);
     weft_slice_blocks_destroy(&r->cells);
     free(r->squares);
+    free(r->rows);
     free(r);
     *fused = NULL;
 }
 
-static enum weft_result run_tile(weft_fused *r, int index, float *pixels, int64_t stride)
+static enum weft_result run_tile(weft_fused *r, int index, const struct weft_slice_pixels *pixels)
 {
     enum weft_result res = load_tile(r, index);
     if (res == WEFT_OK)
         res = draw_tile(r, index);
     if (res == WEFT_OK)
-        res = read_back(r, index, pixels, stride);
+        res = read_back(r, index, pixels);
     if (res == WEFT_OK && r->cells.any_unfit)
-        res = weft_slice_exact_paint(r->plan, index, r->own_bytes, pixels, stride, r->progress,
+        res = weft_slice_exact_paint(r->plan, index, r->own_bytes, pixels, r->progress,
                                      (index + 1.0) / r->plan->info.tile_count,
                                      &r->report.exact_pixels);
     return res;
 }
 
-enum weft_result weft_fused_run(weft_fused *r, float *pixels, int64_t stride,
+enum weft_result weft_fused_run(weft_fused *r, const struct weft_slice_pixels *pixels,
                                 const struct weft_progress *progress,
                                 struct weft_fused_report *report)
 {
@@ -582,7 +686,7 @@ enum weft_result weft_fused_run(weft_fused *r, float *pixels, int64_t stride,
     res = fit_objects(r);
     for (int i = 0; res == WEFT_OK && i < count; i++) {
         if (go_on(r, (double)i / count)) {
-            res = run_tile(r, i, pixels, stride);
+            res = run_tile(r, i, pixels);
         } else {
             weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
             res = WEFT_ERR_CANCELLED;

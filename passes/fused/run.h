@@ -24,9 +24,9 @@ struct weft_fused_report {
     struct weft_statistics pixels; // range and counts; count 0: they were not measured
 };
 
-// pixels[y * stride + x]. Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED, WEFT_ERR_GL,
-// WEFT_ERR_MEMORY and what weft_volume_read returns.
-enum weft_result weft_fused_run(weft_fused *fused, float *pixels, int64_t stride,
+// The report tells of the first output's pixels. Returns WEFT_ERR_CANCELLED, WEFT_ERR_UNSUPPORTED,
+// WEFT_ERR_GL, WEFT_ERR_MEMORY and what weft_volume_read returns.
+enum weft_result weft_fused_run(weft_fused *fused, const struct weft_slice_pixels *pixels,
                                 const struct weft_progress *progress,
                                 struct weft_fused_report *report);
 

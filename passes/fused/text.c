@@ -58,6 +58,23 @@ static void print_savings(FILE *out, unsigned savings)
     fprintf(out, savings ? "\n" : " none\n");
 }
 
+// Of plans that derive, every output; what can be saved along axes is not.
+static void print_outputs(FILE *out, const struct weft_slice_plan_info *info, bool derives)
+{
+    for (int o = 0; derives && o < info->output_count; o++) {
+        const struct weft_slice_output *output = &info->output[o];
+        char name[8] = "", *at = name;
+        for (int a = 0; a < 3; a++)
+            for (int i = 0; i < output->derivative.along[a]; i++)
+                *at++ = "xyz"[a];
+        fprintf(out, "output %02d: %s%s, error bound %.2g x |voxel| + %.2g\n", o,
+                at == name ? "value" : "derivative along ", name, output->error_bound,
+                output->error_absolute);
+    }
+    if (derives)
+        fprintf(out, "all outputs are summed from the same voxels in one pass, along every axis\n");
+}
+
 enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
                                        const struct weft_volume_info *volume)
 {
@@ -81,9 +98,10 @@ enum weft_result weft_slice_text_print(struct weft_slice_plan *plan,
     fprintf(out,
             "layout %s, kernel tiles of degree %d in %d segments, error bound %.2g x |voxel| + "
             "%.2g\n",
-            weft_layout_name(plan->info.layout), plan->weights->tiles.degree,
-            plan->weights->tiles.segments, plan->info.output[0].error_bound,
+            weft_layout_name(plan->info.layout), plan->weights[0]->tiles.degree,
+            plan->weights[0]->tiles.segments, plan->info.output[0].error_bound,
             plan->info.output[0].error_absolute);
+    print_outputs(out, &plan->info, weft_slice_derives(plan));
     if (plan->info.engine == WEFT_ENGINE_CPU)
         fprintf(out, "engine cpu, sums %s\n", weft_sums_names[plan->info.sums]);
     print_savings(out, plan->info.savings);

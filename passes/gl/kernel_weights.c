@@ -13,13 +13,13 @@ enum weft_result weft_gl_kernel_create(const struct weft_log *log, const GladGLC
                                tiles->coefficient_count * sizeof *tiles->coefficients, out);
 }
 
-void weft_gl_kernel_bind(const GladGLContext *gl, GLuint program, GLuint unit,
+void weft_gl_kernel_bind(const GladGLContext *gl, GLuint program, GLuint unit, const char *name,
                          const struct weft_polynomial_tiles *tiles,
                          const struct weft_gl_buffer *buffer)
 {
     if (tiles->segments > 1)
-        weft_gl_bind_buffer(gl, program, unit, "kernel", buffer);
+        weft_gl_bind_buffer(gl, program, unit, name, buffer);
     else
-        gl->Uniform4fv(weft_gl_location(gl, program, "kernel"),
-                       (GLsizei)(tiles->coefficient_count / 4), tiles->coefficients);
+        gl->Uniform4fv(weft_gl_location(gl, program, name), (GLsizei)(tiles->coefficient_count / 4),
+                       tiles->coefficients);
 }

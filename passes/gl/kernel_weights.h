@@ -14,8 +14,9 @@ enum weft_result weft_gl_kernel_create(const struct weft_log *log, const GladGLC
                                        const struct weft_polynomial_tiles *tiles,
                                        struct weft_gl_buffer *out);
 
-// Hands the tiles to the program in use, through texture unit `unit` where they have a buffer.
-void weft_gl_kernel_bind(const GladGLContext *gl, GLuint program, GLuint unit,
+// Hands the tiles to the program in use, as its uniform `name`, through texture unit `unit` where
+// they have a buffer.
+void weft_gl_kernel_bind(const GladGLContext *gl, GLuint program, GLuint unit, const char *name,
                          const struct weft_polynomial_tiles *tiles,
                          const struct weft_gl_buffer *buffer);
 

@@ -86,6 +86,18 @@ void weft_gl_target_bind(const GladGLContext *gl, const struct weft_gl_target *t
     gl->Viewport(0, 0, width, height);
 }
 
+void weft_gl_targets_bind(const GladGLContext *gl, const struct weft_gl_target *targets, int count,
+                          int width, int height)
+{
+    GLenum buffers[8]; // as many as every GL 3.3 has
+    weft_gl_target_bind(gl, targets, width, height);
+    for (int i = 0; i < count; i++) {
+        buffers[i] = GL_COLOR_ATTACHMENT0 + (GLenum)i;
+        gl->FramebufferTexture2D(GL_FRAMEBUFFER, buffers[i], GL_TEXTURE_2D, targets[i].texture, 0);
+    }
+    gl->DrawBuffers(count, buffers);
+}
+
 enum weft_result weft_gl_target_read(const struct weft_log *log, const GladGLContext *gl,
                                      const struct weft_gl_target *target,
                                      const struct weft_gl_pixels *out)

@@ -30,6 +30,12 @@ enum weft_result weft_gl_target_fit(const struct weft_log *log, const GladGLCont
 void weft_gl_target_bind(const GladGLContext *gl, const struct weft_gl_target *target, int width,
                          int height);
 
+// Draws go into the first width x height texels of several targets at once, up to eight, as outputs
+// 0, 1, ... of the fragment shader; by the first one's framebuffer, which draws into them until it
+// is bound so again.
+void weft_gl_targets_bind(const GladGLContext *gl, const struct weft_gl_target *targets, int count,
+                          int width, int height);
+
 // Where texels are read to.
 struct weft_gl_pixels {
     int width, height; // from the texel (x, y) on

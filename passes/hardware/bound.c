@@ -37,7 +37,7 @@ static double weight_error(const struct weft_slice_plan *slice,
                            const struct weft_hardware_pairs *pairs)
 {
     return weft_slice_weight_bound(slice) + UNIT * slice->smooth.gain + pairs->wrong_sign +
-           2.0 * pairs->pairs * slice->weights->error;
+           2.0 * pairs->pairs * slice->weights[0]->error;
 }
 
 struct weft_bound_terms weft_hardware_bound(const struct weft_slice_plan *slice,
@@ -51,7 +51,8 @@ struct weft_bound_terms weft_hardware_bound(const struct weft_slice_plan *slice,
     const double reached = pow(gain + weight_error(slice, pairs), 3) * sums;
     const double relative = reached - whole + reached * 3.0 * rounding;
     const double sampled = reached * 3.0 * fraction;
-    struct weft_bound_terms terms = slice->info.output[0].bound; // of the grid's numbers and the prefilter
+    struct weft_bound_terms terms =
+        slice->info.output[0].bound; // of the grid's numbers and the prefilter
     terms.relative = relative;
     terms.e3 = sampled;
     // What GL may flush to 0 is below 2^-126: texels, blends, products and sums on three levels.

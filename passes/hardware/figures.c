@@ -40,7 +40,11 @@ enum weft_result weft_hardware_figures_find(const struct weft_log *log,
     const enum weft_result res = check(log, request);
     if (res != WEFT_OK)
         return res;
-    weft_hardware_pairs_find(&request->weights->tiles, &out->pairs);
+    if (weft_slice_derives(request)) {
+        weft_error(log, "the sampler makes values: plan the slice without derivatives");
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    weft_hardware_pairs_find(&request->weights[0]->tiles, &out->pairs);
     if (out->pairs.pairs == 0) {
         weft_error(log, "kernel %s: no two neighbouring taps that the sampler could take at once",
                    info->kernel.info->name);

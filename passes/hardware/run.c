@@ -81,7 +81,7 @@ static void print_taps(const struct weft_hardware_plan *plan, char *first, char 
 static enum weft_result find_program(struct weft_hardware *r)
 {
     const struct weft_slice_plan *slice = r->plan->slice;
-    const struct weft_polynomial_tiles *tiles = &slice->weights->tiles;
+    const struct weft_polynomial_tiles *tiles = &slice->weights[0]->tiles;
     char first[64], second[64], defines[512];
     print_taps(r->plan, first, second, sizeof first);
     snprintf(defines, sizeof defines,
@@ -118,7 +118,7 @@ static enum weft_result create_objects(struct weft_hardware *r)
     if (res == WEFT_OK)
         res = weft_gl_buffer_create(r->log, r->gl, GL_R32I, entries, &r->entries);
     if (res == WEFT_OK)
-        res = weft_gl_kernel_create(r->log, r->gl, &slice->weights->tiles, &r->kernel);
+        res = weft_gl_kernel_create(r->log, r->gl, &slice->weights[0]->tiles, &r->kernel);
     if (res == WEFT_OK)
         res = weft_gl_target_create(r->log, r->gl, GL_R32F, width, height, &r->target);
     r->own_bytes = weft_hardware_atlas_bytes(&plan->atlas, slice->info.source) +
@@ -271,7 +271,7 @@ static void bind_tile(const struct weft_hardware *r, const struct weft_rectangle
     gl->UseProgram(r->program);
     weft_gl_bind_texture(gl, r->program, 0, "source", GL_TEXTURE_3D, r->source.texture);
     weft_gl_bind_buffer(gl, r->program, 1, "entries", &r->entries);
-    weft_gl_kernel_bind(gl, r->program, 2, &slice->weights->tiles, &r->kernel);
+    weft_gl_kernel_bind(gl, r->program, 2, "kernel", &slice->weights[0]->tiles, &r->kernel);
     gl->Uniform3f(weft_gl_location(gl, r->program, "texel"), 1.0f / (float)size[0],
                   1.0f / (float)size[1], 1.0f / (float)size[2]);
     gl->Uniform2f(weft_gl_location(gl, r->program, "mapping"), (float)scale, (float)offset);
@@ -351,8 +351,9 @@ static enum weft_result run_tile(struct weft_hardware *r, int index, float *pixe
     if (res == WEFT_OK && r->blocks.any_unfit) {
         const struct weft_slice_tile tile = {
             .x = at->x, .y = at->y, .width = at->width, .height = at->height};
-        res = weft_slice_exact_paint_from(r->plan->slice, &tile, r->store, pixels, stride,
-                                          r->progress, fraction, &r->report.exact_pixels);
+        const struct weft_slice_pixels out = {.at = pixels, .stride = stride};
+        res = weft_slice_exact_paint_from(r->plan->slice, &tile, r->store, &out, r->progress,
+                                          fraction, &r->report.exact_pixels);
     }
     return res;
 }

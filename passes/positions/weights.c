@@ -124,6 +124,7 @@ const struct weft_slice_kernel *weft_kernel_facts_compute(struct weft_kernel_fac
         .gain = weft_analysis_gain(&plain),
         .slope = weft_analysis_slope(kernel),
         .prefilter = weft_prefilter_error(kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
+        .along = weft_prefilter_error(kernel, 1, WEFT_VOLUME_PREFILTER_ERROR),
     };
     // The first of two taps is known from that of an even number of taps only.
     if (plain.unit_sum && plain.width % 2 == 0 && plain.width > 2)
@@ -141,6 +142,27 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
 const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint)
 {
     return weft_kernel_facts_compute(footprint->facts);
+}
+
+enum weft_result weft_footprint_derive(const struct weft_log *log, struct weft_footprint *footprint,
+                                       int order, struct weft_kernel_facts **out)
+{
+    struct weft_kernel kernel = footprint->facts->kernel;
+    *out = footprint->facts;
+    for (int i = 0; i < order; i++) {
+        if (weft_kernel_derive(NULL, &kernel, &kernel) == WEFT_OK)
+            continue;
+        weft_error(log, "kernel %s%s has no derivative of order %d along an axis",
+                   footprint->facts->kernel.info->name,
+                   footprint->facts->kernel.normalised ? "+unit" : "", order);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (order)
+        *out = weft_kernel_facts_find(&footprint->facts->next, &kernel);
+    if (*out)
+        return WEFT_OK;
+    weft_error(log, "not enough memory for the derivative of kernel %s", kernel.info->name);
+    return WEFT_ERR_MEMORY;
 }
 
 bool weft_kernel_same(const struct weft_kernel *a, const struct weft_kernel *b)

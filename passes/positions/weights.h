@@ -28,11 +28,11 @@ struct weft_slice_weights {
 
 // Of the kernel itself: weft_analysis_gain without its prefilter, weft_analysis_slope,
 // weft_analysis_curvature (0 where linear interpolation has no say: of an odd number of taps, or
-// of two, or weights that do not add up to one), and weft_prefilter_error in 3D.
+// of two, or weights that do not add up to one), and weft_prefilter_error in 3D and along an axis.
 struct weft_slice_kernel {
     bool known;
     double gain, slope, curvature;
-    struct weft_prefilter_error prefilter;
+    struct weft_prefilter_error prefilter, along;
 };
 
 // Of one kernel, and in a list of several.
@@ -66,5 +66,10 @@ enum weft_result weft_footprint_weights(const struct weft_log *log,
                                         struct weft_footprint *footprint, int samples, bool linear,
                                         enum weft_sums sums, const struct weft_slice_weights **out);
 const struct weft_slice_kernel *weft_footprint_kernel(struct weft_footprint *footprint);
+// Finds the facts of the footprint's kernel derived `order` times, 0 to 2, kept like its own.
+// Returns WEFT_ERR_UNSUPPORTED (the kernel has no such derivative: both are in the log) or
+// WEFT_ERR_MEMORY.
+enum weft_result weft_footprint_derive(const struct weft_log *log, struct weft_footprint *footprint,
+                                       int order, struct weft_kernel_facts **out);
 
 #endif

@@ -44,6 +44,10 @@ static enum weft_result check_engine(const struct weft_log *log, const weft_slic
     weft_require(log, p->context || p->passes || plan->info.engine == WEFT_ENGINE_CPU);
     weft_require(log, !p->context || plan->info.engine == WEFT_ENGINE_GL);
     weft_require(log, !p->hardware || (p->context && !p->passes && p->hardware->slice == plan));
+    if (p->passes && weft_slice_derives(plan)) {
+        weft_error(log, "the passes of a plan make values: plan the slice without derivatives");
+        return WEFT_ERR_UNSUPPORTED;
+    }
     res = weft_cpu_resolve(log, &p->cpu, cpu);
 fail:
     return res;
@@ -96,14 +100,15 @@ void weft_slice_destroy(weft_slice **slice)
 
 // Of the fused pass, or of hardware filtering.
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
-                                  struct weft_slice_report *out, struct weft_statistics *pixels)
+                                  struct weft_slice_report *out, struct weft_statistics *measured)
 {
+    const struct weft_slice_pixels pixels = {p->pixels, p->stride, p->plane_stride};
     struct weft_fused_report r = {0};
     const enum weft_result res =
-        slice->fused ? weft_fused_run(slice->fused, p->pixels, p->stride, p->progress, &r)
+        slice->fused ? weft_fused_run(slice->fused, &pixels, p->progress, &r)
         : slice->hardware
             ? weft_hardware_run(slice->hardware, p->pixels, p->stride, p->progress, &r)
-            : weft_fused_cpu_run(slice->fused_cpu, p->pixels, p->stride, p->progress, &r);
+            : weft_fused_cpu_run(slice->fused_cpu, &pixels, p->progress, &r);
     *out = (struct weft_slice_report){
         .read_seconds = r.read_seconds,
         .layout_seconds = r.layout_seconds,
@@ -119,7 +124,7 @@ static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run
         .exact_pixels = r.exact_pixels,
     };
     if (r.pixels.count)
-        *pixels = r.pixels;
+        *measured = r.pixels;
     return res;
 }
 

@@ -301,8 +301,10 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
                                   .log = plan->log),
         &own);
     if (res == WEFT_OK && !fit)
-        res = weft_slice_exact_paint(plan, (int)(tile - plan->tiles), beside, params->pixels,
-                                     params->stride, params->progress, 1.0, &report->exact_pixels);
+        res = weft_slice_exact_paint(
+            plan, (int)(tile - plan->tiles), beside,
+            &(struct weft_slice_pixels){.at = params->pixels, .stride = params->stride},
+            params->progress, 1.0, &report->exact_pixels);
     if (res != WEFT_OK)
         return res;
     add_report(&own, report);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "filter/analysis/analysis.h"
 #include "filter/kernels/prefilter.h"
 #include "tiles/volume/region.h"
 
@@ -18,7 +17,7 @@ struct weft_slice_samples {
     struct weft_prefilter prefilter;
     int overlap, near;
     double negligible;
-    double whole; // largest sum of the plain kernel's |weights|
+    double gain[WEFT_LINE_ORDERS]; // largest sums of |weights| of the plain kernel, by order
     struct weft_brick_list topology;
     weft_brick_store *store; // of the topology
     struct weft_cell_map map;
@@ -83,9 +82,9 @@ enum weft_result weft_slice_samples_create(const struct weft_slice_plan *plan,
     if (res != WEFT_OK)
         goto fail;
     set_overlap(s, statistics, shells);
-    struct weft_kernel plain = s->kernel;
-    plain.prefiltered = false;
-    s->whole = pow(weft_analysis_gain(&plain), 3);
+    for (int n = 0; n < WEFT_LINE_ORDERS; n++)
+        if (plan->kernels[n])
+            s->gain[n] = weft_kernel_facts_compute(plan->kernels[n])->gain;
     const struct weft_volume_info *info = weft_volume_get_info(volume);
     struct weft_region region;
     weft_slice_grid_region(&plan->footprint->grid, s->kernel.width, &region);
@@ -164,15 +163,16 @@ static int64_t clamp(int64_t x, int64_t low, int64_t high)
     return x < low ? low : x > high ? high : x;
 }
 
-static void set_axis(const weft_slice_samples *s, int a, double position, struct sum *sum,
-                     struct weft_prefilter_axis *out)
+static void set_axis(const weft_slice_samples *s, int a, int order, double position,
+                     struct sum *sum, struct weft_prefilter_axis *out)
 {
     const struct weft_volume_info *info = weft_volume_get_info(s->plan->footprint->samples);
     const int32_t low = info->clamp_to_edge ? info->active_min[a] : INT32_MIN;
     const int32_t high = info->clamp_to_edge ? info->active_max[a] : INT32_MAX;
     double fraction;
     const int64_t first = weft_kernel_first_tap(&s->kernel, position, &fraction);
-    weft_prefilter_axis_set(&s->prefilter, &s->kernel, s->overlap, position, low, high, out);
+    weft_prefilter_axis_set(&s->prefilter, &s->plan->kernels[order]->kernel, s->overlap, position,
+                            low, high, out);
     sum->near_low[a] = clamp(first - s->near, low, high);
     sum->near_high[a] = clamp(first + s->kernel.width - 1 + s->near, low, high);
 }
@@ -277,13 +277,18 @@ static enum weft_result visit_bricks(weft_slice_samples *s, struct sum *sum, boo
     return WEFT_OK;
 }
 
-enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
-                                            bool finite, struct weft_reference_value *out)
+enum weft_result weft_slice_samples_compute(weft_slice_samples *samples,
+                                            const struct weft_derivative *derivative,
+                                            const double position[3], bool finite,
+                                            struct weft_reference_value *out)
 {
     struct weft_prefilter_axis axis[3];
     struct sum sum = {.axis = axis, .negligible = samples->negligible};
-    for (int a = 0; a < 3; a++)
-        set_axis(samples, a, position[a], &sum, &axis[a]);
+    double whole = 1.0; // largest sum of the plain kernel's |weights|
+    for (int a = 0; a < 3; a++) {
+        set_axis(samples, a, derivative->along[a], position[a], &sum, &axis[a]);
+        whole *= samples->gain[derivative->along[a]];
+    }
     if (samples->map.count >= MAX_BRICKS)
         weft_cell_map_destroy(&samples->map);
     const size_t known = samples->map.count;
@@ -294,8 +299,7 @@ enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const d
         res = visit_bricks(samples, &sum, true);
     else
         weft_cell_map_destroy(&samples->map); // it names bricks that were not read
-    const bool missing =
-        weft_prefilter_is_missing(sum.depends, sum.reaches, samples->whole, finite);
+    const bool missing = weft_prefilter_is_missing(sum.depends, sum.reaches, whole, finite);
     *out = (struct weft_reference_value){
         .value = missing ? (double)NAN : sum.total,
         .magnitude = sum.magnitude,

@@ -22,10 +22,13 @@ void weft_slice_samples_destroy(weft_slice_samples **samples); // accepts &NULL
 
 // The sum over voxels at a position in index coordinates, those that are not finite counting as 0;
 // NAN where it is missing (weft_prefilter_is_missing; `finite`: whether what it is compared with is
-// there). magnitude is over the finite ones of the bricks that coefficients depend on by over
-// 2^-32. Returns WEFT_ERR_MEMORY and what weft_volume_read returns.
-enum weft_result weft_slice_samples_compute(weft_slice_samples *samples, const double position[3],
-                                            bool finite, struct weft_reference_value *out);
+// there). `derivative`: of the sum, in index space. magnitude is over the finite ones of the bricks
+// that coefficients depend on by over 2^-32. Returns WEFT_ERR_MEMORY and what weft_volume_read
+// returns.
+enum weft_result weft_slice_samples_compute(weft_slice_samples *samples,
+                                            const struct weft_derivative *derivative,
+                                            const double position[3], bool finite,
+                                            struct weft_reference_value *out);
 
 // About how long one takes.
 double weft_slice_samples_seconds(const weft_slice_samples *samples);

@@ -7,7 +7,9 @@
 
 struct subject {
     const struct weft_slice_plan *plan;
-    const float *pixels;
+    const struct weft_slice_output *output;       // that is verified now
+    struct weft_kernel kernel[3];                 // its own, along each axis
+    const float *pixels;                          // its plane
     weft_footprint *rest;                         // of what floats lack, where it is verified
     weft_slice_samples *samples;                  // of prefiltered kernels, in place of the cursors
     struct weft_brick_cursor cursor, rest_cursor; // of a tile's voxels
@@ -21,12 +23,23 @@ static void position(void *priv, int x, int y, const double moved[3], double out
     weft_slice_grid_position(&s->plan->footprint->grid, x, y, moved, out);
 }
 
+static bool derives(const struct subject *s)
+{
+    const int *along = s->output->derivative.along;
+    return along[0] + along[1] + along[2] > 0;
+}
+
+static bool jumps(const struct subject *s)
+{
+    return s->kernel[0].continuity < 0 || s->kernel[1].continuity < 0 ||
+           s->kernel[2].continuity < 0;
+}
+
 static double margin(void *priv, const double at[3])
 {
     const struct subject *s = priv;
     // Jumps inside a tile are met by fractions of 24 bits, times a number of segments.
-    return fmax(weft_slice_grid_margin(&s->plan->footprint->grid, at),
-                s->plan->info.kernel.continuity < 0 ? 0x1p-23 : 0.0);
+    return fmax(weft_slice_grid_margin(&s->plan->footprint->grid, at), jumps(s) ? 0x1p-23 : 0.0);
 }
 
 static double pixel(void *priv, int channel, int x, int y)
@@ -81,8 +94,9 @@ static enum weft_result refer(void *priv, int channel, const double at[3], bool 
     struct subject *s = priv;
     (void)channel;
     if (s->samples)
-        return weft_slice_samples_compute(s->samples, at, finite, out);
-    *out = weft_reference_compute(&s->plan->info.kernel, 3, at, fetch, s);
+        return weft_slice_samples_compute(s->samples, &s->output->derivative, at, finite, out);
+    *out = derives(s) ? weft_reference_compute_axes(s->kernel, 3, at, fetch, s)
+                      : weft_reference_compute(&s->kernel[0], 3, at, fetch, s);
     if (s->plan->clamp_to_samples && s->plan->info.kernel.width > 1)
         clamp_reference(s, at, out);
     return WEFT_OK;
@@ -112,36 +126,65 @@ static enum weft_result enter_tile(void *priv, int part, struct weft_rectangle *
 
 // ---- the call -----------------------------------------------------------------------------------
 
-// What prefiltered kernels are verified against: how far voxels count, and the bound of all.
-static enum weft_result set_samples(struct subject *s, struct weft_verifier *v)
+// What prefiltered kernels are verified against: how far voxels count.
+static enum weft_result set_samples(struct subject *s)
 {
     weft_footprint *footprint = s->plan->footprint;
     const struct weft_slice_statistics *statistics = &footprint->statistics;
-    enum weft_result res = weft_footprint_measure(footprint, v->how.progress);
-    if (res == WEFT_OK)
-        res = weft_slice_samples_create(s->plan, statistics, &footprint->shells, &s->samples);
-    if (res != WEFT_OK)
-        return res;
+    return weft_slice_samples_create(s->plan, statistics, &footprint->shells, &s->samples);
+}
+
+// And the bound, of what was measured.
+static void set_measured(const struct subject *s, struct weft_verifier *v)
+{
+    const struct weft_slice_statistics *statistics = &s->plan->footprint->statistics;
     const struct weft_bound_values values = {.low = statistics->low,
                                              .high = statistics->high,
                                              .sample_low = statistics->voxel_low,
                                              .sample_high = statistics->voxel_high,
                                              .beyond = statistics->beyond};
     v->bound_relative = 0.0;
-    v->bound_absolute = weft_bound_compute(&s->plan->info.output[0].bound, &values).total;
+    v->bound_absolute = weft_bound_compute(&s->output->bound, &values).total;
     v->seconds = weft_slice_samples_seconds(s->samples);
     v->far = true;
-    return res;
 }
 
 // Of voxels up to m: proportional to m, but for what is absolute.
-static void set_bound(const struct weft_slice_plan *plan, struct weft_verifier *v)
+static void set_bound(const struct subject *s, struct weft_verifier *v)
 {
     static const struct weft_bound_values none, one = {-1.0, 1.0, -1.0, 1.0, 0.0, 0.0};
-    struct weft_bound_terms terms = plan->info.output[0].bound;
+    struct weft_bound_terms terms = s->output->bound;
     v->bound_absolute = weft_bound_compute(&terms, &none).total;
     terms.absolute = terms.absolute_rounding = 0.0;
     v->bound_relative = weft_bound_compute(&terms, &one).total;
+}
+
+// Verifies the output that the subject names.
+static enum weft_result verify_output(struct subject *s, const struct weft_slice_verify_params *p,
+                                      struct weft_verify_report *out)
+{
+    const struct weft_slice_plan *plan = s->plan;
+    for (int a = 0; a < 3; a++)
+        s->kernel[a] = plan->kernels[s->output->derivative.along[a]]->kernel;
+    struct weft_verifier v = {
+        .width = plan->footprint->grid.index.width,
+        .height = plan->footprint->grid.index.height,
+        .pixels = plan->info.part,
+        .channels = 1,
+        .priv = s,
+        .position = position,
+        .margin = margin,
+        .refer = refer,
+        .pixel = pixel,
+        .enter = enter_tile,
+        .part_count = plan->info.tile_count,
+        .jumps = jumps(s) || plan->clamp_to_samples,
+        .seconds = weft_verifier_seconds(&plan->info.kernel, 3),
+        .how = {p->max_seconds, p->seed, p->progress},
+        .log = plan->log,
+    };
+    (s->samples ? set_measured : set_bound)(s, &v);
+    return weft_verifier_run(&v, out);
 }
 
 enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pixels,
@@ -150,38 +193,27 @@ enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pix
 {
     static const struct weft_slice_verify_params defaults;
     const struct weft_slice_verify_params *p = params ? params : &defaults;
-    const struct weft_kernel *kernel = &plan->info.kernel;
-    struct subject subject = {.plan = plan, .pixels = pixels};
-    struct weft_verifier v = {
-        .width = plan->footprint->grid.index.width,
-        .height = plan->footprint->grid.index.height,
-        .pixels = plan->info.part,
-        .channels = 1,
-        .priv = &subject,
-        .position = position,
-        .margin = margin,
-        .refer = refer,
-        .pixel = pixel,
-        .enter = enter_tile,
-        .part_count = plan->info.tile_count,
-        .jumps = kernel->continuity < 0 || plan->clamp_to_samples,
-        .seconds = weft_verifier_seconds(kernel, 3),
-        .how = {p->max_seconds, p->seed, p->progress},
-        .log = plan->log,
-    };
+    const struct weft_rectangle *part = &plan->info.part;
+    const size_t plane = (size_t)part->width * (size_t)part->height;
+    struct subject subject = {.plan = plan};
     enum weft_result res = WEFT_OK;
-    *out = (struct weft_verify_report){0};
-    if (kernel->prefiltered)
-        res = set_samples(&subject, &v);
-    else
-        set_bound(plan, &v);
-    if (!kernel->prefiltered && p->rest)
+    for (int o = 0; o < plan->info.output_count; o++)
+        out[o] = (struct weft_verify_report){0};
+    if (plan->info.kernel.prefiltered)
+        res = weft_footprint_measure(plan->footprint, p->progress);
+    if (plan->info.kernel.prefiltered && res == WEFT_OK)
+        res = set_samples(&subject);
+    if (!plan->info.kernel.prefiltered && p->rest)
         res = weft_footprint_create(
-            weft_footprint_params(.volume = p->rest, .kernel = *kernel, .space = plan->info.space,
-                                  .geometry = plan->info.geometry, .log = plan->log),
+            weft_footprint_params(.volume = p->rest, .kernel = plan->info.kernel,
+                                  .space = plan->info.space, .geometry = plan->info.geometry,
+                                  .log = plan->log),
             &subject.rest);
-    if (res == WEFT_OK)
-        res = weft_verifier_run(&v, out);
+    for (int o = 0; res == WEFT_OK && o < plan->info.output_count; o++) {
+        subject.output = &plan->info.output[o];
+        subject.pixels = pixels + (size_t)o * plane;
+        res = verify_output(&subject, p, &out[o]);
+    }
     weft_footprint_destroy(&subject.rest);
     weft_slice_samples_destroy(&subject.samples);
     return res;
