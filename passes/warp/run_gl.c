@@ -247,7 +247,7 @@ static enum weft_result draw(struct runner *r, const struct weft_rectangle *tile
     if (r->plan->stretches)
         weft_gl_bind_buffer(gl, program, 2, "weights", &r->c->weights);
     else
-        weft_gl_kernel_bind(gl, program, 2, &r->plan->weights->tiles, &r->c->kernel);
+        weft_gl_kernel_bind(gl, program, 2, "kernel", &r->plan->weights->tiles, &r->c->kernel);
     gl->Uniform4i(weft_gl_location(gl, program, "area"), r->loaded.from[0], r->loaded.from[1],
                   r->loaded.end[0] - r->loaded.from[0], 0);
     gl->Uniform2i(weft_gl_location(gl, program, "size"), r->plan->values[0], r->plan->values[1]);
