@@ -56,6 +56,8 @@ static bool needs_gl(const struct resample_job *job)
     bool any = false;
     for (size_t g = 0; g < job->group_count; g++)
         any = any || !job->group[g].exact;
+    if (job->warp.is)
+        return job->engine.engine == WEFT_ENGINE_GL;
     if (job->separable && job->plan[0]) // as it is planned
         return any && weft_resample_plan_get_info(job->plan[0])->engine == WEFT_ENGINE_GL;
     return any && !job->option[RESAMPLE_EMULATE].given;

@@ -7,11 +7,16 @@
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 #include "tools/ranks/division.h"
+#include "tools/resample/warp.h"
 
 enum resample_option {
     RESAMPLE_OUTPUT,
     RESAMPLE_PREVIEW,
     RESAMPLE_SIZE,
+    RESAMPLE_MATRIX,
+    RESAMPLE_ROTATE,
+    RESAMPLE_PERSPECTIVE,
+    RESAMPLE_POSITIONS,
     RESAMPLE_KERNEL,
     RESAMPLE_NORMALISE,
     RESAMPLE_PASSES, // the first of enum pass_option
@@ -45,7 +50,8 @@ struct resample_group {
     weft_resample_source *source;          // NULL when only explained, without a budget
     struct weft_resample_statistics statistics;
     double e1;                      // weft_resample_e1; NAN where nothing tells it
-    const weft_resample_plan *plan; // the job's
+    const weft_resample_plan *plan; // the job's; of a warp NULL
+    const weft_warp_plan *warp;     // the job's, of a warp
     bool exact;                     // unsigned integers that are moved: one channel, no error
     double max_error;               // with --max-error
     uint64_t rounded[RESAMPLE_MAX_TOGETHER]; // integers of each channel that are no floats
@@ -86,6 +92,7 @@ struct resample_job {
     const struct weft_colour_map *colour_map;
     enum weft_image_file_kind kind; // of the output
 
+    struct resample_warp warp;
     struct budget budget; // with --max-error
     struct resample_divided divided;
 

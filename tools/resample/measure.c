@@ -127,5 +127,6 @@ struct weft_bound resample_group_bound(const struct resample_group *group, doubl
 {
     if (group->exact)
         return (struct weft_bound){.total = 0.0};
-    return weft_resample_bound(group->plan, &group->statistics, result);
+    return group->warp ? weft_warp_bound(group->warp, &group->statistics, result)
+                       : weft_resample_bound(group->plan, &group->statistics, result);
 }

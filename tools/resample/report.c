@@ -20,6 +20,8 @@ static const weft_pass_plan *first_plan(const struct resample_job *job)
 
 static const char *method_name(const struct resample_job *job)
 {
+    if (job->warp.is)
+        return "warp";
     return weft_algorithm_names[job->separable ? WEFT_ALGORITHM_SEPARABLE
                                                : WEFT_ALGORITHM_MULTIPASS];
 }
@@ -27,7 +29,9 @@ static const char *method_name(const struct resample_job *job)
 // Rather than OpenGL, or passes that are emulated.
 static bool ran_on_cpu(const struct resample_job *job)
 {
-    return job->separable && weft_resample_plan_get_info(job->plan[0])->engine == WEFT_ENGINE_CPU;
+    return job->warp.is ? job->engine.engine == WEFT_ENGINE_CPU
+                        : job->separable &&
+                              weft_resample_plan_get_info(job->plan[0])->engine == WEFT_ENGINE_CPU;
 }
 
 // ---- EXR attributes -----------------------------------------------------------------------------
@@ -69,7 +73,11 @@ size_t resample_attributes(const struct resample_job *job,
     run_report_add(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
                    job->image.width, job->image.height);
     run_report_add(out, &count, "method", "%s", method_name(job));
-    if (!job->separable) {
+    if (job->warp.is) {
+        char map[256];
+        resample_warp_text(job, map, sizeof map);
+        run_report_add(out, &count, "map", "%s", map);
+    } else if (!job->separable) {
         const struct weft_pass_plan_info *plan = weft_pass_plan_get_info(first_plan(job));
         run_report_add(out, &count, "profile", "%s", plan->profile.name);
         run_report_add(out, &count, "technique", "%s", weft_technique_names[plan->technique]);
@@ -84,7 +92,9 @@ size_t resample_attributes(const struct resample_job *job,
         return count;
     }
     run_report_add_renderer(out, &count, NULL);
-    return count + engine_attributes(&job->engine, weft_resample_plan_get_info(job->plan[0])->sums,
+    return count + engine_attributes(&job->engine,
+                                     job->warp.is ? job->engine.sums
+                                                  : weft_resample_plan_get_info(job->plan[0])->sums,
                                      out + count);
 }
 
@@ -197,7 +207,8 @@ static json_t *seconds_json(const struct resample_job *job)
 
 static void set_context(json_t *root, const struct resample_job *job)
 {
-    json_object_set_new(root, "emulated", json_boolean(!job->context && !job->separable));
+    json_object_set_new(root, "emulated",
+                        json_boolean(!job->context && !job->separable && !job->warp.is));
     if (job->context && !ran_on_cpu(job))
         json_object_set_new(root, "context", run_report_context(job->context));
 }
@@ -216,7 +227,7 @@ static void set_run(json_t *root, const struct resample_job *job)
     json_t *ranks = load_report_json(&job->divided.work, true);
     if (ranks)
         json_object_set_new(root, "ranks", ranks);
-    if (!job->context && !job->separable)
+    if (!job->context && !job->separable && !job->warp.is)
         json_object_update_new(root, json_pack("{s:o,s:o}", "clamps", json_count(r->clamps),
                                                "largest_clamp", json_number(r->largest_clamp)));
     if (job->option[RESAMPLE_OUTPUT].given)
@@ -241,6 +252,10 @@ static json_t *job_json(const struct resample_job *job)
                   method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
                   "from", windows_json(&job->image), "to", windows_json(&job->result), "plans",
                   plans, "groups", groups_json(job));
+    if (job->warp.is) {
+        engine_set_json(root, &job->engine, job->engine.engine, job->engine.sums);
+        json_object_set_new(root, "warp", resample_warp_json(job));
+    }
     if (job->separable) {
         const struct weft_resample_info *info = weft_resample_plan_get_info(job->plan[0]);
         engine_set_json(root, &job->engine, info->engine, info->sums);
@@ -248,7 +263,7 @@ static json_t *job_json(const struct resample_job *job)
     }
     if (has_choices(job))
         json_object_set_new(root, "choices", choices_json(job));
-    if (job->kernel.prefiltered && job->group->source)
+    if (job->kernel.prefiltered && job->group->source && !job->warp.is)
         json_object_set_new(root, "prefilter_overlap",
                             json_integer(weft_resample_plan_get_info(job->group->plan)->overlap));
     if (!job->option[RESAMPLE_EXPLAIN].given)
@@ -315,6 +330,11 @@ static void explain(const struct resample_job *job)
         printf("%s %s", g ? "," : "", name);
     }
     putchar('\n');
+    if (job->warp.is) {
+        char engine[ENGINE_TEXT];
+        printf("%s\n", engine_format(&job->engine, job->engine.engine, job->engine.sums, engine));
+        fputs(weft_warp_plan_get_info(job->warp.plan)->text, stdout);
+    }
     if (job->separable) {
         const struct weft_resample_info *info = weft_resample_plan_get_info(job->plan[0]);
         char engine[ENGINE_TEXT];

@@ -43,6 +43,32 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
          "WxH",
          "pixels of the display window (default: twice the input's); the data window, which may be "
          "smaller or larger, takes part"},
+    [RESAMPLE_MATRIX] = {.name = "matrix",
+                         0,
+                         OPTION_TEXT,
+                         "a,b,c,d,e,f",
+                         "warp: x' = a x + c y + e and y' = b x + d y + f, from the image to the "
+                         "result (as in SVG), y down, pixels' centres at halves; of the input's "
+                         "size unless --size says otherwise"},
+    [RESAMPLE_ROTATE] = {.name = "rotate",
+                         0,
+                         OPTION_NUMBER,
+                         "DEG",
+                         "warp: counter-clockwise by so many degrees about the display window's "
+                         "centre, which stays the centre with --size"},
+    [RESAMPLE_PERSPECTIVE] = {.name = "perspective",
+                              0,
+                              OPTION_TEXT,
+                              "9 NUMBERS",
+                              "warp: a matrix row by row, (x', y', w') = M (x, y, 1), and x' / w', "
+                              "y' / w' is the point"},
+    [RESAMPLE_POSITIONS] =
+        {.name = "positions",
+         0,
+         OPTION_TEXT,
+         "P.exr",
+         "warp: channels X and Y say for every pixel of a result of P's windows which point of the "
+         "image it shows"},
     [RESAMPLE_KERNEL] = {.name = "kernel",
                          0,
                          OPTION_TEXT,
@@ -197,6 +223,8 @@ static enum weft_result check_options(struct resample_job *job)
         res = resample_read_engine(job);
     if (res == WEFT_OK)
         res = resample_read_ranks(job);
+    if (res == WEFT_OK)
+        res = resample_read_warp(job);
     return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
 }
 
@@ -250,8 +278,10 @@ static enum weft_result allocate_pixels(struct resample_job *job)
 
 static enum weft_result make_groups(struct resample_job *job)
 {
-    job->separable = !job->option[RESAMPLE_EMULATE].given && !resample_passes_option(job);
-    const enum weft_result res = resample_make_groups(job);
+    job->separable =
+        !job->warp.is && !job->option[RESAMPLE_EMULATE].given && !resample_passes_option(job);
+    const enum weft_result res =
+        job->warp.is ? resample_make_warp_groups(job) : resample_make_groups(job);
     if (res == WEFT_OK)
         resample_set_types(job);
     return res;
@@ -266,12 +296,16 @@ static enum weft_result measure(struct resample_job *job)
 
 static enum weft_result plan(struct resample_job *job)
 {
-    return job->divided.is ? resample_plan_alike(job) : resample_plan(job);
+    return job->warp.is      ? resample_plan_warp(job)
+           : job->divided.is ? resample_plan_alike(job)
+                             : resample_plan(job);
 }
 
 static enum weft_result compute(struct resample_job *job)
 {
-    return job->divided.is ? resample_compute_parts(job) : resample_compute(job);
+    return job->warp.is      ? resample_compute_warp(job)
+           : job->divided.is ? resample_compute_parts(job)
+                             : resample_compute(job);
 }
 
 // ---- running and writing ------------------------------------------------------------------------
@@ -334,19 +368,19 @@ static enum weft_result run_list(struct resample_job *job, const stage *stages)
     return res;
 }
 
+static enum weft_result set_windows(struct resample_job *job)
+{
+    if (job->warp.is)
+        return resample_set_warp_windows(job);
+    const enum weft_result res = resample_choose_size(job);
+    return res == WEFT_OK ? resample_set_windows(job) : res;
+}
+
 static enum weft_result run_stages(struct resample_job *job)
 {
-    static const stage planning[] = {check_options,
-                                     begin_context,
-                                     load_image,
-                                     resample_choose_size,
-                                     resample_set_windows,
-                                     resample_choose_channels,
-                                     make_groups,
-                                     measure,
-                                     plan,
-                                     allocate_pixels,
-                                     NULL};
+    static const stage planning[] = {
+        check_options, begin_context, load_image, set_windows,     resample_choose_channels,
+        make_groups,   measure,       plan,       allocate_pixels, NULL};
     static const stage computing[] = {resample_create_context, compute, NULL};
     enum weft_result res = run_list(job, planning);
     if (res == WEFT_OK && !job->option[RESAMPLE_EXPLAIN].given)
@@ -363,6 +397,7 @@ static void destroy(struct resample_job *job)
         weft_resample_plan_destroy(&job->plan[i]);
         weft_resample_choice_clear(&job->choices[i]);
     }
+    resample_clear_warp(&job->warp);
     weft_pass_plan_destroy(&job->single);
     weft_pass_plan_destroy(&job->together);
     for (size_t g = 0; g < job->group_count; g++)
@@ -570,6 +605,13 @@ static const char *const epilogue[] = {
     "mapped back. --verify tells the bound beside the error, and E1, what the kernel itself does "
     "to a signal that changes as the samples do. Pixels in reach of NaN or infinities are not "
     "finite, and no others.",
+    "--matrix, --rotate, --perspective and --positions put the image under a map, in pixels of the "
+    "file's own coordinates, where pixel (0, 0) is from 0 to 1: the result has the input's windows "
+    "unless --size says otherwise. Where its pixels lie more than a sample apart the kernel is "
+    "stretched along each axis of the image by the local scale along it. A layer's R, G, B and A "
+    "are "
+    "filtered together, by the CPU engine unless --engine gl is given. Singular matrices, horizons "
+    "that meet the result's pixels and positions that are not finite are refused.",
     "With --max-error nothing runs whose bound is larger: the error line says what the best is, "
     "and the exit code is 1. --explain then lists what was compared.",
     "With a kernel that interpolates by a prefilter (bspline3i) coefficients take the place of "
