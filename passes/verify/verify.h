@@ -28,6 +28,7 @@
 
 #include "../../filter/analysis/reference.h"
 #include "../multipass/multipass.h"
+#include "../points/points.h"
 #include "../separable/separable.h"
 #include "../slice/slice.h"
 
@@ -108,6 +109,21 @@ struct weft_slice_verify_params {
 WEFT_API enum weft_result weft_slice_verify(const weft_slice_plan *plan, const float *pixels,
                                             const struct weft_slice_verify_params *params,
                                             struct weft_verify_report *out);
+
+// ---- points -------------------------------------------------------------------------------------
+
+// Verifies run->out, as weft_points_run wrote it, against direct sums over the volume's voxels at
+// the points, which are read as they are needed. Point i is pixel (i, 0); `out` is an array, a
+// report of each output, and max_seconds is of all of them. `report` is the run's: prefiltered
+// kernels' bounds are of its values, which a run with `measure` has; their reference is a sum over
+// samples (weft_prefilter_weights, cut off at 2^-40). params may be NULL. Returns
+// WEFT_ERR_ARGUMENT (over 2^31 points), WEFT_ERR_CANCELLED, WEFT_ERR_MEMORY and what
+// weft_volume_find and weft_volume_read return.
+WEFT_API enum weft_result weft_points_verify(const weft_points *points,
+                                             const struct weft_points_run_params *run,
+                                             const struct weft_points_report *report,
+                                             const struct weft_verify_params *params,
+                                             struct weft_verify_report *out);
 
 // ---- images -------------------------------------------------------------------------------------
 

@@ -559,6 +559,17 @@ static void points(void)
             made, weft_points_run_params(.count = 1, .position = at, .out = out, .measure = true),
             NULL));
     }
+    const struct weft_points_report none = {.bricks_read = 0};
+    struct weft_verify_report error[1];
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const double at[1][3] = {{1.0, numbers[n], 2.0}};
+        SURVIVED(weft_points_verify(made,
+                                    weft_points_run_params(.count = 1, .position = at, .out = out),
+                                    &none, weft_verify_params(.max_seconds = numbers[n]), error));
+    }
+    REFUSED(weft_points_verify(
+        made, weft_points_run_params(.count = SIZE_MAX, .position = NULL, .out = out), &none, NULL,
+        error));
     REFUSED(weft_points_run(made, weft_points_run_params(.count = 3), NULL));
     REFUSED(weft_points_run(
         made, weft_points_run_params(.count = 9, .position = (const double(*)[3])numbers), NULL));
@@ -591,7 +602,8 @@ static void polylines(void)
 }
 
 const struct caller_case callers_slices[] = {
-    {points, {F(points_create), F(points_destroy), F(points_get_info), F(points_run)}},
+    {points,
+     {F(points_create), F(points_destroy), F(points_get_info), F(points_run), F(points_verify)}},
     {polylines, {F(polyline_length), F(polyline_positions)}},
     {footprints,
      {F(footprint_create), F(footprint_destroy), F(footprint_get_info), F(footprint_statistics),

@@ -74,6 +74,7 @@ static void prepare(void)
     command_succeeds("slice", "smoke.vdb", "-o", "render_%04d.exr", "--preview", "photo_%04d.png",
                      "--frames", "1-20", "--at", "10..40", "--size", "64x48");
     put("model.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    put("track.csv", "x,y,z,t\n10,20,30,0\n11.5,20,30.25,1\n");
     put("keys.txt", "* 0 0,0,0\n* 1 0.5,0,0 0,0,1,90\n");
 }
 

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What weft probe tells: warnings, what --verify found, the plan, JSON.
+#include <math.h>
+#include <string.h>
+
+#include "tools/common/report.h"
+#include "tools/common/run_report.h"
+#include "tools/probe/job.h"
+
+static const char *space_of(const struct probe_job *job)
+{
+    return weft_space_names[job->option[PROBE_SPACE].integer[0]];
+}
+
+// ---- in words -----------------------------------------------------------------------------------
+
+static void warn(const struct probe_job *job)
+{
+    const struct weft_points_report *r = &job->report;
+    const struct weft_volume_info *v = &job->volume;
+    if (r->bad_positions)
+        report_warning("%llu of %zu points have no position that can be sampled (NaN, infinite, or "
+                       "beyond +-2^30 voxels): their values are nan",
+                       (unsigned long long)r->bad_positions, job->table.count);
+    if (r->outside && v->clamp_to_edge)
+        report_warning("%llu of %zu points lie outside of grid %s, voxels (%d, %d, %d) to (%d, %d, "
+                       "%d): their values are those of its edge",
+                       (unsigned long long)r->outside, job->table.count, v->name, v->active_min[0],
+                       v->active_min[1], v->active_min[2], v->active_max[0], v->active_max[1],
+                       v->active_max[2]);
+    else if (r->outside)
+        report_warning("%llu of %zu points lie outside of the active voxels of grid %s, (%d, %d, "
+                       "%d) to (%d, %d, %d): their values are those of its background, %g",
+                       (unsigned long long)r->outside, job->table.count, v->name, v->active_min[0],
+                       v->active_min[1], v->active_min[2], v->active_max[0], v->active_max[1],
+                       v->active_max[2], (double)v->background);
+}
+
+static void print_error(const struct probe_job *job, int output)
+{
+    const struct weft_verify_report *e = &job->error[output];
+    const int *n = job->quantities.derivative[output].along;
+    report_tell("verified: derivative %d%d%d at %llu of %llu points: largest error %.3g, bound "
+                "%.3g, RMS %.3g",
+                n[0], n[1], n[2], (unsigned long long)e->pixels_checked,
+                (unsigned long long)e->pixels_total, e->maximum, e->bound, e->rms);
+}
+
+void probe_report(const struct probe_job *job)
+{
+    warn(job);
+    for (int d = 0; job->option[PROBE_VERIFY].given && d < job->quantities.derivative_count; d++)
+        print_error(job, d);
+    report_note("%zu points: %.3f s to read them, %.3f s to sort, %.3f s to read %llu bricks, "
+                "%.3f s of sums, %.3f s to write",
+                job->table.count, job->read_seconds, job->report.sort_seconds,
+                job->report.read_seconds, (unsigned long long)job->report.bricks_read,
+                job->report.pass_seconds, job->write_seconds);
+}
+
+void probe_explain(const struct probe_job *job)
+{
+    char kernel[256];
+    weft_kernel_format(&job->info.kernel, kernel, sizeof kernel);
+    report_line("points: %zu in %s space, grid %s%s", job->table.count, space_of(job),
+                job->volume.name, job->components > 1 ? ", each component" : "");
+    report_line("kernel: %s, %d taps an axis, sums in %s", kernel, job->info.kernel.width,
+                weft_sums_names[job->info.sums]);
+    if (job->info.prefilter_overlap)
+        report_line("prefilter: coefficients of voxels up to %d farther",
+                    job->info.prefilter_overlap);
+    for (int d = 0; d < job->info.output_count; d++) {
+        const int *n = job->info.output[d].along;
+        const struct weft_bound_values one = {-1.0, 1.0, -1.0, 1.0, 1.0, 0.0};
+        report_line("derivative %d%d%d: error at most %.3g of the largest |voxel| in reach", n[0],
+                    n[1], n[2], weft_bound_compute(&job->info.bound[d], &one).total);
+    }
+    for (int c = 0; c < job->channel_count; c++)
+        report_line("channel: %s", job->channel[c]);
+    report_line("CPU: %d threads, %s", job->info.cpu.threads,
+                weft_instruction_set_names[job->info.cpu.instructions]);
+}
+
+// ---- in JSON ------------------------------------------------------------------------------------
+
+static json_t *outputs_json(const struct probe_job *job)
+{
+    json_t *outputs = json_array();
+    for (int d = 0; d < job->info.output_count; d++) {
+        const struct weft_derivative *n = &job->info.output[d];
+        json_t *output =
+            json_pack("{s:[i,i,i]}", "derivative", n->along[0], n->along[1], n->along[2]);
+        if (!job->option[PROBE_EXPLAIN].given)
+            json_object_set_new(
+                output, "bound",
+                json_number(weft_bound_compute(&job->info.bound[d], &job->report.values).total));
+        if (job->option[PROBE_VERIFY].given) {
+            const struct weft_verify_report *e = &job->error[d];
+            json_object_set_new(output, "error",
+                                json_pack("{s:o,s:o,s:o,s:o,s:o}", "points_checked",
+                                          json_count(e->pixels_checked), "maximum",
+                                          json_number(e->maximum), "rms", json_number(e->rms),
+                                          "bound", json_number(e->bound), "not_finite_mismatches",
+                                          json_count(e->not_finite_mismatches)));
+        }
+        json_array_append_new(outputs, output);
+    }
+    return outputs;
+}
+
+static json_t *points_json(const struct probe_job *job)
+{
+    json_t *points = json_array();
+    for (size_t i = 0; i < job->table.count; i++) {
+        json_t *point = json_pack("{s:o}", "position", json_numbers(job->table.position[i], 3));
+        for (int c = 0; c < job->channel_count; c++)
+            json_object_set_new(
+                point, job->channel[c],
+                json_number((double)job->channels[(size_t)c * job->table.count + i]));
+        json_array_append_new(points, point);
+    }
+    return points;
+}
+
+enum weft_result probe_print_json(const struct probe_job *job)
+{
+    const struct weft_points_report *r = &job->report;
+    const bool planned = job->option[PROBE_EXPLAIN].given;
+    char kernel[256];
+    weft_kernel_format(&job->info.kernel, kernel, sizeof kernel);
+    json_t *channels = json_array();
+    for (int c = 0; c < job->channel_count; c++)
+        json_array_append_new(channels, json_text(job->channel[c]));
+    json_t *root = json_pack("{s:s,s:o,s:o,s:o,s:s,s:s,s:o,s:o,s:o}", "weft", weft_version(),
+                             "volume", json_text(job->input), "grid", json_text(job->volume.name),
+                             "kernel", json_text(kernel), "space", space_of(job), "sums",
+                             weft_sums_names[job->info.sums], "count", json_count(job->table.count),
+                             "channels", channels, "outputs", outputs_json(job));
+    if (!planned) {
+        const struct run_stage stages[] = {{"points", job->read_seconds},
+                                           {"sort", r->sort_seconds},
+                                           {"read", r->read_seconds},
+                                           {"sums", r->pass_seconds},
+                                           {"write", job->write_seconds}};
+        json_object_set_new(root, "bad_positions", json_count(r->bad_positions));
+        json_object_set_new(root, "outside", json_count(r->outside));
+        json_object_set_new(root, "not_finite", json_count(r->not_finite));
+        json_object_set_new(root, "exact_points", json_count(r->exact_points));
+        json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
+        json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
+        json_object_set_new(root, "seconds",
+                            run_report_seconds(stages, sizeof stages / sizeof *stages,
+                                               report_now_seconds() - job->start));
+    }
+    if (!planned && !job->option[PROBE_OUTPUT].given)
+        json_object_set_new(root, "points", points_json(job));
+    return json_print(root);
+}
