@@ -5,6 +5,7 @@
 
 #include "filter/kernels/kernel_nd.h"
 #include "filter/kernels/kernel_records.h"
+#include "filter/kernels/stretch.h"
 
 // Neumaier (1974): the sum and what its roundings lost.
 struct sum {
@@ -21,6 +22,21 @@ static void add(struct sum *sum, double term)
     sum->total = next;
 }
 
+static void add_tap(struct sum *sum, double *magnitude, double w, double f)
+{
+    if (w != 0.0)
+        add(sum, w * f);
+    if (w != 0.0 || isfinite(f))
+        *magnitude = fmax(*magnitude, fabs(f));
+}
+
+// With an infinity in the sum, what was lost is inf - inf.
+static struct weft_reference_value value_of(const struct sum *sum, double magnitude)
+{
+    const double value = isfinite(sum->total) ? sum->total + sum->lost : sum->total;
+    return (struct weft_reference_value){.value = value, .magnitude = magnitude};
+}
+
 // Over all taps: `width` along each of dims axes.
 static struct weft_reference_value sum_taps(int width, int dims, const double *weight,
                                             const int64_t first[3], weft_reference_fetch fetch,
@@ -33,18 +49,12 @@ static struct weft_reference_value sum_taps(int width, int dims, const double *w
     for (int k = 0; k < planes; k++) {
         for (int j = 0; j < rows; j++) {
             for (int i = 0; i < width; i++) {
-                const double w = *weight++, f = fetch(priv, (int64_t[3]){first[0] + i, first[1] + j,
-                                                                         first[2] + k});
-                if (w != 0.0)
-                    add(&sum, w * f);
-                if (w != 0.0 || isfinite(f))
-                    magnitude = fmax(magnitude, fabs(f));
+                const int64_t at[3] = {first[0] + i, first[1] + j, first[2] + k};
+                add_tap(&sum, &magnitude, *weight++, fetch(priv, at));
             }
         }
     }
-    // With an infinity in the sum, what was lost is inf - inf.
-    const double value = isfinite(sum.total) ? sum.total + sum.lost : sum.total;
-    return (struct weft_reference_value){.value = value, .magnitude = magnitude};
+    return value_of(&sum, magnitude);
 }
 
 struct weft_reference_value weft_reference_compute(const struct weft_kernel *kernel, int dims,
@@ -76,4 +86,34 @@ struct weft_reference_value weft_reference_compute_axes(const struct weft_kernel
     weft_kernel_combine(&kernel[0], dims, (const double *const[3]){axis[0], axis[1], axis[2]},
                         weights);
     return sum_taps(kernel[0].width, dims, weights, first, fetch, priv);
+}
+
+struct weft_reference_value weft_reference_compute_stretched(const struct weft_kernel *kernel,
+                                                             const double *scale, int dims,
+                                                             const double *position, double *room,
+                                                             weft_reference_fetch fetch, void *priv)
+{
+    int64_t first[3] = {0}, width[3] = {1, 1, 1};
+    double one = 1.0, *weight[3] = {&one, &one, &one}, magnitude = 0.0;
+    struct sum sum = {0};
+    bool usable = dims >= 1 && dims <= 3;
+    for (int a = 0; usable && a < dims; a++) {
+        width[a] = weft_stretch_width(kernel, scale[a]);
+        weight[a] = room;
+        first[a] = weft_stretch_weights(kernel, scale[a], position[a], room);
+        room += width[a];
+        usable = width[a] > 0;
+    }
+    if (!usable)
+        return (struct weft_reference_value){.value = NAN};
+    for (int64_t k = 0; k < width[2]; k++) {
+        for (int64_t j = 0; j < width[1]; j++) {
+            for (int64_t i = 0; i < width[0]; i++) {
+                const double w = weight[2][k] * weight[1][j] * weight[0][i];
+                const int64_t at[3] = {first[0] + i, first[1] + j, first[2] + k};
+                add_tap(&sum, &magnitude, w, fetch(priv, at));
+            }
+        }
+    }
+    return value_of(&sum, magnitude);
 }

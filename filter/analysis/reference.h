@@ -37,5 +37,13 @@ WEFT_API struct weft_reference_value weft_reference_compute_axes(const struct we
                                                                  weft_reference_fetch fetch,
                                                                  void *priv);
 
+// Reconstructs likewise with the kernel stretched along each axis (weft_stretch_weights), scale[a]
+// >= 1. `room` is for weft_stretch_width weights of every axis. Returns a value of NAN for other
+// dims, and kernels or scales that have no such width.
+WEFT_API struct weft_reference_value
+weft_reference_compute_stretched(const struct weft_kernel *kernel, const double *scale, int dims,
+                                 const double *position, double *room, weft_reference_fetch fetch,
+                                 void *priv);
+
 WEFT_END_DECLS
 #endif

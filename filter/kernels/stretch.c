@@ -3,10 +3,20 @@
 
 #include <math.h>
 
-static bool is_valid(const struct weft_kernel *kernel, double scale)
+#include "filter/kernels/kernel_records.h"
+
+// What any caller may rely on, but for what the record says of itself.
+static bool is_usable(const struct weft_kernel *kernel, double scale)
 {
     return kernel && !kernel->radial && scale >= 1.0 && scale <= WEFT_STRETCH_MAX &&
-           weft_kernel_check(NULL, kernel) == WEFT_OK;
+           weft_kernel_usable(kernel);
+}
+
+static int64_t width_of(const struct weft_kernel *kernel, double scale)
+{
+    if (scale == 1.0)
+        return kernel->width;
+    return (int64_t)ceil(2.0 * kernel->support * scale) + (kernel->width == 1);
 }
 
 double weft_stretch_scale(const struct weft_kernel *kernel, double distance)
@@ -18,11 +28,8 @@ double weft_stretch_scale(const struct weft_kernel *kernel, double distance)
 
 int64_t weft_stretch_width(const struct weft_kernel *kernel, double scale)
 {
-    if (!is_valid(kernel, scale))
-        return 0;
-    if (scale == 1.0)
-        return kernel->width;
-    return (int64_t)ceil(2.0 * kernel->support * scale) + (kernel->width == 1);
+    const bool valid = is_usable(kernel, scale) && weft_kernel_check(NULL, kernel) == WEFT_OK;
+    return valid ? width_of(kernel, scale) : 0;
 }
 
 // What of each sample's unit square lies within scale / 2 of x.
@@ -55,9 +62,9 @@ static void scale_weights(const struct weft_kernel *kernel, double scale, double
 int64_t weft_stretch_weights(const struct weft_kernel *kernel, double scale, double x,
                              double *weights)
 {
-    const int64_t width = weft_stretch_width(kernel, scale);
-    if (width == 0 || !isfinite(x))
+    if (!is_usable(kernel, scale) || !isfinite(x))
         return 0;
+    const int64_t width = width_of(kernel, scale);
     if (scale == 1.0)
         return weft_kernel_weights(kernel, x, weights);
     if (kernel->width == 1)

@@ -27,7 +27,10 @@ WEFT_API int64_t weft_stretch_width(const struct weft_kernel *kernel, double sca
 // kernel's weights add up to one (unit_sum, or normalised), so that constants stay, and by
 // scale^(1 + n) else, n being the derivative that the record reconstructs. Of kernels of one tap a
 // sample counts by how much of its unit square the stretched box covers: the area average of any
-// scale. Returns the first tap. Of prefiltered kernels these are the weights of h itself.
+// scale. Returns the first tap. Of prefiltered kernels these are the weights of h itself. Writes
+// none, and returns 0, for scales out of their range, positions that are not finite, radial kernels
+// and those whose info, support or width is wrong; it checks no more, since it is called for every
+// pixel.
 WEFT_API int64_t weft_stretch_weights(const struct weft_kernel *kernel, double scale, double x,
                                       double *weights);
 

@@ -41,6 +41,12 @@ static double find_part(const struct weft_resample_engine_params *p, const weft_
     return part;
 }
 
+static int most_taps(const weft_resample_plan *plan)
+{
+    const struct weft_separable_info *info = weft_separable_plan_get_info(plan->separable);
+    return info->taps[0] > info->taps[1] ? info->taps[0] : info->taps[1];
+}
+
 static void set_figures(const struct chooser *c, const weft_resample_plan *plan,
                         struct weft_candidate *candidate)
 {
@@ -53,7 +59,7 @@ static void set_figures(const struct chooser *c, const weft_resample_plan *plan,
         .threads = c->params->threads,
         .pixels = (double)info->width * info->height,
         .of.separable =
-            weft_separable_work_of(info->kernel.width, info->size[0] + 2.0 * info->overlap,
+            weft_separable_work_of(most_taps(plan), info->size[0] + 2.0 * info->overlap,
                                    info->size[1] + 2.0 * info->overlap, info->width, info->height),
     };
     candidate->state = WEFT_CANDIDATE_DEARER;

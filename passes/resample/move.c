@@ -77,11 +77,6 @@ fail:
     return res;
 }
 
-static int clamp(int64_t i, int size)
-{
-    return i < 0 ? 0 : i >= size ? size - 1 : (int)i;
-}
-
 // The columns or rows that the kernel takes; NULL: out of memory.
 static int *find_samples(const weft_resample_plan *plan, int axis, int first, int count)
 {
@@ -89,8 +84,9 @@ static int *find_samples(const weft_resample_plan *plan, int axis, int first, in
     int *out = malloc((size_t)count * sizeof *out);
     double fraction;
     for (int i = 0; out && i < count; i++)
-        out[i] = clamp(weft_kernel_first_tap(&plan->info.kernel, at[i], &fraction),
-                       plan->info.size[axis]);
+        out[i] = (int)weft_boundary_index(
+            plan->info.boundary, weft_kernel_first_tap(&plan->info.kernel, at[i], &fraction),
+            plan->info.size[axis]);
     return out;
 }
 

@@ -8,6 +8,7 @@
 #include "filter/analysis/analysis.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/kernels/prefilter.h"
+#include "filter/kernels/stretch.h"
 #include "passes/resample/resample_impl.h"
 #include "passes/separable/separable.h"
 #include "tiles/volume/volume.h"
@@ -108,10 +109,52 @@ static enum weft_result set_maps(weft_resample_plan *plan,
     return WEFT_OK;
 }
 
+// What passes and prefilters cannot do.
+static enum weft_result check_stretch(const weft_resample_plan *plan)
+{
+    const struct weft_resample_info *info = &plan->info;
+    const char *const name = info->kernel.info->name;
+    const bool stretched = info->stretch[0] > 1.0 || info->stretch[1] > 1.0;
+    if (info->passes && info->boundary != WEFT_BOUNDARY_CLAMP) {
+        weft_error(plan->log, "resampling by passes knows the boundary clamp alone, not %s",
+                   weft_boundary_names[info->boundary]);
+        return WEFT_ERR_UNSUPPORTED;
+    }
+    if (!stretched || (!info->passes && !info->kernel.prefiltered))
+        return WEFT_OK;
+    if (info->passes)
+        weft_error(plan->log,
+                   "resampling to a smaller size stretches %s by %.4g and %.4g, which passes do "
+                   "not: go without passes, or without anti-aliasing",
+                   name, info->stretch[0], info->stretch[1]);
+    else
+        weft_error(plan->log,
+                   "resampling to a smaller size stretches kernels by %.4g and %.4g, and %s, which "
+                   "interpolates by a prefilter, cannot be: take one without, like mitchell or "
+                   "lanczos:3, or go without anti-aliasing",
+                   info->stretch[0], info->stretch[1], name);
+    return WEFT_ERR_UNSUPPORTED;
+}
+
+// Pixels lie as far apart as the display windows' sizes say.
+static enum weft_result set_stretch(weft_resample_plan *plan,
+                                    const struct weft_resample_params *params)
+{
+    struct weft_resample_info *info = &plan->info;
+    for (int a = 0; a < 2; a++) {
+        const double distance = (double)info->map[a].from / (double)info->map[a].to;
+        info->stretch[a] = params->unstretched ? 1.0 : weft_stretch_scale(&info->kernel, distance);
+    }
+    return check_stretch(plan);
+}
+
 static enum weft_result set_overlap(weft_resample_plan *plan)
 {
     struct weft_prefilter prefilter;
-    if (!plan->info.kernel.prefiltered)
+    const enum weft_boundary boundary = plan->info.boundary;
+    // Coefficients of a mirrored or periodic signal are mirrored or periodic themselves.
+    if (!plan->info.kernel.prefiltered || boundary == WEFT_BOUNDARY_MIRROR ||
+        boundary == WEFT_BOUNDARY_WRAP)
         return WEFT_OK;
     const enum weft_result res = weft_prefilter_compute(plan->log, &plan->info.kernel, &prefilter);
     if (res == WEFT_OK)
@@ -125,11 +168,6 @@ static enum weft_result check_engine(const struct weft_resample_params *p)
     weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
     weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
     weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
-    if (p->boundary != WEFT_BOUNDARY_CLAMP || p->clamp) {
-        weft_error(p->log, "resampling with boundary %s%s is not built yet",
-                   weft_boundary_names[p->boundary], p->clamp ? ", clamped," : "");
-        return WEFT_ERR_UNSUPPORTED;
-    }
     if (!p->passes || p->sums == WEFT_SUMS_FLOAT)
         return WEFT_OK;
     weft_error(p->log, "resampling by passes does not sum in double");
@@ -154,16 +192,33 @@ static enum weft_result set_positions(weft_resample_plan *plan)
     return WEFT_OK;
 }
 
+// "6 taps along each axis", or of stretched kernels how many along which, and by how much.
+static void tell_taps(const weft_resample_plan *plan, char *text, size_t size)
+{
+    const struct weft_separable_info *info = weft_separable_plan_get_info(plan->separable);
+    if (info->stretch[0] == 1.0 && info->stretch[1] == 1.0)
+        snprintf(text, size, "%d taps along each axis", info->taps[0]);
+    else
+        snprintf(text, size, "stretched by %.4g and %.4g to %d taps along x and %d along y",
+                 info->stretch[0], info->stretch[1], info->taps[0], info->taps[1]);
+}
+
 static void tell_separable(weft_resample_plan *plan)
 {
-    char name[256];
-    weft_kernel_format(&plan->info.kernel, name, sizeof name);
+    const struct weft_resample_info *info = &plan->info;
+    char name[256], taps[128], beyond[64] = "";
+    weft_kernel_format(&info->kernel, name, sizeof name);
+    tell_taps(plan, taps, sizeof taps);
+    if (info->boundary != WEFT_BOUNDARY_CLAMP)
+        snprintf(beyond, sizeof beyond, ", beyond the samples %s",
+                 weft_boundary_names[info->boundary]);
     snprintf(plan->words, sizeof plan->words,
-             "separable %s: %d taps along each axis, one after the other, on the %s engine in %s "
-             "precision; the error is at most %.3g of the largest sample in reach\n",
-             name, plan->info.kernel.width, weft_name(weft_engine_names, plan->info.engine),
-             plan->info.sums == WEFT_SUMS_DOUBLE ? "double" : "single",
-             weft_separable_error_bound(&plan->info.kernel, plan->info.sums));
+             "separable %s: %s, one after the other, on the %s engine in %s precision%s%s; the "
+             "error is at most %.3g of the largest sample in reach\n",
+             name, taps, weft_name(weft_engine_names, info->engine),
+             info->sums == WEFT_SUMS_DOUBLE ? "double" : "single", beyond,
+             info->clamp ? ", clamped to the samples next to each pixel" : "",
+             weft_separable_plan_error(plan->separable));
     plan->info.text = plan->words;
 }
 
@@ -177,15 +232,17 @@ static enum weft_result plan_separable(weft_resample_plan *plan)
                                   .size = {info->size[0] + 2 * info->overlap,
                                            info->size[1] + 2 * info->overlap},
                                   .width = info->width, .height = info->height, .x = plan->at[0],
-                                  .y = plan->at[1], .engine = info->engine, .sums = info->sums,
-                                  .memory_bytes = plan->memory_bytes, .log = plan->log),
+                                  .y = plan->at[1], .stretch = {info->stretch[0], info->stretch[1]},
+                                  .boundary = info->boundary, .engine = info->engine,
+                                  .sums = info->sums, .memory_bytes = plan->memory_bytes,
+                                  .log = plan->log),
             &plan->separable);
     if (res != WEFT_OK)
         return res;
-    info->bound =
-        weft_separable_bound_terms(&info->kernel, info->sums, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
+    info->bound = weft_separable_plan_bound(plan->separable, 1.0, WEFT_VOLUME_PREFILTER_ERROR);
     info->fetches = weft_separable_plan_get_info(plan->separable)->fetches_per_pixel;
-    info->moves = weft_resample_moves(&info->kernel);
+    info->moves = weft_resample_moves(&info->kernel) && info->stretch[0] == 1.0 &&
+                  info->stretch[1] == 1.0 && info->boundary != WEFT_BOUNDARY_BORDER;
     tell_separable(plan);
     return WEFT_OK;
 }
@@ -205,6 +262,8 @@ static enum weft_result fill(weft_resample_plan *plan, const struct weft_resampl
     enum weft_result res = set_kernel(plan, params);
     if (res == WEFT_OK)
         res = set_maps(plan, params);
+    if (res == WEFT_OK)
+        res = set_stretch(plan, params);
     if (res == WEFT_OK)
         res = set_overlap(plan);
     if (res != WEFT_OK)
@@ -234,6 +293,8 @@ enum weft_result weft_resample_plan_create(const struct weft_resample_params *pa
         .size = {params->size[0], params->size[1]},
         .width = params->width,
         .height = params->height,
+        .boundary = params->boundary,
+        .clamp = params->clamp,
         .engine = params->engine,
         .sums = params->sums,
     };

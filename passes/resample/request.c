@@ -29,6 +29,11 @@ enum weft_result weft_resample_check_source(const struct weft_log *log,
                    from->kernel.info->name, from->kernel.prefiltered ? ", prefiltered" : "");
         goto fail;
     }
+    if (from->boundary != to->boundary) {
+        weft_error(log, "resampling with boundary %s a source that was made for %s",
+                   weft_boundary_names[to->boundary], weft_boundary_names[from->boundary]);
+        goto fail;
+    }
     res = WEFT_OK;
 fail:
     return res;
@@ -56,6 +61,23 @@ static void find_reach(const weft_resample_plan *plan, int axis, int first, int 
     *size = (int32_t)(high - low) + 1;
 }
 
+// What clamping looks at beside: of kernels narrower than that, more than they reach.
+static struct weft_rectangle with_next(const weft_resample_plan *plan,
+                                       const struct weft_rectangle *pixels,
+                                       struct weft_rectangle reach)
+{
+    int columns[2], rows[2];
+    if (!plan->info.clamp)
+        return reach;
+    weft_resample_next_reach(plan, 0, pixels->x, pixels->width, columns);
+    weft_resample_next_reach(plan, 1, pixels->y, pixels->height, rows);
+    const int x = reach.x < columns[0] ? reach.x : columns[0];
+    const int y = reach.y < rows[0] ? reach.y : rows[0];
+    const int right = reach.x + reach.width, bottom = reach.y + reach.height;
+    return (struct weft_rectangle){x, y, (right > columns[1] ? right : columns[1] + 1) - x,
+                                   (bottom > rows[1] ? bottom : rows[1] + 1) - y};
+}
+
 struct weft_rectangle weft_resample_reach(const weft_resample_plan *plan,
                                           const struct weft_rectangle *part)
 {
@@ -65,9 +87,11 @@ struct weft_rectangle weft_resample_reach(const weft_resample_plan *plan,
         return (struct weft_rectangle){0};
     if (info->kernel.prefiltered)
         return (struct weft_rectangle){0, 0, info->size[0], info->size[1]};
+    if (plan->separable)
+        return with_next(plan, &pixels, weft_separable_reach(plan->separable, &pixels));
     find_reach(plan, 0, pixels.x, pixels.width, &out.x, &out.width);
     find_reach(plan, 1, pixels.y, pixels.height, &out.y, &out.height);
-    return out;
+    return with_next(plan, &pixels, out);
 }
 
 enum weft_result weft_resample_check_reach(const struct weft_log *log,

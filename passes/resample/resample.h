@@ -64,9 +64,9 @@ struct weft_resample_params {
     // may alias (default false: they are stretched; those that take one sample, like nearest, never
     // are).
     bool unstretched;
-    // Whether pixels are held between the smallest and the largest finite sample next to them,
-    // which are those at most one sample away along each axis, or one pixel where those lie farther
-    // apart (default false). It keeps edges from ringing, and what they overshoot by.
+    // Whether finite pixels are held between the smallest and the largest finite sample next to
+    // them, which are those at most as far away along each axis as the kernel is stretched by: one
+    // sample, where it is not (default false). Edges then do not ring, and do not overshoot.
     bool clamp;
     enum weft_engine engine; // that runs separable work (default OpenGL); passes run on what they
                              // are compiled for

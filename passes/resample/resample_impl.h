@@ -15,7 +15,7 @@ struct weft_resample_plan {
     int side[2], count[2]; // of the tiles of passes: pixels, and how many along each axis
     double *at[2];         // separable: where columns and rows lie, in the values that are read
     weft_separable_plan *separable;
-    char words[512]; // info.text of separable plans
+    char words[768]; // info.text of separable plans
 };
 
 struct weft_resample_source {
@@ -35,6 +35,7 @@ struct weft_resample_compiled {
     weft_context *context;
     weft_multipass *passes;    // of a plan of passes
     weft_separable *separable; // of others
+    int threads;               // that clamp; 0: one a processor
     struct weft_resample_compiled_info info;
 };
 
@@ -75,6 +76,13 @@ enum weft_result weft_resample_check_move(const weft_resample_plan *plan,
                                           struct weft_resample_integers *integers,
                                           const struct weft_rectangle *part, const uint32_t *pixels,
                                           int64_t *stride, struct weft_rectangle *out);
+
+// From the first to the last sample next to `count` pixels of an axis, from number `first` on.
+void weft_resample_next_reach(const weft_resample_plan *plan, int axis, int first, int count,
+                              int reach[2]);
+// Holds a run's pixels between the samples next to them. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_resample_clamp(const weft_resample_plan *plan,
+                                     const struct weft_resample_run_params *params, int threads);
 
 // Cuts a plan of passes into tiles, by its sizes alone, and checks what the largest takes. Returns
 // WEFT_ERR_LIMIT.

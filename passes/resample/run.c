@@ -43,7 +43,8 @@ enum weft_result weft_resample_compile(const weft_resample_plan *plan,
         weft_error(plan->log, "out of memory for a compiled plan");
         return WEFT_ERR_MEMORY;
     }
-    *compiled = (weft_resample_compiled){.plan = plan, .context = params->context};
+    *compiled = (weft_resample_compiled){
+        .plan = plan, .context = params->context, .threads = params->cpu.threads};
     const enum weft_result res =
         plan->passes ? compile_passes(compiled) : compile_separable(compiled, &params->cpu);
     if (res == WEFT_OK)
@@ -91,8 +92,12 @@ enum weft_result weft_resample_run(weft_resample_compiled *compiled,
     if (res == WEFT_OK)
         res = plan->passes ? weft_resample_run_passes(compiled, &p, &done.work)
                            : weft_resample_run_separable(compiled, &p, &done);
-    if (res == WEFT_OK && report && plan->passes)
+    if (res == WEFT_OK && plan->info.clamp)
+        res = weft_resample_clamp(plan, &p, compiled->threads);
+    if (res == WEFT_OK && report && (plan->passes || plan->info.clamp)) {
+        done.pixels = (struct weft_statistics)WEFT_STATISTICS_NONE;
         measure(&p, &done.pixels);
+    }
     if (report)
         *report = done;
     return res;

@@ -56,6 +56,7 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
         const struct weft_separable_run_params run = {
             .samples = weft_resample_values(params->source, c),
+            .border = params->source->info.border,
             .window = weft_resample_values_window(params->source),
             .part = params->part,
             .survey = params->survey ? &params->survey->channel[c] : NULL,

@@ -58,6 +58,11 @@ static enum weft_result check(struct weft_resample_source_params *p)
                    (long long)p->stride, p->window.width);
         goto fail;
     }
+    weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
+    if (!(fabs(p->border) <= (double)FLT_MAX)) {
+        weft_error(p->log, "a source with a border of %g: it must be a finite float", p->border);
+        goto fail;
+    }
     if (!is_range(p)) {
         weft_error(p->log, "a source's range of %g to %g: the first must be less, both finite",
                    p->low, p->high);
@@ -80,6 +85,21 @@ fail:
 
 // ---- what is read -------------------------------------------------------------------------------
 
+// Whether coefficients go on beyond the samples as those do.
+static bool repeats(enum weft_boundary boundary)
+{
+    return boundary == WEFT_BOUNDARY_MIRROR || boundary == WEFT_BOUNDARY_WRAP;
+}
+
+// Leaves the samples' coefficients of those with an overlap, in place.
+static void crop(const weft_resample_source *s, float *values)
+{
+    const size_t row = (size_t)s->info.width, more = (size_t)s->overlap;
+    for (size_t y = 0; y < (size_t)s->info.height; y++)
+        memmove(values + y * row, values + (y + more) * (row + 2 * more) + more,
+                row * sizeof *values);
+}
+
 static enum weft_result prefilter(const struct weft_log *log, weft_resample_source *s)
 {
     struct weft_prefilter prefilter;
@@ -88,10 +108,18 @@ static enum weft_result prefilter(const struct weft_log *log, weft_resample_sour
     if (res == WEFT_OK)
         s->overlap = weft_prefilter_overlap(&prefilter, WEFT_VOLUME_PREFILTER_ERROR);
     for (int c = 0; res == WEFT_OK && c < s->info.channels; c++) {
-        const struct weft_image_plane plane = {s->plane[c], s->info.width, s->info.height,
-                                               s->stride};
+        const struct weft_image_plane plane = {.samples = s->plane[c],
+                                               .width = s->info.width,
+                                               .height = s->info.height,
+                                               .stride = s->stride,
+                                               .boundary = s->info.boundary,
+                                               .border = (float)s->info.border};
         res = weft_image_prefilter(log, &s->info.kernel, &plane, s->overlap, &s->own[c]);
+        if (res == WEFT_OK && repeats(s->info.boundary))
+            crop(s, s->own[c]);
     }
+    if (repeats(s->info.boundary))
+        s->overlap = 0;
     s->info.prefilter_seconds = weft_now_seconds() - start;
     return res;
 }
@@ -242,7 +270,7 @@ static void take_planes(weft_resample_source *s, const struct weft_resample_sour
                                            .height = params->height,
                                            .channels = params->channels ? params->channels : 1,
                                            .boundary = params->boundary,
-                                           .border = params->border,
+                                           .border = (double)(float)params->border,
                                            .window = params->window};
     memcpy(s->plane, params->plane, sizeof s->plane);
     s->stride = params->stride ? params->stride : params->window.width;
@@ -384,7 +412,6 @@ struct weft_bound weft_resample_bound(const weft_resample_plan *plan,
     const double largest = fmax(fabs(statistics->low), fabs(statistics->high));
     struct weft_bound_terms terms = plan->info.bound;
     if (!plan->passes && !(largest > 0.0 && largest < 0x1p100))
-        terms = weft_separable_bound_terms(&plan->info.kernel, plan->info.sums, largest,
-                                           WEFT_VOLUME_PREFILTER_ERROR);
+        terms = weft_separable_plan_bound(plan->separable, largest, WEFT_VOLUME_PREFILTER_ERROR);
     return weft_resample_bound_of(&terms, statistics, result);
 }

@@ -39,6 +39,7 @@ static enum weft_result verify(const weft_resample_plan *plan, bool moved,
     params->grid = &grid;
     params->size[0] = info->size[0];
     params->size[1] = info->size[1];
+    params->boundary = info->boundary;
     params->cardinal = info->kernel.prefiltered;
     params->how = how ? *how : (struct weft_verify_params){0};
     res = weft_pixels_verify(params, out);
@@ -63,6 +64,9 @@ enum weft_result weft_resample_verify(const weft_resample_plan *plan,
         .part = part,
         .window = p->source->info.window,
         .channels = p->source->info.channels,
+        .stretch = {plan->info.stretch[0], plan->info.stretch[1]},
+        .border = p->source->info.border,
+        .clamp = plan->info.clamp,
         .bound_absolute = weft_resample_bound(plan, &p->source->info.statistics, 0.0).total,
         .log = p->log};
     for (int c = 0; c < params.channels; c++) {

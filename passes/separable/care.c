@@ -126,14 +126,16 @@ static void choose_scale(struct weft_separable_care *care, const weft_separable_
     int exponent;
     frexp(largest * plan->axis[0].growth * plan->axis[1].growth, &exponent);
     care->scale_bits = exponent > 127 ? exponent - 127 : 0;
-    care->margin = weft_separable_error_bound(&plan->info.kernel, WEFT_SUMS_FLOAT) * largest;
+    care->margin = weft_separable_plan_error(plan) * largest;
 }
 
 // Sums of floats do not leave the range of doubles.
 struct weft_separable_care weft_separable_take_care(const weft_separable_plan *plan,
                                                     const struct weft_separable_run_params *params)
 {
-    const struct weft_separable_survey of = params->survey ? *params->survey : survey(plan, params);
+    struct weft_separable_survey of = params->survey ? *params->survey : survey(plan, params);
+    if (plan->info.boundary == WEFT_BOUNDARY_BORDER)
+        of.largest = fmax(of.largest, fabs(params->border));
     struct weft_separable_care care = {.skips_zeros = of.not_finite};
     if (plan->info.sums == WEFT_SUMS_FLOAT)
         choose_scale(&care, plan, of.largest);

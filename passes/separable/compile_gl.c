@@ -31,7 +31,7 @@ static void measure(struct weft_separable_gl *c)
     s->target_height = (int)larger(rows, middle_rows);
     for (int a = 0; a < 2; a++) {
         s->first_texels[a] = (size_t)weft_separable_round_up(c->cut[a]);
-        s->weight_texels[a] = s->first_texels[a] * (size_t)c->groups;
+        s->weight_texels[a] = s->first_texels[a] * (size_t)c->groups[a];
     }
     s->staging_floats = columns * LANES * rows;
     s->bytes = 16 * (uint64_t)source_columns * source_rows +
@@ -72,8 +72,7 @@ static enum weft_result choose_cut(struct weft_separable_gl *c)
         }
         const int half = (c->cut[a] + 1) / 2;
         c->cut[a] = rows ? half : weft_separable_round_up(half);
-        c->most_taps[a] = weft_separable_most_taps(&c->plan->axis[a], c->plan->info.kernel.width,
-                                                   c->cut[a], &c->taps[a]);
+        c->most_taps[a] = weft_separable_most_taps(&c->plan->axis[a], c->cut[a], &c->taps[a]);
     }
     return WEFT_OK;
 }
@@ -89,7 +88,7 @@ enum weft_result weft_separable_find_programs(struct weft_separable_gl *c, bool 
         snprintf(defines, sizeof defines,
                  "#define WIDTH %d\n#define GROUPS %d\n#define ALONG_X %d\n"
                  "#define SKIPS_ZEROS %d\n",
-                 c->plan->info.kernel.width, c->groups, a == 0, skips_zeros);
+                 c->plan->axis[a].width, c->groups[a], a == 0, skips_zeros);
         const enum weft_result res =
             weft_program_get(c->context, "separable", defines, weft_shader_full_target,
                              weft_shader_separable, &program);
@@ -135,8 +134,7 @@ static enum weft_result prepare(struct weft_separable_gl *c)
 {
     for (int a = 0; a < 2; a++) {
         const struct weft_separable_axis *axis = &c->plan->axis[a];
-        const enum weft_result res =
-            weft_separable_taps_create(c->plan->log, c->plan->info.kernel.width, axis, &c->taps[a]);
+        const enum weft_result res = weft_separable_taps_create(c->plan->log, axis, &c->taps[a]);
         if (res != WEFT_OK)
             return res;
         c->cut[a] = axis->positions;
@@ -158,7 +156,8 @@ enum weft_result weft_separable_gl_compile(weft_context *context, const weft_sep
     }
     c->plan = plan;
     c->context = context;
-    c->groups = (plan->info.kernel.width + 3) / 4;
+    for (int a = 0; a < 2; a++)
+        c->groups[a] = (plan->axis[a].width + 3) / 4;
     enum weft_result res = prepare(c);
     if (res == WEFT_OK)
         res = weft_context_enter(context);

@@ -20,7 +20,7 @@
 // Taps of a strip whose samples lie side by side.
 struct weft_separable_span {
     int32_t at;     // the first one, among the strip's taps
-    int32_t sample; // that it is
+    int32_t sample; // that it is; -1: the border's value, as are all of the span
     int32_t count;
 };
 
@@ -84,15 +84,16 @@ struct weft_separable_cpu {
     void *weights[2]; // numbers, [column or row][tap], zeros past the last; NULL: made as needed
     int kept_blocks;  // x first: interleaved rows of samples whose filtered rows are kept
     // A thread's memory, and where in it what lies, in bytes.
-    size_t thread_bytes, lines_at, rows_at, out_at, weights_at;
+    size_t thread_bytes, lines_at, rows_at, out_at, taps_at, blocks_at, room_at, weights_at;
     char *memory;                       // of all threads
     struct weft_statistics *statistics; // of each thread's pixels, while it runs
     uint64_t bytes;
 };
 
-// Writes the weights of `count` columns (axis 0) or rows as numbers, [position][tap].
+// Writes the weights of `count` columns (axis 0) or rows as numbers, [position][tap]. There is room
+// for a position's in double.
 void weft_separable_cpu_weights(const struct weft_separable_cpu *compiled, int axis, int from,
-                                int count, void *out);
+                                int count, double *room, void *out);
 
 // Rows of a band, so that so many rows of so many strips are parts for all threads.
 int weft_separable_cpu_band(const struct weft_separable_cpu *compiled, int strips, int rows);

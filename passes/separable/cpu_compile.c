@@ -28,16 +28,17 @@ static int parts_of(int count, int most)
 // ---- the cut ------------------------------------------------------------------------------------
 
 // Interleaved rows that taps next to each other can lie in.
-static int blocks_of(int width, int lanes)
+static int blocks_of(const struct weft_separable_axis *y, int lanes)
 {
-    return (width - 2 + lanes) / lanes + 1;
+    const int reached = (y->width - 2 + lanes) / lanes + 1, all = parts_of(y->all_taps, lanes);
+    return reached < all ? reached : all;
 }
 
 // Lays a thread's memory out for strips of so many columns and different taps.
 static void lay_out(struct weft_separable_cpu *c, int columns, int taps)
 {
     const size_t lanes = (size_t)c->lines->lanes, number = c->lines->bytes;
-    const int width = c->plan->info.kernel.width;
+    const size_t width = (size_t)c->plan->axis[0].width, height = (size_t)c->plan->axis[1].width;
     const size_t pitch = (size_t)round_up(columns, c->lines->lanes);
     const bool x_first = c->plan->info.first_axis == 0;
     const size_t rows = x_first ? (size_t)c->kept_blocks * lanes * pitch : lanes * (size_t)taps;
@@ -45,17 +46,21 @@ static void lay_out(struct weft_separable_cpu *c, int columns, int taps)
     c->lines_at = 0;
     c->rows_at = aligned((size_t)taps * lanes * number);
     c->out_at = c->rows_at + aligned(rows * number);
-    c->weights_at = c->out_at + aligned(out * number);
+    c->taps_at = c->out_at + aligned(out * number);
+    c->blocks_at = c->taps_at + aligned(height * (sizeof(void *) + 2 * sizeof(double) + 4));
+    c->room_at = c->blocks_at + aligned((size_t)c->kept_blocks * sizeof(int32_t));
+    c->weights_at = c->room_at + aligned((width > height ? width : height) * sizeof(double));
     c->thread_bytes = c->weights_at;
     if (!c->keeps_weights)
-        c->thread_bytes += aligned(pitch * (size_t)width * number);
+        c->thread_bytes += aligned(pitch * width * number);
 }
 
 static uint64_t kept_weight_bytes(const struct weft_separable_cpu *c)
 {
-    const uint64_t positions =
-        (uint64_t)c->plan->axis[0].positions + (uint64_t)c->plan->axis[1].positions + 2 * 16;
-    return positions * (uint64_t)c->plan->info.kernel.width * c->lines->bytes;
+    uint64_t weights = 0;
+    for (int a = 0; a < 2; a++)
+        weights += ((uint64_t)c->plan->axis[a].positions + 16) * (uint64_t)c->plan->axis[a].width;
+    return weights * c->lines->bytes;
 }
 
 // Makes strips narrower until a thread's memory is what a cache holds, and then until all of it is
@@ -64,7 +69,7 @@ static enum weft_result choose_columns(struct weft_separable_cpu *c,
                                        struct weft_separable_taps *taps)
 {
     const struct weft_separable_axis *x = &c->plan->axis[0];
-    const int width = c->plan->info.kernel.width, lanes = c->lines->lanes;
+    const int lanes = c->lines->lanes;
     const uint64_t limit = c->plan->memory_bytes, kept = kept_weight_bytes(c);
     int most = x->all_taps;
     c->keeps_weights = kept <= limit / 2;
@@ -77,7 +82,7 @@ static enum weft_result choose_columns(struct weft_separable_cpu *c,
             return WEFT_OK;
         if (c->columns > lanes) {
             c->columns = round_up((c->columns + 1) / 2, lanes);
-            most = weft_separable_most_taps(x, width, c->columns, taps);
+            most = weft_separable_most_taps(x, c->columns, taps);
         } else if (c->keeps_weights) {
             c->keeps_weights = false;
         } else if (c->cpu.threads > 1) {
@@ -110,18 +115,25 @@ static enum weft_result out_of_memory(const struct weft_separable_cpu *c)
     return WEFT_ERR_MEMORY;
 }
 
+// Whether a tap continues the span of the one before; those of the border are one.
+static bool goes_on(const struct weft_separable_taps *taps, int i)
+{
+    const int32_t sample = taps->sample[i], before = i ? taps->sample[i - 1] : 0;
+    return i > 0 && (before < 0 ? sample < 0 : sample == before + 1);
+}
+
 static size_t count_spans(const struct weft_separable_taps *taps)
 {
     size_t count = 0;
     for (int i = 0; i < taps->count; i++)
-        count += i == 0 || taps->sample[i] != taps->sample[i - 1] + 1;
+        count += !goes_on(taps, i);
     return count;
 }
 
 static void set_spans(const struct weft_separable_taps *taps, struct weft_separable_span *span)
 {
     for (int i = 0; i < taps->count; i++) {
-        if (i == 0 || taps->sample[i] != taps->sample[i - 1] + 1)
+        if (!goes_on(taps, i))
             *span++ = (struct weft_separable_span){.at = i, .sample = taps->sample[i]};
         span[-1].count++;
     }
@@ -132,9 +144,9 @@ static enum weft_result set_strip(struct weft_separable_cpu *c, int number, size
                                   struct weft_separable_taps *taps)
 {
     const struct weft_separable_axis *x = &c->plan->axis[0];
-    const int width = c->plan->info.kernel.width, from = number * c->columns;
+    const int from = number * c->columns;
     const int left = x->positions - from, columns = left < c->columns ? left : c->columns;
-    weft_separable_taps_number(x, width, from, from + columns, taps);
+    weft_separable_taps_number(x, from, from + columns, taps);
     const size_t count = count_spans(taps);
     struct weft_separable_span *grown = realloc(c->spans, (*spans + count) * sizeof *grown);
     if (!grown)
@@ -147,7 +159,7 @@ static enum weft_result set_strip(struct weft_separable_cpu *c, int number, size
                                                       .spans = *spans,
                                                       .span_count = count};
     for (int i = from; i < from + columns; i++)
-        c->first[0][i] = taps->place[x->first[i] + width - 1];
+        c->first[0][i] = weft_separable_first_tap(x, taps, i);
     *spans += count;
     return WEFT_OK;
 }
@@ -171,15 +183,14 @@ static enum weft_result set_strips(struct weft_separable_cpu *c, struct weft_sep
 static enum weft_result set_rows(struct weft_separable_cpu *c)
 {
     const struct weft_separable_axis *y = &c->plan->axis[1];
-    const int width = c->plan->info.kernel.width;
     struct weft_separable_taps taps;
-    const enum weft_result res = weft_separable_taps_create(c->plan->log, width, y, &taps);
+    const enum weft_result res = weft_separable_taps_create(c->plan->log, y, &taps);
     if (res != WEFT_OK)
         return res;
     c->first[1] = malloc((size_t)y->positions * sizeof *c->first[1]);
-    weft_separable_taps_number(y, width, 0, y->positions, &taps);
+    weft_separable_taps_number(y, 0, y->positions, &taps);
     for (int i = 0; c->first[1] && i < y->positions; i++)
-        c->first[1][i] = taps.place[y->first[i] + width - 1];
+        c->first[1][i] = weft_separable_first_tap(y, &taps, i);
     c->row_taps = taps.count;
     c->row_sample = taps.sample;
     free(taps.place);
@@ -189,19 +200,19 @@ static enum weft_result set_rows(struct weft_separable_cpu *c)
 // ---- weights ------------------------------------------------------------------------------------
 
 void weft_separable_cpu_weights(const struct weft_separable_cpu *c, int axis, int from, int count,
-                                void *out)
+                                double *room, void *out)
 {
-    const struct weft_kernel *kernel = &c->plan->info.kernel;
-    double exact[WEFT_KERNEL_MAX_WIDTH];
+    const struct weft_separable_axis *of = &c->plan->axis[axis];
+    const size_t width = (size_t)of->width;
     for (int i = 0; i < count; i++) {
-        double *wide = (double *)out + (size_t)i * (size_t)kernel->width;
-        float *narrow = (float *)out + (size_t)i * (size_t)kernel->width;
-        weft_kernel_weights(kernel, c->plan->axis[axis].at[from + i], exact);
-        for (int t = 0; t < kernel->width; t++) {
+        double *wide = (double *)out + (size_t)i * width;
+        float *narrow = (float *)out + (size_t)i * width;
+        weft_separable_weights(&c->plan->info.kernel, of, from + i, room);
+        for (size_t t = 0; t < width; t++) {
             if (c->plan->info.sums == WEFT_SUMS_DOUBLE)
-                wide[t] = exact[t];
+                wide[t] = room[t];
             else
-                narrow[t] = weft_separable_single_weight(true, exact[t]);
+                narrow[t] = weft_separable_single_weight(true, room[t]);
         }
     }
 }
@@ -209,13 +220,17 @@ void weft_separable_cpu_weights(const struct weft_separable_cpu *c, int axis, in
 // Weights of columns past the last are read with whole vectors.
 static enum weft_result keep_weights(struct weft_separable_cpu *c)
 {
-    const size_t one = (size_t)c->plan->info.kernel.width * c->lines->bytes;
     for (int a = 0; a < 2; a++) {
-        const int count = c->plan->axis[a].positions;
-        c->weights[a] = calloc((size_t)round_up(count, c->lines->lanes), one);
-        if (!c->weights[a])
+        const struct weft_separable_axis *axis = &c->plan->axis[a];
+        const size_t width = (size_t)axis->width;
+        double *room = malloc(width * sizeof *room);
+        c->weights[a] =
+            calloc((size_t)round_up(axis->positions, c->lines->lanes), width * c->lines->bytes);
+        if (room && c->weights[a])
+            weft_separable_cpu_weights(c, a, 0, axis->positions, room, c->weights[a]);
+        free(room);
+        if (!room || !c->weights[a])
             return out_of_memory(c);
-        weft_separable_cpu_weights(c, a, 0, count, c->weights[a]);
     }
     return WEFT_OK;
 }
@@ -242,8 +257,7 @@ static const struct weft_separable_lines *lines_of(enum weft_instruction_set set
 static enum weft_result cut(struct weft_separable_cpu *c)
 {
     struct weft_separable_taps taps;
-    enum weft_result res = weft_separable_taps_create(c->plan->log, c->plan->info.kernel.width,
-                                                      &c->plan->axis[0], &taps);
+    enum weft_result res = weft_separable_taps_create(c->plan->log, &c->plan->axis[0], &taps);
     if (res != WEFT_OK)
         return res;
     res = choose_columns(c, &taps);
@@ -282,7 +296,7 @@ enum weft_result weft_separable_cpu_compile(const weft_separable_plan *plan,
     c->plan = plan;
     c->cpu = *resolved;
     c->lines = lines_of(resolved->instructions, plan->info.sums);
-    c->kept_blocks = blocks_of(plan->info.kernel.width, c->lines->lanes);
+    c->kept_blocks = blocks_of(&plan->axis[1], c->lines->lanes);
     const enum weft_result res = create(c);
     if (res == WEFT_OK)
         *out = c;

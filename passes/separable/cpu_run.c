@@ -1,19 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Compiled plans run on the CPU, part by part.
+#include <stdlib.h>
 #include <string.h>
 
 #include "filter/threads.h"
 #include "passes/separable/cpu.h"
 
-enum { MAX_WIDTH = WEFT_KERNEL_MAX_WIDTH, MAX_LANES = 16, MAX_BLOCKS = MAX_WIDTH };
+enum { MAX_LANES = 16 };
 
 struct runner {
     struct weft_separable_cpu *c;
     const struct weft_separable_run_params *params;
     struct weft_separable_care care;
+    void *border;                      // as a row of samples, of the boundary of that name
     int first_strip, bands, band_rows; // of the part of the pixels that is made
     size_t parts;
     bool cancelled;
+};
+
+// Those taps of a row of pixels that count, and their weights; for the rows' samples there is room.
+struct taps {
+    int count;
+    const void **row;
+    void *weight, *all; // numbers; all: of taps that do not count, too
+    int32_t *tap;       // among those of all rows
 };
 
 // A strip by a band, and the memory of the thread that filters it.
@@ -24,13 +34,14 @@ struct part {
     // Columns that are made, and the one that filtering along x begins with: a whole number of
     // vectors from the strip's first.
     int from, columns, start;
-    int taps[2]; // those columns': the first, and past the last, among the strip's
-    int width;   // of the kernel
+    int taps[2];       // those columns': the first, and past the last, among the strip's
+    int width, height; // of the kernel along x and along y
     char *lines, *rows, *out;
+    struct taps row_taps;
+    double *room;        // for a position's weights
     const char *weights; // of the strip's columns
     size_t row_bytes;    // from row to row of `rows` and `out`
-    int32_t
-        block_in[MAX_BLOCKS]; // x first: which interleaved rows are kept in each place; -1: none
+    int32_t *block_in;   // x first: which interleaved rows are kept in each place; -1: none
     struct weft_statistics *pixels;
 };
 
@@ -43,23 +54,30 @@ static const void *sample_row(const struct part *p, int tap)
     const struct weft_separable_run_params *params = p->r->params;
     const struct weft_rectangle *w = &params->window;
     const int wanted = p->c->row_sample[tap], last = w->y + w->height - 1;
+    if (wanted < 0)
+        return p->r->border;
     const int row = wanted < w->y ? w->y : wanted > last ? last : wanted;
     const size_t at = weft_separable_sample(params, w->x, row);
     return params->wide ? (const void *)(params->wide + at) : params->samples + at;
 }
 
 // What the columns need of the strip's span number i, whose samples are counted from the window's
-// first; false: nothing.
+// first, and of the border from 0; false: nothing.
 static bool clip_span(const struct part *p, size_t i, struct weft_separable_span *out)
 {
     const struct weft_separable_span *span = &p->c->spans[p->strip->spans + i];
     const int from = span->at < p->taps[0] ? p->taps[0] : span->at;
     const int end = span->at + span->count < p->taps[1] ? span->at + span->count : p->taps[1];
-    *out = (struct weft_separable_span){.at = from,
-                                        .sample = span->sample + (from - span->at) -
-                                                  p->r->params->window.x,
-                                        .count = end - from};
+    const int sample = span->sample + (from - span->at) - p->r->params->window.x;
+    *out = (struct weft_separable_span){
+        .at = from, .sample = span->sample < 0 ? 0 : sample, .count = end - from};
     return end > from;
+}
+
+// Whose samples are the border's value in every row.
+static bool is_border(const struct part *p, size_t i)
+{
+    return p->c->spans[p->strip->spans + i].sample < 0;
 }
 
 static bool are_floats(const struct part *p)
@@ -86,16 +104,17 @@ static void make_block(struct part *p, int block)
 {
     const struct weft_separable_cpu *c = p->c;
     const int lanes = c->lines->lanes, slot = block % c->kept_blocks;
-    const void *rows[MAX_LANES];
+    const void *rows[MAX_LANES], *border[MAX_LANES];
     for (int l = 0; l < lanes; l++) {
         const int tap = block * lanes + l;
         rows[l] = sample_row(p, tap < c->row_taps ? tap : c->row_taps - 1);
+        border[l] = p->r->border;
     }
     struct weft_separable_span span;
     for (size_t i = 0; i < p->strip->span_count; i++)
         if (clip_span(p, i, &span))
-            c->lines->gather(rows, are_floats(p), &span, ldexp(1.0, -p->r->care.scale_bits),
-                             p->lines);
+            c->lines->gather(is_border(p, i) ? border : rows, are_floats(p), &span,
+                             ldexp(1.0, -p->r->care.scale_bits), p->lines);
     run_across(p, p->rows + (size_t)(slot * lanes) * p->row_bytes);
     p->block_in[slot] = block;
 }
@@ -117,13 +136,6 @@ static const void *row_of(struct part *p, int tap)
 
 // ---- weights of a row ---------------------------------------------------------------------------
 
-// Those taps of a row of pixels that count, and their weights.
-struct taps {
-    int count;
-    int tap[MAX_WIDTH];       // among those of all rows
-    double weight[MAX_WIDTH]; // numbers
-};
-
 static double number_at(const struct part *p, const void *numbers, int i)
 {
     return p->c->lines->bytes == sizeof(double) ? ((const double *)numbers)[i]
@@ -138,17 +150,17 @@ static void set_number(const struct part *p, void *numbers, int i, double number
         ((float *)numbers)[i] = (float)number;
 }
 
-static void find_taps(const struct part *p, int y, double factor, struct taps *out)
+static void find_taps(struct part *p, int y, double factor)
 {
     const struct weft_separable_cpu *c = p->c;
-    double own[MAX_WIDTH];
-    const void *weights = own;
+    struct taps *out = &p->row_taps;
+    const void *weights = out->all;
     if (c->weights[1])
-        weights = (const char *)c->weights[1] + (size_t)y * (size_t)p->width * c->lines->bytes;
+        weights = (const char *)c->weights[1] + (size_t)y * (size_t)p->height * c->lines->bytes;
     else
-        weft_separable_cpu_weights(c, 1, y, 1, own);
+        weft_separable_cpu_weights(c, 1, y, 1, p->room, out->all);
     out->count = 0;
-    for (int t = 0; t < p->width; t++) {
+    for (int t = 0; t < p->height; t++) {
         const double weight = number_at(p, weights, t);
         if (weight == 0.0)
             continue;
@@ -186,35 +198,35 @@ static void finish(const struct part *p, int y, const void *numbers)
 // Along x, and then along y.
 static void run_x_first(struct part *p, int from, int to)
 {
-    const void *rows[MAX_WIDTH];
+    const struct taps *taps = &p->row_taps;
     for (int y = from; y < to; y++) {
-        struct taps taps;
-        find_taps(p, y, 1.0, &taps);
-        for (int t = 0; t < taps.count; t++)
-            rows[t] = row_of(p, taps.tap[t]);
+        find_taps(p, y, 1.0);
+        for (int t = 0; t < taps->count; t++)
+            taps->row[t] = row_of(p, taps->tap[t]);
         void *out = p->c->lines->bytes == sizeof(float)
                         ? (void *)weft_separable_pixel(p->r->params, p->from, y)
                         : p->out;
-        p->c->lines->along(rows, false, taps.weight, taps.count, p->columns, out);
+        p->c->lines->along(taps->row, false, taps->weight, taps->count, p->columns, out);
         finish(p, y, out);
     }
 }
 
 // A row of pixels filtered along y, of all taps of the columns.
-static void make_middle(const struct part *p, int y, char *out)
+static void make_middle(struct part *p, int y, char *out)
 {
     const struct weft_separable_cpu *c = p->c;
     const size_t sample = are_floats(p) ? sizeof(float) : sizeof(double);
-    struct taps taps;
-    find_taps(p, y, ldexp(1.0, -p->r->care.scale_bits), &taps);
+    const struct taps *taps = &p->row_taps;
+    find_taps(p, y, ldexp(1.0, -p->r->care.scale_bits));
     for (size_t i = 0; i < p->strip->span_count; i++) {
         struct weft_separable_span span;
-        const void *rows[MAX_WIDTH];
         if (!clip_span(p, i, &span))
             continue;
-        for (int t = 0; t < taps.count; t++)
-            rows[t] = (const char *)sample_row(p, taps.tap[t]) + (size_t)span.sample * sample;
-        c->lines->along(rows, are_floats(p), taps.weight, taps.count, span.count,
+        for (int t = 0; t < taps->count; t++) {
+            const char *row = is_border(p, i) ? p->r->border : sample_row(p, taps->tap[t]);
+            taps->row[t] = row + (size_t)span.sample * sample;
+        }
+        c->lines->along(taps->row, are_floats(p), taps->weight, taps->count, span.count,
                         out + (size_t)span.at * c->lines->bytes);
     }
 }
@@ -271,6 +283,18 @@ static void set_columns(struct part *p)
     }
 }
 
+static void set_room(struct part *p, char *memory)
+{
+    const size_t taps = (size_t)p->height;
+    char *at = memory + p->c->taps_at;
+    p->row_taps.row = (const void **)at;
+    p->row_taps.weight = at + taps * sizeof(void *);
+    p->row_taps.all = at + taps * (sizeof(void *) + sizeof(double));
+    p->row_taps.tap = (int32_t *)(at + taps * (sizeof(void *) + 2 * sizeof(double)));
+    p->block_in = (int32_t *)(memory + p->c->blocks_at);
+    p->room = (double *)(memory + p->c->room_at);
+}
+
 static void set_part(struct part *p, int thread)
 {
     const struct weft_separable_cpu *c = p->c;
@@ -283,8 +307,9 @@ static void set_part(struct part *p, int thread)
     p->out = memory + c->out_at;
     p->row_bytes = (columns + lanes - 1) / lanes * lanes * c->lines->bytes;
     p->weights = (const char *)c->weights[0] + (size_t)p->start * one;
+    set_room(p, memory);
     if (!c->weights[0]) {
-        weft_separable_cpu_weights(c, 0, p->start, (int)columns, memory + c->weights_at);
+        weft_separable_cpu_weights(c, 0, p->start, (int)columns, p->room, memory + c->weights_at);
         p->weights = memory + c->weights_at;
     }
     for (int i = 0; i < c->kept_blocks; i++)
@@ -303,7 +328,8 @@ static bool run_part(void *priv, int thread, size_t i)
     struct part p = {.r = r,
                      .c = c,
                      .strip = &c->strips[(size_t)r->first_strip + i / bands],
-                     .width = c->plan->info.kernel.width,
+                     .width = c->plan->axis[0].width,
+                     .height = c->plan->axis[1].width,
                      .pixels = &c->statistics[thread]};
     const int end = r->params->part.y + r->params->part.height;
     const int from = r->params->part.y + (int)(i % bands) * r->band_rows;
@@ -326,12 +352,36 @@ static void cut_part(struct runner *r)
     r->parts = (size_t)r->bands * (size_t)strips;
 }
 
+// As long as a row of samples, and as all that a strip can have beyond them.
+static enum weft_result make_border(struct runner *r)
+{
+    const struct weft_separable_run_params *p = r->params;
+    const int taps = r->c->plan->axis[0].all_taps;
+    const int count = p->window.width > taps ? p->window.width : taps;
+    if (r->c->plan->info.boundary != WEFT_BOUNDARY_BORDER)
+        return WEFT_OK;
+    r->border = malloc((size_t)count * sizeof(double));
+    for (int i = 0; r->border && i < count; i++) {
+        if (p->wide)
+            ((double *)r->border)[i] = p->border;
+        else
+            ((float *)r->border)[i] = (float)p->border;
+    }
+    if (r->border)
+        return WEFT_OK;
+    weft_error(p->log, "not enough memory for %d samples of the border", count);
+    return WEFT_ERR_MEMORY;
+}
+
 enum weft_result weft_separable_cpu_run(struct weft_separable_cpu *c,
                                         const struct weft_separable_run_params *params,
                                         struct weft_separable_report *report)
 {
     struct runner r = {.c = c, .params = params};
     const double start = weft_now_seconds();
+    const enum weft_result res = make_border(&r);
+    if (res != WEFT_OK)
+        return res;
     r.care = weft_separable_take_care(c->plan, params);
     cut_part(&r);
     *report = (struct weft_separable_report){.peak_bytes = c->bytes,
@@ -342,6 +392,7 @@ enum weft_result weft_separable_cpu_run(struct weft_separable_cpu *c,
         c->statistics[i] = report->pixels;
     report->prepare_seconds = weft_now_seconds() - start;
     weft_threads_run(c->cpu.threads, r.parts, run_part, &r);
+    free(r.border);
     if (r.cancelled) {
         weft_note(params->log, "separable filtering was cancelled");
         return WEFT_ERR_CANCELLED;

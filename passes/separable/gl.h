@@ -26,7 +26,7 @@ struct weft_separable_loaded {
 struct weft_separable_gl {
     const weft_separable_plan *plan;
     weft_context *context;
-    int groups;       // texels of four weights, of a position
+    int groups[2];    // texels of four weights, of a position along x and along y
     int cut[2];       // positions of a rectangle at most
     int most_taps[2]; // different taps of all positions of a rectangle, at most
     struct weft_separable_sizes sizes;

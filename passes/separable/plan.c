@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "filter/kernels/kernel_nd.h"
+#include "filter/kernels/stretch.h"
 #include "passes/separable/separable_impl.h"
 
 // ---- the request --------------------------------------------------------------------------------
@@ -42,19 +43,48 @@ static enum weft_result check_engine(const struct weft_separable_params *p)
     weft_require_enum(p->log, p->engine, WEFT_ENGINE_CPU);
     weft_require_enum(p->log, p->sums, WEFT_SUMS_DOUBLE);
     weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
-    if (p->boundary != WEFT_BOUNDARY_CLAMP || p->stretch[0] > 1.0 || p->stretch[1] > 1.0) {
-        weft_error(p->log,
-                   "separable filtering with boundary %s, stretched by %g and %g, is not "
-                   "built yet",
-                   weft_boundary_names[p->boundary], p->stretch[0], p->stretch[1]);
-        return WEFT_ERR_UNSUPPORTED;
-    }
     if (p->sums == WEFT_SUMS_FLOAT || p->engine == WEFT_ENGINE_CPU)
         return WEFT_OK;
     weft_error(p->log, "OpenGL sums in single precision: sums in double need the CPU engine");
     return WEFT_ERR_UNSUPPORTED;
 fail:
     return res;
+}
+
+static double stretch_of(const struct weft_separable_params *p, int axis)
+{
+    return p->stretch[axis] == 0.0 ? 1.0 : p->stretch[axis];
+}
+
+// Each pixel has a weight for every tap.
+static enum weft_result check_stretch(const struct weft_separable_params *p,
+                                      const struct weft_kernel *kernel)
+{
+    const int positions[2] = {p->width, p->height};
+    for (int a = 0; a < 2; a++) {
+        const double stretch = stretch_of(p, a);
+        if (!(stretch >= 1.0 && stretch <= WEFT_STRETCH_MAX)) {
+            weft_error(p->log, "separable filtering: a kernel stretched by %g: 1 to %.0f", stretch,
+                       WEFT_STRETCH_MAX);
+            return WEFT_ERR_ARGUMENT;
+        }
+        if (stretch == 1.0)
+            continue;
+        if (kernel->prefiltered) {
+            weft_error(p->log, "separable filtering: %s is prefiltered and cannot be stretched",
+                       kernel->info->name);
+            return WEFT_ERR_UNSUPPORTED;
+        }
+        const double weights = (double)weft_stretch_width(kernel, stretch) * positions[a];
+        if (weights > WEFT_SEPARABLE_MAX_WEIGHTS) {
+            weft_error(p->log,
+                       "separable filtering: %.4g weights along an axis, of %d pixels and a kernel "
+                       "stretched by %g: the limit is %d",
+                       weights, positions[a], stretch, WEFT_SEPARABLE_MAX_WEIGHTS);
+            return WEFT_ERR_LIMIT;
+        }
+    }
+    return WEFT_OK;
 }
 
 static enum weft_result check(const struct weft_separable_params *p,
@@ -74,6 +104,8 @@ static enum weft_result check(const struct weft_separable_params *p,
     res = check_engine(p);
     if (res == WEFT_OK)
         res = check_kernel(p->log, kernel);
+    if (res == WEFT_OK)
+        res = check_stretch(p, kernel);
     if (res == WEFT_OK)
         res = check_positions(p->log, 'x', p->x, p->width);
     if (res == WEFT_OK)
@@ -114,6 +146,7 @@ enum weft_result weft_separable_check_samples(const weft_separable_plan *plan,
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(params->log, params->samples || params->wide);
     weft_require(params->log, !params->wide || plan->info.sums == WEFT_SUMS_DOUBLE);
+    weft_require(params->log, isfinite(params->border));
     return weft_rectangle_within(params->log, &params->window, plan->info.size[0],
                                  plan->info.size[1], &params->window);
 fail:
@@ -148,167 +181,91 @@ fail:
     return res;
 }
 
-// ---- taps ---------------------------------------------------------------------------------------
-
-enum weft_result weft_separable_taps_create(const struct weft_log *log, int width,
-                                            const struct weft_separable_axis *axis,
-                                            struct weft_separable_taps *out)
-{
-    // Taps from 1 - width to size + width - 2.
-    const size_t taps = (size_t)axis->size + 2 * (size_t)width - 2;
-    *out = (struct weft_separable_taps){
-        .sample = malloc(taps * sizeof *out->sample),
-        .place = malloc(taps * sizeof *out->place),
-    };
-    if (out->sample && out->place)
-        return WEFT_OK;
-    weft_error(log, "not enough memory for the taps of %d pixels and %d samples", axis->positions,
-               axis->size);
-    weft_separable_taps_destroy(out);
-    return WEFT_ERR_MEMORY;
-}
-
-void weft_separable_taps_destroy(struct weft_separable_taps *taps)
-{
-    free(taps->sample);
-    free(taps->place);
-    *taps = (struct weft_separable_taps){0};
-}
-
-void weft_separable_taps_number(const struct weft_separable_axis *axis, int width, int from, int to,
-                                struct weft_separable_taps *taps)
-{
-    int32_t low = INT32_MAX, high = INT32_MIN;
-    for (int i = from; i < to; i++) {
-        low = axis->first[i] < low ? axis->first[i] : low;
-        high = axis->first[i] > high ? axis->first[i] : high;
-    }
-    int32_t *place = taps->place + (width - 1); // of tap 0
-    const int32_t end = high + width;
-    memset(place + low, 0, (size_t)(end - low) * sizeof *place);
-    for (int i = from; i < to; i++)
-        place[axis->first[i]] = 1;
-    taps->count = 0;
-    int left = 0; // taps that a position before needs
-    for (int32_t tap = low; tap < end; tap++) {
-        left = place[tap] ? width : left - 1;
-        place[tap] = taps->count;
-        if (left > 0)
-            taps->sample[taps->count++] = tap < 0 ? 0 : tap >= axis->size ? axis->size - 1 : tap;
-    }
-}
-
-int weft_separable_most_taps(const struct weft_separable_axis *axis, int width, int cut,
-                             struct weft_separable_taps *taps)
-{
-    int most = 0;
-    for (int from = 0; from < axis->positions; from += cut) {
-        const int left = axis->positions - from;
-        weft_separable_taps_number(axis, width, from, from + (left < cut ? left : cut), taps);
-        most = taps->count > most ? taps->count : most;
-    }
-    return most;
-}
-
-float weft_separable_single_weight(bool skips_zeros, double weight)
-{
-    const bool vanishes = fabs(weight) < FLT_MIN && weight != 0.0;
-    return skips_zeros && vanishes ? (float)copysign(FLT_MIN, weight) : (float)weight;
-}
-
 // ---- an axis ------------------------------------------------------------------------------------
 
-static int32_t clamp_tap(const struct weft_separable_axis *axis, int width, int64_t tap)
+// Beyond the edges all taps are alike, or the same as a period away.
+static int32_t move_tap(const struct weft_separable_axis *axis, int64_t tap)
 {
-    const int64_t low = 1 - width, high = axis->size - 1;
-    return (int32_t)(tap < low ? low : tap > high ? high : tap);
+    const int64_t size = axis->size, width = axis->width;
+    const bool border = axis->boundary == WEFT_BOUNDARY_BORDER;
+    const int64_t low = border ? -width : 1 - width, high = border ? size : size - 1;
+    const int64_t period = axis->boundary == WEFT_BOUNDARY_MIRROR ? 2 * (size - 1) : size;
+    if (tap >= low && tap <= high)
+        return (int32_t)tap;
+    if (axis->boundary == WEFT_BOUNDARY_CLAMP || border)
+        return (int32_t)(tap < low ? low : high);
+    const int64_t rest = period ? tap % period : 0;
+    return (int32_t)(rest < 0 ? rest + period : rest);
 }
 
 // The sample that a position is: all of its weights are 0 but for one of 1. -1: none.
-static int32_t whole_sample(const struct weft_kernel *kernel, double at, int64_t first,
-                            const double *weights, int size)
+static int32_t whole_sample(const struct weft_separable_axis *axis, double at, int64_t first,
+                            const double *weights)
 {
     int64_t sample = -1;
-    if (kernel->width > 1 && at != rint(at))
+    if (axis->stretch > 1.0 || (axis->width > 1 && at != rint(at)))
         return -1;
-    for (int j = 0; j < kernel->width; j++) {
+    for (int j = 0; j < axis->width; j++) {
         if (weights[j] == 1.0)
-            sample = first + j < 0 ? 0 : first + j >= size ? size - 1 : first + j;
+            sample = weft_boundary_index(axis->boundary, first + j, axis->size);
         else if (weights[j] != 0.0)
             return -1;
     }
     return (int32_t)sample;
 }
 
-static void fill_axis(const struct weft_kernel *kernel, struct weft_separable_axis *axis)
+void weft_separable_weights(const struct weft_kernel *kernel,
+                            const struct weft_separable_axis *axis, int position, double *weights)
 {
+    weft_stretch_weights(kernel, axis->stretch, axis->at[position], weights);
+}
+
+static void fill_axis(const struct weft_kernel *kernel, struct weft_separable_axis *axis,
+                      double *weights)
+{
+    int32_t high = INT32_MIN;
     axis->growth = 1.0;
+    axis->low = INT32_MAX;
     for (int i = 0; i < axis->positions; i++) {
-        double weights[WEFT_KERNEL_MAX_WIDTH], sum = 0.0;
-        const int64_t first = weft_kernel_weights(kernel, axis->at[i], weights);
-        for (int j = 0; j < kernel->width; j++)
+        double sum = 0.0;
+        const int64_t first = weft_stretch_weights(kernel, axis->stretch, axis->at[i], weights);
+        for (int j = 0; j < axis->width; j++)
             sum += fabs(weights[j]);
         axis->growth = fmax(axis->growth, sum);
-        axis->first[i] = clamp_tap(axis, kernel->width, first);
-        axis->whole[i] = whole_sample(kernel, axis->at[i], first, weights, axis->size);
+        axis->first[i] = move_tap(axis, first);
+        axis->whole[i] = whole_sample(axis, axis->at[i], first, weights);
+        axis->low = axis->first[i] < axis->low ? axis->first[i] : axis->low;
+        high = axis->first[i] > high ? axis->first[i] : high;
     }
+    axis->span = high - axis->low + axis->width;
 }
 
 static enum weft_result create_axis(const weft_separable_plan *plan, const double *at,
                                     struct weft_separable_axis *axis)
 {
-    const int width = plan->info.kernel.width;
     const size_t count = (size_t)axis->positions;
     struct weft_separable_taps taps;
+    axis->width = (int)weft_stretch_width(&plan->info.kernel, axis->stretch);
     axis->at = malloc(count * sizeof *axis->at);
     axis->first = malloc(count * sizeof *axis->first);
     axis->whole = malloc(count * sizeof *axis->whole);
-    if (!axis->at || !axis->first || !axis->whole) {
+    double *weights = malloc((size_t)axis->width * sizeof *weights);
+    if (!axis->at || !axis->first || !axis->whole || !weights) {
         weft_error(plan->log, "not enough memory for %d pixels", axis->positions);
+        free(weights);
         return WEFT_ERR_MEMORY;
     }
     memcpy(axis->at, at, count * sizeof *axis->at);
-    fill_axis(&plan->info.kernel, axis);
-    const enum weft_result res = weft_separable_taps_create(plan->log, width, axis, &taps);
+    fill_axis(&plan->info.kernel, axis, weights);
+    free(weights);
+    const enum weft_result res = weft_separable_taps_create(plan->log, axis, &taps);
     if (res != WEFT_OK)
         return res;
-    weft_separable_taps_number(axis, width, 0, axis->positions, &taps);
+    weft_separable_taps_number(axis, 0, axis->positions, &taps);
     axis->all_taps = taps.count;
-    // All taps are numbered, in order.
-    axis->reach[0] = taps.sample[0];
-    axis->reach[1] = taps.sample[taps.count - 1];
     weft_separable_taps_destroy(&taps);
+    weft_separable_axis_reach(axis, 0, axis->positions, axis->reach);
     return WEFT_OK;
-}
-
-// ---- what a part reads --------------------------------------------------------------------------
-
-// From the first to the last sample of positions `from` to `to`, exclusive.
-void weft_separable_axis_reach(const struct weft_separable_axis *axis, int width, int from, int to,
-                               int reach[2])
-{
-    int32_t low = INT32_MAX, high = INT32_MIN;
-    for (int i = from; i < to; i++) {
-        low = axis->first[i] < low ? axis->first[i] : low;
-        high = axis->first[i] > high ? axis->first[i] : high;
-    }
-    const int last = axis->size - 1, end = high + width - 1;
-    reach[0] = low < 0 ? 0 : low;
-    reach[1] = end > last ? last : end < 0 ? 0 : end;
-}
-
-struct weft_rectangle weft_separable_reach(const weft_separable_plan *plan,
-                                           const struct weft_rectangle *part)
-{
-    struct weft_rectangle pixels;
-    int x[2], y[2];
-    if (weft_rectangle_within(NULL, part, plan->info.width, plan->info.height, &pixels) != WEFT_OK)
-        return (struct weft_rectangle){0};
-    weft_separable_axis_reach(&plan->axis[0], plan->info.kernel.width, pixels.x,
-                              pixels.x + pixels.width, x);
-    weft_separable_axis_reach(&plan->axis[1], plan->info.kernel.width, pixels.y,
-                              pixels.y + pixels.height, y);
-    return (struct weft_rectangle){x[0], y[0], x[1] - x[0] + 1, y[1] - y[0] + 1};
 }
 
 // ---- the order of the axes ----------------------------------------------------------------------
@@ -318,11 +275,10 @@ struct weft_rectangle weft_separable_reach(const weft_separable_plan *plan,
 static double count_fetches(const weft_separable_plan *plan, int first_axis)
 {
     const struct weft_separable_axis *x = &plan->axis[0], *y = &plan->axis[1];
-    const double width = plan->info.kernel.width;
     const bool gl = plan->info.engine == WEFT_ENGINE_GL;
     const double lanes = gl ? WEFT_SEPARABLE_LANES : 1.0;
-    const double along_y = gl ? 1.0 + ceil(width / lanes) + width : width;
-    const double along_x = gl ? lanes * along_y : 2.0 * width;
+    const double along_y = gl ? 1.0 + ceil(y->width / lanes) + y->width : y->width;
+    const double along_x = gl ? lanes * (1.0 + ceil(x->width / lanes) + x->width) : 2.0 * x->width;
     const double columns = ceil(x->positions / lanes), taps = ceil(x->all_taps / lanes);
     return first_axis == 0 ? columns * y->all_taps * along_x + columns * y->positions * along_y
                            : taps * y->positions * along_y + columns * y->positions * along_x;
@@ -340,14 +296,23 @@ static void choose_order(weft_separable_plan *plan, int asked)
 
 static enum weft_result fill(const struct weft_separable_params *p, weft_separable_plan *plan)
 {
-    plan->axis[0] = (struct weft_separable_axis){.positions = p->width, .size = p->size[0]};
-    plan->axis[1] = (struct weft_separable_axis){.positions = p->height, .size = p->size[1]};
+    const int positions[2] = {p->width, p->height};
+    for (int a = 0; a < 2; a++)
+        plan->axis[a] = (struct weft_separable_axis){.positions = positions[a],
+                                                     .size = p->size[a],
+                                                     .stretch = plan->info.stretch[a],
+                                                     .boundary = p->boundary};
     enum weft_result res = create_axis(plan, p->x, &plan->axis[0]);
     if (res == WEFT_OK)
         res = create_axis(plan, p->y, &plan->axis[1]);
-    if (res == WEFT_OK)
-        choose_order(plan, p->first_axis);
-    return res;
+    if (res != WEFT_OK)
+        return res;
+    for (int a = 0; a < 2; a++) {
+        plan->info.taps[a] = plan->axis[a].width;
+        plan->info.gain[a] = plan->axis[a].growth;
+    }
+    choose_order(plan, p->first_axis);
+    return WEFT_OK;
 }
 
 enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
@@ -370,6 +335,8 @@ enum weft_result weft_separable_plan_create(const struct weft_separable_params *
                  .size = {params->size[0], params->size[1]},
                  .width = params->width,
                  .height = params->height,
+                 .stretch = {stretch_of(params, 0), stretch_of(params, 1)},
+                 .boundary = params->boundary,
                  .engine = params->engine,
                  .sums = params->sums},
         .memory_bytes = params->memory_bytes ? params->memory_bytes : UINT64_C(1) << 30,

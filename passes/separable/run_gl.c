@@ -31,20 +31,19 @@ static int smaller(int a, int b)
 
 // Weights in groups of four, zeros behind the last; past the last position weights are all zero.
 static void write_weights(const struct runner *r, int which,
-                          const struct weft_separable_loaded *part, float *weights,
+                          const struct weft_separable_loaded *part, double *exact, float *weights,
                           int32_t *first_taps)
 {
     const struct weft_separable_axis *axis = &r->plan->axis[which];
-    const int width = r->plan->info.kernel.width, groups = r->c->groups;
+    const int width = axis->width, groups = r->c->groups[which];
     const size_t texels = (size_t)weft_separable_round_up(part->count);
     memset(weights, 0, texels * (size_t)groups * 4 * sizeof *weights);
     memset(first_taps, 0, texels * sizeof *first_taps);
     for (int i = 0; i < part->count; i++, weights += 4 * groups) {
-        double exact[WEFT_KERNEL_MAX_WIDTH];
-        weft_kernel_weights(&r->plan->info.kernel, axis->at[part->from + i], exact);
+        weft_separable_weights(&r->plan->info.kernel, axis, part->from + i, exact);
         for (int j = 0; j < width; j++)
             weights[j] = weft_separable_single_weight(part->skips_zeros, exact[j]);
-        first_taps[i] = r->c->taps[which].place[axis->first[part->from + i] + width - 1];
+        first_taps[i] = weft_separable_first_tap(axis, &r->c->taps[which], part->from + i);
     }
 }
 
@@ -53,12 +52,18 @@ static enum weft_result upload_weights(struct runner *r, int which,
 {
     struct weft_separable_gl *c = r->c;
     const size_t texels = (size_t)weft_separable_round_up(part->count);
-    const size_t weight_bytes = texels * (size_t)c->groups * 16, first_bytes = texels * 4;
+    const size_t weight_bytes = texels * (size_t)c->groups[which] * 16, first_bytes = texels * 4;
+    double *exact = malloc((size_t)r->plan->axis[which].width * sizeof *exact);
+    if (!exact) {
+        weft_error(r->params.log, "not enough memory for %d weights", r->plan->axis[which].width);
+        return WEFT_ERR_MEMORY;
+    }
     float *weights = weft_gl_buffer_map(r->gl, &c->weights[which], weight_bytes);
     int32_t *first_taps = weft_gl_buffer_map(r->gl, &c->first_taps[which], first_bytes);
     bool done = weights && first_taps;
     if (done)
-        write_weights(r, which, part, weights, first_taps);
+        write_weights(r, which, part, exact, weights, first_taps);
+    free(exact);
     done = weights && weft_gl_buffer_unmap(r->gl, &c->weights[which]) && done;
     done = first_taps && weft_gl_buffer_unmap(r->gl, &c->first_taps[which]) && done;
     r->report.uploaded_bytes += weight_bytes + first_bytes;
@@ -78,8 +83,7 @@ static enum weft_result load_axis(struct runner *r, int which, int from, int cou
         return WEFT_OK;
     const double start = weft_now_seconds();
     *loaded = (struct weft_separable_loaded){.count = 0};
-    weft_separable_taps_number(&r->plan->axis[which], r->plan->info.kernel.width, from,
-                               from + count, &r->c->taps[which]);
+    weft_separable_taps_number(&r->plan->axis[which], from, from + count, &r->c->taps[which]);
     const enum weft_result res = upload_weights(r, which, &part);
     if (res == WEFT_OK)
         *loaded = part;
@@ -93,10 +97,14 @@ static void write_samples(const struct runner *r, float *out)
     const int row_floats = weft_separable_round_up(x->count);
     const float factor = (float)ldexp(1.0, -r->care.scale_bits);
     for (int j = 0; j < y->count; j++) {
+        const int line = y->sample[j];
+        const float border = (float)r->params.border * factor;
         const float *row =
-            r->params.samples + weft_separable_sample(&r->params, r->params.window.x, y->sample[j]);
+            r->params.samples + weft_separable_sample(&r->params, r->params.window.x,
+                                                      line < 0 ? r->params.window.y : line);
         for (int i = 0; i < x->count; i++)
-            out[i] = row[x->sample[i] - r->params.window.x] * factor;
+            out[i] = line < 0 || x->sample[i] < 0 ? border
+                                                  : row[x->sample[i] - r->params.window.x] * factor;
         for (int i = x->count; i < row_floats; i++)
             out[i] = 0.0f;
         out += row_floats;

@@ -19,8 +19,9 @@
 
 WEFT_BEGIN_DECLS
 
-// Samples and pixels along an axis at most.
-enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24 };
+// Samples and pixels along an axis, and weights of all its pixels where a kernel is stretched, at
+// most.
+enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24, WEFT_SEPARABLE_MAX_WEIGHTS = 1 << 28 };
 
 // ---- plans --------------------------------------------------------------------------------------
 
@@ -53,7 +54,8 @@ struct weft_separable_params {
 typedef struct weft_separable_plan weft_separable_plan;
 
 // Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions,
-// enums, first_axis), WEFT_ERR_UNSUPPORTED (radial kernels; double sums on OpenGL) or
+// stretches, enums, first_axis), WEFT_ERR_UNSUPPORTED (radial kernels; prefiltered ones that are to
+// be stretched; double sums on OpenGL), WEFT_ERR_LIMIT (weights: the log has their number) or
 // WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
                                                      weft_separable_plan **out);
@@ -63,7 +65,9 @@ WEFT_API void weft_separable_plan_destroy(weft_separable_plan **plan); // accept
 struct weft_separable_info {
     struct weft_kernel kernel;
     int size[2], width, height;
-    double stretch[2];
+    double stretch[2]; // 1: the kernel as it is
+    int taps[2];       // of every column, and of every row
+    double gain[2];    // largest sum of |weights| of a column, and of a row; 1 at least
     enum weft_boundary boundary;
     enum weft_engine engine;
     enum weft_sums sums;
@@ -202,6 +206,12 @@ WEFT_API double weft_separable_error_bound(const struct weft_kernel *kernel, enu
 WEFT_API struct weft_bound_terms weft_separable_bound_terms(const struct weft_kernel *kernel,
                                                             enum weft_sums sums, double largest,
                                                             double cut);
+
+// The same of a plan, of which either axis may be stretched: n + 1 and g become the means of both
+// axes' taps and the product of their gains, the largest sums of |weights| that the plan has.
+WEFT_API double weft_separable_plan_error(const weft_separable_plan *plan);
+WEFT_API struct weft_bound_terms weft_separable_plan_bound(const weft_separable_plan *plan,
+                                                           double largest, double cut);
 
 WEFT_END_DECLS
 #endif

@@ -19,12 +19,17 @@ static inline int weft_separable_round_up(int columns)
 // One axis of the pixels and of the samples.
 struct weft_separable_axis {
     int positions, size; // pixels, samples
-    double *at;          // of every position
-    int32_t *first;      // of every position: the first tap, clamped to where all are the edge's
-    int32_t *whole;      // of every position: the sample it is, with a weight of 1; -1: none
-    int all_taps;        // different taps of all positions
-    int reach[2];        // first and last sample among them
-    double growth;       // largest sum of |weights|, and 1 at least
+    double stretch;      // of the kernel
+    int width;           // taps of every position
+    enum weft_boundary boundary;
+    double *at;     // of every position
+    int32_t *first; // of every position: the first tap, moved to where the same samples are near
+    int32_t low;    // the least of those
+    int32_t span;   // taps from there to the last one of all
+    int32_t *whole; // of every position: the sample it is, with a weight of 1; -1: none
+    int all_taps;   // different taps of all positions
+    int reach[2];   // first and last sample among them
+    double growth;  // largest sum of |weights|, and 1 at least
 };
 
 struct weft_separable_plan {
@@ -34,24 +39,34 @@ struct weft_separable_plan {
     const struct weft_log *log;
 };
 
-// Different taps of a part of an axis' positions, counted from the least that is possible.
+// Writes the axis->width weights of a position, in order of its taps.
+void weft_separable_weights(const struct weft_kernel *kernel,
+                            const struct weft_separable_axis *axis, int position, double *weights);
+
+// Different taps of a part of an axis' positions, counted from axis->low.
 struct weft_separable_taps {
     int count;
-    int32_t *sample; // of the different taps in order: which sample
+    int32_t *sample; // of the different taps in order: which sample; -1: the border's value
     int32_t *place;  // of every tap that there is: its number among those
 };
 
 // Room for any part of an axis. Returns WEFT_ERR_MEMORY.
-enum weft_result weft_separable_taps_create(const struct weft_log *log, int width,
+enum weft_result weft_separable_taps_create(const struct weft_log *log,
                                             const struct weft_separable_axis *axis,
                                             struct weft_separable_taps *out);
 void weft_separable_taps_destroy(struct weft_separable_taps *taps); // {0} is fine
 // Numbers the different taps of positions `from` to `to`, exclusive.
-void weft_separable_taps_number(const struct weft_separable_axis *axis, int width, int from, int to,
+void weft_separable_taps_number(const struct weft_separable_axis *axis, int from, int to,
                                 struct weft_separable_taps *taps);
+// The number of a position's first tap.
+static inline int32_t weft_separable_first_tap(const struct weft_separable_axis *axis,
+                                               const struct weft_separable_taps *taps, int position)
+{
+    return taps->place[axis->first[position] - axis->low];
+}
 
 // First and last sample of positions `from` to `to`, exclusive.
-void weft_separable_axis_reach(const struct weft_separable_axis *axis, int width, int from, int to,
+void weft_separable_axis_reach(const struct weft_separable_axis *axis, int from, int to,
                                int reach[2]);
 
 // ---- compiled plans -----------------------------------------------------------------------------
@@ -65,7 +80,7 @@ struct weft_separable {
 
 // Different taps of the parts that an axis is cut into, so many positions each; numbered in `taps`,
 // of which the last part's are left. Returns those of the part that has most.
-int weft_separable_most_taps(const struct weft_separable_axis *axis, int width, int cut,
+int weft_separable_most_taps(const struct weft_separable_axis *axis, int cut,
                              struct weft_separable_taps *taps);
 
 // Where zeros are left out, only those are zero that are so in double.

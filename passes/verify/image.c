@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Images for the verifier: a grid's positions, samples and pixels in memory.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "filter/kernels/prefilter.h"
+#include "filter/kernels/stretch.h"
 #include "passes/separable/separable_impl.h"
 #include "passes/verify/planes.h"
 #include "passes/verify/verifier.h"
@@ -7,8 +13,14 @@
 struct subject {
     struct weft_pixels_verify_params p; // with its defaults filled in
     bool derived;                       // kernels differ between axes
+    bool stretched;
     int channel;                        // that is fetched
     weft_cardinal *cardinal;            // where it is asked for
+    struct weft_verify_plane planes[4]; // its samples; but for clamp continued ones
+    int size[2];
+    void *continued[4]; // those with `pad` of the boundary's on every side, but for clamp
+    int pad;
+    double *room; // for the weights of stretched kernels
 };
 
 // ---- positions, samples and pixels --------------------------------------------------------------
@@ -27,19 +39,37 @@ static double pixel(void *priv, int channel, int x, int y)
     return weft_verify_value(plane, (y - s->p.part.y) * plane->stride + (x - s->p.part.x));
 }
 
-static int64_t nearest(int64_t i, int size)
-{
-    return i < 0 ? 0 : i >= size ? size - 1 : i;
-}
-
 static double fetch(void *priv, const int64_t index[3])
 {
     const struct subject *s = priv;
     const struct weft_verify_plane *plane = &s->p.samples[s->channel];
-    const int *size = s->p.size;
-    const int64_t row = nearest(index[2], size[2]) * size[1] + nearest(index[1], size[1]);
-    return weft_verify_value(plane, (row - s->p.window.y) * plane->stride +
-                                        nearest(index[0], size[0]) - s->p.window.x);
+    int64_t at[3];
+    for (int a = 0; a < 3; a++) {
+        at[a] = weft_boundary_index(s->p.boundary, index[a], s->p.size[a]);
+        if (at[a] < 0)
+            return s->p.border;
+    }
+    const int64_t row = at[2] * s->p.size[1] + at[1];
+    return weft_verify_value(plane, (row - s->p.window.y) * plane->stride + at[0] - s->p.window.x);
+}
+
+// Between the samples next to a position.
+static double clamped(struct subject *s, const double at[3], double value)
+{
+    double low = INFINITY, high = -INFINITY;
+    int64_t from[2], to[2];
+    for (int a = 0; a < 2; a++) {
+        from[a] = (int64_t)ceil(at[a] - s->p.stretch[a]);
+        to[a] = (int64_t)floor(at[a] + s->p.stretch[a]);
+    }
+    for (int64_t y = from[1]; y <= to[1]; y++) {
+        for (int64_t x = from[0]; x <= to[0]; x++) {
+            const double sample = fetch(s, (int64_t[3]){x, y, 0});
+            low = isfinite(sample) ? fmin(low, sample) : low;
+            high = isfinite(sample) ? fmax(high, sample) : high;
+        }
+    }
+    return low <= high && isfinite(value) ? fmin(fmax(value, low), high) : value;
 }
 
 static enum weft_result refer(void *priv, int channel, const double at[3], bool finite,
@@ -47,12 +77,18 @@ static enum weft_result refer(void *priv, int channel, const double at[3], bool 
 {
     struct subject *s = priv;
     s->channel = channel;
+    const double padded[2] = {at[0] + s->pad, at[1] + s->pad};
     if (s->cardinal)
-        *out = weft_cardinal_compute(s->cardinal, channel, at, finite);
+        *out = weft_cardinal_compute(s->cardinal, channel, padded, finite);
+    else if (s->stretched)
+        *out =
+            weft_reference_compute_stretched(s->p.kernel, s->p.stretch, 2, at, s->room, fetch, s);
     else if (s->derived)
         *out = weft_reference_compute_axes(s->p.kernel, s->p.dims, at, fetch, s);
     else
         *out = weft_reference_compute(s->p.kernel, s->p.dims, at, fetch, s);
+    if (s->p.clamp)
+        out->value = clamped(s, at, out->value);
     return WEFT_OK;
 }
 
@@ -69,6 +105,10 @@ static void fill_defaults(struct subject *s)
     }
     for (int a = p->dims > 0 ? p->dims : 1; a < 3; a++)
         p->size[a] = 1;
+    for (int a = 0; a < 2; a++) {
+        p->stretch[a] = p->stretch[a] == 0.0 ? 1.0 : p->stretch[a];
+        s->stretched = s->stretched || p->stretch[a] != 1.0;
+    }
 }
 
 static void fill_strides(struct weft_pixels_verify_params *p)
@@ -107,6 +147,10 @@ static enum weft_result check(struct subject *s)
     weft_require(p->log, p->dims >= 1 && p->dims <= 3);
     weft_require(p->log, p->channels >= 1 && p->channels <= 4);
     weft_require(p->log, p->grid->width > 0 && p->grid->height > 0);
+    weft_require_enum(p->log, p->boundary, WEFT_BOUNDARY_BORDER);
+    weft_require(p->log, isfinite(p->border));
+    weft_require(p->log, p->dims == 2 || !(s->stretched || p->clamp));
+    weft_require(p->log, !s->stretched || !(s->derived || p->cardinal));
     for (int a = 0; a < 3; a++) {
         weft_require(p->log, p->size[a] > 0);
         weft_require(p->log, p->kernel[a].width == p->kernel[0].width);
@@ -139,8 +183,75 @@ fail:
 
 static double seconds_of(const struct subject *s)
 {
+    double more = 1.0;
+    for (int a = 0; s->stretched && a < 2; a++)
+        more *= (double)weft_stretch_width(s->p.kernel, s->p.stretch[a]) / s->p.kernel[0].width;
     return s->cardinal ? weft_cardinal_seconds(s->cardinal)
-                       : weft_verifier_seconds(s->p.kernel, s->p.dims);
+                       : more * weft_verifier_seconds(s->p.kernel, s->p.dims);
+}
+
+// ---- what references need -----------------------------------------------------------------------
+
+static enum weft_result make_room(struct subject *s)
+{
+    int64_t width[2];
+    for (int a = 0; a < 2; a++) {
+        width[a] = weft_stretch_width(s->p.kernel, s->p.stretch[a]);
+        if (width[a] == 0) {
+            weft_error(s->p.log, "verifying: %s cannot be stretched by %g",
+                       s->p.kernel[0].info->name, s->p.stretch[a]);
+            return WEFT_ERR_ARGUMENT;
+        }
+    }
+    s->room = malloc((size_t)(width[0] + width[1]) * sizeof *s->room);
+    if (s->room)
+        return WEFT_OK;
+    weft_error(s->p.log, "out of memory for %lld weights", (long long)(width[0] + width[1]));
+    return WEFT_ERR_MEMORY;
+}
+
+// A channel's samples continued by the boundary as far as they count, as floats.
+static enum weft_result continue_samples(struct subject *s, int channel)
+{
+    const int64_t width = s->p.size[0] + 2 * (int64_t)s->pad,
+                  height = s->p.size[1] + 2 * (int64_t)s->pad;
+    float *out = malloc((size_t)(width * height) * sizeof *out);
+    s->channel = channel;
+    s->continued[channel] = out;
+    if (!out) {
+        weft_error(s->p.log, "out of memory for %lld samples", (long long)(width * height));
+        return WEFT_ERR_MEMORY;
+    }
+    for (int64_t y = 0; y < height; y++)
+        for (int64_t x = 0; x < width; x++)
+            out[y * width + x] = (float)fetch(s, (int64_t[3]){x - s->pad, y - s->pad, 0});
+    return WEFT_OK;
+}
+
+// Cardinal splines hold the nearest sample beyond what they are given.
+static enum weft_result make_cardinal(struct subject *s)
+{
+    enum weft_result res = WEFT_OK;
+    memcpy(s->planes, s->p.samples, sizeof s->planes);
+    s->pad = s->p.boundary == WEFT_BOUNDARY_CLAMP ? 0 : WEFT_PREFILTER_MAX_OVERLAP;
+    for (int c = 0; s->pad && res == WEFT_OK && c < s->p.channels; c++) {
+        res = continue_samples(s, c);
+        s->planes[c] = (struct weft_verify_plane){.values = s->continued[c],
+                                                  .stride = s->p.size[0] + 2 * s->pad};
+    }
+    for (int a = 0; a < 2; a++)
+        s->size[a] = s->p.size[a] + 2 * s->pad;
+    return res == WEFT_OK ? weft_cardinal_create(s->p.log, s->p.kernel, s->p.channels, s->planes,
+                                                 s->size, &s->cardinal)
+                          : res;
+}
+
+static void clear(struct subject *s)
+{
+    weft_cardinal_destroy(&s->cardinal);
+    for (int c = 0; c < 4; c++)
+        free(s->continued[c]);
+    free(s->room);
 }
 
 enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *params,
@@ -151,8 +262,9 @@ enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *para
     fill_defaults(&s);
     enum weft_result res = check(&s);
     if (res == WEFT_OK && s.p.cardinal)
-        res = weft_cardinal_create(s.p.log, s.p.kernel, s.p.channels, s.p.samples, s.p.size,
-                                   &s.cardinal);
+        res = make_cardinal(&s);
+    if (res == WEFT_OK && s.stretched)
+        res = make_room(&s);
     const struct weft_verifier v = {
         .width = s.p.grid->width,
         .height = s.p.grid->height,
@@ -170,7 +282,7 @@ enum weft_result weft_pixels_verify(const struct weft_pixels_verify_params *para
     };
     if (res == WEFT_OK)
         res = weft_verifier_run(&v, out);
-    weft_cardinal_destroy(&s.cardinal);
+    clear(&s);
     return res;
 }
 
@@ -203,11 +315,12 @@ enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                          .rows = plan->axis[1].at};
     return weft_pixels_verify(
         weft_pixels_verify_params(.kernel = {info->kernel}, .grid = &grid, .part = r.part,
-                                  .size = {info->size[0], info->size[1]}, .window = r.window,
-                                  .samples = {{.values = r.samples}},
+                                  .size = {info->size[0], info->size[1]},
+                                  .stretch = {info->stretch[0], info->stretch[1]},
+                                  .boundary = info->boundary, .border = r.border,
+                                  .window = r.window, .samples = {{.values = r.samples}},
                                   .pixels = {{.values = r.pixels, .stride = r.stride}},
-                                  .bound_relative =
-                                      weft_separable_error_bound(&info->kernel, info->sums),
+                                  .bound_relative = weft_separable_plan_error(plan),
                                   .bound_absolute = 0.0, .how = how_of(params, r.progress),
                                   .log = r.log),
         out);

@@ -129,7 +129,7 @@ WEFT_API enum weft_result weft_points_verify(const weft_points *points,
 
 // Verifies run->pixels, as weft_separable_run wrote them with a compiled `plan`, against the run's
 // samples, which are floats (of prefiltered kernels, coefficients). The bound is
-// weft_separable_error_bound's, without what GL flushes to 0. params may be NULL. Returns as
+// weft_separable_plan_error's, without what GL flushes to 0. params may be NULL. Returns as
 // weft_separable_run.
 WEFT_API enum weft_result weft_separable_verify(const weft_separable_plan *plan,
                                                 const struct weft_separable_run_params *run,
@@ -173,7 +173,15 @@ struct weft_pixels_verify_params {
     // Of the grid's pixels those that are there and verified, of which pixels' first is number
     // (part.x, part.y) (default: all).
     struct weft_rectangle part;
-    int size[3]; // samples along the axes that there are; beyond them the nearest one holds
+    int size[3]; // samples along the axes that there are
+    // What the first kernel is stretched by along x and y (weft_stretch_weights; default 0: 1), in
+    // 2D and without a derivative.
+    double stretch[2];
+    enum weft_boundary boundary; // what stands beyond the samples (default clamp)
+    double border;               // the value of the boundary of that name (default 0)
+    // Whether references are held between the smallest and the largest finite sample at most as far
+    // away along x and y as the kernel is stretched by (default false), in 2D.
+    bool clamp;
     // Those that samples have, of which the first is number (window.x, window.y): at least what the
     // pixels reach (default: all, as in 3D and of cardinal splines they are).
     struct weft_rectangle window;

@@ -279,6 +279,14 @@ static void reference(void)
                                                    (double[3]){0}, one, NULL))
     const struct weft_kernel axes[3] = {good, good, good};
     TRUE(isnan(weft_reference_compute_axes(axes, 0, NULL, one, NULL).value));
+    double room[64];
+    const double scale[3] = {2.0, 1.0, 1.5}, none[3] = {0.5, NAN, 1.0};
+    EACH_BAD_KERNEL(0, TRUE(isnan(weft_reference_compute_stretched(&kernel, scale, 2,
+                                                                   (double[2]){0}, room, one, NULL)
+                                      .value)))
+    TRUE(isnan(weft_reference_compute_stretched(&good, scale, 4, NULL, room, one, NULL).value));
+    TRUE(isnan(
+        weft_reference_compute_stretched(&good, none, 1, (double[1]){0}, room, one, NULL).value));
 }
 
 static void rectangles(void)
@@ -325,8 +333,8 @@ static void stretches(void)
     }
     TRUE(weft_stretch_width(&radial, 2.0) == 0 &&
          weft_stretch_weights(&radial, 2.0, 0.0, NULL) == 0);
-    EACH_BAD_KERNEL(0, TRUE(weft_stretch_width(&kernel, 2.0) == 0 &&
-                            weft_stretch_weights(&kernel, 2.0, 0.5, NULL) == 0))
+    EACH_BAD_KERNEL(0, TRUE(weft_stretch_width(&kernel, 2.0) == 0);
+                    weft_stretch_weights(&kernel, 2.0, 0.5, weights))
 }
 
 static void quantities(void)
@@ -401,7 +409,7 @@ const struct caller_case callers_filter[] = {
      {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
       F(prefilter_is_missing), F(prefilter_error), F(prefilter_error_axes), F(prefilter_axis_set),
       F(prefilter_weights)}},
-    {reference, {F(reference_compute), F(reference_compute_axes)}},
+    {reference, {F(reference_compute), F(reference_compute_axes), F(reference_compute_stretched)}},
     {rectangles, {F(rectangle_within), F(rectangle_common)}},
     {0},
 };

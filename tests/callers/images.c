@@ -60,6 +60,8 @@ static void separable(void)
         weft_separable_survey_samples(made, weft_separable_run_params(.log = &logger), &survey));
     SURVIVED(weft_separable_survey_samples(made, &run, &survey));
     weft_separable_survey_join(&survey, &survey);
+    TRUE(weft_separable_plan_error(made) > 0.0 &&
+         weft_separable_plan_bound(made, 1.0, 0x1p-28).relative > 0.0);
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
         SURVIVED(weft_separable_verify(
             made, &run, &(struct weft_verify_params){.max_seconds = numbers[n]}, &error));
@@ -98,6 +100,7 @@ static void resample_plans(void)
     SET_REFUSED(good, map[1].pixel, INT64_MIN, CALL);
     BAD_ENUM(good, engine, CALL);
     BAD_ENUM(good, sums, CALL);
+    BAD_ENUM(good, boundary, CALL);
     SET_REFUSED(good, sums, WEFT_SUMS_DOUBLE, CALL); // on OpenGL
     SET_REFUSED(good, kernel, named("bspline3+radial"), CALL);
     weft_pass_plan *passes[3] = {NULL};
@@ -316,8 +319,9 @@ const struct caller_case callers_images[] = {
     {separable,
      {F(separable_plan_create), F(separable_plan_destroy), F(separable_plan_get_info),
       F(separable_compile), F(separable_destroy), F(separable_run), F(separable_verify),
-      F(separable_error_bound), F(separable_bound_terms), F(separable_reach),
-      F(separable_survey_samples), F(separable_survey_join)}},
+      F(separable_error_bound), F(separable_bound_terms), F(separable_plan_error),
+      F(separable_plan_bound), F(separable_reach), F(separable_survey_samples),
+      F(separable_survey_join)}},
     {resample_plans, {F(resample_plan_create), F(resample_plan_destroy)}},
     {resample_sources,
      {F(resample_source_create), F(resample_source_destroy), F(resample_measure),

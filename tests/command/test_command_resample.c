@@ -284,7 +284,8 @@ static void check_windows(const struct windows *w, int first, int size, int disp
     assert_true(first + size >= high - 1e-9 && first + size - 1 < high - 1e-9);
 }
 
-// A linear kernel gives a ramp as it is, so that every pixel tells where it was taken from.
+// A linear kernel that is not stretched gives a ramp as it is, so that every pixel tells where it
+// was taken from.
 static void the_picture_keeps_its_place(void **state)
 {
     (void)state;
@@ -300,9 +301,9 @@ static void the_picture_keeps_its_place(void **state)
             continue;
         snprintf(size, sizeof size, "%dx%d", axis[0].to, axis[1].to);
         make_ramp("ramp.exr", axis);
-        json_t *root =
-            parse(command_succeeds("resample", "ramp.exr", "-o", "out.exr", "--kernel", "linear",
-                                   "-q", "--json", "--size", size, emulated ? "--emulate" : NULL));
+        json_t *root = parse(command_succeeds("resample", "ramp.exr", "-o", "out.exr", "--kernel",
+                                              "linear", "-q", "--json", "--antialias", "off",
+                                              "--size", size, emulated ? "--emulate" : NULL));
         const double bound =
             number(part(json_array_get(part(root, "groups"), 0), "bound"), "total");
         json_decref(root);
@@ -815,7 +816,12 @@ static void smaller_sizes_are_warned_of(void **state)
     (void)state;
     skip_without_gl();
     struct command_result r;
-    command_run(&r, "weft", "resample", "grey.exr", "--json", "--size", "5x4", "--verify");
+    command_run(&r, "weft", "resample", "grey.exr", "--json", "--size", "5x4", "--verify", "-q");
+    assert_int_equal(r.code, 0);
+    assert_string_equal(r.err, "");
+    assert_within_bounds(r.out, "smaller");
+    command_run(&r, "weft", "resample", "grey.exr", "--json", "--size", "5x4", "--verify",
+                "--antialias", "off");
     assert_int_equal(r.code, 0);
     assert_int_equal(strncmp(r.err, "weft: warning: ", 15), 0);
     assert_non_null(strstr(r.err, "alias"));
@@ -924,6 +930,34 @@ static void an_interrupt_leaves_nothing(void **state)
     }
 }
 
+// Sizes by a factor, a percentage and one side; what a smaller picture and its edges become.
+static void sizes_and_boundaries(void **state)
+{
+    static const struct {
+        const char *size, *option, *value;
+        int width, height;
+    } cases[] = {
+        {"x2", "--boundary", "mirror", 78, 50},    {"x0.5", "--boundary", "wrap", 20, 13},
+        {"50%", "--boundary", "border:2", 20, 13}, {"13x0", "--antialias", "off", 13, 8},
+        {"0x50", "--clamp", NULL, 78, 50},         {"1x0", "--kernel", "area", 1, 1},
+        {"x0.001", "--clamp", NULL, 1, 1},
+    };
+    (void)state;
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        const char *json = command_succeeds("resample", "grey.exr", "-o", "out.exr", "--verify",
+                                            "--json", "-q", "--engine", "cpu", "--size",
+                                            cases[i].size, cases[i].option, cases[i].value);
+        struct weft_image out;
+        assert_within_bounds(json, cases[i].size);
+        load("out.exr", &out);
+        const int width = out.display_max[0] - out.display_min[0] + 1;
+        assert_int_equal(width, cases[i].width);
+        assert_int_equal(out.display_max[1] - out.display_min[1] + 1, cases[i].height);
+        weft_image_clear(&out);
+    }
+    unlink("out.exr");
+}
+
 // ---- refusals -----------------------------------------------------------------------------------
 
 static void bad_usage_is_refused(void **state)
@@ -937,7 +971,21 @@ static void bad_usage_is_refused(void **state)
     resample_fails("--preview", "-o", "a.exr", "--range", "0,1");
     resample_fails("LO", "--preview", "a.png", "--range", "1,0");
     resample_fails("LO", "-o", "a.exr", "--source-range", "1,1");
-    resample_fails("1 to 1048576", "-o", "a.exr", "--size", "0x5");
+    static const char *const no_sizes[] = {"0%", "x0", "0x0", "x", "%", "-5%", "3x4x5", "x1e", "2"};
+    for (size_t i = 0; i < COUNT(no_sizes); i++)
+        resample_fails(no_sizes[i], "-o", "a.exr", "--size", no_sizes[i]);
+    resample_fails("1 to 1048576", "-o", "a.exr", "--size", "1000000000x1000000000");
+    resample_fails("at most 1048576", "-o", "a.exr", "--size", "x1e9");
+    resample_fails("border:V", "-o", "a.exr", "--boundary", "border");
+    resample_fails("border:V", "-o", "a.exr", "--boundary", "border:nan");
+    resample_fails("border:V", "-o", "a.exr", "--boundary", "border:1e99");
+    resample_fails("on, off", "-o", "a.exr", "--antialias", "maybe");
+    command_fails(3, "--antialias off", "resample", "grey.exr", "-o", "a.exr", "--size", "50%",
+                  "--profile", "unorm8");
+    command_fails(3, "mitchell", "resample", "grey.exr", "-o", "a.exr", "--size", "50%", "--kernel",
+                  "bspline3i");
+    command_fails(3, "not wrap", "resample", "grey.exr", "-o", "a.exr", "--boundary", "wrap",
+                  "--profile", "unorm8");
     resample_fails("1 to 1048576", "-o", "a.exr", "--size", "5x9999999");
     resample_fails("2147483648", "-o", "a.exr", "--size", "1000000x1000000");
     resample_fails("fp32", "-o", "a.exr", "--profile", "voodoo");
@@ -1083,7 +1131,7 @@ static void real_images_are_within_bounds(void **state)
                              images[i]);
         assert_within_bounds(command_succeeds("resample", real(images[i]), "--verify", "--json",
                                               "--size", "200x300", "-q", "--profile", "unorm8",
-                                              "--kernel", "bspline"),
+                                              "--kernel", "bspline", "--antialias", "off"),
                              images[i]);
         struct weft_image out;
         load("r.exr", &out);
@@ -1225,6 +1273,7 @@ int main(void)
         cmocka_unit_test(same_bytes_from_any_number_of_threads),
         cmocka_unit_test(verify_prints_bounds),
         cmocka_unit_test(smaller_sizes_are_warned_of),
+        cmocka_unit_test(sizes_and_boundaries),
         cmocka_unit_test(a_declared_range_is_used),
         cmocka_unit_test(previews_are_written),
         cmocka_unit_test(large_images_have_no_seams),

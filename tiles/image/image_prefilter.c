@@ -6,14 +6,11 @@
 
 #include "filter/check.h"
 
-static int clamp(int x, int size)
+static float sample_at(const struct weft_image_plane *plane, int x, int y)
 {
-    return x < 0 ? 0 : x >= size ? size - 1 : x;
-}
-
-static const float *row_at(const struct weft_image_plane *plane, int y)
-{
-    return plane->samples + clamp(y, plane->height) * plane->stride;
+    const int64_t column = weft_boundary_index(plane->boundary, x, plane->width);
+    const int64_t row = weft_boundary_index(plane->boundary, y, plane->height);
+    return column < 0 || row < 0 ? plane->border : plane->samples[row * plane->stride + column];
 }
 
 struct lines {
@@ -78,9 +75,8 @@ static bool fill(const struct weft_prefilter *prefilter, const struct weft_image
     const size_t row = (size_t)p->width;
     p->values = malloc(row * (size_t)p->height * sizeof *p->values);
     for (int y = 0; p->values && y < p->height; y++) {
-        const float *from = row_at(plane, y - pad);
         for (int x = 0; x < p->width; x++)
-            out[(size_t)y * row + (size_t)x] = from[clamp(x - pad, plane->width)];
+            out[(size_t)y * row + (size_t)x] = sample_at(plane, x - pad, y - pad);
     }
     const bool done = p->values && filter_lines(prefilter, pad, out, p);
     free(p->values);
@@ -95,9 +91,8 @@ static enum weft_result check_range(const struct weft_log *log, const struct wef
 {
     char name[256];
     for (int y = 0; y < plane->height + 2 * pad; y++) {
-        const float *row = row_at(plane, y - pad);
         for (int x = 0; x < plane->width + 2 * pad; x++, coefficient++) {
-            const float sample = row[clamp(x - pad, plane->width)];
+            const float sample = sample_at(plane, x - pad, y - pad);
             if (!isinf(*coefficient) || !isfinite(sample))
                 continue;
             weft_kernel_format(kernel, name, sizeof name);

@@ -84,8 +84,11 @@ struct weft_resample_params resample_plan_params(const struct resample_job *job)
     return *weft_resample_params(.kernel = job->kernel,
                                  .size = {job->image.width, job->image.height},
                                  .width = job->result.width, .height = job->result.height,
-                                 .map = {job->map[0], job->map[1]}, .engine = job->engine.engine,
-                                 .sums = job->engine.sums, .log = report_log());
+                                 .map = {job->map[0], job->map[1]}, .boundary = job->boundary,
+                                 .unstretched = resample_is_unstretched(job),
+                                 .clamp = job->option[RESAMPLE_CLAMP].given,
+                                 .engine = job->engine.engine, .sums = job->engine.sums,
+                                 .log = report_log());
 }
 
 // Says what the best would be.

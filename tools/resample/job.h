@@ -18,6 +18,9 @@ enum resample_option {
     RESAMPLE_PERSPECTIVE,
     RESAMPLE_POSITIONS,
     RESAMPLE_KERNEL,
+    RESAMPLE_BOUNDARY,
+    RESAMPLE_ANTIALIAS,
+    RESAMPLE_CLAMP,
     RESAMPLE_NORMALISE,
     RESAMPLE_PASSES, // the first of enum pass_option
     RESAMPLE_CHANNELS = RESAMPLE_PASSES + PASS_OPTION_COUNT,
@@ -81,10 +84,19 @@ struct resample_divided {
     struct resample_shared *shared; // [group_count]
 };
 
+// --size: pixels of the display window, or how many times the input's.
+struct resample_size {
+    int64_t pixels[2]; // 0: by the other side and the display window's aspect; both: by the factor
+    double factor;
+};
+
 struct resample_job {
     const char *input;
     int part;                          // of the input
     const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
+    struct resample_size size;         // of the display window
+    enum weft_boundary boundary;
+    double border; // of the boundary of that name
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file; // NULL for kernels of the catalogue
     struct engine engine;          // of separable work; passes run on OpenGL, or are emulated
@@ -119,6 +131,16 @@ struct resample_job {
     double start;                   // monotonic seconds
     double load_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
+
+// Reads --size and --boundary, or their defaults. Returns WEFT_ERR_ARGUMENT after an error line.
+enum weft_result resample_read_size(struct resample_job *job);
+enum weft_result resample_read_boundary(struct resample_job *job);
+
+// Whether kernels stay as they are where the image becomes smaller: --antialias off.
+static inline bool resample_is_unstretched(const struct resample_job *job)
+{
+    return job->option[RESAMPLE_ANTIALIAS].given && job->option[RESAMPLE_ANTIALIAS].integer[0] == 1;
+}
 
 // The display windows' sizes. Returns WEFT_ERR_ARGUMENT (too many pixels) after an error line.
 enum weft_result resample_choose_size(struct resample_job *job);
@@ -229,7 +251,7 @@ void resample_clear_divided(struct resample_divided *divided);
 // Writes the results as one file, and warns of what it does not keep.
 enum weft_result resample_save(struct resample_job *jobs, size_t count);
 
-enum { RESAMPLE_ATTRIBUTES = 12 + ENGINE_ATTRIBUTES };
+enum { RESAMPLE_ATTRIBUTES = 15 + ENGINE_ATTRIBUTES };
 
 // What the EXR file says about itself; returns how many.
 size_t resample_attributes(const struct resample_job *job,

@@ -37,7 +37,8 @@ struct weft_resample_source_params resample_source_params(const struct resample_
     struct weft_resample_source_params params =
         *weft_resample_source_params(.kernel = job->kernel, .width = job->image.width,
                                      .height = job->image.height, .channels = group->count,
-                                     .window = rows_of(job, first, rows),
+                                     .window = rows_of(job, first, rows), .boundary = job->boundary,
+                                     .border = job->border,
                                      .threads = job->divided.is ? job->engine.cpu.threads : 0,
                                      .log = report_log());
     for (int c = 0; c < group->count; c++)

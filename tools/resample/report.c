@@ -72,6 +72,12 @@ size_t resample_attributes(const struct resample_job *job,
     run_report_add(out, &count, "kernel", "%s", kernel);
     run_report_add(out, &count, "size", "%dx%d from %dx%d", job->result.width, job->result.height,
                    job->image.width, job->image.height);
+    if (job->boundary != WEFT_BOUNDARY_CLAMP)
+        run_report_add(out, &count, "boundary", "%s", job->option[RESAMPLE_BOUNDARY].text);
+    if (resample_is_unstretched(job))
+        run_report_add(out, &count, "antialias", "off");
+    if (job->option[RESAMPLE_CLAMP].given)
+        run_report_add(out, &count, "clamp", "on");
     run_report_add(out, &count, "method", "%s", method_name(job));
     if (job->warp.is) {
         char map[256];
@@ -155,9 +161,10 @@ static json_t *windows_json(const struct weft_image *image)
 static json_t *separable_json(const struct resample_job *job)
 {
     const struct weft_resample_work *r = &job->work;
+    const struct weft_resample_info *info = weft_resample_plan_get_info(job->plan[0]);
     json_t *object =
-        json_pack("{s:o}", "relative_bound",
-                  json_number(weft_resample_plan_get_info(job->plan[0])->bound.relative));
+        json_pack("{s:o,s:[o,o]}", "relative_bound", json_number(info->bound.relative), "stretch",
+                  json_number(info->stretch[0]), json_number(info->stretch[1]));
     if (!job->option[RESAMPLE_EXPLAIN].given)
         json_object_update_new(
             object,
@@ -261,6 +268,11 @@ static json_t *job_json(const struct resample_job *job)
         engine_set_json(root, &job->engine, info->engine, info->sums);
         json_object_set_new(root, "separable", separable_json(job));
     }
+    json_object_update_new(root,
+                           json_pack("{s:s,s:b}", "boundary", weft_boundary_names[job->boundary],
+                                     "clamp", job->option[RESAMPLE_CLAMP].given));
+    if (job->boundary == WEFT_BOUNDARY_BORDER)
+        json_object_set_new(root, "border", json_number(job->border));
     if (has_choices(job))
         json_object_set_new(root, "choices", choices_json(job));
     if (job->kernel.prefiltered && job->group->source && !job->warp.is)

@@ -82,12 +82,20 @@ static void unite_types(struct resample_job *job)
         job->result.channels[c].type = WEFT_PIXEL_FLOAT;
 }
 
+// Area averages of a smaller image, and a border's value, are no integers.
+static bool moves_integers(const struct resample_job *job)
+{
+    const bool smaller = job->map[0].from > job->map[0].to || job->map[1].from > job->map[1].to;
+    return weft_resample_moves(&job->kernel) && job->boundary != WEFT_BOUNDARY_BORDER &&
+           (resample_is_unstretched(job) || job->kernel.info->moves || !smaller);
+}
+
 void resample_set_types(struct resample_job *job)
 {
     for (size_t g = 0; g < job->group_count; g++) {
         struct resample_group *group = &job->group[g];
         group->exact = job->separable && source_channel(job, group)->type == WEFT_PIXEL_UINT &&
-                       weft_resample_moves(&job->kernel);
+                       moves_integers(job);
         for (int c = 0; c < group->count; c++) {
             struct weft_image_channel *channel = &job->result.channels[group->channel[c]];
             channel->type = result_type(job, group->exact, channel->type);

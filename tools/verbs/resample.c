@@ -19,6 +19,7 @@
 static const char *const png_ending[] = {".png", NULL};
 static const char *const image_endings[] = {".exr", ".png", ".tif", ".tiff", NULL};
 static const char *const transfer_names[] = {"auto", "srgb", "none", NULL};
+static const char *const switch_names[] = {"on", "off", NULL};
 
 static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_OUTPUT] = {.name = "output",
@@ -39,9 +40,10 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_SIZE] =
         {.name = "size",
          0,
-         OPTION_PIXELS,
-         "WxH",
-         "pixels of the display window (default: twice the input's); the data window, which may be "
+         OPTION_TEXT,
+         "WxH|x2|50%|Wx0",
+         "the display window: pixels, of which 0 follows by the aspect, or a factor or percentage "
+         "of the input's, to the nearest whole pixel (default x2); the data window, which may be "
          "smaller or larger, takes part"},
     [RESAMPLE_MATRIX] = {.name = "matrix",
                          0,
@@ -75,6 +77,23 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "NAME[:p,q]|table:FILE",
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
                          "'help' lists them"},
+    [RESAMPLE_BOUNDARY] = {.name = "boundary",
+                           0,
+                           OPTION_TEXT,
+                           "clamp|mirror|wrap|border:V",
+                           "what stands beyond the samples (default clamp: the nearest one)"},
+    [RESAMPLE_ANTIALIAS] = {.name = "antialias",
+                            0,
+                            OPTION_CHOICE,
+                            NULL,
+                            "stretch the kernel where the image becomes smaller, so that it does "
+                            "not alias (default on; never of nearest)",
+                            .choices = switch_names},
+    [RESAMPLE_CLAMP] = {.name = "clamp",
+                        0,
+                        OPTION_FLAG,
+                        NULL,
+                        "hold pixels between the samples next to them: no ringing, no overshoots"},
     [RESAMPLE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     PASS_OPTIONS(RESAMPLE_PASSES, "filter in the passes of a plan: what a pass may do"),
     [RESAMPLE_CHANNELS] =
@@ -174,18 +193,6 @@ static const char *option_conflict(const struct option_value *o)
     return NULL;
 }
 
-static enum weft_result check_size(const struct option_value *size)
-{
-    for (int i = 0; size->given && i < 2; i++) {
-        if (size->integer[i] < 1 || size->integer[i] > WEFT_SLICE_MAX_SIZE) {
-            report_error("--size %s: width and height must be from 1 to %d", size->text,
-                         WEFT_SLICE_MAX_SIZE);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    return WEFT_OK;
-}
-
 static struct preview_options preview_options(const struct resample_job *job)
 {
     const struct option_value *o = job->option;
@@ -206,7 +213,9 @@ static enum weft_result check_options(struct resample_job *job)
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;
     }
-    enum weft_result res = check_size(&o[RESAMPLE_SIZE]);
+    enum weft_result res = resample_read_size(job);
+    if (res == WEFT_OK)
+        res = resample_read_boundary(job);
     if (res == WEFT_OK)
         res = resample_choose_kind(job);
     if (res == WEFT_OK)

@@ -117,12 +117,18 @@ static double cardinal(const struct weft_kernel *kernel, const struct picture *p
     return sum;
 }
 
-static double truth(const struct weft_kernel *kernel, const struct picture *p, int c,
+static double truth(const struct weft_resample_info *info, const struct picture *p, int c,
                     const double at[2])
 {
+    double room[1000];
+    const struct weft_kernel *kernel = &info->kernel;
     struct channel channel = {p, c};
-    return kernel->prefiltered ? cardinal(kernel, p, c, at)
-                               : weft_reference_compute(kernel, 2, at, fetch, &channel).value;
+    const bool stretched = info->stretch[0] > 1.0 || info->stretch[1] > 1.0;
+    return stretched ? weft_reference_compute_stretched(kernel, info->stretch, 2, at, room, fetch,
+                                                        &channel)
+                           .value
+           : kernel->prefiltered ? cardinal(kernel, p, c, at)
+                                 : weft_reference_compute(kernel, 2, at, fetch, &channel).value;
 }
 
 // Largest error over all pixels of all channels (every `step`th of them); NAN where one is not
@@ -142,7 +148,7 @@ static double largest_error(const struct weft_resample_info *info, const struct 
                 ((double)(y + m[1].pixel) + 0.5) * (double)m[1].from / (double)m[1].to - 0.5 +
                     (double)m[1].sample};
             const double value = (double)pixels->plane[c][y * pixels->stride + x];
-            largest = larger(largest, fabs(value - truth(&info->kernel, samples, c, at)));
+            largest = larger(largest, fabs(value - truth(info, samples, c, at)));
         }
     assert_true(checked > 0);
     return largest;
@@ -231,7 +237,7 @@ static struct work prepare(weft_context *context, const struct weft_kernel *kern
     const struct weft_resample_params *params =
         weft_resample_params(.passes = passes, .kernel = *kernel, .size = {s->size[0], s->size[1]},
                              .width = s->width, .height = s->height, .map = {s->map[0], s->map[1]},
-                             .log = &log_to_stderr);
+                             .unstretched = passes || kernel->prefiltered, .log = &log_to_stderr);
     assert_int_equal(weft_resample_plan_create(params, &w.plan), WEFT_OK);
     assert_int_equal(weft_resample_compile(w.plan, weft_resample_compile_params(.context = context),
                                            &w.compiled),

@@ -60,11 +60,13 @@ static double run(const weft_resample_source *source, const struct request *r,
     struct weft_verify_report error;
     const bool gl = r->engine == WEFT_ENGINE_GL;
     assert_int_equal(
-        weft_resample_plan_create(weft_resample_params(.kernel = kernel_named(r->kernel),
-                                                       .size = {WIDTH, HEIGHT}, .width = r->width,
-                                                       .height = r->height, .engine = r->engine,
-                                                       .sums = r->sums, .log = &log_to_stderr),
-                                  &plan),
+        weft_resample_plan_create(
+            weft_resample_params(.kernel = weft_resample_source_get_info(source)->kernel,
+                                 .size = {WIDTH, HEIGHT}, .width = r->width, .height = r->height,
+                                 .unstretched =
+                                     weft_resample_source_get_info(source)->kernel.prefiltered,
+                                 .engine = r->engine, .sums = r->sums, .log = &log_to_stderr),
+            &plan),
         WEFT_OK);
     assert_int_equal(
         weft_resample_compile(

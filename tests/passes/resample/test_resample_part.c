@@ -90,6 +90,7 @@ static struct work prepare(const struct way *way, const struct shape *s)
         *weft_resample_params(.passes = w.passes, .kernel = kernel,
                               .size = {s->from[0], s->from[1]}, .width = s->to[0],
                               .height = s->to[1], .map = {s->map[0], s->map[1]},
+                              .unstretched = w.passes || kernel.prefiltered,
                               .memory_bytes = 1 << 19, .log = &log_to_stderr);
     struct weft_resample_compile_params compile = {.context = way->context};
     if (way->where) {
