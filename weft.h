@@ -56,6 +56,7 @@
 #include "passes/jitter/jitter.h"
 #include "passes/jitter/shutter.h"
 #include "passes/jitter/weights.h"
+#include "passes/lattice/lattice.h"
 #include "passes/multipass/multipass.h"
 #include "passes/plan/pass.h"
 #include "passes/plan/plan.h"
@@ -87,5 +88,6 @@
 #include "tiles/process/limits.h"
 #include "tiles/volume/layout.h"
 #include "tiles/volume/volume.h"
+#include "tiles/volume/volume_writer.h"
 
 #endif

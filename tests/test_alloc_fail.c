@@ -28,6 +28,7 @@
 #include "passes/distribute/items.h"
 #include "passes/fused/resident_impl.h"
 #include "passes/jitter/discrepancy.h"
+#include "passes/lattice/lattice.h"
 #include "passes/multipass/multipass.h"
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
@@ -365,6 +366,39 @@ static enum weft_result save_volume(void)
     enum weft_result res = create_volume(&volume);
     if (res == WEFT_OK)
         res = weft_volume_save(volume, &params);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
+static enum weft_result drop_lot(void *priv, const struct weft_volume_lot *lot)
+{
+    (void)priv, (void)lot;
+    return WEFT_OK;
+}
+
+// Scaled along the axes, and turned; values and gradients.
+static enum weft_result make_lattice(void)
+{
+    static const enum weft_quantity asked[] = {WEFT_QUANTITY_VALUE, WEFT_QUANTITY_GRADIENT};
+    struct weft_quantities list;
+    weft_volume *volume = NULL;
+    enum weft_result res = weft_quantities_create(&test_log, asked, 2, &list);
+    if (res == WEFT_OK)
+        res = create_volume(&volume);
+    for (int turned = 0; res == WEFT_OK && turned < 2; turned++) {
+        weft_lattice_plan *made = NULL;
+        struct weft_lattice_params params = {
+            .volume = volume, .quantities = &list, .log = &test_log};
+        const struct weft_lattice_run_params how = {
+            .sink = drop_lot, .cpu = {.threads = 1}, .verify = {.share = 0.001}};
+        for (int a = 0; a < 3; a++)
+            params.to_source[a][a] = 1.5;
+        params.to_source[0][1] = turned;
+        res = weft_lattice_plan_create(&params, &made);
+        if (res == WEFT_OK)
+            res = weft_lattice_run(made, &how, NULL);
+        weft_lattice_plan_destroy(&made);
+    }
     weft_volume_destroy(&volume);
     return res;
 }
@@ -716,6 +750,7 @@ static void test_volumes(void **state)
     assert_int_equal(save_volume(), WEFT_OK);
     assert_int_equal(rename(test_path("out"), test_path("in.vdb")), 0);
     run("weft_volume_open", load_volume);
+    run("weft_lattice_run", make_lattice);
 }
 
 static void test_slices(void **state)

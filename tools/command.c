@@ -13,11 +13,23 @@
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
-static const struct verb *const verbs[] = {
-    &verb_slice,     &verb_probe,      &verb_info,      &verb_make,
-    &verb_resample,  &verb_accumulate, &verb_effect,    &verb_antialias,
-    &verb_kernel,    &verb_table,      &verb_plan,      &verb_validate,
-    &verb_stability, &verb_chart,      &verb_calibrate, NULL};
+static const struct verb *const verbs[] = {&verb_slice,
+                                           &verb_probe,
+                                           &verb_info,
+                                           &verb_make,
+                                           &verb_resample,
+                                           &verb_lattice,
+                                           &verb_accumulate,
+                                           &verb_effect,
+                                           &verb_antialias,
+                                           &verb_kernel,
+                                           &verb_table,
+                                           &verb_plan,
+                                           &verb_validate,
+                                           &verb_stability,
+                                           &verb_chart,
+                                           &verb_calibrate,
+                                           NULL};
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)
@@ -77,31 +89,15 @@ static void print_verb_help(const struct verb *verb)
 static const struct {
     const char *name, *verb;
 } verb_aliases[] = {
-    {"cut", "slice"},
-    {"reslice", "slice"},
-    {"resize", "resample"},
-    {"scale", "resample"},
-    {"upscale", "resample"},
-    {"generate", "make"},
-    {"create", "make"},
-    {"print", "info"},
-    {"show", "info"},
-    {"check", "validate"},
-    {"verify", "validate"},
-    {"bench", "chart"},
-    {"benchmark", "chart"},
-    {"plot", "chart"},
-    {"test", "stability"},
-    {"average", "accumulate"},
-    {"mean", "accumulate"},
-    {"merge", "accumulate"},
-    {"stack", "accumulate"},
-    {"blur", "effect"},
-    {"render", "effect"},
-    {"effects", "effect"},
-    {"aa", "antialias"},
-    {"smooth", "antialias"},
-    {"supersample", "antialias"},
+    {"cut", "slice"},       {"reslice", "slice"},    {"resize", "resample"},
+    {"scale", "resample"},  {"upscale", "resample"}, {"transform", "lattice"},
+    {"grid", "lattice"},    {"generate", "make"},    {"create", "make"},
+    {"print", "info"},      {"show", "info"},        {"check", "validate"},
+    {"verify", "validate"}, {"bench", "chart"},      {"benchmark", "chart"},
+    {"plot", "chart"},      {"test", "stability"},   {"average", "accumulate"},
+    {"mean", "accumulate"}, {"merge", "accumulate"}, {"stack", "accumulate"},
+    {"blur", "effect"},     {"render", "effect"},    {"effects", "effect"},
+    {"aa", "antialias"},    {"smooth", "antialias"}, {"supersample", "antialias"},
 };
 enum { VERB_ALIASES = sizeof verb_aliases / sizeof *verb_aliases };
 

@@ -38,6 +38,7 @@ extern const struct caller_case callers_warps[];
 extern const struct caller_case callers_accumulate[];
 extern const struct caller_case callers_antialias[];
 extern const struct caller_case callers_ranks[];
+extern const struct caller_case callers_lattice[];
 
 // Messages of warnings and errors since the last judgement, and what was found wrong in this child.
 extern int callers_lines, callers_complaints;

@@ -87,6 +87,8 @@ static const char *doing(uint32_t op)
     case WEFT_WIRE_IMAGE_FRAME:
     case WEFT_WIRE_MESH:
         return "reading";
+    case WEFT_WIRE_WRITE_BEGIN:
+    case WEFT_WIRE_WRITE_ADD:
     case WEFT_WIRE_WRITE:
         return "writing";
     default:

@@ -17,7 +17,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 11, WEFT_WIRE_FD = 3 };
+enum { WEFT_WIRE_MAGIC = 0x77656674, WEFT_WIRE_VERSION = 13, WEFT_WIRE_FD = 3 };
 
 // Rooms of a reader, and requests that wait, at most.
 enum { WEFT_WIRE_ROOMS = 4 };
@@ -30,8 +30,11 @@ enum weft_wire_op {
     WEFT_WIRE_FIND, // VDB: payload of a struct weft_region. -> brick origins, then tiles (counts in
                     // the answer)
     WEFT_WIRE_READ, // volumes: payload of brick origins. -> count * 512 floats
-    WEFT_WIRE_WRITE, // VDB writer: payload of struct weft_wire_volume etc. -> nothing; the file is
-                     // written, count[0] bytes of it
+    WEFT_WIRE_WRITE_BEGIN,  // VDB writer: payload of struct weft_wire_volume and its metadata, for
+                            // each grid. -> nothing
+    WEFT_WIRE_WRITE_ADD,    // VDB writer: `part` is the grid; payload of struct weft_wire_lot etc.
+                            // -> nothing
+    WEFT_WIRE_WRITE,        // VDB writer: -> nothing; the file is written, count[0] bytes of it
     WEFT_WIRE_IMAGE_INFO,   // EXR: `part`.  -> struct weft_wire_image, channels, the part's header
     WEFT_WIRE_IMAGE_PIXELS, // EXR: `part`, rows. -> planes of float or, for uint channels,
                             // uint32_t, in the order of the channels, of count[1] rows from row

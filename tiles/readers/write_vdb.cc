@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft-write-vdb: a volume as a float grid in a VDB file, by OpenVDB.
+// weft-write-vdb: grids of floats and of vectors in a VDB file, by OpenVDB, brick by brick.
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -19,91 +19,122 @@
 
 using openvdb::Coord;
 using openvdb::FloatGrid;
-using openvdb::FloatTree;
+using openvdb::Vec3SGrid;
 using weft::fail;
 
 namespace
 {
 
-struct Source {
+// A grid that is being filled.
+struct Target {
     weft_wire_volume head;
+    bool level_set;
+    openvdb::GridBase::Ptr grid;
+};
+
+// What the process has been told so far.
+struct Targets {
+    std::vector<Target> target;
+};
+
+struct Lot {
+    weft_wire_lot head;
     const int32_t (*origin)[3];
     const weft_volume_tile *tiles;
     const float *values;
-    bool level_set;
 };
 
-Source parse(const weft_server *server)
+Lot parse(const weft_server *server, uint64_t components)
 {
-    Source source;
+    Lot lot;
     uint64_t left = server->request->payload_bytes;
-    if (left < sizeof source.head)
-        fail(WEFT_ERR_ARGUMENT, "the request has no volume");
-    memcpy(&source.head, server->request_payload, sizeof source.head);
-    left -= sizeof source.head;
-    uint64_t bricks = source.head.brick_count, tiles = source.head.tile_count;
-    constexpr uint64_t brick_bytes = sizeof(int32_t[3]) + WEFT_BRICK_VOXELS * sizeof(float);
+    if (left < sizeof lot.head)
+        fail(WEFT_ERR_ARGUMENT, "the request has no bricks");
+    memcpy(&lot.head, server->request_payload, sizeof lot.head);
+    left -= sizeof lot.head;
+    const uint64_t bricks = lot.head.brick_count, tiles = lot.head.tile_count;
+    const uint64_t brick_bytes =
+        sizeof(int32_t[3]) + components * WEFT_BRICK_VOXELS * sizeof(float);
     if (bricks > left / brick_bytes || tiles > left / sizeof(weft_volume_tile) ||
         left != bricks * brick_bytes + tiles * sizeof(weft_volume_tile))
         fail(WEFT_ERR_ARGUMENT, "the request's size does not match its counts");
-    const char *data = static_cast<const char *>(server->request_payload) + sizeof source.head;
-    source.origin = reinterpret_cast<const int32_t(*)[3]>(data);
+    const char *data = static_cast<const char *>(server->request_payload) + sizeof lot.head;
+    lot.origin = reinterpret_cast<const int32_t(*)[3]>(data);
     data += bricks * sizeof(int32_t[3]);
-    source.tiles = reinterpret_cast<const weft_volume_tile *>(data);
-    source.values = reinterpret_cast<const float *>(data + tiles * sizeof(weft_volume_tile));
-    source.level_set = !strcmp(source.head.grid_class, "level set");
-    return source;
+    lot.tiles = reinterpret_cast<const weft_volume_tile *>(data);
+    lot.values = reinterpret_cast<const float *>(data + tiles * sizeof(weft_volume_tile));
+    return lot;
 }
 
-bool is_active(const Source &source, float value)
+bool is_active(const Target &target, float value)
 {
-    return source.level_set ? std::fabs(value) < std::fabs(source.head.background)
-                            : value != source.head.background;
+    return target.level_set ? std::fabs(value) < std::fabs(target.head.background)
+                            : value != target.head.background;
 }
 
-bool in_box(const Source &source, const Coord &at)
+bool is_active(const Target &, const openvdb::Vec3s &value)
+{
+    return value != openvdb::Vec3s(0.0f);
+}
+
+bool in_box(const Target &target, const Coord &at)
 {
     for (int i = 0; i < 3; i++)
-        if (at[i] < source.head.box_min[i] || at[i] > source.head.box_max[i])
+        if (at[i] < target.head.box_min[i] || at[i] > target.head.box_max[i])
             return false;
     return true;
 }
 
-// Our voxels are [z][y][x], OpenVDB's [x][y][z].
-void fill_leaf(const Source &source, const float *values, FloatTree::LeafNodeType *leaf)
+void get_value(const float *values, float *out)
 {
-    float *out = leaf->buffer().data();
+    *out = values[0];
+}
+
+void get_value(const float *values, openvdb::Vec3s *out)
+{
+    *out = openvdb::Vec3s(values[0], values[WEFT_BRICK_VOXELS], values[2 * WEFT_BRICK_VOXELS]);
+}
+
+// Our voxels are [z][y][x], OpenVDB's [x][y][z].
+template <typename Leaf>
+void fill_leaf(const Target &target, const float *values,
+               const typename Leaf::ValueType &background, Leaf *leaf)
+{
+    auto *out = leaf->buffer().data();
     for (openvdb::Index x = 0; x < 8; x++)
         for (openvdb::Index y = 0; y < 8; y++)
             for (openvdb::Index z = 0; z < 8; z++) {
-                openvdb::Index n = x << 6 | y << 3 | z;
-                float value = values[z << 6 | y << 3 | x];
-                bool active = source.head.boxed ? in_box(source, leaf->offsetToGlobalCoord(n))
-                                                : is_active(source, value);
-                out[n] = source.head.boxed && !active ? source.head.background : value;
+                const openvdb::Index n = x << 6 | y << 3 | z;
+                typename Leaf::ValueType value;
+                get_value(values + (z << 6 | y << 3 | x), &value);
+                const bool active = target.head.boxed ? in_box(target, leaf->offsetToGlobalCoord(n))
+                                                      : is_active(target, value);
+                out[n] = target.head.boxed && !active ? background : value;
                 leaf->setActiveState(n, active);
             }
 }
 
-void fill_tree(const Source &source, FloatTree *tree)
+template <typename Grid> void add_bricks(const Target &target, const Lot &lot, Grid *grid)
 {
-    for (uint64_t i = 0; i < source.head.brick_count; i++) {
-        auto *leaf =
-            new FloatTree::LeafNodeType(Coord(source.origin[i]), source.head.background, false);
-        fill_leaf(source, source.values + i * WEFT_BRICK_VOXELS, leaf);
-        if (leaf->valueMask().isOff() && !source.level_set)
+    using Leaf = typename Grid::TreeType::LeafNodeType;
+    const auto background = grid->background();
+    for (uint64_t i = 0; i < lot.head.brick_count; i++) {
+        auto *leaf = new Leaf(Coord(lot.origin[i]), background, false);
+        fill_leaf(target, lot.values + i * target.head.components * WEFT_BRICK_VOXELS, background,
+                  leaf);
+        if (leaf->valueMask().isOff() && !target.level_set)
             delete leaf;
         else
-            tree->addLeaf(leaf);
+            grid->tree().addLeaf(leaf);
     }
-    for (uint64_t i = 0; i < source.head.tile_count; i++) {
-        const weft_volume_tile &tile = source.tiles[i];
-        openvdb::Index level = tile.size == 8 ? 1 : tile.size == 128 ? 2 : 3;
-        tree->addTile(level, Coord(tile.origin), tile.value, is_active(source, tile.value));
-    }
-    if (source.level_set) {
-        openvdb::tools::signedFloodFill(*tree);
-        openvdb::tools::pruneLevelSet(*tree);
+}
+
+void add_tiles(const Target &target, const Lot &lot, FloatGrid *grid)
+{
+    for (uint64_t i = 0; i < lot.head.tile_count; i++) {
+        const weft_volume_tile &tile = lot.tiles[i];
+        const openvdb::Index level = tile.size == 8 ? 1 : tile.size == 128 ? 2 : 3;
+        grid->tree().addTile(level, Coord(tile.origin), tile.value, is_active(target, tile.value));
     }
 }
 
@@ -147,42 +178,127 @@ uint64_t file_size(int fd)
 }
 
 // A file that is cut short is found out by reading where its grid lies.
-bool is_whole(int fd)
+bool is_whole(int fd, size_t count)
 {
     try {
         const std::vector<weft::GridEntry> grids = weft::scan_file(fd);
-        return grids.size() == 1 && grids[0].problem.empty();
+        for (const weft::GridEntry &grid : grids)
+            if (!grid.problem.empty())
+                return false;
+        return grids.size() == count;
     } catch (const weft::Failure &) {
         return false;
     }
 }
 
-void write_volume(weft_server *server)
+// What OpenVDB writes by itself.
+bool is_own(const std::string &key)
 {
-    if (server->request->op != WEFT_WIRE_WRITE)
-        fail(WEFT_ERR_ARGUMENT, "a VDB writer cannot do operation %u", server->request->op);
-    Source source = parse(server);
-    FloatGrid::Ptr grid = FloatGrid::create(source.head.background);
-    grid->setName(source.head.name);
-    grid->setGridClass(openvdb::GridBase::stringToGridClass(source.head.grid_class));
-    grid->setCreator("weft");
-    grid->setTransform(make_transform(source.head.index_to_world));
-    fill_tree(source, &grid->tree());
+    static const char *const own[] = {
+        "class", "creator",    "is_local_space", "is_saved_as_half_float",
+        "name",  "value_type", "vector_type"};
+    for (const char *name : own)
+        if (key == name)
+            return true;
+    return key.compare(0, 5, "file_") == 0;
+}
 
+void begin_grid(const weft_wire_volume &head, const weft_metadata *metadata, Target *target)
+{
+    target->head = head;
+    target->level_set = !strcmp(head.grid_class, "level set");
+    if (head.components == 1)
+        target->grid = FloatGrid::create(head.background);
+    else
+        target->grid = Vec3SGrid::create(openvdb::Vec3s(0.0f));
+    target->grid->setName(head.name);
+    target->grid->setGridClass(openvdb::GridBase::stringToGridClass(head.grid_class));
+    if (head.components > 1)
+        target->grid->setVectorType(openvdb::GridBase::stringToVecType(head.vector_type));
+    target->grid->setCreator("weft");
+    target->grid->setTransform(make_transform(head.index_to_world));
+    for (uint64_t i = 0; i < head.metadata_count; i++)
+        if (!is_own(metadata[i].key))
+            target->grid->insertMeta(metadata[i].key, openvdb::StringMetadata(metadata[i].value));
+}
+
+void begin(weft_server *server, Targets *targets)
+{
+    const char *data = static_cast<const char *>(server->request_payload);
+    uint64_t left = server->request->payload_bytes;
+    targets->target.clear();
+    while (left) {
+        weft_wire_volume head;
+        if (left < sizeof head)
+            fail(WEFT_ERR_ARGUMENT, "the request is cut short");
+        memcpy(&head, data, sizeof head);
+        data += sizeof head;
+        left -= sizeof head;
+        if (head.metadata_count > left / sizeof(weft_metadata) ||
+            (head.components != 1 && head.components != 3))
+            fail(WEFT_ERR_ARGUMENT, "the request's counts are wrong");
+        targets->target.emplace_back();
+        begin_grid(head, reinterpret_cast<const weft_metadata *>(data), &targets->target.back());
+        data += head.metadata_count * sizeof(weft_metadata);
+        left -= head.metadata_count * sizeof(weft_metadata);
+    }
+}
+
+void add(weft_server *server, Targets *targets)
+{
+    if (server->request->part >= targets->target.size())
+        fail(WEFT_ERR_ARGUMENT, "there is no grid %u", server->request->part);
+    Target &target = targets->target[server->request->part];
+    const Lot lot = parse(server, target.head.components);
+    if (target.head.components > 1) {
+        add_bricks(target, lot, openvdb::gridPtrCast<Vec3SGrid>(target.grid).get());
+        return;
+    }
+    FloatGrid *grid = openvdb::gridPtrCast<FloatGrid>(target.grid).get();
+    add_bricks(target, lot, grid);
+    add_tiles(target, lot, grid);
+}
+
+void finish(weft_server *server, Targets *targets)
+{
+    openvdb::GridCPtrVec grids;
+    for (Target &target : targets->target) {
+        if (target.level_set && target.head.components == 1) {
+            FloatGrid *grid = openvdb::gridPtrCast<FloatGrid>(target.grid).get();
+            openvdb::tools::signedFloodFill(grid->tree());
+            openvdb::tools::pruneLevelSet(grid->tree());
+        }
+        grids.push_back(target.grid);
+    }
     openvdb::io::File file("/proc/self/fd/" + std::to_string(server->input_fd));
     file.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
-    file.write(openvdb::GridCPtrVec{grid});
+    file.write(grids);
     file.close();
     const uint64_t size = file_size(server->input_fd);
-    if (!is_whole(server->input_fd))
+    if (!is_whole(server->input_fd, grids.size()))
         fail_cut_short(server->input_fd, size);
     server->answer.count[0] = size;
+}
+
+void answer(weft_server *server)
+{
+    Targets *targets = static_cast<Targets *>(server->priv);
+    switch (server->request->op) {
+    case WEFT_WIRE_WRITE_BEGIN:
+        return begin(server, targets);
+    case WEFT_WIRE_WRITE_ADD:
+        return add(server, targets);
+    case WEFT_WIRE_WRITE:
+        return finish(server, targets);
+    default:
+        fail(WEFT_ERR_ARGUMENT, "a VDB writer cannot do operation %u", server->request->op);
+    }
 }
 
 weft_result handle(weft_server *server)
 {
     try {
-        write_volume(server);
+        answer(server);
         return WEFT_OK;
     } catch (const weft::Failure &failure) {
         return weft_server_fail(server, failure.result, "%s", failure.text.c_str());
@@ -202,5 +318,6 @@ weft_result handle(weft_server *server)
 int main(int argc, char **argv)
 {
     openvdb::initialize();
-    return weft_server_run(argc, argv, handle, nullptr);
+    Targets targets;
+    return weft_server_run(argc, argv, handle, &targets);
 }

@@ -14,15 +14,22 @@ struct weft_wire_grid {
     struct weft_volume_info info; // info.metadata is meaningless here
 };
 
-// A volume to be written. Followed by brick_count origins (int32_t[3]), tile_count struct
-// weft_volume_tile, and brick_count * 512 floats.
+// A grid to be written: struct weft_volume_grid without its pointers. Followed by metadata_count
+// entries of struct weft_metadata.
 struct weft_wire_volume {
-    char name[256], grid_class[32];
+    char name[256 + 64], grid_class[32], vector_type[32];
     double index_to_world[3][4];
-    uint64_t brick_count, tile_count;
+    uint64_t metadata_count;
+    uint32_t components;
     float background;
-    uint32_t boxed; // exactly the voxels in the box are active, instead of those that
-    int32_t box_min[3], box_max[3]; // volume.h calls active; all others get the background
+    uint32_t boxed;
+    int32_t box_min[3], box_max[3];
+};
+
+// Bricks and tiles of a grid. Followed by brick_count origins (int32_t[3]), tile_count struct
+// weft_volume_tile, and brick_count * components * 512 floats.
+struct weft_wire_lot {
+    uint64_t brick_count, tile_count;
 };
 
 WEFT_END_DECLS

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#define WEFT_SET weft_lattice_lines_avx2
+#define WEFT_DOUBLES 4
+#ifdef __x86_64__
+#include "passes/lattice/lines_body.h"
+#else
+typedef int weft_no_avx2_lattice; // of other processors
+#endif
