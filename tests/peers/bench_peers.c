@@ -2,7 +2,7 @@
 // Planar cuts by other libraries and by weft, measured in the same run: same voxels, same plane,
 // their own kernels, speed beside error.
 //   bench_peers [VOLUME.vdb|SIGNAL[:N]] [--plane oblique|axis] [--size WxH] [--runs N]
-//               [--threads N] [--context auto|osmesa|egl] [--csv FILE]
+//               [--threads N] [--context auto|osmesa|egl] [--csv FILE] [--outputs value|all]
 // Default: marschner-lobb:256, oblique, 1024x1024, 11 runs, all cores. What Debian's packages
 // python3-vtk9, libteem-dev, libnanovdb-dev and python3-scipy bring is measured; what is not
 // installed is named and left out.
@@ -22,6 +22,7 @@
 //   peak MB        resident memory of the program while it ran: code, voxels and all
 //   whole, again   how much faster weft is with the same taps: its whole run, or the run alone of a
 //                  plan that was compiled before
+// --outputs all: the value, the gradient and the Hessian of every pixel, by those that make them.
 // --csv writes technique,label,seconds,bytes,max_error,rms_error. Exit code: 0, 1 (a run failed; a
 // peer that is not installed is no failure), 2 (usage), 130 (interrupted).
 #include <errno.h>
@@ -105,6 +106,7 @@ enum { PEERS = sizeof peers / sizeof peers[0] };
 
 struct options {
     const char *source, *csv, *context;
+    bool all; // outputs
     enum cut_plane plane;
     int width, height, runs, threads;
 };
@@ -124,6 +126,13 @@ static void catch_signals(void)
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
     signal(SIGPIPE, SIG_IGN);
+}
+
+// Whether it makes derivatives.
+static bool derives(const struct peer *peer)
+{
+    return strcmp(peer->program, "peer_teem") == 0 ||
+           (strcmp(peer->program, "peer_weft") == 0 && strcmp(peer->how, "hardware") != 0);
 }
 
 static bool start(struct peer *peer, const struct cut *cut, const struct options *options)
@@ -189,6 +198,10 @@ static bool prepare(struct cut *cut, const struct options *options)
     bool ok = pixels != NULL;
     for (int i = 0; ok && i < (int)PEERS && !stopped; i++) {
         struct peer *peer = &peers[i];
+        if (options->all && !derives(peer)) {
+            snprintf(peer->child.text, sizeof peer->child.text, "it makes no derivatives");
+            continue;
+        }
         if (start(peer, cut, options) && run_once(peer, true)) {
             peer->runs = child_pixels(&peer->child, pixels, count);
             ok = !peer->runs || cut_compare(cut, peer->reference, pixels, &peer->error);
@@ -332,6 +345,11 @@ static bool parse_option(const char *name, const char *value, struct options *o)
         return parse_number(value, MAX_RUNS, &o->runs);
     if (strcmp(name, "--threads") == 0)
         return parse_number(value, PEER_MAX_THREADS, &o->threads);
+    if (strcmp(name, "--outputs") == 0) {
+        o->all = strcmp(value, "all") == 0;
+        setenv("WEFT_PEER_OUTPUTS", value, 1);
+        return o->all || strcmp(value, "value") == 0;
+    }
     if (strcmp(name, "--context") == 0)
         o->context = value;
     else if (strcmp(name, "--csv") == 0)
@@ -369,7 +387,8 @@ int main(int argc, char **argv)
     if (!parse(argc, argv, &options)) {
         fprintf(stderr, "usage: bench_peers [VOLUME.vdb|SIGNAL[:N]] [--plane oblique|axis] "
                         "[--size WxH] [--runs N]\n                   [--threads N] "
-                        "[--context auto|osmesa|egl] [--csv FILE]\n");
+                        "[--context auto|osmesa|egl] [--csv FILE]\n"
+                        "                   [--outputs value|all]\n");
         return 2;
     }
     catch_signals();

@@ -6,7 +6,9 @@
 //   in  "run"     out "SECONDS", or "SECONDS AGAIN", AGAIN with all ready that a first run makes
 //   in  "pixels"  out width * height floats, raw
 // and closes its end when done. FD is an open file of sx * sy * sz floats, x fastest; pixel (x, y)
-// lies at o + x u + y v in index space. Everything before "ready" is set-up and not timed.
+// lies at o + x u + y v in index space. Everything before "ready" is set-up and not timed. With
+// WEFT_PEER_OUTPUTS=all in the environment a run makes the value, the gradient and the Hessian of
+// every pixel, 10 planes, of which "pixels" are the first.
 #ifndef WEFT_TESTS_PEERS_PEER_H
 #define WEFT_TESTS_PEERS_PEER_H
 
@@ -22,9 +24,10 @@
 enum { PEER_MAX_THREADS = 64 };
 
 struct peer_job {
-    int size[3], width, height, threads;
+    int size[3], width, height, threads, outputs; // 1 or 10
     double origin[3], du[3], dv[3];
-    float *box, *pixels; // owned; a peer that keeps the voxels in its own form frees the box
+    float *box, *pixels; // owned, [output][y][x]; a peer that keeps the voxels in its own form
+                         // frees the box
 };
 
 // Ends the program so that the peer's row in the table says why.
@@ -60,7 +63,10 @@ static inline void peer_load(struct peer_job *job)
         peer_skip("bad job");
     size_t voxels = (size_t)job->size[0] * (size_t)job->size[1] * (size_t)job->size[2];
     job->box = (float *)malloc(voxels * sizeof(float));
-    job->pixels = (float *)calloc((size_t)job->width * (size_t)job->height, sizeof(float));
+    const char *outputs = getenv("WEFT_PEER_OUTPUTS");
+    job->outputs = outputs && strcmp(outputs, "all") == 0 ? 10 : 1;
+    job->pixels = (float *)calloc((size_t)job->outputs * (size_t)job->width * (size_t)job->height,
+                                  sizeof(float));
     if (!job->box || !job->pixels)
         peer_skip("out of memory");
     peer_read_box(fd, job->box, voxels * sizeof(float));

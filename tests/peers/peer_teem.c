@@ -7,8 +7,18 @@
 struct state {
     struct peer_job job;
     gageContext *context[PEER_MAX_THREADS];
-    const double *answer[PEER_MAX_THREADS];
+    const double *answer[PEER_MAX_THREADS], *gradient[PEER_MAX_THREADS], *hessian[PEER_MAX_THREADS];
 };
+
+static void put_derivatives(const struct state *s, int thread, bool outside, float *out)
+{
+    static const int entry[6] = {0, 1, 2, 4, 5, 8};
+    const size_t plane = (size_t)s->job.width * (size_t)s->job.height;
+    for (int i = 0; i < 3; i++)
+        out[(size_t)(1 + i) * plane] = outside ? 0.0f : (float)s->gradient[thread][i];
+    for (int i = 0; i < 6; i++)
+        out[(size_t)(4 + i) * plane] = outside ? 0.0f : (float)s->hessian[thread][entry[i]];
+}
 
 // gage keeps the taps of the last voxel, so neighbouring pixels share them.
 static void row(void *priv, int thread, int y)
@@ -22,6 +32,8 @@ static void row(void *priv, int thread, int y)
             p[a] = job->origin[a] + x * job->du[a] + y * job->dv[a];
         bool outside = gageProbe(s->context[thread], p[0], p[1], p[2]) != 0;
         out[x] = outside ? 0.0f : (float)*s->answer[thread];
+        if (job->outputs > 1)
+            put_derivatives(s, thread, outside, out + x);
     }
 }
 
@@ -44,13 +56,23 @@ static bool prepare(struct state *s, Nrrd *nrrd)
     gagePerVolume *volume = context ? gagePerVolumeNew(context, nrrd, gageKindScl) : NULL;
     if (!volume || gagePerVolumeAttach(context, volume) ||
         gageKernelSet(context, gageKernel00, nrrdKernelBCCubic, cubic) ||
-        gageQueryItemOn(context, volume, gageSclValue) || gageUpdate(context))
+        gageQueryItemOn(context, volume, gageSclValue))
+        return false;
+    if (job->outputs > 1 && (gageKernelSet(context, gageKernel11, nrrdKernelBCCubicD, cubic) ||
+                             gageKernelSet(context, gageKernel22, nrrdKernelBCCubicDD, cubic) ||
+                             gageQueryItemOn(context, volume, gageSclGradVec) ||
+                             gageQueryItemOn(context, volume, gageSclHessian)))
+        return false;
+    if (gageUpdate(context))
         return false;
     for (int i = 0; i < job->threads; i++) {
         s->context[i] = i == 0 ? context : gageContextCopy(context);
         if (!s->context[i])
             return false;
-        s->answer[i] = gageAnswerPointer(s->context[i], s->context[i]->pvl[0], gageSclValue);
+        gagePerVolume *own = s->context[i]->pvl[0];
+        s->answer[i] = gageAnswerPointer(s->context[i], own, gageSclValue);
+        s->gradient[i] = gageAnswerPointer(s->context[i], own, gageSclGradVec);
+        s->hessian[i] = gageAnswerPointer(s->context[i], own, gageSclHessian);
     }
     return true;
 }

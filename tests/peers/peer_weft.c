@@ -29,6 +29,10 @@ static void to_stderr(void *priv, enum weft_log_level level, const char *message
 
 static const struct weft_log console = {to_stderr, NULL};
 
+static const struct weft_derivative all[10] = {{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}},
+                                               {{2, 0, 0}}, {{1, 1, 0}}, {{1, 0, 1}}, {{0, 2, 0}},
+                                               {{0, 1, 1}}, {{0, 0, 2}}};
+
 static void destroy_plans(struct state *s)
 {
     weft_slice_destroy(&s->slice);
@@ -104,6 +108,10 @@ static enum weft_result prepare(struct state *s, const char *kernel, const char 
         .sums = strcmp(how, "double") == 0 ? WEFT_SUMS_DOUBLE : WEFT_SUMS_FLOAT,
         .log = &console,
     };
+    if (s->job.outputs > 1) {
+        s->params.derivative = all;
+        s->params.derivative_count = s->job.outputs;
+    }
     if (s->by_sampler)
         s->params.without = WEFT_SAVING_AXIS | WEFT_SAVING_SEPARABLE;
     s->cpu.threads = s->job.threads;
