@@ -159,7 +159,7 @@ static enum weft_result create_volume(weft_volume **volume)
 }
 
 static const char *slice_kernel;
-static bool by_hardware;
+static bool by_hardware, with_slopes;
 
 // By the texture sampler, in several tiles.
 static enum weft_result filter_slice(const weft_slice_plan *plan, float *pixels)
@@ -211,7 +211,8 @@ static enum weft_result slice_volume(void)
 static enum weft_result slice_resident(void)
 {
     enum { PIXELS = 40, PLACES = 16 };
-    static float pixels[PIXELS * PIXELS];
+    static const struct weft_derivative outputs[] = {{{0, 0, 0}}, {{0, 1, 0}}, {{2, 0, 0}}};
+    static float pixels[WEFT_COUNT(outputs) * PIXELS * PIXELS];
     weft_volume *volume = NULL;
     weft_resident *resident = NULL;
     struct weft_slice_params params = {
@@ -219,6 +220,8 @@ static enum weft_result slice_resident(void)
         .space = WEFT_SPACE_INDEX,
         .geometry = {{1, 1, -1}, {38, 1, 2}, {-1, 38, 1}, PIXELS, PIXELS},
         .without = WEFT_SAVING_CONSTANT,
+        .derivative = outputs,
+        .derivative_count = with_slopes ? (int)WEFT_COUNT(outputs) : 1,
         .log = &test_log};
     enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.kernel);
     if (res == WEFT_OK)
@@ -768,6 +771,9 @@ static void test_slices(void **state)
         run("weft_separable", filter_plane);
     run("weft_resident", slice_resident);
     run("weft_points", sample_points);
+    with_slopes = true;
+    run("weft_resident, derivatives", slice_resident);
+    with_slopes = false;
     slice_kernel = "bspline3i";
     run("weft_slice, prefiltered", slice_volume);
     run("weft_resident, prefiltered", slice_resident);

@@ -19,10 +19,11 @@ enum { N = 40 };
 
 // ---- what is sliced -----------------------------------------------------------------------------
 
+static float data[N * N * N];
+
 // Waves, and a corner of one value; `rough`: with voxels that floats do not stand.
 static weft_volume *make_volume(bool rough)
 {
-    static float data[N * N * N];
     weft_volume *volume = NULL;
     for (int i = 0; i < N * N * N; i++) {
         const int x = i % N, y = i / N % N, z = i / N / N;
@@ -303,6 +304,100 @@ static void outputs_are_within_their_bounds(void **state)
             check_how(&hows[i]);
 }
 
+// ---- quantities ---------------------------------------------------------------------------------
+
+static double fetch(void *priv, const int64_t index[3])
+{
+    (void)priv;
+    for (int a = 0; a < 3; a++)
+        if (index[a] < 0 || index[a] >= N)
+            return 0.0;
+    return (double)data[(index[2] * N + index[1]) * N + index[0]];
+}
+
+// Derivatives at a pixel in double, and the largest voxel in reach.
+static double refer(const struct weft_slice_plan_info *info, int x, int y, double out[])
+{
+    const struct weft_slice_geometry *g = &info->geometry;
+    struct weft_kernel orders[3] = {info->kernel};
+    double at[3], magnitude = 0.0;
+    for (int n = 1; n < 3; n++)
+        assert_int_equal(weft_kernel_derive(NULL, &orders[n - 1], &orders[n]), WEFT_OK);
+    for (int a = 0; a < 3; a++)
+        at[a] = g->origin[a] + (x + 0.5) * g->u[a] / g->width + (y + 0.5) * g->v[a] / g->height;
+    for (int o = 0; o < info->output_count; o++) {
+        struct weft_kernel own[3];
+        for (int a = 0; a < 3; a++)
+            own[a] = orders[info->output[o].derivative.along[a]];
+        const struct weft_reference_value value =
+            weft_reference_compute_axes(own, 3, at, fetch, NULL);
+        out[o] = value.value;
+        magnitude = fmax(magnitude, value.magnitude);
+    }
+    return magnitude;
+}
+
+// Within what the bounds of derivatives make of each quantity.
+static int check_quantities(const struct weft_quantities *list,
+                            const struct weft_slice_plan_info *info, const float *pixels, int x,
+                            int y)
+{
+    static const double to_world[3][4] = {{0.5, 0.1, 0.0, 0.0}, {0.0, 0.4, 0.0}, {0.1, 0.0, 0.7}};
+    const size_t plane = (size_t)info->geometry.width * (size_t)info->geometry.height;
+    struct weft_quantity_transform transform;
+    double exact[WEFT_DERIVATIVES], made[WEFT_DERIVATIVES], error[WEFT_DERIVATIVES];
+    double expected[WEFT_QUANTITY_CHANNELS], found[WEFT_QUANTITY_CHANNELS];
+    double bound[WEFT_QUANTITY_CHANNELS];
+    int finite = 0;
+    assert_int_equal(weft_quantity_transform_create(NULL, to_world, &transform), WEFT_OK);
+    const double magnitude = refer(info, x, y, exact);
+    for (int o = 0; o < info->output_count; o++) {
+        const struct weft_slice_output *output = &info->output[o];
+        made[o] = (double)pixels[(size_t)o * plane + (size_t)(y * info->geometry.width + x)];
+        error[o] = output->error_bound * magnitude + output->error_absolute;
+    }
+    weft_quantities_compute(list, &transform, exact, expected);
+    weft_quantities_compute(list, &transform, made, found);
+    weft_quantities_bound(list, &transform, made, error, bound);
+    for (int c = 0; c < list->channel_count; c++) {
+        if (!(fabs(found[c] - expected[c]) <= bound[c]))
+            fail_msg("%s at (%d, %d): %.9g instead of %.9g, the bound is %.3g", list->channel[c], x,
+                     y, found[c], expected[c], bound[c]);
+        finite += bound[c] < 0.1 * (1.0 + fabs(expected[c]));
+    }
+    return finite;
+}
+
+static void bounds_hold_for_every_quantity(void **state)
+{
+    static const struct how engines[] = {
+        {"GL", "bspline3", .params = GL_SLICE()},
+        {"CPU", "bspline3", .params = CPU_SLICE()},
+    };
+    static const char *const names = "value,gradient,gradient-magnitude,normal,hessian,laplacian,"
+                                     "mean-curvature,gaussian-curvature,principal-curvatures";
+    struct weft_quantities list;
+    weft_volume *volume = make_volume(false);
+    (void)state;
+    assert_int_equal(weft_quantities_parse(&log_to_stderr, names, &list), WEFT_OK);
+    for (size_t i = WITHOUT_GL; i < WEFT_COUNT(engines); i++) {
+        struct how how = engines[i];
+        how.derivative = list.derivative;
+        how.count = list.derivative_count;
+        weft_slice_plan *plan = plan_of(&how, volume, &(struct weft_rectangle){0}, NULL);
+        const struct weft_slice_plan_info *info = weft_slice_plan_get_info(plan);
+        float *pixels = run(&how, plan, 0, NULL);
+        int checked = 0, finite = 0;
+        for (int y = 3; y < info->geometry.height; y += 11)
+            for (int x = 5; x < info->geometry.width; x += 23, checked++)
+                finite += check_quantities(&list, info, pixels, x, y);
+        assert_true(checked > 80 && finite > checked * list.channel_count / 2);
+        free(pixels);
+        weft_slice_plan_destroy(&plan);
+    }
+    weft_volume_destroy(&volume);
+}
+
 // A list of the value alone is no list; on the CPU the value has its bits in any list.
 static void values_are_the_same(void **state)
 {
@@ -397,6 +492,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(outputs_are_within_their_bounds),
+        cmocka_unit_test(bounds_hold_for_every_quantity),
         cmocka_unit_test(values_are_the_same),
         cmocka_unit_test(what_is_refused),
     };
