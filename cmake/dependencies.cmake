@@ -1,6 +1,7 @@
 # What weft is built on; each is a Debian 12 package named in tools/packages.txt.
 find_package(PkgConfig REQUIRED)
 find_package(PNG REQUIRED)
+find_package(TIFF 4.5 REQUIRED)
 find_package(OpenEXR 3.1 CONFIG REQUIRED)
 find_package(Imath 3.1 CONFIG REQUIRED) # half floats in OpenVDB headers
 find_package(Threads REQUIRED)

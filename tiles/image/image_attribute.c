@@ -127,7 +127,7 @@ void weft_attribute_add(struct weft_attribute_list *list, const char *name, cons
     const unsigned char bytes[4] = {(unsigned char)size, (unsigned char)(size >> 8),
                                     (unsigned char)(size >> 16), (unsigned char)(size >> 24)};
     if (!length || length > WEFT_ATTRIBUTE_NAME_MAX || size > INT32_MAX || list->failed ||
-        weft_attribute_is_structure(name) || is_there(list, name))
+        (weft_attribute_is_structure(name) && strcmp(name, "name")) || is_there(list, name))
         return;
     append(list, name, length + 1);
     append(list, type, strlen(type) + 1);

@@ -26,8 +26,6 @@ bool weft_attribute_float(const struct weft_image_attribute *attribute, float *o
 
 // Of the bytes of an ICC profile, which images from PNG and TIFF files have, of type "icc".
 #define WEFT_ATTRIBUTE_ICC "ICCProfile"
-// The name of a part of a TIFF file, as its page is called.
-#define WEFT_ATTRIBUTE_PART "PageName"
 
 // What PNG calls the text of an attribute ("comments": "Description"), and the reverse; names that
 // differ in nothing are returned as they are.
@@ -40,8 +38,8 @@ struct weft_attribute_list {
     size_t size, room;
     bool failed; // there was no memory
 };
-// Adds an attribute; one that has no name, too long a name, the name of one that is there, or
-// over 2^31 - 1 bytes is left out.
+// Adds an attribute; "name" is the part's. One that has no name, too long a name, the name of one
+// that is there, or over 2^31 - 1 bytes is left out.
 void weft_attribute_add(struct weft_attribute_list *list, const char *name, const char *type,
                         const void *data, size_t size);
 void weft_attribute_add_float(struct weft_attribute_list *list, const char *name, float value);

@@ -138,8 +138,7 @@ static void take_texts(const struct weft_image *image, struct tiff_part *out)
             weft_attribute_add(&out->texts, a->name, a->type, a->data, a->size);
     }
     if (*image->name)
-        weft_attribute_add(&out->texts, WEFT_ATTRIBUTE_PART, "string", image->name,
-                           strlen(image->name));
+        weft_attribute_add(&out->texts, "name", "string", image->name, strlen(image->name));
 }
 
 static enum weft_result fill_part(struct rows *rows, struct tiff_part *out)
