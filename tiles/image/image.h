@@ -110,6 +110,7 @@ struct weft_image {
     enum weft_image_levels levels; // of a tiled EXR part; what is loaded is the first, largest one
     // To save LEVELS_MIP: the levels after the first, weft_image_level_count less one of them, with
     // the same channels; their sizes, planes and integers alone are looked at. Owned by the caller.
+    // NULL: the first level alone is written, as where `levels` is LEVELS_RIP.
     const struct weft_image *mips;
     enum weft_image_file_kind kind; // of the file it was loaded from; saving does not look at it
     // Of PNG and TIFF files: what the file says of its codes, and the curve that light was found by

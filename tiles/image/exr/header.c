@@ -6,7 +6,19 @@
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 
-enum { SHORT_NAME = 31 };
+enum { SHORT_NAME = 31, DEFAULT_TILE = 64 };
+
+void weft_image_tile_size(const struct weft_image *image, int32_t out[2])
+{
+    for (int a = 0; a < 2; a++)
+        out[a] = image->tile[a] > 0 ? image->tile[a] : DEFAULT_TILE;
+}
+
+int weft_image_levels_of(const struct weft_image *image)
+{
+    const bool mips = image->tiled && image->levels == WEFT_IMAGE_LEVELS_MIP && image->mips;
+    return mips ? weft_image_level_count(image->width, image->height) : 1;
+}
 
 // ---- what every part has ------------------------------------------------------------------------
 
@@ -104,18 +116,33 @@ static bool has_long_names(const struct weft_image *image)
     return false;
 }
 
+// Lines, or tiles and their levels.
+static exr_result_t set_tiles(exr_context_t exr, int part, const struct weft_image *image)
+{
+    int32_t tile[2];
+    if (!image->tiled)
+        return EXR_ERR_SUCCESS;
+    weft_image_tile_size(image, tile);
+    return exr_set_tile_descriptor(exr, part, (uint32_t)tile[0], (uint32_t)tile[1],
+                                   weft_image_levels_of(image) > 1 ? EXR_TILE_MIPMAP_LEVELS
+                                                                   : EXR_TILE_ONE_LEVEL,
+                                   EXR_TILE_ROUND_DOWN);
+}
+
 exr_result_t weft_image_header_add(exr_context_t exr, const struct weft_image *image,
                                    const struct weft_image_channel *const *channels)
 {
     int part;
-    exr_result_t rv =
-        exr_add_part(exr, *image->name ? image->name : NULL, EXR_STORAGE_SCANLINE, &part);
+    exr_result_t rv = exr_add_part(exr, *image->name ? image->name : NULL,
+                                   image->tiled ? EXR_STORAGE_TILED : EXR_STORAGE_SCANLINE, &part);
     if (!rv && has_long_names(image))
         rv = exr_set_longname_support(exr, 1);
     if (!rv)
         rv = set_required(exr, part, image);
     for (size_t c = 0; !rv && c < image->channel_count; c++)
         rv = add_channel(exr, part, channels[c]);
+    if (!rv)
+        rv = set_tiles(exr, part, image);
     for (size_t i = 0; !rv && i < image->attribute_count; i++)
         if (!weft_attribute_is_structure(image->attributes[i].name) &&
             !is_required(image->attributes[i].name))

@@ -34,10 +34,10 @@ static unsigned char *put_line(const struct weft_image_channel *channel, size_t 
 }
 
 void weft_lines_gather(const struct weft_image_channel *const *channels, size_t channel_count,
-                       size_t width, size_t first, size_t count, unsigned char *out,
+                       const struct weft_lines *lines, unsigned char *out,
                        struct weft_half_losses *losses)
 {
-    for (size_t y = first; y < first + count; y++)
+    for (size_t y = lines->y; y < lines->y + lines->count; y++)
         for (size_t c = 0; c < channel_count; c++)
-            out = put_line(channels[c], y * width, width, out, losses);
+            out = put_line(channels[c], y * lines->stride + lines->x, lines->width, out, losses);
 }

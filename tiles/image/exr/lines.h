@@ -8,10 +8,16 @@
 
 WEFT_BEGIN_DECLS
 
-// Stores `count` lines from line `first` on as the format has them: in each line one channel after
-// the other, little-endian; halves are rounded to nearest even, and what they lose is added up.
+// Pixels of planes of `stride` values in a row.
+struct weft_lines {
+    size_t stride, x, y, width, count;
+};
+
+// Stores `count` lines of `width` pixels from (x, y) on as the format has them: in each line one
+// channel after the other, little-endian; halves are rounded to nearest even, and what they lose is
+// added up.
 void weft_lines_gather(const struct weft_image_channel *const *channels, size_t channel_count,
-                       size_t width, size_t first, size_t count, unsigned char *out,
+                       const struct weft_lines *lines, unsigned char *out,
                        struct weft_half_losses *losses);
 
 WEFT_END_DECLS

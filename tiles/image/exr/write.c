@@ -27,9 +27,19 @@ enum {
 struct part {
     const struct weft_image *image;
     const struct weft_image_channel **sorted; // the format has channels by name
+    const struct weft_image_channel **levels; // those of each level likewise, behind one another
     unsigned char *words;                     // of their values
-    struct weft_chunk_shape shape;
+    struct weft_chunk_shape shape;            // of the largest block: of whole lines, or a tile
+    int level_count;
     size_t chunk_bytes, chunk_count;
+};
+
+// A block of lines, or a tile of a level.
+struct block {
+    const struct weft_image *image; // the level
+    int level;
+    size_t column, row; // of blocks
+    size_t x, y, width, lines;
 };
 
 struct writer {
@@ -112,6 +122,7 @@ static exr_result_t start(struct writer *w)
 // What one thread works with, and what its chunks lost.
 struct lane {
     weft_chunk_packer *packer;
+    size_t width; // that it is for
     struct weft_half_losses losses;
 };
 
@@ -150,10 +161,52 @@ static bool ask(void *priv, size_t taken)
     return !flow->cancelled;
 }
 
-static int lines_of(const struct part *part, size_t chunk)
+static const struct weft_image *level_of(const struct part *part, int level)
 {
-    const int first = (int)chunk * part->shape.lines, left = part->image->height - first;
-    return left < part->shape.lines ? left : part->shape.lines;
+    return level ? &part->image->mips[level - 1] : part->image;
+}
+
+static size_t blocks_across(const struct part *part, const struct weft_image *image)
+{
+    return ((size_t)image->width - 1) / part->shape.width + 1;
+}
+
+static size_t blocks_of(const struct part *part, const struct weft_image *image)
+{
+    const size_t lines = (size_t)part->shape.lines;
+    return blocks_across(part, image) * (((size_t)image->height - 1) / lines + 1);
+}
+
+static size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+// Level after level, row after row.
+static struct block block_of(const struct part *part, size_t i)
+{
+    struct block b = {.image = part->image};
+    for (size_t count; i >= (count = blocks_of(part, b.image)); i -= count)
+        b.image = level_of(part, ++b.level);
+    const size_t across = blocks_across(part, b.image), lines = (size_t)part->shape.lines;
+    b.column = i % across;
+    b.row = i / across;
+    b.x = b.column * part->shape.width;
+    b.y = b.row * lines;
+    b.width = smaller(part->shape.width, (size_t)b.image->width - b.x);
+    b.lines = smaller(lines, (size_t)b.image->height - b.y);
+    return b;
+}
+
+// Those at the right of levels are narrower.
+static bool fit_packer(const struct part *part, struct lane *lane, size_t width)
+{
+    struct weft_chunk_shape shape = part->shape;
+    if (lane->packer && lane->width == width)
+        return true;
+    weft_chunk_packer_destroy(&lane->packer);
+    shape.width = lane->width = width;
+    return weft_chunk_packer_create(part->image->compression, &shape, &lane->packer) == WEFT_OK;
 }
 
 static bool make_chunk(void *priv, int thread, size_t i, size_t s)
@@ -162,27 +215,37 @@ static bool make_chunk(void *priv, int thread, size_t i, size_t s)
     const struct part *part = &flow->writer->parts[flow->part];
     struct lane *lane = &flow->lanes[thread];
     struct slot *slot = &flow->slots[s];
-    const int lines = lines_of(part, i);
-    weft_lines_gather(part->sorted, part->shape.channel_count, part->shape.width,
-                      i * (size_t)part->shape.lines, (size_t)lines, slot->raw, &lane->losses);
+    const struct block b = block_of(part, i);
+    const struct weft_lines lines = {(size_t)b.image->width, b.x, b.y, b.width, b.lines};
+    if (!fit_packer(part, lane, b.width))
+        return false;
+    weft_lines_gather(part->levels + (size_t)b.level * part->shape.channel_count,
+                      part->shape.channel_count, &lines, slot->raw, &lane->losses);
     const enum weft_result res =
-        weft_chunk_pack(lane->packer, slot->raw, lines, slot->packed, &slot->chunk);
+        weft_chunk_pack(lane->packer, slot->raw, (int)b.lines, slot->packed, &slot->chunk);
     if (res == WEFT_ERR_WRITE)
         atomic_store(&flow->different, i + 1);
     return res == WEFT_OK;
+}
+
+static exr_result_t write_chunk(struct writer *w, size_t p, size_t i, const void *data, size_t size)
+{
+    const struct part *part = &w->parts[p];
+    const struct block b = block_of(part, i);
+    if (part->image->tiled)
+        return exr_write_tile_chunk(w->exr, (int)p, (int)b.column, (int)b.row, b.level, b.level,
+                                    data, size);
+    return exr_write_scanline_chunk(w->exr, (int)p, part->image->y + (int)b.y, data, size);
 }
 
 static bool take_chunk(void *priv, size_t i, size_t s)
 {
     struct flow *flow = priv;
     struct writer *w = flow->writer, *outer = current;
-    const struct part *part = &w->parts[flow->part];
     const struct weft_chunk *chunk = &flow->slots[s].chunk;
     current = w;
     flow->raw += !chunk->packed;
-    flow->written = exr_write_scanline_chunk(w->exr, (int)flow->part,
-                                             part->image->y + (int)i * part->shape.lines,
-                                             chunk->data, chunk->size);
+    flow->written = write_chunk(w, flow->part, i, chunk->data, chunk->size);
     current = outer;
     return flow->written == EXR_ERR_SUCCESS;
 }
@@ -224,10 +287,10 @@ static enum weft_result result_of_flow(const struct flow *flow, bool whole)
         return result_of(w, flow->written);
     if (!different)
         return fail_memory(w);
-    const int first = (int)(different - 1) * part->shape.lines;
+    const struct block b = block_of(part, different - 1);
     weft_error(w->file->log,
-               "cannot write %s: lines %d to %d, packed, do not unpack to what they were",
-               w->file->path, first, first + lines_of(part, different - 1) - 1);
+               "cannot write %s: lines %zu to %zu, packed, do not unpack to what they were",
+               w->file->path, b.y, b.y + b.lines - 1);
     return WEFT_ERR_WRITE;
 }
 
@@ -239,8 +302,7 @@ static bool make_room(struct flow *flow)
     flow->slots = calloc(flow->order.slots, sizeof *flow->slots);
     bool whole = flow->lanes && flow->slots;
     for (int t = 0; whole && t < flow->order.threads; t++)
-        whole = weft_chunk_packer_create(part->image->compression, &part->shape,
-                                         &flow->lanes[t].packer) == WEFT_OK;
+        whole = fit_packer(part, &flow->lanes[t], part->shape.width);
     for (size_t s = 0; whole && s < flow->order.slots; s++) {
         struct slot *slot = &flow->slots[s];
         slot->raw = malloc(part->chunk_bytes);
@@ -355,13 +417,13 @@ static enum weft_result write_packed(struct writer *w)
     enum weft_result res = WEFT_OK;
     uint64_t raw = 0;
     for (size_t i = 0; res == WEFT_OK && i < part->chunk_count; i++) {
-        const int line = (int)i * part->shape.lines;
-        const size_t bytes = weft_chunk_line_bytes(&part->shape) * (size_t)lines_of(part, i);
+        const struct block b = block_of(part, i);
+        const int line = (int)b.y;
+        const size_t bytes = weft_chunk_line_bytes(&part->shape) * b.lines;
         struct weft_bytes chunk;
         res = report_step(w, i) ? next_packed(w, line, bytes, &left, &chunk) : WEFT_ERR_CANCELLED;
         if (res == WEFT_OK)
-            res = result_of(w, exr_write_scanline_chunk(w->exr, 0, part->image->y + line,
-                                                        chunk.data, chunk.size));
+            res = result_of(w, write_chunk(w, 0, i, chunk.data, chunk.size));
         raw += res == WEFT_OK && chunk.size == bytes;
     }
     if (res == WEFT_OK && left.size)
@@ -378,30 +440,55 @@ static int compare_names(const void *a, const void *b)
     return strcmp((*p)->name, (*q)->name);
 }
 
-static enum weft_result set_part(struct writer *w, const struct weft_image *image, struct part *out)
+// The channels of each level in the order of the first one's.
+static void sort_channels(const struct weft_image *image, struct part *out)
 {
     const size_t count = image->channel_count;
-    const int lines = weft_chunk_lines(image->compression);
-    *out = (struct part){.image = image};
-    out->sorted = calloc(count, sizeof *out->sorted);
-    out->words = malloc(count);
-    if (!out->sorted || !out->words)
-        return fail_memory(w);
     for (size_t c = 0; c < count; c++)
         out->sorted[c] = &image->channels[c];
     qsort(out->sorted, count, sizeof *out->sorted, compare_names);
     for (size_t c = 0; c < count; c++)
         out->words[c] = out->sorted[c]->type == WEFT_PIXEL_HALF ? 1 : 2;
-    out->shape = (struct weft_chunk_shape){
-        .width = (size_t)image->width, .channel_count = count, .words = out->words, .lines = lines};
+    for (int l = 0; l < out->level_count; l++)
+        for (size_t c = 0; c < count; c++)
+            out->levels[(size_t)l * count + c] =
+                &level_of(out, l)->channels[out->sorted[c] - image->channels];
+}
+
+static void set_shape(const struct weft_image *image, struct part *out)
+{
+    int32_t tile[2] = {image->width, weft_chunk_lines(image->compression)};
+    if (image->tiled) {
+        weft_image_tile_size(image, tile);
+        tile[0] = tile[0] < image->width ? tile[0] : image->width;
+        tile[1] = tile[1] < image->height ? tile[1] : image->height;
+    }
+    out->shape = (struct weft_chunk_shape){.width = (size_t)tile[0],
+                                           .channel_count = image->channel_count,
+                                           .words = out->words,
+                                           .lines = tile[1]};
     // At most 2^15 channels of 2^31 pixels in a line.
-    out->chunk_bytes = weft_chunk_line_bytes(&out->shape) * (size_t)lines;
-    out->chunk_count = (size_t)((image->height - 1) / lines + 1);
+    out->chunk_bytes = weft_chunk_line_bytes(&out->shape) * (size_t)tile[1];
+    for (int l = 0; l < out->level_count; l++)
+        out->chunk_count += blocks_of(out, level_of(out, l));
+}
+
+static enum weft_result set_part(struct writer *w, const struct weft_image *image, struct part *out)
+{
+    const size_t count = image->channel_count;
+    *out = (struct part){.image = image, .level_count = weft_image_levels_of(image)};
+    out->sorted = calloc(count, sizeof *out->sorted);
+    out->levels = calloc(count * (size_t)out->level_count, sizeof *out->levels);
+    out->words = malloc(count);
+    if (!out->sorted || !out->levels || !out->words)
+        return fail_memory(w);
+    sort_channels(image, out);
+    set_shape(image, out);
     w->chunks_all += out->chunk_count;
     if (out->chunk_bytes <= INT32_MAX)
         return WEFT_OK;
     weft_error(w->file->log, "cannot write %s: %d lines are %zu bytes, the limit is %d",
-               w->file->path, lines, out->chunk_bytes, INT32_MAX);
+               w->file->path, out->shape.lines, out->chunk_bytes, INT32_MAX);
     return WEFT_ERR_LIMIT;
 }
 
@@ -433,6 +520,7 @@ static void free_parts(struct writer *w)
 {
     for (size_t p = 0; w->parts && p < w->count; p++) {
         free(w->parts[p].sorted);
+        free(w->parts[p].levels);
         free(w->parts[p].words);
     }
     free(w->parts);

@@ -69,6 +69,30 @@ fail:
     return res;
 }
 
+// That each mip level is as large as it has to be, and has what the image has.
+static bool check_levels(const struct weft_image *image, const struct weft_log *log)
+{
+    const bool mips = image->tiled && image->levels == WEFT_IMAGE_LEVELS_MIP && image->mips;
+    const int count = mips ? weft_image_level_count(image->width, image->height) : 1;
+    for (int l = 1; l < count; l++) {
+        const struct weft_image *level = &image->mips[l - 1];
+        const int32_t width = weft_image_level_size(image->width, l);
+        const int32_t height = weft_image_level_size(image->height, l);
+        bool whole = level->width == width && level->height == height &&
+                     level->channel_count == image->channel_count;
+        for (size_t c = 0; whole && c < image->channel_count; c++)
+            whole =
+                level->channels[c].type == image->channels[c].type && is_whole(&level->channels[c]);
+        if (whole)
+            continue;
+        weft_error(
+            log, "mip level %d is %d x %d pixels of %zu channels, and is to be %d x %d of %zu", l,
+            level->width, level->height, level->channel_count, width, height, image->channel_count);
+        return false;
+    }
+    return true;
+}
+
 // What an EXR file can hold.
 static enum weft_result check_exr(const struct weft_image *image, const struct weft_log *log)
 {
@@ -80,6 +104,8 @@ static enum weft_result check_exr(const struct weft_image *image, const struct w
                    weft_pixel_type_names[channel->type]);
         return WEFT_ERR_UNSUPPORTED;
     }
+    if (!check_levels(image, log))
+        return WEFT_ERR_ARGUMENT;
     if (weft_image_is_writable(image->compression))
         return WEFT_OK;
     weft_error(log, "compression %s is read, but not written",
@@ -100,6 +126,7 @@ static enum weft_result check_image(const struct weft_image *image, bool planes,
     weft_require(log, image->channels != NULL);
     weft_require(log, memchr(image->name, '\0', sizeof image->name));
     weft_require(log, (unsigned)image->compression < WEFT_IMAGE_COMPRESSION_COUNT);
+    weft_require(log, !image->tiled || (image->tile[0] >= 0 && image->tile[1] >= 0));
     for (size_t c = 0; c < image->channel_count; c++) {
         const struct weft_image_channel *channel = &image->channels[c];
         weft_require(log, (unsigned)channel->type < WEFT_PIXEL_TYPE_COUNT);
@@ -198,6 +225,7 @@ static enum weft_result check_parts(const struct weft_image *parts, size_t count
     weft_require(log, count == 1 || !params->packed);
     weft_require(log, (unsigned)params->kind < WEFT_IMAGE_FILE_KIND_COUNT);
     weft_require(log, params->kind == WEFT_IMAGE_FILE_EXR || !params->packed);
+    weft_require(log, !params->packed || !parts->tiled);
     weft_require(log, params->kind != WEFT_IMAGE_FILE_PNG || count == 1);
     res = WEFT_OK;
     for (size_t p = 0; res == WEFT_OK && p < count; p++)
