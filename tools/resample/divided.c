@@ -100,8 +100,8 @@ static void choose_outputs(struct resample_job *job)
     const struct option_value *o = job->option;
     struct resample_divided *d = &job->divided;
     resample_choose_compression(job);
-    d->packs =
-        o[RESAMPLE_OUTPUT].given && d->only && job->kind == WEFT_IMAGE_FILE_EXR && are_bands(job);
+    d->packs = o[RESAMPLE_OUTPUT].given && d->only && job->kind == WEFT_IMAGE_FILE_EXR &&
+               !job->result.tiled && are_bands(job);
     d->sends = o[RESAMPLE_PREVIEW].given ||
                (o[RESAMPLE_OUTPUT].given && (o[RESAMPLE_VERIFY].given || !d->packs));
 }

@@ -28,6 +28,7 @@ enum resample_option {
     RESAMPLE_TYPE,
     RESAMPLE_COMPRESSION,
     RESAMPLE_TRANSFER,
+    RESAMPLE_MIP,
     RESAMPLE_MAX_ERROR,
     RESAMPLE_TOGETHER,
     RESAMPLE_ENGINE, // the first of enum engine_option
@@ -108,8 +109,10 @@ struct resample_job {
     struct budget budget; // with --max-error
     struct resample_divided divided;
 
-    struct weft_image image;             // the input; without planes when only explained
-    struct weft_image result;            // the channels asked for, in the input's order
+    struct weft_image image;  // the input; without planes when only explained
+    struct weft_image result; // the channels asked for, in the input's order
+    struct weft_image *mips;  // the result's, which borrows them
+    int mip_count;
     struct weft_metadata *texts;         // the result's own attributes
     unsigned char corrected[2][4];       // attributes_scaled's numbers
     struct weft_image_save_report saved; // the first part's job has it of all
@@ -247,6 +250,10 @@ enum weft_result resample_survey_parts(struct resample_job *job);
 const struct weft_resample_survey *resample_survey_of(const struct resample_job *job, size_t g);
 const struct weft_resample_measured *resample_measured_of(const struct resample_job *job, size_t g);
 void resample_clear_divided(struct resample_divided *divided);
+
+// The result's mip levels, where it has some. Returns as weft_resample_run, after an error line.
+enum weft_result resample_make_mips(struct resample_job *job);
+void resample_clear_mips(struct resample_job *job);
 
 // Writes the results as one file, and warns of what it does not keep.
 enum weft_result resample_save(struct resample_job *jobs, size_t count);

@@ -111,8 +111,8 @@ static void warn_of_losses(const struct resample_job *jobs, size_t count)
         if (jobs->kind != WEFT_IMAGE_FILE_EXR && has_windows(&jobs[i].result))
             add_loss(text, sizeof text, "the display window%s%.64s (the data window is written)",
                      space, part);
-        if (in->tiled && jobs->kind == WEFT_IMAGE_FILE_EXR)
-            add_loss(text, sizeof text, "tiles%s%.64s (lines are written)", space, part);
+        if (in->tiled && in->levels == WEFT_IMAGE_LEVELS_RIP && jobs->kind == WEFT_IMAGE_FILE_EXR)
+            add_loss(text, sizeof text, "rip levels%s%.64s (mip levels are written)", space, part);
     }
     if (*text)
         report_warning("%s: not kept: %s", jobs->input, text);
@@ -147,6 +147,9 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         resample_choose_compression(&jobs[i]);
         resample_round_integers(&jobs[i]);
         choose_codes(&jobs[i]);
+        res = resample_make_mips(&jobs[i]);
+        if (res != WEFT_OK)
+            break;
         res = make_attributes(&jobs[i]);
         parts[i] = jobs[i].result; // borrowed
     }

@@ -90,6 +90,20 @@ static bool moves_integers(const struct resample_job *job)
            (resample_is_unstretched(job) || job->kernel.info->moves || !smaller);
 }
 
+// As the input has them; mip levels are made anew, and come in tiles.
+static void set_tiles(struct resample_job *job)
+{
+    const struct weft_image *in = &job->image;
+    struct weft_image *out = &job->result;
+    const bool exr = job->kind == WEFT_IMAGE_FILE_EXR;
+    const bool mip = exr && (job->option[RESAMPLE_MIP].given ||
+                             (in->tiled && in->levels != WEFT_IMAGE_LEVELS_ONE));
+    out->tiled = (in->tiled || mip) && job->kind != WEFT_IMAGE_FILE_PNG;
+    for (int a = 0; a < 2; a++)
+        out->tile[a] = in->tiled ? in->tile[a] : 0;
+    out->levels = mip ? WEFT_IMAGE_LEVELS_MIP : WEFT_IMAGE_LEVELS_ONE;
+}
+
 void resample_set_types(struct resample_job *job)
 {
     for (size_t g = 0; g < job->group_count; g++) {
@@ -103,6 +117,7 @@ void resample_set_types(struct resample_job *job)
     }
     if (job->kind == WEFT_IMAGE_FILE_TIFF)
         unite_types(job);
+    set_tiles(job);
 }
 
 // ---- kinds of files -----------------------------------------------------------------------------
@@ -140,6 +155,10 @@ enum weft_result resample_choose_kind(struct resample_job *job)
     // Devices have names without an ending, and are given EXR.
     if (output->given && !weft_image_file_kind_find(output->text, &job->kind))
         job->kind = WEFT_IMAGE_FILE_EXR;
+    if (job->option[RESAMPLE_MIP].given && job->kind != WEFT_IMAGE_FILE_EXR) {
+        report_error("--mip: a %s file has no levels", weft_image_file_kind_names[job->kind]);
+        return WEFT_ERR_ARGUMENT;
+    }
     const enum weft_result res = check_type(job);
     return res == WEFT_OK ? check_compression(job) : res;
 }

@@ -119,6 +119,12 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                            "sRGB; sRGB; or codes are filtered as they are (default auto)",
                            transfer_names,
                            3},
+    [RESAMPLE_MIP] = {.name = "mip",
+                      0,
+                      OPTION_FLAG,
+                      NULL,
+                      "write an EXR file in tiles with mip levels, each by the kernel, stretched, "
+                      "over the whole result (default: where the input has levels)"},
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,
@@ -187,6 +193,8 @@ static const char *option_conflict(const struct option_value *o)
         return "--range and --colour-map need --preview OUT.png";
     if (!o[RESAMPLE_OUTPUT].given && o[RESAMPLE_COMPRESSION].given)
         return "--compression needs -o OUT.exr";
+    if (!o[RESAMPLE_OUTPUT].given && o[RESAMPLE_MIP].given)
+        return "--mip needs -o OUT.exr";
     if (!o[RESAMPLE_OUTPUT].given && !o[RESAMPLE_PREVIEW].given && !o[RESAMPLE_EXPLAIN].given &&
         !o[RESAMPLE_VERIFY].given && !o[RESAMPLE_JSON].given)
         return "nothing to do: give -o OUT.exr, --preview OUT.png, --verify, --json or --explain";
@@ -400,6 +408,7 @@ static enum weft_result run_stages(struct resample_job *job)
 static void destroy(struct resample_job *job)
 {
     resample_clear_divided(&job->divided);
+    resample_clear_mips(job);
     engine_abandon_context(&job->engine);
     for (int i = 0; i < 2; i++) {
         weft_resample_compiled_destroy(&job->compiled[i]);
