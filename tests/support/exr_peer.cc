@@ -19,6 +19,7 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenEXR/ImfTileDescription.h>
+#include <OpenEXR/ImfTiledInputFile.h>
 #include <OpenEXR/ImfTiledOutputPart.h>
 
 #include "filter/check.h"
@@ -205,6 +206,30 @@ float *exr_peer_values(const char *path, const char *channel, char *why, size_t 
         return out;
     } catch (const std::exception &error) {
         snprintf(why, size, "%s", error.what());
+        return NULL;
+    }
+}
+
+float *exr_peer_level(const char *path, const char *channel, int level, int size[2], int *levels,
+                      char *why, size_t why_size)
+{
+    try {
+        Imf::TiledInputFile file(path, 0);
+        *levels = file.numLevels();
+        const int width = file.levelWidth(level), height = file.levelHeight(level);
+        const Imath::Box2i box = file.dataWindowForLevel(level);
+        float *out = static_cast<float *>(malloc(size_t(width) * size_t(height) * sizeof *out));
+        char *base = reinterpret_cast<char *>(out - (ptrdiff_t(box.min.y) * width + box.min.x));
+        Imf::FrameBuffer frame;
+        frame.insert(channel,
+                     Imf::Slice(Imf::FLOAT, base, sizeof *out, sizeof *out * size_t(width)));
+        file.setFrameBuffer(frame);
+        file.readTiles(0, file.numXTiles(level) - 1, 0, file.numYTiles(level) - 1, level);
+        size[0] = width;
+        size[1] = height;
+        return out;
+    } catch (const std::exception &error) {
+        snprintf(why, why_size, "%s", error.what());
         return NULL;
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/support/exr_peer.h - OpenEXR's C++ library as a second opinion on files, and as the writer of what
-// weft only reads.
+// tests/support/exr_peer.h - OpenEXR's C++ library as a second opinion on files, and as the writer
+// of what weft only reads.
 #ifndef WEFT_TESTS_SUPPORT_EXR_PEER_H
 #define WEFT_TESTS_SUPPORT_EXR_PEER_H
 
@@ -23,6 +23,10 @@ bool exr_peer_write(const char *path, const struct weft_image *parts, size_t cou
 
 // The values that the library reads from a channel, as floats, in a buffer to be freed; NULL: why.
 float *exr_peer_values(const char *path, const char *channel, char *why, size_t size);
+
+// Those of a mip level of a tiled file, and how large it is; levels[0]: how many there are.
+float *exr_peer_level(const char *path, const char *channel, int level, int size[2], int *levels,
+                      char *why, size_t why_size);
 
 // Seconds that the library takes to write an image as lines, and to read the first part of a file,
 // with so many threads in its pool (0: on the caller's alone); values are in memory as they are in

@@ -16,6 +16,9 @@ enum {
     SIDE_LIMIT = 1 << 29,  // line strides are int32 bytes in OpenEXRCore
     RATIO_LIMIT = 10000,   // declared bytes per stored byte, as OpenImageIO has it
     FIRST_LOOK = 64 << 10, // bytes in which most headers end
+    LAST_LOOK = 64 << 20,  // in which parts are counted
+    PARTS_LIMIT = 1024,    // of parts: what is listed of each takes time
+    MULTI_PART = 0x10      // of the version's second byte
 };
 #define RATIO_FLOOR_BYTES (UINT64_C(1) << 30)
 
@@ -106,6 +109,46 @@ enum weft_result weft_exr_fail(struct weft_exr_file *file, exr_result_t code)
         complaint->message[0] ? complaint->message : exr_get_default_error_message(code));
 }
 
+// Headers of parts in a file's start: PARTS_LIMIT and one more at most; -1: they go on behind it.
+static int64_t count_headers(const unsigned char *start, size_t size)
+{
+    struct weft_image_attribute attribute;
+    enum weft_attribute_step step = WEFT_ATTRIBUTE_END;
+    int64_t parts = 0;
+    for (size_t at = 8; step == WEFT_ATTRIBUTE_END && parts <= PARTS_LIMIT; parts++) {
+        const size_t first = at;
+        do
+            step = weft_attribute_next(start, size, &at, &attribute);
+        while (step == WEFT_ATTRIBUTE_TAKEN);
+        if (step == WEFT_ATTRIBUTE_END && at == first + 1)
+            return parts; // an empty one ends them
+    }
+    return step == WEFT_ATTRIBUTE_END ? parts : -1;
+}
+
+// Before OpenEXRCore takes them all. Headers that are damaged or very long are left to it.
+static enum weft_result check_part_count(struct weft_exr_file *file)
+{
+    unsigned char version[8], *start = NULL;
+    int64_t parts = -1;
+    const int fd = file->server->input_fd;
+    if (read_whole(fd, version, sizeof version, 0) != sizeof version || !(version[5] & MULTI_PART))
+        return WEFT_OK;
+    for (uint64_t size = FIRST_LOOK; parts < 0 && size <= LAST_LOOK; size *= 2) {
+        unsigned char *more = realloc(start, size);
+        const int64_t got = more ? read_whole(fd, more, size, 0) : -1;
+        start = more ? more : start;
+        parts = got > 8 ? count_headers(start, (size_t)got) : -1;
+        if (got < (int64_t)size)
+            break;
+    }
+    free(start);
+    if (parts <= PARTS_LIMIT)
+        return WEFT_OK;
+    return weft_server_fail(file->server, WEFT_ERR_LIMIT,
+                            "it has more than %d parts, which is the limit", PARTS_LIMIT);
+}
+
 enum weft_result weft_exr_open(struct weft_exr_file *file)
 {
     struct stat st;
@@ -114,6 +157,9 @@ enum weft_result weft_exr_open(struct weft_exr_file *file)
     if (fstat(file->server->input_fd, &st))
         return weft_server_fail(file->server, WEFT_ERR_OPEN, "%s", strerror(errno));
     file->file_bytes = (uint64_t)st.st_size;
+    const enum weft_result res = check_part_count(file);
+    if (res != WEFT_OK)
+        return res;
 
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     init.error_handler_fn = keep_message;

@@ -15,7 +15,7 @@
 
 WEFT_BEGIN_DECLS
 
-enum { WEFT_TIFF_CHANNELS = 64, WEFT_TIFF_PARTS = 32767 };
+enum { WEFT_TIFF_CHANNELS = 64, WEFT_TIFF_PARTS = 1024 };
 
 struct weft_tiff_file {
     struct weft_server *server;
