@@ -239,6 +239,7 @@ static void images(void)
     enum weft_image_file_kind kind = WEFT_IMAGE_FILE_EXR;
     TRUE(weft_image_file_kind_find("a.b/c.TiFf", &kind) && kind == WEFT_IMAGE_FILE_TIFF);
     TRUE(!weft_image_file_kind_find("", &kind) && !weft_image_file_kind_find("png", &kind));
+    TRUE(!weft_image_recognise("II*", 3, &kind) && !weft_image_recognise(NULL, 0, &kind));
     TRUE(weft_image_level_count(1, 1) == 1 && weft_image_level_count(INT32_MAX, 1) == 31);
     TRUE(weft_image_level_size(7, 1) == 3 && weft_image_level_size(7, 99) == 1);
     const struct weft_transfer none = {.curve = (enum weft_curve)99};
@@ -366,8 +367,8 @@ const struct caller_case callers_tiles[] = {
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),
       F(image_is_writable), F(image_list_clear), F(image_list_load), F(image_save_parts),
       F(image_pack), F(image_packed_clear), F(image_block_lines), F(image_file_kind_find),
-      F(image_level_count), F(image_level_size), F(transfer_light), F(transfer_code),
-      F(transfer_find)}},
+      F(image_recognise), F(image_level_count), F(image_level_size), F(transfer_light),
+      F(transfer_code), F(transfer_find)}},
     {sequences,
      {F(image_sequence_create), F(image_sequence_destroy), F(image_sequence_next),
       F(image_sequence_extend)}},

@@ -429,7 +429,7 @@ static void png_files_are_told_of(void **state)
     command_write_file("cut.png", "\x89PNG\r\n\x1a\n", 8);
     command_fails(3, "cut.png: it is cut short", "info", "cut.png");
     command_write_file("other", "GIF89a", 6);
-    command_fails(3, "neither a VDB, an EXR nor a PNG file", "info", "other");
+    command_fails(3, "neither a VDB, an NRRD, a NIfTI, an EXR, a PNG nor a TIFF file", "info", "other");
 }
 
 int main(void)

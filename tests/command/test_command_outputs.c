@@ -29,7 +29,7 @@ static void endings_are_refused(void **state)
     refused("must end in .exr", "slice", "no.vdb", "-o", "x.tif");
     refused("must end in .exr", "slice", "no.vdb", "--output=a.exr/x.jpg", "--verify");
     refused("must end in .png (--output writes .exr)", "slice", "no.vdb", "--preview", "x.exr");
-    refused("must end in .exr", "resample", "no.exr", "-o", "x.png", "--explain");
+    refused("must end in .exr", "resample", "no.exr", "-o", "x.gif", "--explain");
     refused("must end in .exr", "resample", "no.exr", "-o", "x.jpeg");
     refused("must end in .png", "resample", "no.exr", "--preview", "x.EXR");
     refused("must end in .vdb", "make", "ramp", "-o", "s.exr");
@@ -254,8 +254,8 @@ static void progress_tells_of_files(void **state)
         assert_non_null(strstr(shown, "weft: writing p.png"));
         assert_ends_erased(shown);
         free(shown);
-        const char *const resample[] = {"weft", "resample", "p.exr",  "-o",
-                                        "q.exr", "--size",  "50x64", NULL};
+        const char *const resample[] = {"weft",  "resample", "p.exr", "-o",
+                                        "q.exr", "--size",   "50x64", NULL};
         shown = run_on_a_terminal(resample);
         assert_non_null(strstr(shown, "weft: writing q.exr  75 %")); // 3 of 4
         assert_non_null(strstr(shown, "weft: finishing q.exr"));

@@ -23,6 +23,9 @@ enum weft_image_file_kind {
 };
 // NULL-ended, in the order of the enum: "EXR", "PNG", "TIFF".
 WEFT_API extern const char *const weft_image_file_kind_names[];
+// Finds what a file is by its first bytes, 8 of which tell it. Returns false where it is none of
+// these. Pure.
+WEFT_API bool weft_image_recognise(const void *start, size_t size, enum weft_image_file_kind *out);
 // Finds what a file that is to be written is to be by its name's ending: .exr, .png, .tif or .tiff,
 // in letters of any case. Returns false where it is none of these.
 WEFT_API bool weft_image_file_kind_find(const char *path, enum weft_image_file_kind *out);

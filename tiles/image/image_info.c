@@ -14,37 +14,45 @@
 
 // ---- what a file is -----------------------------------------------------------------------------
 
-// II or MM, and 42, or 43 of BigTIFF, in that order of bytes.
-static bool is_tiff(const unsigned char *start)
+bool weft_image_recognise(const void *start, size_t size, enum weft_image_file_kind *out)
 {
-    return (!memcmp(start, "II", 2) && (start[2] == 42 || start[2] == 43) && !start[3]) ||
-           (!memcmp(start, "MM", 2) && !start[2] && (start[3] == 42 || start[3] == 43));
+    static const struct {
+        unsigned char bytes[8];
+        size_t size;
+        enum weft_image_file_kind kind;
+    } kinds[] = {
+        {{0x76, 0x2f, 0x31, 0x01}, 4, WEFT_IMAGE_FILE_EXR},
+        {{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, 8, WEFT_IMAGE_FILE_PNG},
+        {{'I', 'I', 42, 0}, 4, WEFT_IMAGE_FILE_TIFF},
+        {{'M', 'M', 0, 42}, 4, WEFT_IMAGE_FILE_TIFF},
+        {{'I', 'I', 43, 0}, 4, WEFT_IMAGE_FILE_TIFF}, // BigTIFF
+        {{'M', 'M', 0, 43}, 4, WEFT_IMAGE_FILE_TIFF},
+    };
+    for (size_t i = 0; i < WEFT_COUNT(kinds); i++) {
+        if (size < kinds[i].size || memcmp(start, kinds[i].bytes, kinds[i].size))
+            continue;
+        *out = kinds[i].kind;
+        return true;
+    }
+    return false;
 }
 
 enum weft_result weft_image_find_kind(const struct weft_log *log, const char *path, int fd,
                                       enum weft_image_file_kind *out)
 {
-    static const unsigned char exr[] = {0x76, 0x2f, 0x31, 0x01};
-    static const unsigned char png[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    unsigned char start[sizeof png] = {0};
-    if (pread(fd, start, sizeof start, 0) < 0) {
+    unsigned char start[8] = {0};
+    const ssize_t got = pread(fd, start, sizeof start, 0);
+    if (got < 0) {
         weft_error(log, "%s cannot be read: %s", path, strerror(errno));
         return WEFT_ERR_OPEN;
     }
-    if (!memcmp(start, exr, sizeof exr)) {
-        *out = WEFT_IMAGE_FILE_EXR;
-    } else if (!memcmp(start, png, sizeof png)) {
-        *out = WEFT_IMAGE_FILE_PNG;
-    } else if (is_tiff(start)) {
-        *out = WEFT_IMAGE_FILE_TIFF;
-    } else {
-        weft_error(log,
-                   "%s is neither an EXR, a PNG nor a TIFF file: it starts with bytes %02x %02x "
-                   "%02x %02x",
-                   path, start[0], start[1], start[2], start[3]);
-        return WEFT_ERR_FORMAT;
-    }
-    return WEFT_OK;
+    if (weft_image_recognise(start, (size_t)got, out))
+        return WEFT_OK;
+    weft_error(log,
+               "%s is neither an EXR, a PNG nor a TIFF file: it starts with bytes %02x %02x %02x "
+               "%02x",
+               path, start[0], start[1], start[2], start[3]);
+    return WEFT_ERR_FORMAT;
 }
 
 const char *weft_image_program(enum weft_image_file_kind kind)

@@ -128,6 +128,19 @@ static enum weft_result give_band(void *priv, int line, struct weft_bytes *out)
     return WEFT_OK;
 }
 
+// Parts of an EXR file have names that differ; those of a TIFF file may have none.
+static void name_part(const struct weft_image *before, size_t i, size_t count,
+                      struct resample_job *job)
+{
+    char *name = job->result.name;
+    bool is_new = *name != '\0';
+    for (size_t k = 0; is_new && k < i; k++)
+        is_new = strcmp(before[k].name, name) != 0;
+    if (!is_new && count > 1 && job->kind == WEFT_IMAGE_FILE_EXR &&
+        job->image.kind != WEFT_IMAGE_FILE_EXR)
+        snprintf(name, sizeof job->result.name, "part %d", job->part);
+}
+
 enum weft_result resample_save(struct resample_job *jobs, size_t count)
 {
     const struct weft_image_save_params params = {
@@ -151,6 +164,7 @@ enum weft_result resample_save(struct resample_job *jobs, size_t count)
         if (res != WEFT_OK)
             break;
         res = make_attributes(&jobs[i]);
+        name_part(parts, i, count, &jobs[i]);
         parts[i] = jobs[i].result; // borrowed
     }
     if (res == WEFT_OK) {

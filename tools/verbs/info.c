@@ -262,13 +262,15 @@ static enum weft_result inform_volume(const char *path, const struct weft_raw_la
     return res;
 }
 
-// ---- EXR ----------------------------------------------------------------------------------------
+// ---- EXR and TIFF -------------------------------------------------------------------------------
 
 static const char *storage_name(const struct weft_image *image)
 {
-    return image->deep    ? (image->tiled ? "deep tiled" : "deep scanline")
-           : image->tiled ? "tiled"
-                          : "scanline";
+    return image->deep ? (image->tiled ? "deep tiled" : "deep scanline")
+           : image->levels == WEFT_IMAGE_LEVELS_MIP ? "tiled with mip levels"
+           : image->levels == WEFT_IMAGE_LEVELS_RIP ? "tiled with rip levels"
+           : image->tiled                           ? "tiled"
+                                                    : "scanline";
 }
 
 static json_t *channel_json(const struct weft_image_channel *channel)
@@ -296,7 +298,8 @@ static json_t *image_json(const struct weft_image *image)
 // Of one part directly, as of the first of several, which are all in a list.
 static json_t *images_json(const char *path, const struct weft_image_list *list)
 {
-    json_t *root = json_pack("{s:o,s:s}", "file", json_text(path), "format", "exr");
+    const bool tiff = list->images[0].kind == WEFT_IMAGE_FILE_TIFF;
+    json_t *root = json_pack("{s:o,s:s}", "file", json_text(path), "format", tiff ? "tiff" : "exr");
     json_object_update_new(root, image_json(&list->images[0]));
     json_t *parts = list->count > 1 ? json_array() : NULL;
     for (size_t p = 0; parts && p < list->count; p++)
@@ -358,7 +361,7 @@ static void print_images(const char *path, const struct weft_image_list *list)
     }
 }
 
-static enum weft_result inform_exr(const char *path, bool json)
+static enum weft_result inform_image(const char *path, bool json)
 {
     struct weft_image_list list = {0};
     const struct weft_image_load_params params = {.path = path, .log = report_log()};
@@ -457,8 +460,7 @@ static enum weft_result inform(const char *path, const struct option_value *raw_
 {
     struct weft_raw_layout layout;
     const struct weft_raw_layout *raw;
-    static const unsigned char exr_magic[] = {0x76, 0x2f, 0x31, 0x01};
-    static const unsigned char png_magic[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    enum weft_image_file_kind kind;
     unsigned char start[8] = {0};
     enum weft_result res = raw_read(raw_option, &layout, &raw);
     if (res != WEFT_OK || raw)
@@ -472,13 +474,10 @@ static enum weft_result inform(const char *path, const struct option_value *raw_
     }
     if (weft_volume_recognise(start, (size_t)count) != WEFT_VOLUME_MEMORY)
         return inform_volume(path, NULL, json);
-    if (memcmp(start, exr_magic, sizeof exr_magic) == 0)
-        return inform_exr(path, json);
-    if (memcmp(start, png_magic, sizeof png_magic) == 0)
-        return inform_png(path, json);
-    report_error("%s is neither a VDB, an NRRD, a NIfTI, an EXR nor a PNG file: it starts with "
-                 "bytes %02x %02x %02x "
-                 "%02x",
+    if (weft_image_recognise(start, (size_t)count, &kind))
+        return kind == WEFT_IMAGE_FILE_PNG ? inform_png(path, json) : inform_image(path, json);
+    report_error("%s is neither a VDB, an NRRD, a NIfTI, an EXR, a PNG nor a TIFF file: it starts "
+                 "with bytes %02x %02x %02x %02x",
                  path, start[0], start[1], start[2], start[3]);
     return WEFT_ERR_FORMAT;
 }
@@ -496,7 +495,7 @@ static int run(const char *const *operands, const struct option_value *values)
 
 const struct verb verb_info = {
     .name = "info",
-    .summary = "what is in a VDB, NRRD, NIfTI, EXR or PNG file",
+    .summary = "what is in a VDB, NRRD, NIfTI, EXR, PNG or TIFF file",
     .usage = "FILE [--raw LAYOUT] [--json]",
     .description = "Lists the grids of a VDB, NRRD, NIfTI or raw file (type, components, class, "
                    "active box, transform, memory, metadata), the channels, windows and attributes "

@@ -280,6 +280,10 @@ static enum weft_result load_image(struct resample_job *job)
     };
     report_stage("reading", job->input);
     enum weft_result res = weft_image_load(&params, &job->image);
+    if (res == WEFT_OK && job->image.codes.icc && params.transfer.curve == WEFT_CURVE_AUTO &&
+        job->image.transfer.curve == WEFT_CURVE_SRGB)
+        report_warning("%s has an ICC profile, which is not applied: its codes are taken for sRGB",
+                       job->input);
     job->load_seconds = report_now_seconds() - start;
     return res;
 }
