@@ -39,7 +39,6 @@ struct weft_points {
 
 // Where a point lies: position + tap_shift = cell * 8 + word * 2^-29, as lines have it.
 struct weft_point_place {
-    int32_t cell[3];
     uint32_t word[3];
 };
 
@@ -57,6 +56,7 @@ enum { WEFT_POINTS_BATCH = 1 << 20 };
 struct weft_point_batch {
     size_t capacity, count, good; // points, and those with a position
     size_t first;                 // of the call's
+    int32_t (*cell)[3];
     struct weft_point_place *place;
     uint64_t *sorted; // good: keys of cells, and in the low 20 bits the number of the point
     uint64_t *spare;

@@ -9,7 +9,7 @@
 
 // Points that a thread rounds at once; and from how many on in a cell its whole block is gathered.
 enum { CHUNK = 8192, DENSE = 12 };
-enum { NUMBER_BITS = 20, KEY_BITS = 64 - NUMBER_BITS, DIGIT_BITS = 11, DIGITS = 1 << DIGIT_BITS };
+enum { NUMBER_BITS = 20, KEY_BITS = 64 - NUMBER_BITS, DIGIT_BITS = 9, DIGITS = 1 << DIGIT_BITS };
 
 const size_t weft_point_batch_bytes =
     sizeof(struct weft_point_place) + 2 * sizeof(uint64_t) + sizeof(struct weft_point_run);
@@ -18,11 +18,12 @@ enum weft_result weft_point_batch_create(const struct weft_log *log, size_t capa
                                          struct weft_point_batch *out)
 {
     *out = (struct weft_point_batch){.capacity = capacity};
+    out->cell = malloc(capacity * sizeof *out->cell);
     out->place = malloc(capacity * sizeof *out->place);
     out->sorted = malloc(capacity * sizeof *out->sorted);
     out->spare = malloc(capacity * sizeof *out->spare);
     out->run = malloc(capacity * sizeof *out->run);
-    if (out->place && out->sorted && out->spare && out->run)
+    if (out->cell && out->place && out->sorted && out->spare && out->run)
         return WEFT_OK;
     weft_error(log, "not enough memory to sort %zu points", capacity);
     weft_point_batch_destroy(out);
@@ -31,6 +32,7 @@ enum weft_result weft_point_batch_create(const struct weft_log *log, size_t capa
 
 void weft_point_batch_destroy(struct weft_point_batch *batch)
 {
+    free(batch->cell);
     free(batch->place);
     free(batch->sorted);
     free(batch->spare);
@@ -70,7 +72,6 @@ static bool place_point(const weft_points *p, const double position[3],
         // Exact but for the rounding itself, half-way up.
         const uint32_t units = (uint32_t)((at - floor_at) * 0x1p29 + 0.5) + p->tap_shift;
         whole[a] = (int32_t)floor_at + (int32_t)(units >> WEFT_LINE_FRACTION);
-        out->cell[a] = whole[a] >> 3;
         out->word[a] = (uint32_t)(whole[a] & 7) << WEFT_LINE_FRACTION |
                        (units & ((UINT32_C(1) << WEFT_LINE_FRACTION) - 1));
     }
@@ -91,7 +92,7 @@ static bool is_outside(const weft_points *p, const struct weft_volume_info *volu
 
 static void set_bad(const struct rounding *r, size_t i)
 {
-    r->batch->place[i].cell[0] = BAD;
+    r->batch->cell[i][0] = BAD;
     for (int o = 0; o < r->points->info.output_count; o++)
         r->params->out[(size_t)o * r->params->stride + r->batch->first + i] = NAN;
 }
@@ -107,17 +108,18 @@ static bool round_chunk(void *priv, int thread, size_t number)
     *chunk = (struct chunk){.low = {INT32_MAX, INT32_MAX, INT32_MAX},
                             .high = {INT32_MIN, INT32_MIN, INT32_MIN}};
     for (size_t i = from; i < end; i++) {
-        struct weft_point_place *place = &r->batch->place[i];
-        int32_t whole[3];
-        if (!place_point(r->points, r->params->position[r->batch->first + i], place, whole)) {
+        int32_t whole[3], *cell = r->batch->cell[i];
+        if (!place_point(r->points, r->params->position[r->batch->first + i], &r->batch->place[i],
+                         whole)) {
             set_bad(r, i);
             chunk->bad++;
             continue;
         }
         chunk->outside += is_outside(r->points, volume, whole);
         for (int a = 0; a < 3; a++) {
-            chunk->low[a] = place->cell[a] < chunk->low[a] ? place->cell[a] : chunk->low[a];
-            chunk->high[a] = place->cell[a] > chunk->high[a] ? place->cell[a] : chunk->high[a];
+            cell[a] = whole[a] >> 3;
+            chunk->low[a] = cell[a] < chunk->low[a] ? cell[a] : chunk->low[a];
+            chunk->high[a] = cell[a] > chunk->high[a] ? cell[a] : chunk->high[a];
         }
     }
     return true;
@@ -195,19 +197,18 @@ static void sort_digit(struct weft_point_batch *b, int shift)
     b->spare = swap;
 }
 
-static void sort_points(struct weft_point_batch *b, const struct chunk *all)
+static void sort_points(struct weft_point_batch *b, const struct key_form *form)
 {
-    const struct key_form form = form_of(all);
     bool in_order = true;
     b->good = 0;
     for (size_t i = 0; i < b->count; i++) {
-        if (b->place[i].cell[0] == BAD)
+        if (b->cell[i][0] == BAD)
             continue;
-        b->sorted[b->good] = key_of(&form, b->place[i].cell) << NUMBER_BITS | i;
+        b->sorted[b->good] = key_of(form, b->cell[i]) << NUMBER_BITS | i;
         in_order = in_order && (!b->good || b->sorted[b->good] > b->sorted[b->good - 1]);
         b->good++;
     }
-    const int bits = form.bits[0] + form.bits[1] + form.bits[2];
+    const int bits = form->bits[0] + form->bits[1] + form->bits[2];
     for (int shift = 0; !in_order && shift < bits; shift += DIGIT_BITS)
         sort_digit(b, shift + NUMBER_BITS);
 }
@@ -223,22 +224,33 @@ static void widen_run(struct weft_point_run *run, const struct weft_point_place 
     }
 }
 
-static void find_runs(struct weft_point_batch *b)
+// Points of one cell from `first` on. Equal keys are equal cells, unless keys are coarse.
+static uint32_t run_length(const struct weft_point_batch *b, size_t first, bool coarse)
 {
-    struct weft_point_run *run = NULL;
+    const uint64_t key = b->sorted[first] >> NUMBER_BITS;
+    const int32_t *cell = b->cell[weft_point_number(b->sorted[first])];
+    size_t end = first + 1;
+    while (end < b->good && b->sorted[end] >> NUMBER_BITS == key &&
+           (!coarse ||
+            memcmp(cell, b->cell[weft_point_number(b->sorted[end])], sizeof b->cell[0]) == 0))
+        end++;
+    return (uint32_t)(end - first);
+}
+
+static void find_runs(struct weft_point_batch *b, bool coarse)
+{
     b->run_count = 0;
-    for (size_t i = 0; i < b->good; i++) {
-        const struct weft_point_place *place = &b->place[weft_point_number(b->sorted[i])];
-        if (!run || memcmp(run->cell, place->cell, sizeof run->cell) != 0) {
-            run = &b->run[b->run_count++];
-            *run = (struct weft_point_run){.first = (uint32_t)i, .low = {7, 7, 7}};
-            memcpy(run->cell, place->cell, sizeof run->cell);
-        }
-        widen_run(run, place);
-        if (++run->count < DENSE)
+    for (size_t first = 0; first < b->good; first += b->run[b->run_count++].count) {
+        struct weft_point_run *run = &b->run[b->run_count];
+        *run = (struct weft_point_run){
+            .first = (uint32_t)first, .count = run_length(b, first, coarse), .high = {7, 7, 7}};
+        memcpy(run->cell, b->cell[weft_point_number(b->sorted[first])], sizeof run->cell);
+        if (run->count >= DENSE)
             continue;
-        memset(run->low, 0, sizeof run->low);
-        memset(run->high, 7, sizeof run->high);
+        memset(run->low, 7, sizeof run->low);
+        memset(run->high, 0, sizeof run->high);
+        for (uint32_t i = 0; i < run->count; i++)
+            widen_run(run, &b->place[weft_point_number(b->sorted[first + i])]);
     }
 }
 
@@ -265,6 +277,7 @@ void weft_point_batch_sort(const weft_points *points, const struct weft_points_r
     batch->good = batch->run_count = 0;
     if (all.bad == batch->count)
         return;
-    sort_points(batch, &all);
-    find_runs(batch);
+    const struct key_form form = form_of(&all);
+    sort_points(batch, &form);
+    find_runs(batch, form.coarse > 0);
 }
