@@ -73,6 +73,7 @@
 #include "passes/separable/separable.h"
 #include "passes/separable/work.h"
 #include "passes/slice/multipass.h"
+#include "passes/slice/slab.h"
 #include "passes/slice/slice.h"
 #include "passes/stability/stability.h"
 #include "passes/verify/verify.h"

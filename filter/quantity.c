@@ -47,11 +47,6 @@ static const struct weft_derivative all[WEFT_DERIVATIVES] = {
     {{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{2, 0, 0}},
     {{1, 1, 0}}, {{1, 0, 1}}, {{0, 2, 0}}, {{0, 1, 1}}, {{0, 0, 2}}};
 
-static int order(const struct weft_derivative *d)
-{
-    return d->along[0] + d->along[1] + d->along[2];
-}
-
 int weft_quantity_channels(enum weft_quantity q)
 {
     int count = 0;
@@ -82,7 +77,7 @@ enum weft_result weft_quantities_create(const struct weft_log *log,
             out->channel[out->channel_count++] = *name;
     }
     for (int i = 0; i < WEFT_DERIVATIVES; i++)
-        if (orders >> order(&all[i]) & 1)
+        if (orders >> weft_derivative_order(&all[i]) & 1)
             out->derivative[out->derivative_count++] = all[i];
     return WEFT_OK;
 fail:
@@ -195,7 +190,7 @@ struct weft_quantity_terms weft_quantity_terms_of(const struct weft_quantities *
     const double(*b)[3] = transform->inverse;
     struct weft_quantity_terms out = {.first = {-1, -1, -1}};
     for (int i = list->derivative_count - 1; i >= 0; i--)
-        out.first[order(&list->derivative[i])] = i;
+        out.first[weft_derivative_order(&list->derivative[i])] = i;
     for (int to = 0; to < 3; to++)
         for (int from = 0; from < 3; from++)
             out.g[to][from] = b[from][to];

@@ -18,8 +18,21 @@ struct weft_derivative {
     int along[3];
 };
 
-// Derivatives of different kinds: 1 value, 3 first and 6 second ones.
-enum { WEFT_DERIVATIVES = 10 };
+// Derivatives of different kinds: 1 value, 3 first and 6 second ones; and bytes of a text of one.
+enum { WEFT_DERIVATIVES = 10, WEFT_DERIVATIVE_TEXT = 8 };
+
+// Returns how often a derivative derives in all, 0 to 2; -1 of one that is none.
+WEFT_API int weft_derivative_order(const struct weft_derivative *derivative);
+
+// Writes "x", "xy", "zz", ..., or "none" for the value ("unknown" for what is no derivative), and
+// returns `text`.
+WEFT_API const char *weft_derivative_format(const struct weft_derivative *derivative,
+                                            char text[WEFT_DERIVATIVE_TEXT]);
+
+// Reads such a text; letters may stand in any order. Returns WEFT_ERR_ARGUMENT, with *out the
+// value.
+WEFT_API enum weft_result weft_derivative_parse(const struct weft_log *log, const char *text,
+                                                struct weft_derivative *out);
 
 // ---- quantities ---------------------------------------------------------------------------------
 

@@ -436,7 +436,8 @@ static enum weft_result plan_and_run(void)
         .width = 16, .height = 16, .du = {0.1, 0.0}, .dv = {0.0, 0.1}};
     const struct weft_pass_plan_params *params =
         weft_pass_plan_params(.samples = 4, .taps_per_pass = 2, .technique = technique,
-                              .derivative = technique == WEFT_TECHNIQUE_PLAIN, .log = &test_log);
+                              .derivative = {{technique == WEFT_TECHNIQUE_PLAIN, 0, 0}},
+                              .log = &test_log);
     enum weft_result res = weft_pass_plan_create(params, &plan);
     const struct weft_multipass_run_params run = {
         .samples = &samples, .grid = &grid, .pixels = {pixels}, .log = &test_log};

@@ -22,7 +22,8 @@ static enum weft_result check_whole(const struct weft_log *log, const struct wef
     const bool floats = weft_target_one(l->target) == 0;
     weft_require(log, w->kernel.info && w->kernel.width == t->width);
     weft_require(log, w->channels == 1 || (w->channels == 4 && !l->dot4));
-    weft_require(log, w->derivative >= 0 && w->derivative <= l->dims);
+    weft_require(log, weft_derivative_order(&w->derivative) >= 0);
+    weft_require(log, l->dims == 3 || !w->derivative.along[2]);
     weft_require(log, tile_format_fits(l));
     weft_require(log, !floats || (l->extra_bits == 0 && !l->log_table));
     weft_require(log, l->result_scale > 0.0 && isfinite(l->result_scale));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filter/check.h"
+#include "filter/kernels/kernel_axes.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/analysis/reference.h"
 #include "passes/multipass/reference.h"
@@ -23,10 +24,9 @@ fail:
 void weft_multipass_axis_kernels(const struct weft_multipass_work *w, struct weft_axis_kernels *out)
 {
     for (int a = 0; a < 3; a++)
-        out->kernel[a] = w->kernel;
-    out->sums_are_one = w->derivative == 0 && (w->kernel.unit_sum || w->kernel.normalised);
-    if (w->derivative)
-        weft_kernel_derive(NULL, &w->kernel, &out->kernel[w->derivative - 1]);
+        weft_kernel_derive_times(NULL, &w->kernel, w->derivative.along[a], &out->kernel[a]);
+    out->sums_are_one =
+        weft_derivative_order(&w->derivative) == 0 && (w->kernel.unit_sum || w->kernel.normalised);
 }
 
 int weft_multipass_weights(const struct weft_multipass_work *work,
@@ -35,7 +35,7 @@ int weft_multipass_weights(const struct weft_multipass_work *work,
 {
     const int dims = work->passes->dims;
     double values[3][WEFT_KERNEL_MAX_WIDTH];
-    if (!work->derivative)
+    if (weft_derivative_order(&work->derivative) == 0)
         return weft_kernel_weights_nd(&work->kernel, dims, position, weights, first);
     for (int a = 0; a < 3; a++)
         first[a] = a < dims ? weft_kernel_weights(&axes->kernel[a], position[a], values[a]) : 0;
@@ -63,7 +63,7 @@ double weft_multipass_refer(const struct weft_multipass_work *work,
 {
     struct plane plane = {samples, channel};
     const int dims = work->passes->dims;
-    if (work->derivative)
+    if (weft_derivative_order(&work->derivative) > 0)
         return weft_reference_compute_axes(axes->kernel, dims, position, fetch, &plane).value;
     return weft_reference_compute(&work->kernel, dims, position, fetch, &plane).value;
 }

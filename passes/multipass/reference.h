@@ -10,10 +10,10 @@
 struct weft_multipass_work {
     const struct weft_pass_list *passes;
     struct weft_kernel kernel;
-    int derivative; // as in struct weft_pass_plan_info
-    int channels;   // 1 or 4
-    int threads;    // 0: one a processor
-    bool portable;  // GL: no extensions (tests)
+    struct weft_derivative derivative; // as in struct weft_pass_plan_info
+    int channels;                      // 1 or 4
+    int threads;                       // 0: one a processor
+    bool portable;                     // GL: no extensions (tests)
 };
 
 // A plan's. Returns WEFT_ERR_ARGUMENT without one.

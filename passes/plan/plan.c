@@ -69,7 +69,8 @@ static enum weft_result check_ranges(const struct weft_pass_plan_params *p)
     weft_require_enum(p->log, p->technique, WEFT_TECHNIQUE_LOG);
     weft_require_enum(p->log, p->worst_case, WEFT_WORST_ANY);
     weft_require_enum(p->log, p->order, WEFT_ORDER_GIVEN);
-    weft_require(p->log, p->derivative >= 0 && p->derivative <= p->dims);
+    weft_require(p->log, weft_derivative_order(&p->derivative) >= 0);
+    weft_require(p->log, p->dims == 3 || !p->derivative.along[2]);
     weft_require(p->log, p->order != WEFT_ORDER_GIVEN || p->tile_order);
     if (p->taps_per_pass < 1 || p->taps_per_pass > p->profile.taps_per_pass) {
         weft_error(p->log, "plan: profile %s takes 1 to %d taps per pass, not %d", p->profile.name,
@@ -485,7 +486,8 @@ static enum weft_result create(const struct weft_pass_plan_params *params,
     planner.real = is_real(&planner.p.profile);
     planner.full = planner.real ? 1 : weft_target_one(planner.p.profile.target);
     planner.logarithms = planner.p.technique == WEFT_TECHNIQUE_LOG;
-    planner.derives = planner.p.derivative || planner.p.kernel.info->derivation > 0;
+    planner.derives =
+        weft_derivative_order(&planner.p.derivative) > 0 || planner.p.kernel.info->derivation > 0;
     res = given ? judge(&planner, given, order) : make(&planner);
     free(planner.items);
     if (res == WEFT_OK)

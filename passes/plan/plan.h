@@ -56,9 +56,10 @@ struct weft_pass_plan_split {
 
 // What is to be planned. All zero asks for the defaults: 2D Catmull-Rom on 8-bit targets.
 struct weft_pass_plan_params {
-    struct weft_kernel kernel;   // default (info NULL): catmull-rom
-    int dims;                    // 2 or 3 (default 2)
-    int derivative;              // 0: none; 1, 2, 3: the gradient's component along x, y, z
+    struct weft_kernel kernel; // default (info NULL): catmull-rom
+    int dims;                  // 2 or 3 (default 2)
+    // What is reconstructed: default the value, else a derivative along axes up to dims
+    struct weft_derivative derivative;
     struct weft_profile profile; // default (name empty): unorm8
     int taps_per_pass;           // pairs of textures, at most the profile's (default: as many)
     int samples;                 // M (default 64, in 3D 32)
@@ -115,7 +116,8 @@ struct weft_pass_plan_error {
 struct weft_pass_plan_info {
     struct weft_kernel kernel;
     struct weft_profile profile;
-    int dims, derivative, samples, bits, channels;
+    struct weft_derivative derivative;
+    int dims, samples, bits, channels;
     enum weft_technique technique;
     enum weft_worst_case worst_case;
     enum weft_order order;

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/kernels/kernel_axes.h"
 #include "filter/kernels/kernel_nd.h"
 #include "filter/kernels/prefilter.h"
 #include "passes/plan/plan_impl.h"
@@ -62,8 +63,7 @@ static enum weft_result fill_axes(struct e2 *e)
     for (int a = 0; a < p->dims; a++) {
         struct weft_kernel kernel = p->kernel;
         enum weft_result res = WEFT_OK;
-        if (a + 1 == p->derivative)
-            res = weft_kernel_derive(p->log, &p->kernel, &kernel);
+        res = weft_kernel_derive_times(p->log, &p->kernel, p->derivative.along[a], &kernel);
         if (res != WEFT_OK)
             return res;
         fill_axis(e, &kernel, e->axis[a]);

@@ -89,11 +89,11 @@ static void print_head(FILE *out, const struct weft_planner *planner)
 {
     const struct weft_pass_plan_info *info = &planner->plan->info;
     const struct weft_pass_list *list = &planner->plan->list;
-    char kernel[512];
+    char kernel[512], along[WEFT_DERIVATIVE_TEXT];
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
     fprintf(out, "plan: %s", kernel);
-    if (info->derivative)
-        fprintf(out, ", derivative along %c", "xyz"[info->derivative - 1]);
+    if (weft_derivative_order(&info->derivative))
+        fprintf(out, ", derivative along %s", weft_derivative_format(&info->derivative, along));
     fprintf(out, ", %dD, %s, %s; tiles of %d^%d samples", info->dims, info->profile.name,
             weft_name(weft_technique_names, info->technique), info->samples, info->dims);
     if (!planner->real && !planner->logarithms)

@@ -47,11 +47,12 @@ static enum weft_result check_passes(const struct weft_log *log,
                                      const struct weft_pass_plan_info *passes,
                                      const struct weft_kernel *kernel)
 {
-    if (passes->dims != 2 || passes->derivative != 0) {
+    if (passes->dims != 2 || weft_derivative_order(&passes->derivative) != 0) {
+        char along[WEFT_DERIVATIVE_TEXT];
         weft_error(log,
-                   "resampling by passes in %dD with derivative %d: they must be 2D and of "
+                   "resampling by passes in %dD with derivative %s: they must be 2D and of "
                    "the signal itself",
-                   passes->dims, passes->derivative);
+                   passes->dims, weft_derivative_format(&passes->derivative, along));
         return WEFT_ERR_ARGUMENT;
     }
     if (is_same_kernel(kernel, &passes->kernel))

@@ -105,10 +105,10 @@ static enum weft_result measure_gradient_bias(const struct weft_stability_params
 {
     struct weft_pass_plan_error bounds = {0};
     const struct weft_pass_plan_params *naive =
-        weft_pass_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1,
+        weft_pass_plan_params(.derivative = {{1, 0, 0}}, .samples = M, .taps_per_pass = 1,
                               .order = WEFT_ORDER_NATURAL, .single_bias = true);
     const struct weft_pass_plan_params *ours =
-        weft_pass_plan_params(.derivative = 1, .samples = M, .taps_per_pass = 1);
+        weft_pass_plan_params(.derivative = {{1, 0, 0}}, .samples = M, .taps_per_pass = 1);
     const enum weft_result res = compare(params, naive, ours, result, &bounds);
     // 1.0 is a code, positions are those of the tiles' samples, and the weights there add up to 0
     // exactly: what is left of the plan's bound is that of its arithmetic.

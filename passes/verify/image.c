@@ -8,6 +8,7 @@
 #include "filter/kernels/stretch.h"
 #include "passes/separable/separable_impl.h"
 #include "passes/verify/planes.h"
+#include "filter/kernels/kernel_axes.h"
 #include "passes/verify/verifier.h"
 
 struct subject {
@@ -355,10 +356,9 @@ enum weft_result weft_multipass_verify_work(const struct weft_multipass_work *wo
         p.pixels[c] =
             (struct weft_verify_plane){.values = params->pixels[c], .stride = params->stride};
     }
-    if (work->derivative) {
-        p.kernel[1] = p.kernel[2] = work->kernel;
-        res = weft_kernel_derive(params->log, &work->kernel, &p.kernel[work->derivative - 1]);
-    }
+    for (int a = 0; a < 3 && weft_derivative_order(&work->derivative) && res == WEFT_OK; a++)
+        res = weft_kernel_derive_times(params->log, &work->kernel, work->derivative.along[a],
+                                       &p.kernel[a]);
     return res == WEFT_OK ? weft_pixels_verify(&p, out) : res;
 }
 

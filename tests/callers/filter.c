@@ -376,6 +376,23 @@ static void quantities(void)
     weft_quantities_compute_planes(&list, &transform, 0, NULL, NULL);
 }
 
+static void derivatives(void)
+{
+    struct weft_derivative out;
+    char text[WEFT_DERIVATIVE_TEXT];
+    static const char *const bad[] = {"", "xxx", "w", "X", "x ", "nonenonenonenonenonenone"};
+    for (size_t i = 0; i < WEFT_COUNT(bad); i++) {
+        REFUSED(weft_derivative_parse(&logger, bad[i], &out));
+        TRUE(weft_derivative_order(&out) == 0);
+    }
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        const struct weft_derivative d = {{1, ints[i], 0}}, e = {{2, 2, ints[i]}};
+        const bool good = ints[i] == 0 || ints[i] == 1;
+        TRUE((weft_derivative_order(&d) >= 0) == good && weft_derivative_order(&e) == -1);
+        TRUE((strcmp(weft_derivative_format(&d, text), "unknown") == 0) == !good);
+    }
+}
+
 const struct caller_case callers_filter[] = {
     {analysis,
      {F(analysis_taylor), F(analysis_moment), F(analysis_order), F(analysis_response),
@@ -394,6 +411,7 @@ const struct caller_case callers_filter[] = {
     {errors, {F(error_kernel_compute), F(error_e1)}},
     {bounds, {F(bound_compute)}},
     {boundaries, {F(boundary_index)}},
+    {derivatives, {F(derivative_order), F(derivative_format), F(derivative_parse)}},
     {quantities,
      {F(quantities_create), F(quantities_parse), F(quantity_transform_create),
       F(quantities_compute), F(quantities_bound), F(quantities_compute_planes)}},

@@ -107,7 +107,7 @@ static void resample_plans(void)
     SURVIVED(weft_pass_plan_create(weft_pass_plan_params(.samples = 16), &passes[0]));
     SURVIVED(weft_pass_plan_create(weft_pass_plan_params(.dims = 3, .samples = 8), &passes[1]));
     SURVIVED(weft_pass_plan_create(
-        weft_pass_plan_params(.derivative = 1, .samples = 16, .profile = {.name = ""}),
+        weft_pass_plan_params(.derivative = {{1, 0, 0}}, .samples = 16, .profile = {.name = ""}),
         &passes[2]));
     SET_REFUSED(good, passes, passes[1], CALL);
     if (passes[2])

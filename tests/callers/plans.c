@@ -15,7 +15,8 @@ static void plans(void)
 #define CALL make_plan(&p)
     KERNELS_REFUSED(good, 1, CALL);
     ANY_INT(good, dims, CALL);
-    ANY_INT(good, derivative, CALL);
+    for (int a = 0; a < 3; a++)
+        ANY_INT(good, derivative.along[a], CALL);
     ANY_INT(good, taps_per_pass, CALL);
     ANY_INT(good, samples, CALL);
     ANY_INT(good, bits, CALL);

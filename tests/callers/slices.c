@@ -447,6 +447,44 @@ static void slice_runs(void)
 }
 
 // A cut along an axis, with and without what it saves there.
+static enum weft_result run_slab(const struct weft_slab_params *p)
+{
+    static float pixels[16];
+    return weft_slab_run(p, weft_slice_compile_params(0), weft_slice_run_params(.pixels = pixels),
+                         NULL);
+}
+
+static void slabs(void)
+{
+    weft_volume *v = volume();
+    struct weft_slab_params good = {.volume = v, .slice = slice_params(v), .thickness = 1.0};
+    struct weft_slab_info info;
+    good.slice.engine = WEFT_ENGINE_CPU;
+#define CALL weft_slab_place(&p, &info)
+    SET_REFUSED(good, volume, NULL, CALL);
+    BAD_ENUM(good, combine, CALL);
+    BAD_ENUM(good, slice.space, CALL);
+    ANY_NUMBER(good, thickness, CALL);
+    ANY_NUMBER(good, slice.geometry.u[0], CALL);
+    ANY_INT(good, cuts, CALL);
+    SET_REFUSED(good, thickness, 1e12, CALL);
+    SET_REFUSED(good, cuts, -1, CALL);
+#undef CALL
+#define CALL run_slab(&p)
+    BAD_ENUM(good, combine, CALL);
+    EACH_BAD_KERNEL(1, struct weft_slab_params p = good; p.slice.kernel = kernel; REFUSED(CALL))
+    SET_REFUSED(good, slice.geometry.width, INT_MAX, CALL);
+    SET_REFUSED(good, slice.geometry.height, 0, CALL);
+    SET_REFUSED(good, slice.part.width, 2, CALL);
+    TRUE(run_slab(&good) == WEFT_OK);
+#undef CALL
+    REFUSED(weft_slab_run(&good, weft_slice_compile_params(0),
+                          weft_slice_run_params(.pixels = NULL), NULL));
+    REFUSED(weft_slab_run(&good, weft_slice_compile_params(0),
+                          weft_slice_run_params(.pixels = (float[16]){0}, .stride = 1), NULL));
+    weft_volume_destroy(&v);
+}
+
 static void hardware_plans(void)
 {
     weft_volume *v = volume();
@@ -610,6 +648,7 @@ const struct caller_case callers_slices[] = {
       F(footprint_part_statistics), F(slice_statistics_join), F(footprint_set_statistics)}},
     {residents, {F(resident_create), F(resident_destroy), F(resident_get_info)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
+    {slabs, {F(slab_place), F(slab_run)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
     {choices, {F(choose), F(choice_clear)}},

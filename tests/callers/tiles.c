@@ -18,7 +18,8 @@ static void tile_sets(void)
     ANY_INT(good, dims, CALL);
     ANY_INT(good, samples, CALL);
     ANY_INT(good, bits, CALL);
-    ANY_INT(good, derivative, CALL);
+    for (int a = 0; a < 3; a++)
+        ANY_INT(good, derivative.along[a], CALL);
     ANY_NUMBER(good, max_scale, CALL);
     BAD_ENUM(good, format, CALL);
     BAD_ENUM(good, rounding, CALL);

@@ -186,6 +186,8 @@ static void other_plans_make_the_trip(void **state)
     static const char *const cases[][7] = {
         {"-k", "bspline", "-d", "3", "-m", "8"},
         {"-k", "mitchell", "--derivative", "y", "-m", "16"},
+        {"-k", "bspline", "--derivative", "xy", "-p", "unorm16"},
+        {"-k", "bspline", "--derivative", "xx", "-p", "unorm16"},
         {"-k", "d-bspline", "-p", "geforce3", "-m", "16"},
         {"-k", "catmull-rom", "--round-singly", "--single-bias", "-m", "16"},
         {"-k", "linear+radial+unit", "-p", "radeon8500", "-m", "16"},
@@ -831,6 +833,8 @@ static void wrong_usage(void **state)
     command_fails(2, "--taps-per-pass 17: not a whole", "plan", "--taps-per-pass", "17");
     command_fails(2, "takes 1 to 2 taps per pass, not 3", "plan", "-t", "3", "-p", "geforce3");
     command_fails(2, "--derivative z needs --dims 3", "plan", "--derivative", "z");
+    command_fails(2, "--derivative xz needs --dims 3", "plan", "--derivative", "xz");
+    command_fails(2, "no derivative 'xxx': there are x, y", "plan", "--derivative", "xxx");
     command_fails(2, "nothing to validate", "validate");
     command_fails(2, "exclude each other", "validate", "plan.json", "--order", NATURAL);
     command_fails(2, "--split needs --order", "validate", "plan.json", "--split", "0,0@1");

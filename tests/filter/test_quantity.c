@@ -353,6 +353,30 @@ static void lists_are_read(void **unused)
     assert_null(weft_quantity_names[WEFT_QUANTITY_COUNT]);
 }
 
+static void derivatives_are_read(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *text, *written;
+        int along[3], order;
+    } cases[] = {{"none", "none", {0, 0, 0}, 0},
+                 {"x", "x", {1, 0, 0}, 1},
+                 {"z", "z", {0, 0, 1}, 1},
+                 {"yy", "yy", {0, 2, 0}, 2},
+                 {"zx", "xz", {1, 0, 1}, 2}};
+    for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
+        char text[WEFT_DERIVATIVE_TEXT];
+        const struct weft_derivative d = derivative_named(cases[i].text);
+        assert_memory_equal(d.along, cases[i].along, sizeof d.along);
+        assert_int_equal(weft_derivative_order(&d), cases[i].order);
+        assert_string_equal(weft_derivative_format(&d, text), cases[i].written);
+    }
+    for (int dims = 1; dims <= 3; dims++)
+        for (int i = 0; derivative_in(dims, i); i++)
+            for (int a = dims; a < 3; a++)
+                assert_int_equal(derivative_named(derivative_in(dims, i)).along[a], 0);
+}
+
 static void transforms_have_inverses(void **unused)
 {
     (void)unused;
@@ -388,6 +412,7 @@ int main(void)
                                        cmocka_unit_test(bounds_hold_and_are_near),
                                        cmocka_unit_test(planes_are_points),
                                        cmocka_unit_test(lists_are_read),
+                                       cmocka_unit_test(derivatives_are_read),
                                        cmocka_unit_test(transforms_have_inverses)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/support/common.h - what tests share: logs that are kept or printed, kernels by name, closeness.
-// Include after cmocka.h.
+// tests/support/common.h - what tests share: logs that are kept or printed, kernels by name,
+// closeness. Include after cmocka.h.
 #ifndef WEFT_TESTS_SUPPORT_COMMON_H
 #define WEFT_TESTS_SUPPORT_COMMON_H
 
@@ -9,6 +9,7 @@
 
 #include "filter/check.h"
 #include "filter/kernels/kernel.h"
+#include "filter/quantity.h"
 
 // Errors and warnings: the last text and how many there were.
 struct message {
@@ -46,6 +47,23 @@ static inline struct weft_kernel kernel_named(const char *name)
     struct weft_kernel kernel;
     assert_int_equal(weft_kernel_parse(&log_to_stderr, name, &kernel), WEFT_OK);
     return kernel;
+}
+
+// "x", "yz", ..., "none".
+static inline struct weft_derivative derivative_named(const char *text)
+{
+    struct weft_derivative out;
+    assert_int_equal(weft_derivative_parse(&log_to_stderr, text, &out), WEFT_OK);
+    return out;
+}
+
+// One that may be taken in so many dimensions: first the value, then x, xx, y, xy, yy, z, ...; NULL
+// past the last.
+static inline const char *derivative_in(int dims, int index)
+{
+    static const char *const names[] = {"none", "x", "xx", "y", "xy", "yy", "z", "xz", "yz", "zz"};
+    const int count = dims == 1 ? 3 : dims == 2 ? 6 : 10;
+    return index < count ? names[index] : NULL;
 }
 
 static inline void assert_near(double actual, double expected, double tolerance, const char *what)

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/kernels/kernel_axes.h"
 #include "filter/check.h"
 #include "filter/kernels/kernel_nd.h"
 #include "passes/gl/program.h"
@@ -61,7 +62,7 @@ struct survey {
     const struct weft_kernel_tiles_info *info;
     size_t positions;
     double gain, bias;                       // from tile positions to texture coordinates
-    double *exact[2][WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap: h and h'
+    double *exact[3][WEFT_KERNEL_MAX_WIDTH]; // of one axis, by tap: h, h' and h''
     double *weight[WAYS], *magnitude[WAYS], *sum[WAYS];
     double *storage;
     struct lookup *lookups[WAYS][2]; // of one axis at all locations, plain and mirrored
@@ -106,13 +107,14 @@ static double fraction(const struct survey *s, int i)
 
 static void fill_exact(struct survey *s)
 {
-    const struct weft_kernel *kernel = &s->info->kernel;
-    for (int t = 0; t < s->info->width; t++) {
-        for (int i = 0; i < s->p.locations; i++) {
-            const double x = fraction(s, i) + (weft_kernel_offset(kernel) - t);
-            s->exact[0][t][i] = weft_kernel_weight(kernel, x);
-            s->exact[1][t][i] = weft_kernel_derivative(kernel, x);
-        }
+    for (int times = 0; times < 3; times++) {
+        struct weft_kernel kernel;
+        if (weft_kernel_derive_times(NULL, &s->info->kernel, times, &kernel) != WEFT_OK)
+            continue; // no set has it, either
+        for (int t = 0; t < s->info->width; t++)
+            for (int i = 0; i < s->p.locations; i++)
+                s->exact[times][t][i] =
+                    weft_kernel_weight(&kernel, fraction(s, i) + (weft_kernel_offset(&kernel) - t));
     }
 }
 
@@ -180,7 +182,7 @@ static enum weft_result set_up(const struct weft_tile_error_params *params, stru
         s->bias = 0.5 / m;
     }
     const size_t row = (size_t)s->p.locations;
-    s->storage = calloc(3 * WAYS * s->positions + 2 * (size_t)s->info->width * row, sizeof(double));
+    s->storage = calloc(3 * WAYS * s->positions + 3 * (size_t)s->info->width * row, sizeof(double));
     struct lookup *lookups = calloc(4 * row, sizeof *lookups);
     s->lookups[IDEAL][0] = lookups; // owns them
     if (!s->storage || !lookups) {
@@ -197,8 +199,8 @@ static enum weft_result set_up(const struct weft_tile_error_params *params, stru
     if (!models_differ(s))
         s->weight[EIGHT_BIT] = s->weight[IDEAL];
     for (int t = 0; t < s->info->width; t++) {
-        s->exact[0][t] = next + 2 * (size_t)t * row;
-        s->exact[1][t] = s->exact[0][t] + row;
+        for (int times = 0; times < 3; times++)
+            s->exact[times][t] = next + (3 * (size_t)t + (size_t)times) * row;
     }
     s->lookups[IDEAL][1] = lookups + row;
     s->lookups[EIGHT_BIT][0] = lookups + 2 * row;
@@ -355,7 +357,7 @@ static void close_tap(struct survey *s, const int tap[3])
         double exact = 1.0;
         position(s, n, at);
         for (int a = 0; a < s->info->dims; a++)
-            exact *= s->exact[a + 1 == s->info->derivative][tap[a]][at[a]];
+            exact *= s->exact[s->info->derivative.along[a]][tap[a]][at[a]];
         for (int w = 0; w < WAYS; w++) {
             const double e = s->weight[w][n] - exact;
             s->magnitude[w][n] += fabs(e);

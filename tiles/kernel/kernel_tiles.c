@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "filter/kernels/kernel_axes.h"
 #include "tiles/kernel/kernel_tiles_impl.h"
 
 const char *const weft_tile_format_names[] = {"unorm", "snorm", "half", "float", NULL};
@@ -36,12 +37,13 @@ static bool check_bits(const struct weft_kernel_tiles_params *p)
 
 static bool check_derivative(const struct weft_kernel_tiles_params *p)
 {
-    if (p->derivative < 0 || p->derivative > p->dims) {
-        weft_error(p->log, "tiles: a derivative along axis 1 to %d, or 0, not %d", p->dims,
-                   p->derivative);
+    const int order = weft_derivative_order(&p->derivative), *along = p->derivative.along;
+    if (order < 0 || (p->dims < 2 && along[1]) || (p->dims < 3 && along[2])) {
+        weft_error(p->log, "tiles: no derivative in %dD: %d times along x, %d along y, %d along z",
+                   p->dims, along[0], along[1], along[2]);
         return false;
     }
-    if (p->derivative && p->normalise) {
+    if (order && p->normalise) {
         weft_error(p->log, "tiles: the weights of a derivative add up to 0, not to 1");
         return false;
     }
@@ -224,10 +226,18 @@ static double full_range_scale(const weft_kernel_tiles *set, double largest)
     return fmin(set->params.max_scale, set->params.exact_scale ? full : exp2(floor(log2(full))));
 }
 
+// How often is derived along an axis at most.
+static int highest(const weft_kernel_tiles *set)
+{
+    const int *along = set->info.derivative.along;
+    const int first = along[0] > along[1] ? along[0] : along[1];
+    return first > along[2] ? first : along[2];
+}
+
 static bool check_range(const weft_kernel_tiles *set, struct range whole)
 {
     const struct weft_kernel_tiles_params *p = &set->params;
-    const char *name = set->axes[set->info.derivative > 0].kernel.info->name;
+    const char *name = set->axes[highest(set)].kernel.info->name;
     const double largest = fmax(whole.side[0], whole.side[1]);
     const double limit = p->format == WEFT_TILE_FLOAT  ? (double)INFINITY
                          : p->format == WEFT_TILE_HALF ? HALF_MAX
@@ -415,15 +425,14 @@ static void list_tiles(weft_kernel_tiles *set)
     } while (weft_tiles_next(set->info.dims, set->info.width, tap));
 }
 
-// The weights of the kernel, and of its derivative where an axis has that.
+// The weights of the kernel, and of its derivatives up to the highest that an axis has.
 static enum weft_result fill_axes(weft_kernel_tiles *set)
 {
-    const int kinds = set->info.derivative ? 2 : 1;
+    const int kinds = highest(set) + 1;
     const size_t count = (size_t)set->info.samples * (size_t)set->info.width;
-    set->axes[0].kernel = set->info.kernel;
-    if (set->info.derivative) {
+    for (int i = 0; i < kinds; i++) {
         const enum weft_result res =
-            weft_kernel_derive(set->params.log, &set->info.kernel, &set->axes[1].kernel);
+            weft_kernel_derive_times(set->params.log, &set->info.kernel, i, &set->axes[i].kernel);
         if (res != WEFT_OK)
             return res;
     }
@@ -503,7 +512,7 @@ void weft_kernel_tiles_destroy(weft_kernel_tiles **tiles)
     free(set->stored);
     free(set->stored_of);
     free(set->tiles);
-    free(set->axes[0].weights); // those of both
+    free(set->axes[0].weights); // those of all
     free(set);
     *tiles = NULL;
 }

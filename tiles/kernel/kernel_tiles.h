@@ -4,13 +4,14 @@
 // for all fractional positions. In 2D and 3D it is the product of 1D weights, quantised after the
 // multiplication (Hadwiger, Hauser, Moeller, WSCG 2003), or for radial kernels
 // (weft_kernel_make_radial) the weight of the distance. One factor of the product may be the
-// kernel's derivative, for one component of the gradient. A set holds the tiles of all width^dims
-// taps; adding the tiles of a tap gives its weight. Arrays are [z][y][x], x fastest, M values along
-// an axis.
+// kernel's first or second derivatives, for a component of the gradient or of the Hessian. A set
+// holds the tiles of all width^dims taps; adding the tiles of a tap gives its weight. Arrays are
+// [z][y][x], x fastest, M values along an axis.
 #ifndef WEFT_TILES_KERNEL_KERNEL_TILES_H
 #define WEFT_TILES_KERNEL_KERNEL_TILES_H
 
 #include "../../filter/kernels/kernel.h"
+#include "../../filter/quantity.h"
 
 WEFT_BEGIN_DECLS
 
@@ -87,9 +88,9 @@ struct weft_kernel_tiles_params {
     enum weft_tile_scaling scaling;
     bool exact_scale; // the factor that uses all of the range; default: a power of two below it
     double max_scale; // a power of two: scaled tiles are so by no more (default 0: no such limit)
-    // 1, 2 or 3, up to dims: weights are h'(x - i) along x, y or z and h along the others, with the
-    // h' of weft_kernel_derive (default 0: h along all)
-    int derivative;
+    // Weights are those of h' or h'' along each axis that is derived along, with the h' of
+    // weft_kernel_derive, and of h along the others (default: h along all); none past dims
+    struct weft_derivative derivative;
     // Else of even and odd kernels only the taps of one half per axis are stored, the others
     // fetched mirrored. Other kernels, and sum-preserving sets with an odd M, whose middle sample
     // would need an even sum, are stored whole; radial kernels are even in 2D and 3D: see struct
@@ -120,7 +121,7 @@ struct weft_kernel_tile {
 // What a set is: the parameters with their defaults filled in, and what they came to.
 struct weft_kernel_tiles_info {
     struct weft_kernel kernel;
-    int derivative; // 0: none; 1, 2, 3: along x, y, z
+    struct weft_derivative derivative;
     int dims, samples, bits;
     enum weft_tile_format format;
     enum weft_tile_rounding rounding;

@@ -29,7 +29,7 @@ struct weft_kernel_tiles {
     struct weft_kernel_tiles_params params;
     bool separate;                  // signs in tiles of their own
     int kept;                       // taps stored along an axis
-    struct weft_tiles_axis axes[2]; // of the kernel, and of its derivative: weft_tiles_axis_of
+    struct weft_tiles_axis axes[3]; // of the kernel and its derivatives: weft_tiles_axis_of
     struct weft_stored_tile *stored;
     // Stored number of every kept tap's parts (positive or whole, negative); -1: there is none.
     int *stored_of;
@@ -38,7 +38,7 @@ struct weft_kernel_tiles {
 
 static inline const struct weft_tiles_axis *weft_tiles_axis_of(const weft_kernel_tiles *set, int a)
 {
-    return &set->axes[a + 1 == set->info.derivative];
+    return &set->axes[set->info.derivative.along[a]];
 }
 
 // The tap whose stored tiles are those of `tap` too; returns the sign that reflection gives them.

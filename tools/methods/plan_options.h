@@ -39,10 +39,9 @@ enum plan_option {
                    plan_dims_choices},                                                             \
     [PLAN_DERIVATIVE] = {.name = "derivative",                                                     \
                          0,                                                                        \
-                         OPTION_CHOICE,                                                            \
-                         NULL,                                                                     \
-                         "reconstruct this component of the gradient instead",                     \
-                         plan_derivative_choices},                                                 \
+                         OPTION_TEXT,                                                              \
+                         "x|y|z|xx|xy|...",                                                        \
+                         "reconstruct this component of the gradient or the Hessian instead"},     \
     PASS_PLAN_OPTIONS(PLAN_PASSES,                                                                 \
                       "what the hardware may do in a pass (default unorm8): a name, a name and "   \
                       "what differs, or, from unorm8 on, only what differs",                       \
@@ -86,8 +85,7 @@ enum plan_option {
     [PLAN_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},      \
     [PLAN_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"}
 
-extern const char *const plan_dims_choices[], *const plan_derivative_choices[],
-                                                  *const plan_channels_choices[];
+extern const char *const plan_dims_choices[], *const plan_channels_choices[];
 
 // Fills params from the common options. *file is for weft_kernel_file_destroy once the plan is
 // gone. Returns WEFT_ERR_ARGUMENT, or what kernels_load returns, after an error line.

@@ -7,9 +7,6 @@
 #include "tools/common/json.h"
 #include "weft.h"
 
-// Of the component of a gradient, NULL-ended; other words are those of the library's enums.
-extern const char *const plan_derivative_words[];
-
 // Everything of a plan; NULL: no memory.
 json_t *plan_json(const weft_pass_plan *plan);
 

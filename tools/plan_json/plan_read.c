@@ -277,7 +277,9 @@ static void read_tile_params(struct reader *r, const json_t *root, const json_t 
     static const double unlimited = 0.0;
     p->dims = r->out->list.dims;
     p->samples = read_integer(r, root, "resolution", 1, WEFT_TILES_MAX_SAMPLES);
-    p->derivative = read_word(r, root, "derivative", plan_derivative_words);
+    const char *along = read_text(r, root, "derivative", WEFT_DERIVATIVE_TEXT);
+    if (good(r) && weft_derivative_parse(NULL, along, &p->derivative) != WEFT_OK)
+        refuse(r, "derivative", "is not one of: none, x, y, z, xx, xy, xz, yy, yz, zz");
     locate(r, "tile_set.", 0, 0);
     p->format = (enum weft_tile_format)read_word(r, from, "format", weft_tile_format_names);
     p->bits = read_integer(r, from, "bits", 0, 32);

@@ -7,8 +7,6 @@
 
 #include "tools/common/kernels.h"
 
-const char *const plan_derivative_words[] = {"none", "x", "y", "z", NULL};
-
 json_t *plan_integers_json(const int *value, int count)
 {
     json_t *array = json_array();
@@ -184,11 +182,11 @@ static json_t *list_json(const struct weft_pass_list *list)
 
 static json_t *head_json(const struct weft_pass_plan_info *info)
 {
-    char kernel[KERNELS_TEXT];
+    char kernel[KERNELS_TEXT], along[WEFT_DERIVATIVE_TEXT];
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
     return json_pack("{s:s,s:i,s:o,s:i,s:s,s:o,s:i,s:i,s:i,s:s,s:s,s:s,s:b}", "format", "weft-plan",
                      "version", 1, "kernel", json_text(kernel), "dims", info->dims, "derivative",
-                     plan_derivative_words[info->derivative], "profile",
+                     weft_derivative_format(&info->derivative, along), "profile",
                      profile_json(&info->profile), "bits", info->bits, "resolution", info->samples,
                      "channels", info->channels, "technique", weft_technique_names[info->technique],
                      "worst_case", weft_worst_case_names[info->worst_case], "order",

@@ -114,9 +114,14 @@ static float *plane_of(const struct slice_job *job, int channel)
     return job->pixels + (size_t)channel * plane_size(job);
 }
 
+float *slice_channel_planes(const struct slice_job *job)
+{
+    return plane_of(job, first_channel(job));
+}
+
 float *slice_planes(const struct slice_job *job)
 {
-    return job->derived ? job->derived : plane_of(job, first_channel(job));
+    return job->derived ? job->derived : slice_channel_planes(job);
 }
 
 static void name_channel(const struct slice_job *job, int index, struct slice_channel *out)
@@ -157,7 +162,7 @@ enum weft_result slice_make_channels(struct slice_job *job)
         name_channel(job, i, &job->channel[first + i]);
         to[i] = plane_of(job, first + i);
     }
-    if (job->derived) {
+    if (job->derived && !job->slab.cuts) {
         const enum weft_result res = find_transform(job, &transform);
         if (res != WEFT_OK)
             return res;
@@ -168,6 +173,53 @@ enum weft_result slice_make_channels(struct slice_job *job)
     for (int i = 0; i < list->channel_count && !slice_is_plain(job->setup); i++)
         measure(job, first + i);
     return WEFT_OK;
+}
+
+// ---- slabs --------------------------------------------------------------------------------------
+
+enum weft_result slice_check_slab(const struct slice_setup *setup)
+{
+    const struct option_value *o = setup->option;
+    const char *conflict = NULL;
+    if (!o[SLICE_SLAB].given && o[SLICE_COMBINE].given)
+        conflict = "--combine is of a --slab";
+    else if (!o[SLICE_SLAB].given)
+        return WEFT_OK;
+    else if (o[SLICE_PASSES + PASS_PROFILE].given || o[SLICE_HARDWARE].given ||
+             o[SLICE_MAX_ERROR].given)
+        conflict = "--slab excludes --profile, --hardware and --max-error, which are of one plane";
+    else if (o[SLICE_VERIFY].given)
+        conflict = "--slab excludes --verify, which is of one plane: verify its cuts one by one";
+    else if (o[SLICE_SOURCE].given && o[SLICE_SOURCE].integer[0] &&
+             !o[SLICE_PASSES + PASS_SOURCE_RANGE].given)
+        conflict = "--slab with --source needs --source-range: all cuts have one";
+    else if (setup->divided.is)
+        conflict = "--slab is not divided; run it without mpirun";
+    if (!conflict)
+        return WEFT_OK;
+    report_error("%s", conflict);
+    return WEFT_ERR_ARGUMENT;
+}
+
+struct weft_slab_params slice_slab_params(const struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    struct weft_slab_params params = {.volume = job->volume,
+                                      .slice = job->slice_params,
+                                      .thickness = o[SLICE_SLAB].number[0],
+                                      .combine = (enum weft_combine)o[SLICE_COMBINE].integer[0]};
+    if (job->derived_count) {
+        params.slice.derivative = NULL;
+        params.slice.derivative_count = 0;
+        params.quantities = &job->setup->quantities;
+    }
+    return params;
+}
+
+enum weft_result slice_place_slab(struct slice_job *job)
+{
+    const struct weft_slab_params params = slice_slab_params(job);
+    return job->setup->option[SLICE_SLAB].given ? weft_slab_place(&params, &job->slab) : WEFT_OK;
 }
 
 // ---- bounds -------------------------------------------------------------------------------------
@@ -214,7 +266,7 @@ json_t *slice_channels_json(const struct slice_job *job)
         json_t *one = json_pack("{s:o,s:o,s:o,s:o}", "name", json_text(c->name), "minimum",
                                 json_number(c->minimum), "maximum", json_number(c->maximum),
                                 "not_finite", json_count(c->not_finite));
-        if (job->setup->option[SLICE_VERIFY].given) {
+        if (job->setup->option[SLICE_VERIFY].given || job->curve.position) {
             json_object_set_new(one, "bound", json_number(c->bound));
             json_object_set_new(one, "unbounded", json_count(c->unbounded));
         }

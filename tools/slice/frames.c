@@ -83,12 +83,16 @@ static enum weft_result make_source(struct slice_job *job)
 static enum weft_result make_slice(struct slice_job *job)
 {
     static const stage placing[] = {slice_open, slice_place, slice_allocate, NULL};
-    enum weft_result res = run_stages(job, placing);
+    static const stage curving[] = {slice_open, slice_load_curve, slice_allocate, NULL};
+    const bool curved = slice_is_curved(job->setup);
+    enum weft_result res = run_stages(job, curved ? curving : placing);
     for (int i = 0; i < job->setup->source_count && res == WEFT_OK; i++) {
         res = slice_take_source(job, i);
         if (res == WEFT_OK)
-            res = make_source(job);
+            res = curved ? slice_compute_points(job) : make_source(job);
     }
+    if (res == WEFT_OK && curved)
+        slice_warn_of_positions(job);
     if (res == WEFT_OK)
         slice_tell(job);
     return res;

@@ -38,6 +38,7 @@ void slice_clear(struct slice_job *job)
     json_decref(job->json);
     json_decref(job->outputs);
     free(job->channel);
+    curve_clear(&job->curve);
     free(job->pixels);
     for (int i = 0; i < job->band_count; i++)
         free((void *)(uintptr_t)job->bands[i].data);

@@ -9,6 +9,7 @@
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
+#include "tools/curve/curve.h"
 #include "tools/ranks/options.h"
 #include "weft.h"
 
@@ -27,6 +28,11 @@ enum slice_option {
     SLICE_ORIGIN,
     SLICE_U,
     SLICE_V,
+    SLICE_SLAB,
+    SLICE_COMBINE,
+    SLICE_POSITIONS,
+    SLICE_ALONG,
+    SLICE_WIDTH,
     SLICE_FRAMES,
     SLICE_STEP,
     SLICE_PLANES,
@@ -142,6 +148,9 @@ struct slice_job {
     struct weft_slice_geometry geometry;   // as asked, with the size chosen
     struct slice_source *source;           // the setup's whose turn it is
     weft_volume *volume;                   // its own
+    struct curve curve;                    // positions of pixels that lie on no plane; {0}: none
+    struct weft_slab_info slab;            // with --slab; else {0}
+    uint64_t bad_positions, outside;       // of a curve: struct weft_points_report
     struct weft_slice_params slice_params; // as planned
     weft_slice_plan *own_plan;
     const weft_slice_plan *plan;      // the job's own, or the chosen method's

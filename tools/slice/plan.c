@@ -97,6 +97,18 @@ static enum weft_result make_plan(struct slice_job *job)
     return res;
 }
 
+// A plan of passes of the value, or of a derivative.
+static enum weft_result plan_output(const struct slice_job *job, const struct weft_kernel *kernel,
+                                    int index, weft_pass_plan **out)
+{
+    const struct option_value *o = &job->setup->option[SLICE_PASSES];
+    struct weft_pass_plan_params params = *weft_pass_plan_params();
+    const enum weft_result res = pass_plan_params(o, NULL, kernel, 3, 1, &params);
+    if (job->derived_count)
+        params.derivative = job->setup->quantities.derivative[index];
+    return res == WEFT_OK ? weft_pass_plan_create(&params, out) : res;
+}
+
 // Passes depend on the kernel and not on the plane.
 static enum weft_result plan_passes(struct slice_job *job)
 {
@@ -110,7 +122,7 @@ static enum weft_result plan_passes(struct slice_job *job)
     const int count = job->derived_count ? job->derived_count : 1;
     for (int i = 0; i < count && res == WEFT_OK; i++)
         if (!setup->passes[i])
-            res = pass_plan_create(&o[SLICE_PASSES], NULL, kernel, 3, 1, &setup->passes[i]);
+            res = plan_output(job, kernel, i, &setup->passes[i]);
     job->passes = setup->passes[0];
     job->plan_seconds += report_now_seconds() - start;
     return res;
@@ -118,6 +130,8 @@ static enum weft_result plan_passes(struct slice_job *job)
 
 enum weft_result slice_plan(struct slice_job *job)
 {
-    const enum weft_result res = make_plan(job);
-    return res == WEFT_OK ? plan_passes(job) : res;
+    enum weft_result res = make_plan(job);
+    if (res == WEFT_OK)
+        res = plan_passes(job);
+    return res == WEFT_OK ? slice_place_slab(job) : res;
 }

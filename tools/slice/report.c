@@ -68,9 +68,43 @@ static void add_names(const struct slice_job *job, struct weft_metadata *out, si
         run_report_add(out, count, "quantity", "%s", quantities);
 }
 
+// Of points: there is no plan.
+static size_t curve_attributes(const struct slice_job *job, struct weft_metadata *out)
+{
+    const struct option_value *o = job->setup->option;
+    const bool along = o[SLICE_ALONG].given;
+    char kernel[128];
+    size_t count = 0;
+    weft_kernel_format(&job->slice_params.kernel, kernel, sizeof kernel);
+    run_report_add(out, &count, "version", "%s", weft_version());
+    run_report_add(out, &count, "volume", "%s", paths_base_name(job->input));
+    add_names(job, out, &count);
+    run_report_add(out, &count, "kernel", "%s", kernel);
+    run_report_add(out, &count, "space", "%s", weft_space_names[o[SLICE_SPACE].integer[0]]);
+    run_report_add(out, &count, "size", "%dx%d", job->geometry.width, job->geometry.height);
+    run_report_add(out, &count, along ? "along" : "positions", "%s",
+                   paths_base_name(o[along ? SLICE_ALONG : SLICE_POSITIONS].text));
+    if (along)
+        run_report_add(out, &count, "width", "%.17g", o[SLICE_WIDTH].number[0]);
+    run_report_add_renderer(out, &count, NULL);
+    count += engine_attributes(&job->setup->engine, job->setup->engine.sums, out + count);
+    return count;
+}
+
+static void add_slab(const struct slice_job *job, struct weft_metadata *out, size_t *count)
+{
+    const struct option_value *o = job->setup->option;
+    if (job->slab.cuts)
+        run_report_add(out, count, "slab", "%s of %.17g in %d cuts, %.3g voxels apart",
+                       weft_combine_names[o[SLICE_COMBINE].integer[0]], o[SLICE_SLAB].number[0],
+                       job->slab.cuts, job->slab.voxels);
+}
+
 // Returns how many.
 static size_t list_attributes(const struct slice_job *job, struct weft_metadata *out)
 {
+    if (!job->plan)
+        return curve_attributes(job, out);
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
     const struct weft_slice_geometry *g = &plan->geometry, *index = &plan->index_geometry;
     char kernel[128];
@@ -85,6 +119,7 @@ static size_t list_attributes(const struct slice_job *job, struct weft_metadata 
     add_point(out, &count, "origin", g->origin);
     add_point(out, &count, "u", g->u);
     add_point(out, &count, "v", g->v);
+    add_slab(job, out, &count);
     add_point(out, &count, "index_origin", index->origin);
     add_point(out, &count, "index_u", index->u);
     add_point(out, &count, "index_v", index->v);
@@ -320,12 +355,25 @@ void slice_tell_source(struct slice_job *job)
         json_array_append_new(job->outputs, output_json(job, i));
 }
 
+static json_t *slab_json(const struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    return json_pack("{s:o,s:s,s:i,s:o,s:o,s:o}", "thickness", json_number(o[SLICE_SLAB].number[0]),
+                     "combine", weft_combine_names[o[SLICE_COMBINE].integer[0]], "cuts",
+                     job->slab.cuts, "spacing", json_number(job->slab.spacing), "spacing_voxels",
+                     json_number(job->slab.voxels), "normal", json_numbers(job->slab.normal, 3));
+}
+
 static json_t *slice_json(struct slice_job *job)
 {
+    if (slice_is_curved(job->setup))
+        return slice_curve_json(job);
     json_t *root = json_object();
     if (job->setup->sweep.given)
         json_object_set_new(root, "frame", json_integer(job->frame));
     set_plan(root, job);
+    if (job->slab.cuts)
+        json_object_set_new(root, "slab", slab_json(job));
     if (!slice_is_plain(job->setup)) {
         json_object_set_new(root, "outputs", job->outputs);
         job->outputs = NULL;

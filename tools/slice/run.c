@@ -82,9 +82,26 @@ static size_t plane_size(const struct slice_job *job)
     return (size_t)job->geometry.width * (size_t)job->geometry.height;
 }
 
+// Channels of a slab are made of each cut, before they are combined.
+static enum weft_result run_slab(struct slice_job *job, const struct weft_progress *progress)
+{
+    const struct weft_slab_params params = slice_slab_params(job);
+    const enum weft_result res = weft_slab_run(
+        &params,
+        weft_slice_compile_params(.context = params.slice.engine == WEFT_ENGINE_GL
+                                                 ? job->setup->context
+                                                 : NULL,
+                                  .cpu = job->setup->engine.cpu),
+        weft_slice_run_params(.pixels = slice_channel_planes(job), .progress = progress),
+        &job->report);
+    return res == WEFT_OK ? slice_finish_run(job) : res;
+}
+
 enum weft_result slice_run(struct slice_job *job)
 {
     const struct weft_progress *progress = report_progress("slicing");
+    if (job->slab.cuts)
+        return run_slab(job, progress);
     float *planes = slice_planes(job) + (size_t)job->run * plane_size(job);
     const enum weft_result res =
         job->choice.plan

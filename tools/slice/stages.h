@@ -27,6 +27,12 @@ enum weft_result slice_check_channels(const struct slice_setup *setup);
 enum weft_result slice_allocate(struct slice_job *job);
 // Planes that a source's run fills in, one after the other: of its derivatives, or of channels.
 float *slice_planes(const struct slice_job *job);
+float *slice_channel_planes(const struct slice_job *job); // the latter
+// With --slab: what the library is to make of the source, as it was planned; and what goes with it.
+struct weft_slab_params slice_slab_params(const struct slice_job *job);
+enum weft_result slice_check_slab(const struct slice_setup *setup);
+// Where the cuts of a planned source lie; nothing without --slab.
+enum weft_result slice_place_slab(struct slice_job *job);
 // Channels of what was computed of a source; the range of each.
 enum weft_result slice_make_channels(struct slice_job *job);
 // With --verify: how far each may be off where derivatives may by their own bounds.
@@ -39,6 +45,15 @@ bool slice_shows_vector(const struct slice_job *job, float range[2]);
 // range.c: the one range of all frames' previews, where --range does not say it: that of all the
 // grid's voxels, tiles and background.
 enum weft_result slice_find_range(struct slice_job *job);
+
+// curved.c: slices of points. The options that go with them, without a file; positions, which are
+// the geometry's size; pixels of the source whose turn it is; and what is told of them.
+bool slice_is_curved(const struct slice_setup *setup);
+enum weft_result slice_check_curve(const struct slice_setup *setup);
+enum weft_result slice_load_curve(struct slice_job *job);
+enum weft_result slice_compute_points(struct slice_job *job);
+void slice_warn_of_positions(const struct slice_job *job);
+json_t *slice_curve_json(const struct slice_job *job);
 
 // plan.c: the slice's plan, and with --profile that of its passes, but where --max-error chooses.
 enum weft_result slice_plan(struct slice_job *job);

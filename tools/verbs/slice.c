@@ -77,6 +77,37 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                       "and --v"},
     [SLICE_U] = {.name = "u", 0, OPTION_POINT, "X,Y,Z", "the edge along the rows"},
     [SLICE_V] = {.name = "v", 0, OPTION_POINT, "X,Y,Z", "the edge down the columns"},
+    [SLICE_SLAB] =
+        {.name = "slab",
+         0,
+         OPTION_NUMBER,
+         "THICKNESS",
+         "cut a slab so thick, in world units, centred on the plane: cuts at most half a "
+         "voxel apart are combined"},
+    [SLICE_COMBINE] = {.name = "combine",
+                       0,
+                       OPTION_CHOICE,
+                       NULL,
+                       "what is made of a slab's cuts (default mean); sum: the integral over the "
+                       "thickness, the mean times it",
+                       weft_combine_names},
+    [SLICE_POSITIONS] = {.name = "positions",
+                         0,
+                         OPTION_TEXT,
+                         "P.exr",
+                         "a curved slice: where each pixel lies, in channels X, Y and Z; NaN gives "
+                         "NaN"},
+    [SLICE_ALONG] = {.name = "along",
+                     0,
+                     OPTION_TEXT,
+                     "FILE",
+                     "a straightened slice: along a line through the points of a file, X,Y,Z a "
+                     "line, and --width across it"},
+    [SLICE_WIDTH] = {.name = "width",
+                     0,
+                     OPTION_NUMBER,
+                     "W",
+                     "how wide a slice --along a line is, in the points' unit"},
     [SLICE_FRAMES] =
         {.name = "frames",
          0,
@@ -361,9 +392,15 @@ static enum weft_result check_setup(struct slice_setup *setup)
     if (res == WEFT_OK)
         res = slice_check_channels(setup);
     if (res == WEFT_OK)
+        res = slice_check_slab(setup);
+    if (res == WEFT_OK)
+        res = slice_check_curve(setup);
+    if (res == WEFT_OK)
         res = sweep_check_files(setup);
     // While the first volume is opened, planned and read.
-    return res == WEFT_OK && !o[SLICE_EXPLAIN].given ? engine_begin_context(&setup->engine) : res;
+    return res == WEFT_OK && !o[SLICE_EXPLAIN].given && !slice_is_curved(setup)
+               ? engine_begin_context(&setup->engine)
+               : res;
 }
 
 // ---- the run ------------------------------------------------------------------------------------

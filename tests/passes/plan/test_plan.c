@@ -371,7 +371,7 @@ static void bad_requests_are_refused(void **state)
     refused(weft_pass_plan_params(.channels = 3), WEFT_ERR_ARGUMENT, "channels");
     refused(weft_pass_plan_params(.taps_per_pass = 9), WEFT_ERR_ARGUMENT,
             "1 to 8 taps per pass, not 9");
-    refused(weft_pass_plan_params(.derivative = 3), WEFT_ERR_ARGUMENT, "derivative");
+    refused(weft_pass_plan_params(.derivative = {{0, 0, 1}}), WEFT_ERR_ARGUMENT, "derivative");
     refused(weft_pass_plan_params(.samples = 5000), WEFT_ERR_ARGUMENT, "5000");
     refused(weft_pass_plan_params(.bits = 17), WEFT_ERR_ARGUMENT, "17");
     refused(weft_pass_plan_params(.bits = 15, .profile = profile_named("unorm16")),
@@ -392,7 +392,7 @@ static void bad_requests_are_refused(void **state)
             WEFT_ERR_UNSUPPORTED, "more bits");
     refused(weft_pass_plan_params(.dims = 3, .samples = 512, .memory_bytes = 1 << 20),
             WEFT_ERR_LIMIT, "1048576");
-    refused(weft_pass_plan_params(.kernel = kernel_named("nearest"), .derivative = 1),
+    refused(weft_pass_plan_params(.kernel = kernel_named("nearest"), .derivative = {{1, 0, 0}}),
             WEFT_ERR_ARGUMENT, "nearest");
 }
 

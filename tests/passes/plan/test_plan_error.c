@@ -66,10 +66,16 @@ static struct weft_kernel random_kernel(int dims)
     }
 }
 
-static bool may_derive(const struct weft_kernel *kernel)
+static bool may_derive(const struct weft_kernel *kernel, const struct weft_derivative *d)
 {
-    struct weft_kernel derived;
-    return weft_kernel_derive(NULL, kernel, &derived) == WEFT_OK;
+    struct weft_kernel derived = *kernel;
+    int most = 0;
+    for (int a = 0; a < 3; a++)
+        most = d->along[a] > most ? d->along[a] : most;
+    for (int i = 0; i < most; i++)
+        if (weft_kernel_derive(NULL, &derived, &derived) != WEFT_OK)
+            return false;
+    return true;
 }
 
 static struct weft_pass_plan_params random_params(void)
@@ -94,8 +100,10 @@ static struct weft_pass_plan_params random_params(void)
     p.round_singly = random_below(6) == 0;
     p.blend_only = random_below(4) == 0;
     p.channels = p.technique != WEFT_TECHNIQUE_DOT4 && random_below(5) == 0 ? 4 : 1;
-    if (random_below(6) == 0 && may_derive(&p.kernel))
-        p.derivative = 1 + random_below(dims);
+    if (random_below(6) == 0)
+        p.derivative = derivative_named(derivative_in(dims, 1 + random_below(dims > 2 ? 9 : 5)));
+    if (!may_derive(&p.kernel, &p.derivative))
+        p.derivative = (struct weft_derivative){{0, 0, 0}};
     return p;
 }
 
@@ -164,14 +172,16 @@ static bool make_job(struct job *job)
     const enum weft_result res = weft_pass_plan_create(&job->params, &job->plan);
     if (res != WEFT_OK && res != WEFT_ERR_UNSUPPORTED && res != WEFT_ERR_LIMIT)
         fail_msg("%s: %s", weft_result_text(res), message.text);
+    char along[WEFT_DERIVATIVE_TEXT];
     if (res != WEFT_OK && getenv("WEFT_REFUSALS"))
         print_message(
-            "refused: %s %dD M %d, %s, %s, %d taps, %d bits, any %d, derivative %d, singly %d, "
+            "refused: %s %dD M %d, %s, %s, %d taps, %d bits, any %d, derivative %s, singly %d, "
             "blend %d: %s\n",
             job->params.kernel.info->name, job->params.dims, job->params.samples,
             job->params.profile.name, weft_technique_names[job->params.technique],
             job->params.taps_per_pass, job->params.bits, (int)job->params.worst_case,
-            job->params.derivative, job->params.round_singly, job->params.blend_only, message.text);
+            weft_derivative_format(&job->params.derivative, along), job->params.round_singly,
+            job->params.blend_only, message.text);
     job->params.log = NULL;
     if (res != WEFT_OK)
         return false;
@@ -323,8 +333,8 @@ static struct weft_pass_plan_params random_prefiltered(void)
     while (p.dims > 2 && p.kernel.width > 4);
     p.technique = (enum weft_technique)random_below(p.profile.target >= WEFT_TARGET_HALF ? 2 : 4);
     p.channels = 1;
-    if (p.derivative && !may_derive(&p.kernel))
-        p.derivative = 0;
+    if (!may_derive(&p.kernel, &p.derivative))
+        p.derivative = (struct weft_derivative){{0, 0, 0}};
     return p;
 }
 

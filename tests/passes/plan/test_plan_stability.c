@@ -155,8 +155,9 @@ static void a_single_bias_clamps(void **state)
     static struct result single, spread;
     for (int dims = 2; dims <= 3; dims++) {
         struct weft_pass_plan_params *p =
-            weft_pass_plan_params(.dims = dims, .derivative = 1, .samples = M, .taps_per_pass = 1,
-                                  .order = WEFT_ORDER_NATURAL, .single_bias = true);
+            weft_pass_plan_params(.dims = dims, .derivative = {{1, 0, 0}}, .samples = M,
+                                  .taps_per_pass = 1, .order = WEFT_ORDER_NATURAL,
+                                  .single_bias = true);
         weft_pass_plan *plan = make_plan(p);
         const bool valid = weft_pass_plan_get_info(plan)->valid;
         emulate_constant(plan, 1.0f, &single);

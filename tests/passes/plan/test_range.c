@@ -550,7 +550,8 @@ static void a_spread_bias_keeps_gradients_in_range(void **state)
                 make(weft_kernel_tiles_params(.kernel = kernel_named(cases[k].name),
                                               .dims = cases[k].dims, .samples = 8,
                                               .rounding = WEFT_TILE_SUM_PRESERVING,
-                                              .scaling = WEFT_TILE_SCALE_SET, .derivative = axis));
+                                              .scaling = WEFT_TILE_SCALE_SET,
+                                              .derivative = {{axis == 1, axis == 2, axis == 3}}));
             struct list *l = derivative_list(set);
             l->passes[0].bias = 128;
             const struct weft_range_report single = assert_as_expected(l, WEFT_WORST_CONSTANT);
@@ -1035,7 +1036,7 @@ static void floats_never_leave_their_range(void **state)
             weft_kernel_tiles_params(.kernel = kernel_named("catmull-rom"), .dims = 2, .samples = 9,
                                      .format = target == WEFT_TARGET_HALF ? WEFT_TILE_HALF
                                                                           : WEFT_TILE_FLOAT,
-                                     .derivative = 2));
+                                     .derivative = {{0, 1, 0}}));
         struct list *l = start(set, (enum weft_target_format)target);
         double low = 0.0, high = 0.0;
         for (int t = 0; t < tile_count(set); t++)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tile sets with a derivative along one axis, and the limit of their scales.
+// Tile sets with derivatives along the axes, and the limit of their scales.
 #include <stdarg.h>
 #include <stddef.h>
 #include <setjmp.h>
@@ -16,25 +16,44 @@
 #include "tests/support/samples.h"
 #include "weft.h"
 
+static const char *named(const struct weft_derivative *derivative)
+{
+    static char text[WEFT_DERIVATIVE_TEXT];
+    return weft_derivative_format(derivative, text);
+}
+
 static weft_kernel_tiles *make(const struct weft_kernel_tiles_params *params)
 {
     weft_kernel_tiles *set = NULL;
     struct weft_kernel_tiles_params p = *params;
     p.log = &log_to_stderr;
     if (weft_kernel_tiles_create(&p, &set) != WEFT_OK)
-        fail_msg("%s, %dD, axis %d, M %d, format %d, %d bits", p.kernel.info->name, p.dims,
-                 p.derivative, p.samples, (int)p.format, p.bits);
+        fail_msg("%s, %dD, derivative %s, M %d, format %d, %d bits", p.kernel.info->name, p.dims,
+                 named(&p.derivative), p.samples, (int)p.format, p.bits);
     return set;
 }
 
 // ---- a grid of sets over the catalogue ----------------------------------------------------------
 
-// The record of h' by its name, and not as the set finds it.
-static const struct weft_kernel_info *find_slope(const struct weft_kernel_info *info)
+// The record of h' or h'' by its name, and not as the set finds it.
+static const struct weft_kernel_info *find_derived(const struct weft_kernel_info *info, int times)
 {
     char name[40];
-    snprintf(name, sizeof name, "d-%s", info->name);
+    snprintf(name, sizeof name, "%s%s", times == 2 ? "dd-" : "d-", info->name);
     return info->derivation ? NULL : weft_kernel_find(name);
+}
+
+static const struct weft_kernel_info *find_slope(const struct weft_kernel_info *info)
+{
+    return find_derived(info, 1);
+}
+
+static bool has(const struct weft_kernel_info *info, const struct weft_derivative *d)
+{
+    for (int a = 0; a < 3; a++)
+        if (d->along[a] && !find_derived(info, d->along[a]))
+            return false;
+    return true;
 }
 
 static const struct {
@@ -57,14 +76,18 @@ typedef void check_set(const struct weft_kernel_tiles_params *params, const char
 static void over_the_catalogue(check_set *check, struct weft_kernel_tiles_params p,
                                struct span among)
 {
-    int i = 0, kernels = 0;
+    int i = 0, kernels = 0, sets = 0;
     for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
         p.kernel = kernel_named((*k)->name);
         if (!find_slope(*k) || p.kernel.width > 6)
             continue;
         kernels++;
         for (p.dims = 2; p.dims <= 3; p.dims++) {
-            for (p.derivative = 1; p.derivative <= p.dims; p.derivative++, i++) {
+            for (int n = 1; derivative_in(p.dims, n); n++, i++) {
+                p.derivative = derivative_named(derivative_in(p.dims, n));
+                if (!has(*k, &p.derivative))
+                    continue;
+                sets++;
                 for (p.placement = WEFT_TILE_CENTRES; p.placement <= WEFT_TILE_ENDS;
                      p.placement++) {
                     const int f = among.first + (i + 3 * (int)p.placement) % among.count;
@@ -73,15 +96,16 @@ static void over_the_catalogue(check_set *check, struct weft_kernel_tiles_params
                     p.samples = (p.dims == 2 ? 8 : 4) + (i % 3 == 1);
                     char what[128];
                     snprintf(what, sizeof what,
-                             "%s, %dD, axis %d, M %d, format %d, %d bits, ends %d", (*k)->name,
-                             p.dims, p.derivative, p.samples, (int)p.format, p.bits,
-                             (int)p.placement);
+                             "%s, %dD, derivative %s, M %d, format %d, %d bits, ends %d",
+                             (*k)->name, p.dims, named(&p.derivative), p.samples, (int)p.format,
+                             p.bits, (int)p.placement);
                     check(&p, what);
                 }
             }
         }
     }
     assert_int_equal(kernels, 25);
+    assert_true(sets > 25 * (2 + 3 + 1 + 3) && sets <= 25 * (5 + 9)); // first, mixed; some second
 }
 
 // ---- weights ------------------------------------------------------------------------------------
@@ -98,16 +122,19 @@ static double axis_weight(const struct weft_kernel *kernel, double position, int
 static double expect(const weft_kernel_tiles *set, const int at[3], double *weights)
 {
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
-    struct weft_kernel slope;
-    assert_int_equal(
-        weft_kernel_create(NULL, find_slope(info->kernel.info), info->kernel.param, &slope),
-        WEFT_OK);
+    struct weft_kernel derived[3] = {info->kernel};
+    for (int times = 1; times <= 2; times++) {
+        const struct weft_kernel_info *record = find_derived(info->kernel.info, times);
+        if (record)
+            assert_int_equal(weft_kernel_create(NULL, record, info->kernel.param, &derived[times]),
+                             WEFT_OK);
+    }
     int tap[3] = {0}, i = 0;
     double sum = 0.0;
     do {
         double w = 1.0;
         for (int a = 0; a < info->dims; a++)
-            w *= axis_weight(a + 1 == info->derivative ? &slope : &info->kernel,
+            w *= axis_weight(&derived[info->derivative.along[a]],
                              weft_kernel_tiles_position(set, at[a]), tap[a]);
         weights[i++] = w;
         sum += w;
@@ -156,7 +183,7 @@ static void assert_products(const struct weft_kernel_tiles_params *params, const
 {
     weft_kernel_tiles *set = make(params);
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
-    assert_int_equal(info->derivative, params->derivative);
+    assert_memory_equal(&info->derivative, &params->derivative, sizeof info->derivative);
     int at[3] = {0};
     do {
         double expected[216];
@@ -228,6 +255,7 @@ static void assert_ramps(const struct weft_kernel_tiles_params *params, const ch
 {
     weft_kernel_tiles *set = make(params);
     const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(set);
+    const int order = weft_derivative_order(&info->derivative);
     int at[3] = {0};
     do {
         struct found found;
@@ -242,7 +270,7 @@ static void assert_ramps(const struct weft_kernel_tiles_params *params, const ch
         } while (next_position(info->dims, info->width, tap));
         assert_near(constant, 0.0, info->kernel.unit_sum ? 1e-6 : INFINITY, what);
         for (int a = 0; a < info->dims && info->kernel.order >= 2; a++)
-            assert_near(ramp[a], a + 1 == info->derivative, 1e-6, what);
+            assert_near(ramp[a], order == 1 && info->derivative.along[a], 4e-6, what);
     } while (next_position(info->dims, info->samples, at));
     weft_kernel_tiles_destroy(&set);
 }
@@ -263,10 +291,11 @@ static void in_1d_it_is_the_derivative(void **state)
             continue;
         struct weft_kernel_tiles_params p =
             *weft_kernel_tiles_params(.kernel = kernel_named((*k)->name), .dims = 1, .samples = 13,
-                                      .derivative = 1, .scaling = WEFT_TILE_SCALE_EACH);
+                                      .derivative = derivative_named("x"),
+                                      .scaling = WEFT_TILE_SCALE_EACH);
         weft_kernel_tiles *a = make(&p);
         p.kernel = kernel_named(find_slope(*k)->name);
-        p.derivative = 0;
+        p.derivative = derivative_named("none");
         weft_kernel_tiles *b = make(&p);
         const struct weft_kernel_tiles_info *info = weft_kernel_tiles_get_info(a);
         assert_int_equal(info->tile_count, weft_kernel_tiles_get_info(b)->tile_count);
@@ -333,24 +362,25 @@ static void a_set_by_hand(void **state)
 {
     (void)state;
     const struct {
-        int derivative, tap[3];
+        const char *derivative;
+        int tap[3];
         enum weft_tile_part part;
         bool mirrored[3];
         int value;
     } cases[] = {
-        {1, {0, 0}, WEFT_TILE_NEGATIVE, {false, false}, -96},
-        {1, {1, 0}, WEFT_TILE_POSITIVE, {true, false}, 96},
-        {1, {0, 1}, WEFT_TILE_NEGATIVE, {false, true}, -159},
-        {1, {1, 1}, WEFT_TILE_POSITIVE, {true, true}, 159},
-        {2, {0, 0}, WEFT_TILE_NEGATIVE, {false, false}, -96},
-        {2, {1, 0}, WEFT_TILE_NEGATIVE, {true, false}, -159},
-        {2, {0, 1}, WEFT_TILE_POSITIVE, {false, true}, 96},
-        {2, {1, 1}, WEFT_TILE_POSITIVE, {true, true}, 159},
+        {"x", {0, 0}, WEFT_TILE_NEGATIVE, {false, false}, -96},
+        {"x", {1, 0}, WEFT_TILE_POSITIVE, {true, false}, 96},
+        {"x", {0, 1}, WEFT_TILE_NEGATIVE, {false, true}, -159},
+        {"x", {1, 1}, WEFT_TILE_POSITIVE, {true, true}, 159},
+        {"y", {0, 0}, WEFT_TILE_NEGATIVE, {false, false}, -96},
+        {"y", {1, 0}, WEFT_TILE_NEGATIVE, {true, false}, -159},
+        {"y", {0, 1}, WEFT_TILE_POSITIVE, {false, true}, 96},
+        {"y", {1, 1}, WEFT_TILE_POSITIVE, {true, true}, 159},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         weft_kernel_tiles *set =
             make(weft_kernel_tiles_params(.kernel = kernel_named("linear"), .samples = 4,
-                                          .derivative = cases[i].derivative));
+                                          .derivative = derivative_named(cases[i].derivative)));
         assert_int_equal(weft_kernel_tiles_get_info(set)->tile_count, 4);
         assert_int_equal(weft_kernel_tiles_get_info(set)->stored_count, 1);
         const int t = weft_kernel_tiles_find(set, cases[i].tap, cases[i].part);
@@ -444,7 +474,7 @@ static void no_tile_is_scaled_by_more(void **state)
         struct weft_kernel_tiles_params p =
             *weft_kernel_tiles_params(.kernel = kernel_named(names[i / 4]), .samples = 9,
                                       .exact_scale = i / 2 % 2, .scaling = scalings[i % 2],
-                                      .derivative = i % 3);
+                                      .derivative = {{i % 3 == 1, i % 3 == 2, 0}});
         weft_kernel_tiles *free_set = make(&p);
         for (size_t l = 0; l < WEFT_COUNT(limits); l++) {
             p.max_scale = limits[l];
@@ -499,23 +529,28 @@ static void bad_arguments_are_named(void **state)
     } cases[] = {
 #define BAD(result, text, more, ...)                                                               \
     {weft_kernel_tiles_params(.kernel = cubic, __VA_ARGS__), result, text, more}
-        BAD(WEFT_ERR_ARGUMENT, "axis 1 to 2", "not 3", .derivative = 3),
-        BAD(WEFT_ERR_ARGUMENT, "axis 1 to 1", "not 2", .derivative = 2, .dims = 1),
-        BAD(WEFT_ERR_ARGUMENT, "axis 1 to 3", "not 4", .derivative = 4, .dims = 3),
-        BAD(WEFT_ERR_ARGUMENT, "axis 1 to 2", "not -1", .derivative = -1),
-        BAD(WEFT_ERR_ARGUMENT, "derivative", "to 0, not to 1", .derivative = 1, .normalise = true),
-        BAD(WEFT_ERR_ARGUMENT, "kernel nearest", "no record of its derivative", .derivative = 1,
-            .kernel = kernel_named("nearest")),
-        BAD(WEFT_ERR_ARGUMENT, "kernel d-bspline", "no record of its derivative", .derivative = 1,
-            .kernel = kernel_named("d-bspline")),
-        BAD(WEFT_ERR_ARGUMENT, "kernel users", "no record of its derivative", .derivative = 1,
-            .kernel = own),
-        BAD(WEFT_ERR_ARGUMENT, "kernel lanczos", "divided by the sum", .derivative = 2,
+        BAD(WEFT_ERR_ARGUMENT, "no derivative in 2D", "1 along z", .derivative = {{0, 0, 1}}),
+        BAD(WEFT_ERR_ARGUMENT, "no derivative in 1D", "1 along y", .derivative = {{0, 1, 0}},
+            .dims = 1),
+        BAD(WEFT_ERR_ARGUMENT, "no derivative in 3D", "3 times along x", .derivative = {{3, 0, 0}},
+            .dims = 3),
+        BAD(WEFT_ERR_ARGUMENT, "no derivative in 3D", "1 along y", .derivative = {{1, 1, 1}},
+            .dims = 3),
+        BAD(WEFT_ERR_ARGUMENT, "no derivative in 2D", "-1 times", .derivative = {{-1, 0, 0}}),
+        BAD(WEFT_ERR_ARGUMENT, "derivative", "to 0, not to 1", .derivative = {{1, 0, 0}},
+            .normalise = true),
+        BAD(WEFT_ERR_ARGUMENT, "kernel nearest", "no record of its derivative",
+            .derivative = {{1, 0, 0}}, .kernel = kernel_named("nearest")),
+        BAD(WEFT_ERR_ARGUMENT, "kernel dd-bspline", "no record of its derivative",
+            .derivative = {{1, 0, 0}}, .kernel = kernel_named("dd-bspline")),
+        BAD(WEFT_ERR_ARGUMENT, "kernel users", "no record of its derivative",
+            .derivative = {{1, 0, 0}}, .kernel = own),
+        BAD(WEFT_ERR_ARGUMENT, "kernel lanczos", "divided by the sum", .derivative = {{0, 1, 0}},
             .kernel = kernel_named("lanczos:3+unit")),
-        BAD(WEFT_ERR_UNSUPPORTED, "kernel catmull-rom", "radial", .derivative = 1,
+        BAD(WEFT_ERR_UNSUPPORTED, "kernel catmull-rom", "radial", .derivative = {{1, 0, 0}},
             .kernel = kernel_named("catmull-rom+radial")),
-        BAD(WEFT_ERR_ARGUMENT, "d-catmull-rom", "over 1: scale them", .derivative = 1),
-        BAD(WEFT_ERR_ARGUMENT, "d-bspline", "weights down to -0.4", .derivative = 1,
+        BAD(WEFT_ERR_ARGUMENT, "d-catmull-rom", "over 1: scale them", .derivative = {{1, 0, 0}}),
+        BAD(WEFT_ERR_ARGUMENT, "d-bspline", "weights down to -0.4", .derivative = {{1, 0, 0}},
             .signs = WEFT_TILE_SIGNED, .kernel = kernel_named("bspline")),
         BAD(WEFT_ERR_ARGUMENT, "power of two", "not 3", .max_scale = 3.0),
         BAD(WEFT_ERR_ARGUMENT, "power of two", "not -2", .max_scale = -2.0),
