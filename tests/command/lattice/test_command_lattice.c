@@ -36,7 +36,7 @@ struct bricks {
 static struct bricks read_all(const char *path, const char *grid, int component)
 {
     static const struct weft_region all = {
-        {-1 << 20, -1 << 20, -1 << 20}, {1 << 20, 1 << 20, 1 << 20}, 0, {{{0}, 0, 0}}};
+        {-(1 << 20), -(1 << 20), -(1 << 20)}, {1 << 20, 1 << 20, 1 << 20}, 0, {{{0}, 0, 0}}};
     struct bricks out = {.volume = open_grid(path, grid, component)};
     assert_int_equal(weft_volume_find(out.volume, &all, &out.list), WEFT_OK);
     out.values = malloc((out.list.brick_count + 1) * WEFT_BRICK_VOXELS * sizeof *out.values);

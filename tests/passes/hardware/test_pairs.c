@@ -154,7 +154,7 @@ static void set_fetches(const struct weft_hardware_plan *plan, const struct emul
                         int first, struct fetch *out)
 {
     float weights[4 * WEFT_KERNEL_MAX_WIDTH];
-    horner(&plan->slice->weights->tiles, t, weights);
+    horner(&plan->slice->weights[0]->tiles, t, weights);
     for (int i = 0; i < plan->pairs.fetches; i++) {
         const int tap = plan->pairs.tap[i];
         float sum = weights[tap], place = (float)(first + tap) + 0.5f;
