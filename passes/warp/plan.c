@@ -9,7 +9,7 @@
 #include "passes/warp/warp_impl.h"
 #include "tiles/volume/volume.h"
 
-const char *const weft_warp_method_names[] = {"aligned", "affine", "projective", "positions", NULL};
+const char *const weft_warp_method_names[] = {"affine", "projective", "positions", NULL};
 
 // ---- the request --------------------------------------------------------------------------------
 

@@ -23,11 +23,11 @@
 // to WEFT_WARP_SCALE_NONE count as 1.
 //
 // A request is made in steps, as those of passes/resample/resample.h: plan, compile, source (that
-// room's weft_resample_source), run, verify. Maps of which each axis of the result follows one axis
-// of the source (scales, flips, translations, quarter turns) are filtered along one axis and then
-// the other (passes/separable/separable.h); others directly, pixel by pixel, all channels with the
+// room's weft_resample_source), run, verify. Pixels are filtered one by one, all channels with the
 // same weights, on OpenGL (channels in one texel) or on the CPU engine. Both read the same
-// positions, formed in double on the CPU.
+// positions, formed in double on the CPU. Where an interpolating kernel's pixels lie on samples
+// (quarter turns, flips, whole translations) they are the samples, bit for bit. A mere change of
+// size is passes/resample's, which filters along one axis after the other.
 //
 // The same request gives the same bytes, whatever part of the pixels is made, and whatever memory
 // and threads there are.
@@ -98,14 +98,13 @@ struct weft_warp_params {
 
 typedef struct weft_warp_plan weft_warp_plan; // Thread-safety: read-only once made.
 
-// What filters.
+// What kind of map it is.
 enum weft_warp_method {
-    WEFT_WARP_ALIGNED,    // one axis after the other
-    WEFT_WARP_AFFINE,     // directly, steps from pixel to pixel being all alike
-    WEFT_WARP_PROJECTIVE, // directly
-    WEFT_WARP_PLANES,     // directly, at positions that are given
+    WEFT_WARP_AFFINE,     // a matrix, steps from pixel to pixel being all alike
+    WEFT_WARP_PROJECTIVE, // a matrix, with a horizon
+    WEFT_WARP_PLANES,     // positions that are given
 };
-// NULL-ended, in the order of the enum: "aligned", "affine", "projective", "positions".
+// NULL-ended, in the order of the enum: "affine", "projective", "positions".
 WEFT_API extern const char *const weft_warp_method_names[];
 
 struct weft_warp_info {
@@ -116,7 +115,6 @@ struct weft_warp_info {
     enum weft_engine engine;
     enum weft_sums sums;
     enum weft_warp_method method;
-    bool swaps; // aligned: the result's columns follow the source's rows
     bool moves; // a kernel that takes one sample, and is not stretched: pixels are samples
     // Of matrices: result to source, from pixel indices to sample indices, whose centres are whole
     // numbers: x = (m[0] u + m[1] v + m[2]) / w, y = (m[3] u + m[4] v + m[5]) / w, w = m[6] u +

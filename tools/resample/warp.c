@@ -235,7 +235,9 @@ enum weft_result resample_plan_warp(struct resample_job *job)
     struct resample_warp *w = &job->warp;
     struct weft_warp_params params =
         *weft_warp_params(.kernel = job->kernel, .size = {in->width, in->height},
-                          .width = out->width, .height = out->height, .engine = job->engine.engine,
+                          .width = out->width, .height = out->height, .boundary = job->boundary,
+                          .unstretched = resample_is_unstretched(job),
+                          .clamp = job->option[RESAMPLE_CLAMP].given, .engine = job->engine.engine,
                           .sums = job->engine.sums, .log = report_log());
     params.map = (struct weft_warp_map){
         .kind = w->position[0] ? WEFT_WARP_POSITIONS : WEFT_WARP_MATRIX,

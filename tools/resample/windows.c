@@ -129,7 +129,7 @@ static enum weft_result check_smaller(const struct resample_job *job, const int6
 {
     const struct option_value *o = job->option;
     const bool passes = o[RESAMPLE_EMULATE].given || resample_passes_option(job);
-    if (to[0] >= from[0] && to[1] >= from[1])
+    if (job->warp.is || (to[0] >= from[0] && to[1] >= from[1])) // a map has its own scales
         return WEFT_OK;
     if (resample_is_unstretched(job) || job->kernel.info->moves) {
         report_warning("%lld x %lld pixels become %lld x %lld: a smaller image is not filtered "
