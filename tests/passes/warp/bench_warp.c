@@ -13,8 +13,9 @@
 #include "weft.h"
 
 static const char *const kernels[] = {
-    "nearest",  "linear",    "catmull-rom", "mitchell",  "lanczos:2", "lanczos:3", "lanczos:4",
-    "bspline3", "bspline3i", "omomsi",      "bspline5i", "bspline7i", NULL};
+    "nearest",        "linear",    "catmull-rom",    "mitchell",  "lanczos:2",
+    "lanczos:2+unit", "lanczos:3", "lanczos:3+unit", "lanczos:4", "bspline3",
+    "bspline3i",      "omomsi",    "bspline5i",      "bspline7i", NULL};
 
 struct turn {
     weft_warp_plan *plan;
@@ -107,7 +108,7 @@ static bool run_kernel(const char *name, const struct weft_image *image)
     for (int i = 0; good && i < 24; i++)
         good = turn_once(&t, i == 0);
     if (good)
-        printf("  %-12s %8.2f dB, %3.0f%% of the bound, %7.2f Mpixel/s\n", name, ratio(&t, image),
+        printf("  %-14s %8.2f dB, %3.0f%% of the bound, %7.2f Mpixel/s\n", name, ratio(&t, image),
                100.0 * t.share, 24e-6 * t.width * t.height / t.seconds);
     for (int c = 0; c < t.channels; c++) {
         free(t.plane[0][c]);
