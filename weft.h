@@ -90,5 +90,6 @@
 #include "tiles/volume/layout.h"
 #include "tiles/volume/volume.h"
 #include "tiles/volume/volume_writer.h"
+#include "tiles/volume/volume_nrrd.h"
 
 #endif

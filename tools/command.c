@@ -13,23 +13,12 @@
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
-static const struct verb *const verbs[] = {&verb_slice,
-                                           &verb_probe,
-                                           &verb_info,
-                                           &verb_make,
-                                           &verb_resample,
-                                           &verb_lattice,
-                                           &verb_accumulate,
-                                           &verb_effect,
-                                           &verb_antialias,
-                                           &verb_kernel,
-                                           &verb_table,
-                                           &verb_plan,
-                                           &verb_validate,
-                                           &verb_stability,
-                                           &verb_chart,
-                                           &verb_calibrate,
-                                           NULL};
+static const struct verb *const verbs[] = {&verb_slice,     &verb_probe,      &verb_info,
+                                           &verb_convert,   &verb_make,       &verb_resample,
+                                           &verb_lattice,   &verb_accumulate, &verb_effect,
+                                           &verb_antialias, &verb_kernel,     &verb_table,
+                                           &verb_plan,      &verb_validate,   &verb_stability,
+                                           &verb_chart,     &verb_calibrate,  NULL};
 enum { VERB_COUNT = sizeof verbs / sizeof *verbs - 1 };
 
 static const struct verb *find_verb(const char *name)

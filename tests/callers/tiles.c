@@ -128,6 +128,12 @@ static void volume_files(void)
     weft_volume_abandon(NULL);
     REFUSED(weft_volume_list_load(&missing, &list));
     REFUSED(weft_volume_save(v, &nowhere));
+    REFUSED(weft_volume_save_nrrd(
+        weft_nrrd_save_params(.path = "/nonexistent/x.nrrd", .volume = {v}, .log = &logger)));
+    REFUSED(weft_volume_save_nrrd(weft_nrrd_save_params(.volume = {v}, .log = &logger)));
+    REFUSED(weft_volume_save_nrrd(weft_nrrd_save_params(.path = "x", .log = &logger)));
+    REFUSED(weft_volume_save_nrrd(
+        weft_nrrd_save_params(.path = "x", .volume = {v}, .components = 2, .log = &logger)));
     TRUE(weft_volume_recognise("NRRD", 4) == WEFT_VOLUME_NRRD);
     TRUE(weft_volume_recognise("", 0) == WEFT_VOLUME_MEMORY);
     const struct weft_volume_open_params no_layout = {
@@ -362,7 +368,7 @@ const struct caller_case callers_tiles[] = {
     {volume_files,
      {F(volume_open), F(volume_begin), F(volume_await), F(volume_abandon), F(file_save),
       F(file_save_parts), F(unfinished_discard), F(volume_list_load), F(volume_list_clear),
-      F(volume_save), F(volume_get_info), F(volume_recognise)}},
+      F(volume_save), F(volume_get_info), F(volume_recognise), F(volume_save_nrrd)}},
     {volume_voxels, {F(volume_prefilter), F(volume_find), F(volume_read), F(brick_list_clear)}},
     {images,
      {F(image_save), F(image_load), F(image_clear), F(image_attribute_format), F(image_find),

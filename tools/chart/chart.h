@@ -15,6 +15,7 @@
 #include "tools/common/options.h"
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
+#include "tools/volumes/raw.h"
 
 enum chart_option {
     CHART_OUTPUT,
@@ -28,6 +29,7 @@ enum chart_option {
     CHART_ANTIALIAS,
     CHART_SCENE,
     CHART_GRID,
+    CHART_RAW,
     CHART_PLANE,
     CHART_KERNEL,
     CHART_SIZE,
@@ -160,9 +162,11 @@ struct chart_edges {
 };
 
 struct chart_job {
-    const struct option_value *option;                  // [CHART_OPTION_COUNT]
-    const struct weft_signal_info *signal;              // NULL: a volume
-    const char *path;                                   // of the volume
+    const struct option_value *option;     // [CHART_OPTION_COUNT]
+    const struct weft_signal_info *signal; // NULL: a volume
+    const char *path;                      // of the volume
+    struct weft_raw_layout layout;
+    const struct weft_raw_layout *raw; // of the volume; NULL: it is what it is by its content
     bool has_methods, has_truth, has_frames, has_edges; // which charts are made
     struct chart methods, truth;
     struct chart_frames frames;

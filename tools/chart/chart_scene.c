@@ -95,6 +95,7 @@ static enum weft_result open_volume(const struct chart_job *job, struct chart_sc
     const struct weft_volume_open_params params = {
         .path = job->path,
         .grid = job->option[CHART_GRID].text,
+        .raw = job->raw,
         .log = report_log(),
     };
     return weft_volume_open(&params, &out->volume);

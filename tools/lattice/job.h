@@ -5,6 +5,7 @@
 
 #include "tools/common/json.h"
 #include "tools/common/options.h"
+#include "tools/volumes/raw.h"
 
 enum lattice_option {
     LATTICE_OUTPUT,
@@ -13,6 +14,7 @@ enum lattice_option {
     LATTICE_LIKE,
     LATTICE_MATRIX,
     LATTICE_GRID,
+    LATTICE_RAW,
     LATTICE_KERNEL,
     LATTICE_NORMALISE,
     LATTICE_ANTIALIAS,
@@ -39,6 +41,8 @@ struct lattice_grid {
 };
 
 struct lattice_job {
+    struct weft_raw_layout layout;
+    const struct weft_raw_layout *raw; // NULL: the input is what it is by its content
     const char *input;
     const struct option_value *option; // [LATTICE_OPTION_COUNT]
     struct weft_kernel kernel;

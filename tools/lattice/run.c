@@ -31,7 +31,7 @@ static enum weft_result plan_grid(struct lattice_job *job, const char *name,
 {
     const struct option_value *o = job->option;
     const struct weft_volume_open_params open = {
-        .path = job->input, .grid = name, .log = report_log()};
+        .path = job->input, .grid = name, .raw = job->raw, .log = report_log()};
     enum weft_result res = weft_volume_open(&open, &grid->volume);
     if (res != WEFT_OK)
         return res;
@@ -67,7 +67,8 @@ static enum weft_result plan_grid(struct lattice_job *job, const char *name,
 // All that weft reads, of whose vectors that would be one component alone: those are told.
 static enum weft_result plan_all(struct lattice_job *job)
 {
-    const struct weft_volume_open_params params = {.path = job->input, .log = report_log()};
+    const struct weft_volume_open_params params = {
+        .path = job->input, .raw = job->raw, .log = report_log()};
     struct weft_volume_list list = {0};
     enum weft_result res = weft_volume_list_load(&params, &list);
     if (res == WEFT_OK && !(job->grid = calloc(list.count + 1, sizeof *job->grid)))
@@ -192,8 +193,8 @@ static double verify_share(const struct lattice_job *job, const struct weft_latt
     double taps = 1.0;
     for (int a = 0; a < 3; a++)
         taps *= (double)info->width[a];
-    const double each = (voxel_seconds + taps * tap_seconds) * info->derivative_count *
-                        info->grid_count;
+    const double each =
+        (voxel_seconds + taps * tap_seconds) * info->derivative_count * info->grid_count;
     const double all = fmax(1.0, 2.0 * info->voxels * (double)job->grid_count);
     return fmin(1.0, fmax(verify_seconds / each, 64.0) / all);
 }

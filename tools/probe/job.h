@@ -5,12 +5,14 @@
 
 #include "tools/common/json.h"
 #include "tools/common/options.h"
+#include "tools/volumes/raw.h"
 
 enum {
     PROBE_POINTS,
     PROBE_OUTPUT,
     PROBE_QUANTITY,
     PROBE_GRID,
+    PROBE_RAW,
     PROBE_KERNEL,
     PROBE_NORMALISE,
     PROBE_SPACE,
@@ -62,6 +64,8 @@ enum { PROBE_COMPONENTS = 3 };
 
 struct probe_job {
     const char *input;
+    struct weft_raw_layout layout;
+    const struct weft_raw_layout *raw; // NULL: the input is what it is by its content
     const struct option_value *option;
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file;

@@ -102,7 +102,7 @@ static enum weft_result open_component(struct probe_job *job, int component, wef
 {
     if (component == 0)
         return weft_volume_await(&job->opening, out);
-    return weft_volume_open(weft_volume_open_params(.path = job->input,
+    return weft_volume_open(weft_volume_open_params(.path = job->input, .raw = job->raw,
                                                     .grid = job->option[PROBE_GRID].text,
                                                     .component = component, .log = report_log()),
                             out);

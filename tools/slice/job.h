@@ -11,6 +11,7 @@
 #include "tools/methods/pass_options.h"
 #include "tools/curve/curve.h"
 #include "tools/ranks/options.h"
+#include "tools/volumes/raw.h"
 #include "weft.h"
 
 enum slice_option {
@@ -19,6 +20,7 @@ enum slice_option {
     SLICE_COMPRESSION,
     SLICE_PREVIEW,
     SLICE_GRID,
+    SLICE_RAW,
     SLICE_QUANTITY,
     SLICE_KERNEL,
     SLICE_NORMALISE,
@@ -100,7 +102,9 @@ struct slice_divided {
 
 // What a command asks for, and what is made once for it.
 struct slice_setup {
-    const char *input;                 // as given, like all options
+    const char *input; // as given, like all options
+    struct weft_raw_layout layout;
+    const struct weft_raw_layout *raw; // of all volumes; NULL: they are what they are by content
     const struct option_value *option; // [SLICE_OPTION_COUNT]
     double start;                      // monotonic seconds
     struct slice_sweep sweep;

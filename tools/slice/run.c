@@ -150,6 +150,7 @@ static enum weft_result open_rest(struct slice_job *job)
     const struct weft_volume_info *info = weft_volume_get_info(job->volume);
     const struct weft_volume_open_params params = {.path = job->input,
                                                    .grid = info->name,
+                                                   .raw = job->setup->raw,
                                                    .component = info->component,
                                                    .rest = true,
                                                    .log = report_log()};

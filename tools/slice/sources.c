@@ -128,7 +128,7 @@ static enum weft_result read_list(struct slice_job *job, const char *text)
     struct slice_setup *setup = job->setup;
     struct weft_volume_list list;
     enum weft_result res = weft_volume_list_load(
-        weft_volume_open_params(.path = job->input, .log = report_log()), &list);
+        weft_volume_open_params(.path = job->input, .raw = setup->raw, .log = report_log()), &list);
     if (res != WEFT_OK)
         return res;
     const struct weft_volume_info *info = find_grid(&list, text, strlen(text));
@@ -151,7 +151,7 @@ enum weft_result slice_begin(struct slice_setup *setup)
 {
     const char *grid = setup->option[SLICE_GRID].text;
     const struct weft_volume_open_params params = {
-        .path = setup->input, .grid = grid, .log = report_log()};
+        .path = setup->input, .grid = grid, .raw = setup->raw, .log = report_log()};
     return numbered_is(setup->input) || is_list(grid) ? WEFT_OK
                                                       : weft_volume_begin(&params, &setup->opening);
 }
@@ -162,6 +162,7 @@ static enum weft_result open_source(struct slice_job *job, struct slice_source *
     struct slice_setup *setup = job->setup;
     const struct weft_volume_open_params params = {.path = job->input,
                                                    .grid = source->grid[0] ? source->grid : NULL,
+                                                   .raw = setup->raw,
                                                    .component = source->component,
                                                    .log = report_log()};
     if (setup->opening && source == setup->source && strcmp(job->input, setup->input) == 0)

@@ -80,6 +80,7 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                     OPTION_TEXT,
                     "NAME",
                     "which grid of the file (default: the first scalar one)"},
+    [CHART_RAW] = RAW_OPTION,
     [CHART_PLANE] = {.name = "plane",
                      0,
                      OPTION_TEXT,
@@ -179,14 +180,14 @@ static enum weft_result choose_source(struct chart_job *job, const char *operand
                      operand);
         return WEFT_ERR_ARGUMENT;
     }
-    if (job->signal && job->option[CHART_GRID].given) {
-        report_error("--grid is of files, not of the signal %s", job->signal->name);
+    if (job->signal && (job->option[CHART_GRID].given || job->option[CHART_RAW].given)) {
+        report_error("--grid and --raw are of files, not of the signal %s", job->signal->name);
         return WEFT_ERR_ARGUMENT;
     }
     job->path = job->signal ? NULL : operand;
     job->has_methods = !truth;
     job->has_truth = job->signal;
-    return WEFT_OK;
+    return raw_read(&job->option[CHART_RAW], &job->layout, &job->raw);
 }
 
 static const char *option_conflict(const struct option_value *o)
@@ -202,9 +203,10 @@ static const char *option_conflict(const struct option_value *o)
     if (o[CHART_ACCUMULATE].given && o[CHART_ANTIALIAS].given)
         return "--accumulate and --antialias are two charts";
     if ((o[CHART_ACCUMULATE].given || o[CHART_ANTIALIAS].given) &&
-        (o[CHART_TRUTH].given || o[CHART_GRID].given || o[CHART_PLANE].given ||
-         o[CHART_KERNEL].given || o[CHART_POINTS].given))
-        return "--truth, --grid, --plane, --kernel and --points are of slices, not of --accumulate "
+        (o[CHART_TRUTH].given || o[CHART_GRID].given || o[CHART_RAW].given ||
+         o[CHART_PLANE].given || o[CHART_KERNEL].given || o[CHART_POINTS].given))
+        return "--truth, --grid, --raw, --plane, --kernel and --points are of slices, not of "
+               "--accumulate "
                "or --antialias";
     return NULL;
 }
@@ -480,7 +482,7 @@ const struct verb verb_chart = {
     .name = "chart",
     .summary =
         "speed charted against accuracy, for every method of slices, averages, anti-aliasing",
-    .usage = "[VOLUME.vdb|SIGNAL|--accumulate|--antialias] [-o CHART.svg] [options]",
+    .usage = "[VOLUME|SIGNAL|--accumulate|--antialias] [-o CHART.svg] [options]",
     .description =
         "Computes one slice by every method there is, measures time, memory and error, "
         "and charts one against the other. Takes a volume, or one of the signals of "

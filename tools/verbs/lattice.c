@@ -43,6 +43,7 @@ static const struct option_spec options[LATTICE_OPTION_COUNT] = {
                         "move the volume by an affine matrix of world space: what is at (x, y, z) "
                         "comes to (a x + b y + c z + d, e x + f y + g z + h, i x + j y + k z + l), "
                         "on the lattice that it had, or the one that is asked for"},
+    [LATTICE_RAW] = RAW_OPTION,
     [LATTICE_GRID] = {.name = "grid",
                       0,
                       OPTION_TEXT,
@@ -147,7 +148,9 @@ static enum weft_result read_options(struct lattice_job *job)
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;
     }
-    enum weft_result res = lattice_read_matrix(job);
+    enum weft_result res = raw_read(&o[LATTICE_RAW], &job->layout, &job->raw);
+    if (res == WEFT_OK)
+        res = lattice_read_matrix(job);
     if (res == WEFT_OK && o[LATTICE_KERNEL].given) {
         res = kernels_load_filter(o[LATTICE_KERNEL].text, 3, &job->kernel, &job->kernel_file);
         if (res == WEFT_OK && !job->kernel.radial) // which lattices refuse
@@ -168,7 +171,7 @@ static int run(const char *const *operands, const struct option_value *values)
         return report_finish(WEFT_OK);
     }
     if (!job.input) {
-        report_error("no volume given: weft lattice VOLUME.vdb ... (see weft help lattice)");
+        report_error("no volume given: weft lattice VOLUME ... (see weft help lattice)");
         return EXIT_CODE_USAGE;
     }
     const bool explain = values[LATTICE_EXPLAIN].given;
@@ -214,9 +217,9 @@ static const char *const epilogue[] = {
 const struct verb verb_lattice = {
     .name = "lattice",
     .summary = "a volume on another lattice: scaled, moved, or like another one",
-    .usage = "VOLUME.vdb --scale S|--voxel SIZE|--like OTHER.vdb|--matrix a,...,l -o OUT.vdb "
+    .usage = "VOLUME --scale S|--voxel SIZE|--like OTHER.vdb|--matrix a,...,l -o OUT.vdb "
              "[options]",
-    .description = "Reconstructs the grids of a VDB volume on another lattice, and what their "
+    .description = "Reconstructs the grids of a volume on another lattice, and what their "
                    "derivatives make, sparse, in bounded memory.",
     .epilogue = epilogue,
     .options = options,

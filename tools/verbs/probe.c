@@ -34,6 +34,7 @@ static const struct option_spec options[PROBE_OPTION_COUNT] = {
                         "what is computed (default value): value, gradient, gradient-magnitude, "
                         "normal, hessian, laplacian, mean-curvature, gaussian-curvature, "
                         "principal-curvatures; per unit of the space of the points"},
+    [PROBE_RAW] = RAW_OPTION,
     [PROBE_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
@@ -183,7 +184,9 @@ static enum weft_result run_stages(struct probe_job *job)
     const struct option_value *o = job->option;
     enum weft_result res = check_options(job);
     if (res == WEFT_OK)
-        res = weft_volume_begin(weft_volume_open_params(.path = job->input,
+        res = raw_read(&o[PROBE_RAW], &job->layout, &job->raw);
+    if (res == WEFT_OK)
+        res = weft_volume_begin(weft_volume_open_params(.path = job->input, .raw = job->raw,
                                                         .grid = o[PROBE_GRID].text,
                                                         .log = report_log()),
                                 &job->opening);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// weft slice: a planar cut through a VDB volume as EXR and PNG.
+// weft slice: a planar cut through a volume as EXR and PNG.
 #include <string.h>
 
 #include "tools/common/kernels.h"
@@ -37,6 +37,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                     "NAME,...|all",
                     "which grids of the file (default: the first scalar one, or of vectors): of "
                     "one of vectors the channels X, Y and Z; of several, channels by their names"},
+    [SLICE_RAW] = RAW_OPTION,
     [SLICE_QUANTITY] = {.name = "quantity",
                         0,
                         OPTION_TEXT,
@@ -425,7 +426,7 @@ static int run(const char *const *operands, const struct option_value *values)
         preview_help(&values[SLICE_COLOUR_MAP]))
         return report_finish(WEFT_OK);
     if (!operand) {
-        report_error("no volume given: weft slice VOLUME.vdb ... (see weft help slice)");
+        report_error("no volume given: weft slice VOLUME ... (see weft help slice)");
         return EXIT_CODE_USAGE;
     }
     struct slice_setup setup = {.input = operand,
@@ -434,7 +435,9 @@ static int run(const char *const *operands, const struct option_value *values)
                                 .range = values[SLICE_RANGE]};
     if (values[SLICE_EXPLAIN].given && !ranks_tells())
         return EXIT_CODE_DONE;
-    enum weft_result res = slice_begin(&setup);
+    enum weft_result res = raw_read(&values[SLICE_RAW], &setup.layout, &setup.raw);
+    if (res == WEFT_OK)
+        res = slice_begin(&setup);
     if (res == WEFT_OK)
         res = check_setup(&setup);
     if (!values[SLICE_EXPLAIN].given)
@@ -466,9 +469,10 @@ static const char *const epilogue[] = {
 
 const struct verb verb_slice = {
     .name = "slice",
-    .summary = "a planar cut through a VDB volume, as EXR and PNG",
-    .usage = "VOLUME.vdb [-o OUT.exr] [--preview OUT.png] [options]",
-    .description = "Reconstructs a planar cut of any orientation through a scalar grid of a VDB "
+    .summary = "a planar cut through a volume, as EXR and PNG",
+    .usage = "VOLUME [-o OUT.exr] [--preview OUT.png] [options]",
+    .description = "Reconstructs a planar cut of any orientation through a scalar grid of a VDB, "
+                   "NRRD, NIfTI or raw "
                    "file with a reconstruction kernel, reading only the bricks it touches.",
     .epilogue = epilogue,
     .options = options,

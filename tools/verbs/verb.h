@@ -26,6 +26,6 @@ struct verb {
 
 extern const struct verb verb_slice, verb_info, verb_make, verb_resample, verb_kernel, verb_table,
     verb_plan, verb_validate, verb_stability, verb_chart, verb_calibrate, verb_accumulate,
-    verb_effect, verb_antialias, verb_probe, verb_lattice;
+    verb_effect, verb_antialias, verb_convert, verb_probe, verb_lattice;
 
 #endif

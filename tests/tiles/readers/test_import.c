@@ -417,7 +417,7 @@ static void test_lies(void **state)
          "tells of 1000000 bytes of samples from byte 68 on", WEFT_ERR_FORMAT},
         {"type: double\ndimension: 3\nsizes: 1000000000 1000000000 1\nencoding: raw\n"
          "endian: little\n",
-         "8000000000000000000", WEFT_ERR_LIMIT},
+         "1000000000 times 8000000000 bytes of samples; the limit", WEFT_ERR_LIMIT},
         {"type: double\ndimension: 3\nsizes: 1000000 1000000 1000\nencoding: gzip\n"
          "endian: little\n",
          "8000000000000000 bytes of samples, which the", WEFT_ERR_FORMAT},
@@ -432,8 +432,8 @@ static void test_lies(void **state)
          "the transform is singular", WEFT_ERR_FORMAT},
         {"type: uint8\ndimension: 1\nsizes: 8\nencoding: raw\n", "neither a picture nor a volume",
          WEFT_ERR_UNSUPPORTED},
-        {"type: block\nblock size: 3\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n", "block",
-         WEFT_ERR_UNSUPPORTED},
+        {"type: block\nblock size: 3\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nendian: little\n",
+         "block", WEFT_ERR_UNSUPPORTED},
         {"type: uint8\ndimension: 3\nsizes: 2 2\nencoding: raw\n", "Teem says", WEFT_ERR_FORMAT},
         {"type: uint8\ndimension: 3\nencoding: raw\n", "Teem says", WEFT_ERR_FORMAT},
     };

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// weft convert: grids of a VDB, NRRD, NIfTI or raw file, as a VDB or NRRD file.
+#include <string.h>
+
+#include "tools/common/paths.h"
+#include "tools/common/report.h"
+#include "tools/convert/convert.h"
+#include "tools/verbs/verb.h"
+#include "tools/volumes/raw.h"
+
+static const struct option_spec options[CONVERT_OPTION_COUNT] = {
+    [CONVERT_GRID] = {.name = "grid",
+                      0,
+                      OPTION_TEXT,
+                      "NAME[,NAME...]|all",
+                      "which grids of the file (default: the first one that weft reads); an NRRD "
+                      "file holds one"},
+    [CONVERT_RAW] = RAW_OPTION,
+    [CONVERT_TYPE] = {.name = "type",
+                      0,
+                      OPTION_CHOICE,
+                      NULL,
+                      "samples of an NRRD file (default: the input's where weft's floats hold "
+                      "them, else float); integers are rounded to nearest even, and warnings tell "
+                      "what they do not hold",
+                      weft_sample_type_names,
+                      WEFT_SAMPLE_TYPE_COUNT},
+    [CONVERT_BACKGROUND] = {.name = "background",
+                            0,
+                            OPTION_NUMBER,
+                            "V",
+                            "of a dense grid in a VDB file: voxels of this value are background, "
+                            "and bricks of nothing else are left out (default: all voxels of the "
+                            "box are kept and active, and the background is 0)"},
+    [CONVERT_TOLERANCE] = {.name = "tolerance",
+                           0,
+                           OPTION_NUMBER,
+                           "T",
+                           "with --background: so are those within T of it (default 0)"},
+    [CONVERT_NO_CLOBBER] =
+        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "do not replace an existing file"},
+    [CONVERT_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
+    [CONVERT_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+};
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t length = strlen(text), wanted = strlen(end);
+    return length > wanted && !strcmp(text + length - wanted, end);
+}
+
+static enum weft_result check(const struct convert_job *job)
+{
+    const struct option_value *tolerance = &job->option[CONVERT_TOLERANCE];
+    if (tolerance->given && !job->option[CONVERT_BACKGROUND].given) {
+        report_error("--tolerance says how near to --background V voxels are; it is missing");
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (tolerance->number[0] < 0.0) {
+        report_error("--tolerance %s: it is 0 or more", tolerance->text);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (!ends_with(job->output, ".vdb") && !ends_with(job->output, ".nrrd")) {
+        report_error("%s: an output ends in .vdb or .nrrd", job->output);
+        return WEFT_ERR_ARGUMENT;
+    }
+    if (ends_with(job->output, ".nrrd") && job->option[CONVERT_BACKGROUND].given) {
+        report_error("--background is for VDB files; NRRD files have none");
+        return WEFT_ERR_ARGUMENT;
+    }
+    const struct paths_output output = {"OUT", job->output};
+    const enum weft_result res = paths_check_distinct(&output, 1, &job->input, 1);
+    if (res != WEFT_OK)
+        return res;
+    return paths_check_output(job->output, job->option[CONVERT_NO_CLOBBER].given);
+}
+
+static enum weft_result convert(struct convert_job *job)
+{
+    enum weft_result res = check(job);
+    if (res == WEFT_OK)
+        res = raw_read(&job->option[CONVERT_RAW], &job->layout, &job->raw);
+    job->whole = ends_with(job->output, ".nrrd");
+    if (res == WEFT_OK)
+        res = convert_open(job);
+    if (res == WEFT_OK)
+        res = !job->whole ? convert_write_vdb(job) : convert_write_nrrd(job);
+    convert_clear(job);
+    return res;
+}
+
+static int run(const char *const *operands, const struct option_value *values)
+{
+    int count = 0;
+    report_set_level(values[CONVERT_QUIET].given, values[CONVERT_VERBOSE].given);
+    while (operands[count])
+        count++;
+    if (count != 2) {
+        report_error("%d files given: weft convert IN OUT (see weft help convert)", count);
+        return EXIT_CODE_USAGE;
+    }
+    struct convert_job job = {.input = operands[0], .output = operands[1], .option = values};
+    return report_finish(convert(&job));
+}
+
+static const char *const epilogue[] = {
+    "Directions, spacing, origin and metadata are kept; values are floats on the way, and integers "
+    "of 32 bits are written whole. A sparse grid's box of active voxels becomes an NRRD file's "
+    "samples. A grid of vectors stays one: in NRRD files components are the fastest axis.",
+    NULL,
+};
+
+const struct verb verb_convert = {
+    .name = "convert",
+    .summary = "a volume as a VDB or NRRD file",
+    .usage = "IN OUT.vdb|OUT.nrrd [options]",
+    .description = "Writes grids of a VDB, NRRD, NIfTI or raw file as a VDB or NRRD file. No verb "
+                   "needs it: all of them read these files.",
+    .epilogue = epilogue,
+    .options = options,
+    .option_count = CONVERT_OPTION_COUNT,
+    .many = true,
+    .run = run,
+};
