@@ -56,10 +56,18 @@ static void clear(struct bricks *b)
 static float voxel(const struct bricks *b, const int32_t at[3])
 {
     const int32_t o[3] = {at[0] & -8, at[1] & -8, at[2] & -8};
-    for (size_t i = 0; i < b->list.brick_count; i++)
-        if (memcmp(b->list.brick_origin[i], o, sizeof o) == 0)
-            return b->values[i * WEFT_BRICK_VOXELS +
-                             (size_t)((at[2] & 7) << 6 | (at[1] & 7) << 3 | (at[0] & 7))];
+    size_t low = 0, high = b->list.brick_count; // they are sorted by z, y, x
+    while (low < high) {
+        const size_t middle = (low + high) / 2;
+        const int32_t *m = b->list.brick_origin[middle];
+        if (m[2] != o[2] ? m[2] < o[2] : m[1] != o[1] ? m[1] < o[1] : m[0] < o[0])
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low < b->list.brick_count && memcmp(b->list.brick_origin[low], o, sizeof o) == 0)
+        return b->values[low * WEFT_BRICK_VOXELS +
+                         (size_t)((at[2] & 7) << 6 | (at[1] & 7) << 3 | (at[0] & 7))];
     for (size_t i = 0; i < b->list.tile_count; i++) {
         const struct weft_volume_tile *t = &b->list.tiles[i];
         bool in = true;
