@@ -347,18 +347,18 @@ static void test_against_double(void **state)
         for (int a = 0; a < 3; a++)
             assert_true(fabs(info->stretch[a] - cases[i].stretch[a]) < 1e-12);
         struct weft_lattice_report report;
-        struct gathered g = run(plan, 2, 0.05, &report);
+        struct gathered g = run(plan, 2, i == 8 ? 1e-3 : 4e-3, &report);
         const int64_t min[3] = {-60, -60, -60}, max[3] = {80, 70, 70};
-        compare(&t, info, &g, min, max, i == 8 ? 401 : 37, all);
+        compare(&t, info, &g, min, max, i == 8 ? 9001 : 307, all);
         // And every voxel of some bricks.
-        for (size_t b = 0; b < g.bricks; b += 1 + g.bricks / 6) {
+        for (size_t b = 0; b < g.bricks; b += 1 + g.bricks / 4) {
             int64_t from[3], to[3];
             size_t count[3] = {0};
             for (int a = 0; a < 3; a++) {
                 from[a] = g.origin[b][a] < -90 ? -90 : g.origin[b][a];
                 to[a] = g.origin[b][a] + 7 > 90 ? 90 : g.origin[b][a] + 7;
             }
-            compare(&t, info, &g, from, to, i == 8 ? 31 : 3, count);
+            compare(&t, info, &g, from, to, i == 8 ? 131 : 11, count);
         }
         assert_true(report.verify.values_compared > 100 || i == 8);
         assert_int_equal(report.verify.not_finite_mismatches, 0);
@@ -367,7 +367,7 @@ static void test_against_double(void **state)
         weft_lattice_plan_destroy(&plan);
         clear_sparse(s);
     }
-    assert_true(all[0] > 1000 && all[1] > 1000 && all[2] > 10);
+    assert_true(all[0] > 1000 && all[1] > 1000 && all[2] > 3);
 }
 
 // ---- what stays exactly what it is
@@ -587,7 +587,7 @@ static void test_level_sets(void **state)
         weft_lattice_plan *plan = make_plan(&params);
         const struct weft_lattice_info *info = weft_lattice_plan_get_info(plan);
         struct weft_lattice_report report;
-        struct gathered g = run(plan, 2, 0.1, &report);
+        struct gathered g = run(plan, 2, 0.02, &report);
         assert_true(info->clamps);
         assert_string_equal(info->grid[0].grid.grid_class, "level set");
         assert_true(fabs(info->band_voxels - 1.5 / (0.5 * scales[i])) < 1e-9);
@@ -628,6 +628,11 @@ static void test_gradients(void **state)
         if (turned) {
             const double map[3][4] = {{0.3, -0.4, 0, 0}, {0.4, 0.3, 0, 0.5}, {0, 0, 0.5, 0}};
             memcpy(params.to_source, map, sizeof map);
+            params.boxed = true;
+            for (int a = 0; a < 3; a++) {
+                params.box_min[a] = -16;
+                params.box_max[a] = 23;
+            }
         }
         weft_kernel_parse(NULL, "bspline4", &params.kernel);
         weft_lattice_plan *plan = make_plan(&params);
@@ -638,7 +643,7 @@ static void test_gradients(void **state)
         assert_string_equal(info->grid[1].grid.name, "density");
         assert_string_equal(info->grid[2].grid.name, "density.laplacian");
         struct weft_lattice_report report;
-        struct gathered g = run(plan, 2, 0.02, &report);
+        struct gathered g = run(plan, 2, turned ? 5e-3 : 1e-3, &report);
         assert_true(report.verify.values_compared > 100);
         assert_true(report.verify.share <= 1.0);
         assert_true(g.components == 3 && g.bricks > 50);
