@@ -7,6 +7,12 @@
 
 #include "passes/lattice/lattice_impl.h"
 
+static enum weft_result out_of_memory(const struct weft_log *log)
+{
+    weft_error(log, "not enough memory for a plan");
+    return WEFT_ERR_MEMORY;
+}
+
 // ---- what is asked for --------------------------------------------------------------------------
 
 static bool all_zero(const double m[3][4])
@@ -164,7 +170,7 @@ static enum weft_result set_grids(struct weft_lattice_plan *plan,
         return res;
     plan->name = calloc(WEFT_LATTICE_GRIDS, sizeof *plan->name);
     if (!plan->name)
-        return WEFT_ERR_MEMORY;
+        return out_of_memory(plan->log);
     plan->plain = plan->quantities.count == 1 && plan->quantities.quantity[0] == value;
     plan->clamped = volume->clamp_to_edge;
     plan->background = plan->clamped ? 0.0f : volume->background;
@@ -342,7 +348,7 @@ static enum weft_result set_bounds(struct weft_lattice_plan *plan)
     }
     double *weights = malloc((size_t)width * sizeof *weights);
     if (!weights)
-        return WEFT_ERR_MEMORY;
+        return out_of_memory(plan->log);
     for (int d = 0; d < info->derivative_count; d++) {
         double product = 1.0;
         for (int a = 0; a < 3; a++) {
@@ -389,7 +395,7 @@ static enum weft_result write_text(struct weft_lattice_plan *plan)
     size_t size = 0;
     FILE *text = open_memstream(&plan->text, &size);
     if (!text)
-        return WEFT_ERR_MEMORY;
+        return out_of_memory(plan->log);
     char kernel[256];
     weft_kernel_format(&info->kernel, kernel, sizeof kernel);
     say(text, "kernel %s, %s\n", kernel,
@@ -412,7 +418,7 @@ static enum weft_result write_text(struct weft_lattice_plan *plan)
         info->bound[0].relative + info->bound[0].rounded_gain * 0x1p-24);
     const bool failed = ferror(text) != 0;
     if (fclose(text) || failed)
-        return WEFT_ERR_MEMORY;
+        return out_of_memory(plan->log);
     plan->info.text = plan->text;
     return WEFT_OK;
 }
@@ -481,10 +487,8 @@ enum weft_result weft_lattice_plan_create(const struct weft_lattice_params *para
     if (res != WEFT_OK)
         return res;
     weft_lattice_plan *plan = calloc(1, sizeof *plan);
-    if (!plan) {
-        weft_error(params->log, "not enough memory for a plan");
-        return WEFT_ERR_MEMORY;
-    }
+    if (!plan)
+        return out_of_memory(params->log);
     plan->log = params->log;
     plan->prune = params->prune;
     plan->memory_bytes = params->memory_bytes ? params->memory_bytes : UINT64_C(1) << 30;
@@ -499,11 +503,8 @@ enum weft_result weft_lattice_plan_create(const struct weft_lattice_params *para
         res = set_source(plan, params->volume);
     if (res == WEFT_OK)
         res = look(plan, params);
-    if (res != WEFT_OK) {
-        if (res == WEFT_ERR_MEMORY)
-            weft_error(plan->log, "not enough memory for a plan");
+    if (res != WEFT_OK)
         weft_lattice_plan_destroy(&plan);
-    }
     *out = plan;
     return res;
 }

@@ -305,9 +305,11 @@ static enum weft_result send_grid(struct run *run, int grid)
     struct weft_volume_lot lot = {.grid = grid, .values = run->values[grid]};
     int32_t(*origin)[3] = malloc(list->brick_count * sizeof *origin + 1);
     struct weft_volume_tile *tile = malloc((list->brick_count + tiles) * sizeof *tile + 1);
-    enum weft_result res = WEFT_ERR_MEMORY;
-    if (!origin || !tile)
+    enum weft_result res = WEFT_OK;
+    if (!origin || !tile) {
+        res = out_of_memory(run);
         goto fail;
+    }
     for (size_t i = 0; i < list->brick_count; i++) {
         const struct weft_lattice_made *made = &run->made[grid][i];
         run->report.active_voxels[grid] += made->kind == WEFT_LATTICE_VALUES ? made->active : 0;
