@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Resampling along one axis and then the other, channel by channel.
+#include <math.h>
+
 #include "passes/resample/resample_impl.h"
 
 static void add_work(const weft_separable_plan *plan, const struct weft_separable_report *one,
@@ -45,6 +47,17 @@ void weft_resample_survey_join(struct weft_resample_survey *sum,
         weft_separable_survey_join(&sum->channel[c], &other->channel[c]);
 }
 
+// What was measured of all samples, where it says that nothing need be done about them: samples in
+// reach then need no look. true: *out holds.
+static bool knows_survey(const weft_resample_source *source, struct weft_separable_survey *out)
+{
+    const struct weft_statistics *s = &source->samples;
+    const double largest = fmax(fabs(s->minimum), fabs(s->maximum));
+    *out = (struct weft_separable_survey){.largest = largest};
+    return !source->info.kernel.prefiltered && s->count > 0 && s->not_finite == 0 &&
+           weft_separable_is_safe(largest);
+}
+
 enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                              const struct weft_resample_run_params *params,
                                              struct weft_resample_report *report)
@@ -53,13 +66,17 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     struct weft_resample_steps steps = {.outer = params->progress, .steps = channels};
     const struct weft_progress progress = {weft_resample_report_step, &steps};
     enum weft_result res = WEFT_OK;
+    struct weft_separable_survey known;
+    const bool knows = knows_survey(params->source, &known);
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
         const struct weft_separable_run_params run = {
             .samples = weft_resample_values(params->source, c),
             .border = params->source->info.border,
             .window = weft_resample_values_window(params->source),
             .part = params->part,
-            .survey = params->survey ? &params->survey->channel[c] : NULL,
+            .survey = params->survey ? &params->survey->channel[c]
+                      : knows        ? &known
+                                     : NULL,
             .pixels = params->plane[c],
             .stride = params->stride,
             .progress = &progress,

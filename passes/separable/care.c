@@ -5,9 +5,6 @@
 
 #include "passes/separable/separable_impl.h"
 
-// Below 2^this, no sum of products with weights that add up to less than 2^31 overflows.
-enum { SAFE_EXPONENT = 64 };
-
 // ---- samples ------------------------------------------------------------------------------------
 
 // Whose order is that of magnitudes; from INFINITY_BITS on they are not finite.
@@ -121,8 +118,8 @@ void weft_separable_survey_join(struct weft_separable_survey *sum,
 static void choose_scale(struct weft_separable_care *care, const weft_separable_plan *plan,
                          double largest)
 {
-    if (largest < ldexp(1.0, SAFE_EXPONENT))
-        return;
+    if (weft_separable_is_safe(largest))
+        return; // no sum of products with weights that add up to less than 2^31 overflows
     int exponent;
     frexp(largest * plan->axis[0].growth * plan->axis[1].growth, &exponent);
     care->scale_bits = exponent > 127 ? exponent - 127 : 0;

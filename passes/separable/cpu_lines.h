@@ -145,29 +145,60 @@ static void NAME(across)(const struct weft_separable_across *a)
 
 // ---- along: all columns of a row share their weights --------------------------------------------
 
+// Whole vectors side by side, so many that their sums do not wait for each other.
+static inline __attribute__((always_inline)) void NAME(along_at)(const void *const *lines,
+                                                                 bool floats, const NUMBER *weights,
+                                                                 int taps, int at_once, int x,
+                                                                 NUMBER *to)
+{
+    enum { MOST = 8 };
+    NAME(vector) v[MOST];
+#pragma GCC unroll 8
+    for (int i = 0; i < at_once; i++)
+        v[i] = (NAME(vector)){0};
+    for (int t = 0; t < taps; t++) {
+        const NUMBER weight = weights[t];
+        const void *line = lines[t];
+#pragma GCC unroll 8
+        for (int i = 0; i < at_once; i++)
+            v[i] += weight * NAME(load_at)(line, floats, x + i * LANES);
+    }
+#pragma GCC unroll 8
+    for (int i = 0; i < at_once; i++)
+        NAME(store)(to + x + i * LANES, v[i]);
+}
+
+// Fewer columns than a vector has lanes.
+static inline __attribute__((always_inline)) void NAME(along_few)(const void *const *lines,
+                                                                  bool floats,
+                                                                  const NUMBER *weights, int taps,
+                                                                  int count, NUMBER *to)
+{
+    NAME(vector) v = {0};
+    for (int t = 0; t < taps; t++)
+        v += weights[t] * NAME(load_part)(lines[t], floats, 0, count);
+    memcpy(to, &v, (size_t)count * sizeof *to);
+}
+
+// The last vector may overlap the one before: it makes the same of those columns.
 static inline __attribute__((always_inline)) void NAME(along_taps)(const void *const *lines,
                                                                    bool floats,
                                                                    const NUMBER *weights, int taps,
                                                                    int count, NUMBER *to)
 {
-    enum { AT_ONCE = 4 };
     int x = 0;
-    for (; x + AT_ONCE * LANES <= count; x += AT_ONCE * LANES) {
-        NAME(vector) v[AT_ONCE] = {{0}};
-        for (int t = 0; t < taps; t++)
-#pragma GCC unroll 4
-            for (int i = 0; i < AT_ONCE; i++)
-                v[i] += weights[t] * NAME(load_at)(lines[t], floats, x + i * LANES);
-        memcpy(to + x, v, sizeof v);
+    if (count < LANES) {
+        NAME(along_few)(lines, floats, weights, taps, count, to);
+        return;
     }
-    for (; x < count; x += LANES) {
-        const int left = count - x < LANES ? count - x : LANES;
-        NAME(vector) v = {0};
-        for (int t = 0; t < taps; t++)
-            v += weights[t] * (left == LANES ? NAME(load_at)(lines[t], floats, x)
-                                             : NAME(load_part)(lines[t], floats, x, left));
-        memcpy(to + x, &v, (size_t)left * sizeof *to);
-    }
+    for (; x + 8 * LANES <= count; x += 8 * LANES)
+        NAME(along_at)(lines, floats, weights, taps, 8, x, to);
+    for (; x + 2 * LANES <= count; x += 2 * LANES)
+        NAME(along_at)(lines, floats, weights, taps, 2, x, to);
+    if (x + LANES <= count)
+        NAME(along_at)(lines, floats, weights, taps, 1, x, to);
+    if (count % LANES != 0)
+        NAME(along_at)(lines, floats, weights, taps, 1, count - LANES, to);
 }
 
 static void NAME(along)(const void *const *lines, bool floats, const void *weights, int taps,
@@ -177,6 +208,10 @@ static void NAME(along)(const void *const *lines, bool floats, const void *weigh
         NAME(along_taps)(lines, true, weights, 4, count, out);
     else if (floats)
         NAME(along_taps)(lines, true, weights, taps, count, out);
+    else if (taps == 4)
+        NAME(along_taps)(lines, false, weights, 4, count, out);
+    else if (taps == 6)
+        NAME(along_taps)(lines, false, weights, 6, count, out);
     else
         NAME(along_taps)(lines, false, weights, taps, count, out);
 }

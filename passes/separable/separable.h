@@ -169,6 +169,13 @@ weft_separable_survey_samples(const weft_separable_plan *plan,
 WEFT_API void weft_separable_survey_join(struct weft_separable_survey *sum,
                                          const struct weft_separable_survey *other);
 
+// Whether finite samples of which the largest |sample| is this are summed as they are, whatever the
+// plan: a survey then tells no more.
+static inline bool weft_separable_is_safe(double largest)
+{
+    return largest < 0x1p64;
+}
+
 // Filters samples with a compiled plan. Only samples in reach of a pixel are uploaded; weights stay
 // for the next run where one rectangle holds all of an axis. The pixels are the same for every
 // memory_bytes, every number of threads and every part that they are in, bit for bit. A tap whose
