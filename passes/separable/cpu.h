@@ -17,11 +17,12 @@
 
 // ---- loops --------------------------------------------------------------------------------------
 
-// Taps of a strip whose samples lie side by side.
+// Taps of a strip whose samples lie side by side, or are all the same.
 struct weft_separable_span {
     int32_t at;     // the first one, among the strip's taps
     int32_t sample; // that it is; -1: the border's value, as are all of the span
     int32_t count;
+    int32_t step; // from one's sample to the next one's: 1, 0 or -1
 };
 
 // Filtering along x. Columns are whole vectors.

@@ -47,7 +47,7 @@ static void lay_out(struct weft_separable_cpu *c, int columns, int taps)
     c->rows_at = aligned((size_t)taps * lanes * number);
     c->out_at = c->rows_at + aligned(rows * number);
     c->taps_at = c->out_at + aligned(out * number);
-    c->blocks_at = c->taps_at + aligned(height * (sizeof(void *) + 2 * sizeof(double) + 4));
+    c->blocks_at = c->taps_at + aligned(height * (2 * sizeof(void *) + 2 * sizeof(double) + 4));
     c->room_at = c->blocks_at + aligned((size_t)c->kept_blocks * sizeof(int32_t));
     c->weights_at = c->room_at + aligned((width > height ? width : height) * sizeof(double));
     c->thread_bytes = c->weights_at;
@@ -115,28 +115,33 @@ static enum weft_result out_of_memory(const struct weft_separable_cpu *c)
     return WEFT_ERR_MEMORY;
 }
 
-// Whether a tap continues the span of the one before; those of the border are one.
-static bool goes_on(const struct weft_separable_taps *taps, int i)
+// Whether a tap's sample is a step from the one before, which those of the border's value are from
+// no other.
+static bool find_step(const struct weft_separable_taps *taps, int i, int32_t *step)
 {
-    const int32_t sample = taps->sample[i], before = i ? taps->sample[i - 1] : 0;
-    return i > 0 && (before < 0 ? sample < 0 : sample == before + 1);
+    const int32_t before = taps->sample[i - 1], sample = taps->sample[i];
+    *step = sample - before;
+    return (before < 0) == (sample < 0) && *step >= -1 && *step <= 1;
 }
 
-static size_t count_spans(const struct weft_separable_taps *taps)
+// Returns how many spans there are, and sets them where there is room.
+static size_t set_spans(const struct weft_separable_taps *taps, struct weft_separable_span *room)
 {
+    struct weft_separable_span one = {.count = 0};
     size_t count = 0;
-    for (int i = 0; i < taps->count; i++)
-        count += !goes_on(taps, i);
-    return count;
-}
-
-static void set_spans(const struct weft_separable_taps *taps, struct weft_separable_span *span)
-{
     for (int i = 0; i < taps->count; i++) {
-        if (!goes_on(taps, i))
-            *span++ = (struct weft_separable_span){.at = i, .sample = taps->sample[i]};
-        span[-1].count++;
+        int32_t step;
+        const bool steps = i > 0 && find_step(taps, i, &step);
+        if (!steps || (one.count > 1 && step != one.step)) {
+            one = (struct weft_separable_span){.at = i, .sample = taps->sample[i], .step = 1};
+            count++;
+        }
+        if (one.count++ == 1)
+            one.step = step;
+        if (room)
+            room[count - 1] = one;
     }
+    return count;
 }
 
 // Numbers the taps of a strip, and adds their spans to those of the strips before.
@@ -147,7 +152,7 @@ static enum weft_result set_strip(struct weft_separable_cpu *c, int number, size
     const int from = number * c->columns;
     const int left = x->positions - from, columns = left < c->columns ? left : c->columns;
     weft_separable_taps_number(x, from, from + columns, taps);
-    const size_t count = count_spans(taps);
+    const size_t count = set_spans(taps, NULL);
     struct weft_separable_span *grown = realloc(c->spans, (*spans + count) * sizeof *grown);
     if (!grown)
         return out_of_memory(c);

@@ -21,9 +21,9 @@ struct runner {
 // Those taps of a row of pixels that count, and their weights; for the rows' samples there is room.
 struct taps {
     int count;
-    const void **row;
-    void *weight, *all; // numbers; all: of taps that do not count, too
-    int32_t *tap;       // among those of all rows
+    const void **row, **at; // y first: where each begins, and where a span of it does
+    void *weight, *all;     // numbers; all: of taps that do not count, too
+    int32_t *tap;           // among those of all rows
 };
 
 // A strip by a band, and the memory of the thread that filters it.
@@ -61,17 +61,36 @@ static const void *sample_row(const struct part *p, int tap)
     return params->wide ? (const void *)(params->wide + at) : params->samples + at;
 }
 
-// What the columns need of the strip's span number i, whose samples are counted from the window's
-// first, and of the border from 0; false: nothing.
-static bool clip_span(const struct part *p, size_t i, struct weft_separable_span *out)
+// What the columns need of the strip's span number i; false: nothing. *from: what is read of the
+// rows for it, in order, whose samples are counted from the window's first, and of the border from
+// 0.
+static bool clip_span(const struct part *p, size_t i, struct weft_separable_span *out,
+                      struct weft_separable_span *from)
 {
     const struct weft_separable_span *span = &p->c->spans[p->strip->spans + i];
-    const int from = span->at < p->taps[0] ? p->taps[0] : span->at;
+    const int first = span->at < p->taps[0] ? p->taps[0] : span->at;
     const int end = span->at + span->count < p->taps[1] ? span->at + span->count : p->taps[1];
-    const int sample = span->sample + (from - span->at) - p->r->params->window.x;
-    *out = (struct weft_separable_span){
-        .at = from, .sample = span->sample < 0 ? 0 : sample, .count = end - from};
-    return end > from;
+    const int count = end - first, sample = span->sample + span->step * (first - span->at);
+    const int low = span->step < 0 ? sample - (count - 1) : sample;
+    *out = (struct weft_separable_span){first, sample, count, span->step};
+    *from = (struct weft_separable_span){.at = first,
+                                         .sample = low < 0 ? 0 : low - p->r->params->window.x,
+                                         .count = span->step ? count : 1,
+                                         .step = 1};
+    return count > 0;
+}
+
+// Repeats or turns round what was made of a span's samples, `bytes` for each.
+static void spread_span(const struct weft_separable_span *span, char *made, size_t bytes)
+{
+    char *at = made + (size_t)span->at * bytes, held[MAX_LANES * sizeof(double)];
+    for (size_t i = 1; span->step == 0 && i < (size_t)span->count; i++)
+        memcpy(at + i * bytes, at, bytes);
+    for (size_t i = 0, k = (size_t)span->count - 1; span->step < 0 && i < k; i++, k--) {
+        memcpy(held, at + i * bytes, bytes);
+        memcpy(at + i * bytes, at + k * bytes, bytes);
+        memcpy(at + k * bytes, held, bytes);
+    }
 }
 
 // Whose samples are the border's value in every row.
@@ -110,11 +129,14 @@ static void make_block(struct part *p, int block)
         rows[l] = sample_row(p, tap < c->row_taps ? tap : c->row_taps - 1);
         border[l] = p->r->border;
     }
-    struct weft_separable_span span;
-    for (size_t i = 0; i < p->strip->span_count; i++)
-        if (clip_span(p, i, &span))
-            c->lines->gather(is_border(p, i) ? border : rows, are_floats(p), &span,
-                             ldexp(1.0, -p->r->care.scale_bits), p->lines);
+    struct weft_separable_span span, from;
+    for (size_t i = 0; i < p->strip->span_count; i++) {
+        if (!clip_span(p, i, &span, &from))
+            continue;
+        c->lines->gather(is_border(p, i) ? border : rows, are_floats(p), &from,
+                         ldexp(1.0, -p->r->care.scale_bits), p->lines);
+        spread_span(&span, p->lines, (size_t)lanes * c->lines->bytes);
+    }
     run_across(p, p->rows + (size_t)(slot * lanes) * p->row_bytes);
     p->block_in[slot] = block;
 }
@@ -218,16 +240,19 @@ static void make_middle(struct part *p, int y, char *out)
     const size_t sample = are_floats(p) ? sizeof(float) : sizeof(double);
     const struct taps *taps = &p->row_taps;
     find_taps(p, y, ldexp(1.0, -p->r->care.scale_bits));
+    for (int t = 0; t < taps->count; t++)
+        taps->row[t] = sample_row(p, taps->tap[t]);
     for (size_t i = 0; i < p->strip->span_count; i++) {
-        struct weft_separable_span span;
-        if (!clip_span(p, i, &span))
+        struct weft_separable_span span, from;
+        if (!clip_span(p, i, &span, &from))
             continue;
         for (int t = 0; t < taps->count; t++) {
-            const char *row = is_border(p, i) ? p->r->border : sample_row(p, taps->tap[t]);
-            taps->row[t] = row + (size_t)span.sample * sample;
+            const char *row = is_border(p, i) ? p->r->border : taps->row[t];
+            taps->at[t] = row + (size_t)from.sample * sample;
         }
-        c->lines->along(taps->row, are_floats(p), taps->weight, taps->count, span.count,
+        c->lines->along(taps->at, are_floats(p), taps->weight, taps->count, from.count,
                         out + (size_t)span.at * c->lines->bytes);
+        spread_span(&span, out, c->lines->bytes);
     }
 }
 
@@ -237,7 +262,7 @@ static void run_y_first(struct part *p, int from, int to)
     const struct weft_separable_cpu *c = p->c;
     const int lanes = c->lines->lanes;
     const size_t middle_bytes = (size_t)p->strip->taps * c->lines->bytes;
-    const struct weft_separable_span all = {p->taps[0], p->taps[0], p->taps[1] - p->taps[0]};
+    const struct weft_separable_span all = {p->taps[0], p->taps[0], p->taps[1] - p->taps[0], 1};
     const void *rows[MAX_LANES];
     for (int y = from; y < to; y += lanes) {
         const int count = to - y < lanes ? to - y : lanes;
@@ -288,9 +313,11 @@ static void set_room(struct part *p, char *memory)
     const size_t taps = (size_t)p->height;
     char *at = memory + p->c->taps_at;
     p->row_taps.row = (const void **)at;
-    p->row_taps.weight = at + taps * sizeof(void *);
-    p->row_taps.all = at + taps * (sizeof(void *) + sizeof(double));
-    p->row_taps.tap = (int32_t *)(at + taps * (sizeof(void *) + 2 * sizeof(double)));
+    p->row_taps.at = p->row_taps.row + taps;
+    at += taps * 2 * sizeof(void *);
+    p->row_taps.weight = at;
+    p->row_taps.all = at + taps * sizeof(double);
+    p->row_taps.tap = (int32_t *)(at + taps * 2 * sizeof(double));
     p->block_in = (int32_t *)(memory + p->c->blocks_at);
     p->room = (double *)(memory + p->c->room_at);
 }
