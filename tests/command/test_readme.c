@@ -70,7 +70,8 @@ static void prepare(void)
     command_succeeds("make", "chirp", "-o", "smoke.vdb", "--size", "112x223x113", "--voxel", "0.5");
     command_succeeds("make", "chirp", "-o", "puff_0001.vdb", "--size", "64");
     command_succeeds("make", "chirp", "-o", "puff_0002.vdb", "--size", "64");
-    command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--size", "320x240");
+    command_succeeds("slice", "smoke.vdb", "-o", "photo.exr", "--preview", "photo.png", "--size",
+                     "320x240");
     command_succeeds("slice", "smoke.vdb", "-o", "render_%04d.exr", "--preview", "photo_%04d.png",
                      "--frames", "1-20", "--at", "10..40", "--size", "64x48");
     put("model.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames as light with associated alpha: what EXR files have, and what PNG files' codes stand for.
+// Frames as light with associated alpha: what EXR files have, and what codes of PNG and TIFF files
+// stand for.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,9 +11,14 @@
 
 // ---- curves -------------------------------------------------------------------------------------
 
-static enum weft_result curve_of_png(struct accumulate_job *job,
-                                     const struct weft_image_frame *frame,
-                                     struct weft_transfer *out)
+static bool is_code(const struct weft_plane *plane)
+{
+    return plane->type == WEFT_PLANE_UNORM8 || plane->type == WEFT_PLANE_UNORM16;
+}
+
+static enum weft_result curve_of_codes(struct accumulate_job *job,
+                                       const struct weft_image_frame *frame,
+                                       struct weft_transfer *out)
 {
     const struct weft_code_info *codes = &frame->codes;
     const bool points = codes->cicp[0] || codes->cicp[1] || codes->cicp[2] || codes->cicp[3];
@@ -39,8 +45,8 @@ static enum weft_result choose_curve(struct accumulate_job *job,
     *out = job->request.transfer;
     if (out->curve != WEFT_CURVE_AUTO)
         return WEFT_OK;
-    if (frame->kind == WEFT_IMAGE_FILE_PNG)
-        return curve_of_png(job, frame, out);
+    if (is_code(&frame->plane[0]))
+        return curve_of_codes(job, frame, out);
     out->curve = WEFT_CURVE_LINEAR;
     return WEFT_OK;
 }
@@ -101,9 +107,10 @@ static void decode_codes(const float *table, const struct weft_plane *plane, int
         out[x] *= alpha[x];
 }
 
-// EXR files whose codes are no light have associated alpha all the same.
-static void decode_floats(const struct weft_transfer *transfer, const struct weft_plane *plane,
-                          int32_t y, int32_t width, const float *alpha, float *out)
+// Files whose colours are multiplied by alpha are so after they were coded, where they are no
+// light.
+static void decode_associated(const struct weft_transfer *transfer, const struct weft_plane *plane,
+                              int32_t y, int32_t width, const float *alpha, float *out)
 {
     weft_plane_row(plane, y, width, out, 1);
     for (int32_t x = 0; x < width; x++) {
@@ -112,13 +119,19 @@ static void decode_floats(const struct weft_transfer *transfer, const struct wef
     }
 }
 
-static bool is_code(const struct weft_plane *plane)
+// Light as it is, to be multiplied.
+static void decode_light(const struct weft_plane *plane, int32_t y, int32_t width,
+                         const float *alpha, float *out)
 {
-    return plane->type == WEFT_PLANE_UNORM8 || plane->type == WEFT_PLANE_UNORM16;
+    weft_plane_row(plane, y, width, out, 1);
+    for (int32_t x = 0; x < width; x++)
+        out[x] *= alpha[x];
 }
 
+// `associates`: colours are multiplied by alpha here, not in the file.
 static void decode_plane(struct accumulate_job *job, const struct weft_transfer *transfer,
-                         const struct weft_plane *plane, const struct weft_plane *alpha, float *out)
+                         const struct weft_plane *plane, const struct weft_plane *alpha,
+                         bool associates, float *out)
 {
     struct accumulate_decoder *d = &job->decoder;
     const int32_t width = job->image.width;
@@ -127,10 +140,12 @@ static void decode_plane(struct accumulate_job *job, const struct weft_transfer 
     for (int32_t y = 0; y < job->image.height; y++, out += width) {
         if (alpha)
             weft_plane_row(alpha, y, width, d->alpha, 1);
-        if (is_code(plane))
+        if (is_code(plane) && (associates || !alpha))
             decode_codes(d->table, plane, y, width, alpha ? d->alpha : NULL, out);
+        else if (associates)
+            decode_light(plane, y, width, d->alpha, out);
         else
-            decode_floats(transfer, plane, y, width, alpha ? d->alpha : NULL, out);
+            decode_associated(transfer, plane, y, width, alpha ? d->alpha : NULL, out);
     }
 }
 
@@ -146,7 +161,8 @@ enum weft_result accumulate_decode(struct accumulate_job *job, const struct weft
         if (channel->averaged < 0)
             continue;
         const size_t at = accumulate_find_channel(&frame->image, job->image.channels[c].name);
-        const bool associates = frame->kind == WEFT_IMAGE_FILE_PNG && channel->alpha_of >= 0;
+        const bool associates =
+            frame->codes.alpha && !frame->codes.associated && channel->alpha_of >= 0;
         struct weft_plane *out = &job->plane[channel->averaged];
         *out = frame->plane[at];
         if (channel->alpha || channel->data || (linear && !associates))
@@ -159,7 +175,7 @@ enum weft_result accumulate_decode(struct accumulate_job *job, const struct weft
         if (channel->alpha_of >= 0)
             alpha = &frame->plane[accumulate_find_channel(
                 &frame->image, job->image.channels[channel->alpha_of].name)];
-        decode_plane(job, &transfer, &frame->plane[at], alpha, decoded);
+        decode_plane(job, &transfer, &frame->plane[at], alpha, associates, decoded);
         *out = (struct weft_plane){.values = decoded};
     }
     return res;

@@ -185,13 +185,24 @@ static void test_parts_and_levels(void **state)
     assert_non_null(strstr(command_succeeds("info", "pages.tif", "--json"), "\"tiff\""));
 }
 
+// Frames of the same codes have the same mean, whatever holds them.
+static void test_accumulated(void **state)
+{
+    (void)state;
+    const struct weft_image image = picture(WEFT_PIXEL_UNORM16);
+    save("frame.png", WEFT_IMAGE_FILE_PNG, &image);
+    save("frame.tif", WEFT_IMAGE_FILE_TIFF, &image);
+    command_succeeds("accumulate", "frame.png", "-o", "png.exr", "--type", "float", "-q");
+    command_succeeds("accumulate", "frame.tif", "-o", "tif.exr", "--type", "float", "-q");
+    same_light("png.exr", "tif.exr");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_untouched),
-        cmocka_unit_test(test_types),
-        cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_parts_and_levels),
+        cmocka_unit_test(test_untouched),   cmocka_unit_test(test_types),
+        cmocka_unit_test(test_refused),     cmocka_unit_test(test_parts_and_levels),
+        cmocka_unit_test(test_accumulated),
     };
     return cmocka_run_group_tests(tests, command_setup_folder, command_teardown);
 }
