@@ -104,6 +104,10 @@ WEFT_API struct weft_prefilter_error weft_prefilter_error(const struct weft_kern
 // is not prefiltered.
 WEFT_API struct weft_prefilter_error weft_prefilter_error_axes(const struct weft_kernel kernel[],
                                                                int dims, double cut);
+// The same from what weft_prefilter_error finds in one dimension along each of dims axes, which
+// takes milliseconds, for a call that has it from before. NAN for other dims.
+WEFT_API struct weft_prefilter_error
+weft_prefilter_error_join(const struct weft_prefilter_error along[], int dims);
 
 WEFT_END_DECLS
 #endif

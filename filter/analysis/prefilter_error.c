@@ -25,44 +25,66 @@ static double cardinal_gain(const struct weft_prefilter *prefilter,
     return 1.02 * largest;
 }
 
-struct weft_prefilter_error weft_prefilter_error_axes(const struct weft_kernel kernel[], int dims,
-                                                      double cut)
+// NAN for a kernel that is none, 0 for one that is not prefiltered.
+static struct weft_prefilter_error along_axis(const struct weft_kernel *kernel, double cut)
 {
-    struct weft_prefilter_error error = {0.0, 0.0, 0.0, 0.0};
-    double gain[3], cardinal[3], whole = 1.0;
+    struct weft_prefilter prefilter;
+    struct weft_kernel plain = *kernel;
+    plain.prefiltered = false;
+    if (!weft_kernel_usable(kernel))
+        return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
+    if (!kernel->prefiltered || weft_prefilter_compute(NULL, kernel, &prefilter))
+        return (struct weft_prefilter_error){0.0, 0.0, 0.0, 0.0};
+    const double gain = weft_analysis_gain(&plain);
+    return (struct weft_prefilter_error){
+        .coefficient = 0x1p-24 * gain,
+        .sample = gain * cut + WEFT_PREFILTER_MISSING * gain,
+        .beyond = gain * cut,
+        .gain = cardinal_gain(&prefilter, kernel) + cut * gain,
+    };
+}
+
+struct weft_prefilter_error weft_prefilter_error_join(const struct weft_prefilter_error along[],
+                                                      int dims)
+{
+    struct weft_prefilter_error error = {.gain = 1.0};
+    double whole = 1.0;
     if (dims < 1 || dims > 3)
         return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
-    for (int a = 0; a < dims; a++) {
-        struct weft_prefilter prefilter;
-        struct weft_kernel plain = kernel[a];
-        plain.prefiltered = false;
-        if (!weft_kernel_usable(&kernel[a]))
-            return (struct weft_prefilter_error){NAN, NAN, NAN, NAN};
-        if (!kernel[a].prefiltered || weft_prefilter_compute(NULL, &kernel[a], &prefilter))
-            return error;
-        gain[a] = weft_analysis_gain(&plain);
-        cardinal[a] = cardinal_gain(&prefilter, &kernel[a]) + cut * gain[a];
-        whole *= gain[a];
-    }
     // The product of the filters cut off less that of the whole ones is a sum of `dims` products in
     // which one factor is the difference, some are cut off and some are whole: each is convolved
     // with the kernel along its own axis.
-    error.gain = 1.0;
     for (int a = 0; a < dims; a++) {
-        double beyond = gain[a] * cut;
+        double beyond = along[a].beyond;
         for (int b = 0; b < dims; b++)
-            beyond *= b == a ? 1.0 : cardinal[b];
+            beyond *= b == a ? 1.0 : along[b].gain;
         error.beyond += beyond;
-        error.gain *= cardinal[a];
+        error.gain *= along[a].gain;
+        whole *= 0x1p24 * along[a].coefficient;
     }
     error.coefficient = 0x1p-24 * whole;
     error.sample = error.beyond + WEFT_PREFILTER_MISSING * whole;
     return error;
 }
 
+struct weft_prefilter_error weft_prefilter_error_axes(const struct weft_kernel kernel[], int dims,
+                                                      double cut)
+{
+    struct weft_prefilter_error along[3];
+    for (int a = 0; a < dims && a < 3; a++) {
+        along[a] = along_axis(&kernel[a], cut);
+        if (!(along[a].gain > 0.0)) // as that axis is
+            return along[a];
+    }
+    return weft_prefilter_error_join(along, dims);
+}
+
 struct weft_prefilter_error weft_prefilter_error(const struct weft_kernel *kernel, int dims,
                                                  double cut)
 {
-    const struct weft_kernel all[3] = {*kernel, *kernel, *kernel};
-    return weft_prefilter_error_axes(all, dims, cut);
+    struct weft_prefilter_error along[3];
+    along[0] = along[1] = along[2] = along_axis(kernel, cut);
+    // Of what is no kernel or has no prefilter, as the axis is; of no number of axes, NAN.
+    return along[0].gain > 0.0 || dims < 1 || dims > 3 ? weft_prefilter_error_join(along, dims)
+                                                       : along[0];
 }

@@ -175,23 +175,14 @@ static void set_rounding(const struct weft_slice_plan *plan, const struct spread
     terms->absolute_rounding = whole * volume->largest_rounding;
 }
 
-// What coefficients make of an output: as weft_prefilter_error finds it for one kernel, from what
-// it finds along each axis.
-static void set_prefilter(const struct weft_slice_plan *plan, const struct weft_derivative *of,
-                          struct weft_prefilter_error *out)
+// What coefficients make of an output.
+static struct weft_prefilter_error prefilter_error(const struct weft_slice_plan *plan,
+                                                   const struct weft_derivative *of)
 {
-    const struct weft_prefilter_error *along[3];
-    double whole = 1.0;
-    *out = (struct weft_prefilter_error){.gain = 1.0};
-    for (int a = 0; a < 3; a++) {
-        along[a] = &weft_kernel_facts_compute(plan->kernels[of->along[a]])->along;
-        whole *= along[a]->coefficient / UNIT;
-        out->gain *= along[a]->gain;
-    }
+    struct weft_prefilter_error along[3];
     for (int a = 0; a < 3; a++)
-        out->beyond += along[a]->beyond * along[(a + 1) % 3]->gain * along[(a + 2) % 3]->gain;
-    out->coefficient = UNIT * whole;
-    out->sample = out->beyond + WEFT_PREFILTER_MISSING * whole;
+        along[a] = weft_kernel_facts_compute(plan->kernels[of->along[a]])->along;
+    return weft_prefilter_error_join(along, 3);
 }
 
 // Everything of a source that is not float is relative to its range: samples and sums of at most
@@ -228,7 +219,7 @@ static void set_terms(struct weft_slice_plan *plan, const struct spread *spread,
     if (value)
         out->bound.prefilter = weft_footprint_kernel(plan->footprint)->prefilter;
     else if (plan->info.kernel.prefiltered)
-        set_prefilter(plan, &out->derivative, &out->bound.prefilter);
+        out->bound.prefilter = prefilter_error(plan, &out->derivative);
     if (plan->info.source == WEFT_SOURCE_FLOAT)
         return;
     out->bound.relative = 0.0;

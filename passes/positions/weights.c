@@ -123,9 +123,11 @@ const struct weft_slice_kernel *weft_kernel_facts_compute(struct weft_kernel_fac
         .known = true,
         .gain = weft_analysis_gain(&plain),
         .slope = weft_analysis_slope(kernel),
-        .prefilter = weft_prefilter_error(kernel, 3, WEFT_VOLUME_PREFILTER_ERROR),
         .along = weft_prefilter_error(kernel, 1, WEFT_VOLUME_PREFILTER_ERROR),
     };
+    if (kernel->prefiltered)
+        facts->prefilter = weft_prefilter_error_join(
+            (const struct weft_prefilter_error[3]){facts->along, facts->along, facts->along}, 3);
     // The first of two taps is known from that of an even number of taps only.
     if (plain.unit_sum && plain.width % 2 == 0 && plain.width > 2)
         facts->curvature = weft_analysis_curvature(&plain);

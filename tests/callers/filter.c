@@ -258,6 +258,8 @@ static void prefilters(void)
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
         weft_prefilter_error_axes((const struct weft_kernel[3]){spline, spline, spline}, ints[i],
                                   NAN);
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++)
+        weft_prefilter_error_join((const struct weft_prefilter_error[3]){{NAN}, {0}, {0}}, ints[i]);
     TRUE(!weft_prefilter_is_missing(NAN, NAN, NAN, true));
 }
 
@@ -425,8 +427,8 @@ const struct caller_case callers_filter[] = {
     {tables, {F(kernel_table_init)}},
     {prefilters,
      {F(prefilter_compute), F(prefilter_line), F(prefilter_overlap), F(prefilter_taps),
-      F(prefilter_is_missing), F(prefilter_error), F(prefilter_error_axes), F(prefilter_axis_set),
-      F(prefilter_weights)}},
+      F(prefilter_is_missing), F(prefilter_error), F(prefilter_error_axes), F(prefilter_error_join),
+      F(prefilter_axis_set), F(prefilter_weights)}},
     {reference, {F(reference_compute), F(reference_compute_axes), F(reference_compute_stretched)}},
     {rectangles, {F(rectangle_within), F(rectangle_common)}},
     {0},
