@@ -8,7 +8,7 @@
 #include "passes/points/points_impl.h"
 
 // Points that a thread rounds at once; and from how many on in a cell its whole block is gathered.
-enum { CHUNK = 8192, DENSE = 12 };
+enum { CHUNK = 8192, DENSE = 64 };
 enum { NUMBER_BITS = 20, KEY_BITS = 64 - NUMBER_BITS, DIGIT_BITS = 9, DIGITS = 1 << DIGIT_BITS };
 
 const size_t weft_point_batch_bytes =
