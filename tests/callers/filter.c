@@ -259,7 +259,8 @@ static void prefilters(void)
         weft_prefilter_error_axes((const struct weft_kernel[3]){spline, spline, spline}, ints[i],
                                   NAN);
     for (size_t i = 0; i < WEFT_COUNT(ints); i++)
-        weft_prefilter_error_join((const struct weft_prefilter_error[3]){{NAN}, {0}, {0}}, ints[i]);
+        weft_prefilter_error_join(
+            (const struct weft_prefilter_error[3]){[1] = {.beyond = NAN, .gain = NAN}}, ints[i]);
     TRUE(!weft_prefilter_is_missing(NAN, NAN, NAN, true));
 }
 
