@@ -18,14 +18,16 @@ static const char *const axes[] = {"x", "y", "z", NULL};
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
 static const struct option_spec options[SLICE_OPTION_COUNT] = {
-    [SLICE_OUTPUT] = {.name = "output",
-                      'o',
-                      OPTION_OUTPUT,
-                      "OUT.exr",
-                      "the slice: one channel, Y, with attributes that tell how it was made",
-                      exr_ending},
+    [SLICE_OUTPUT] =
+        {.name = "output",
+         'o',
+         OPTION_OUTPUT,
+         "OUT.exr",
+         "the slice: the channel Y, or those of --grid and --quantity, with attributes that tell "
+         "how it was made",
+         exr_ending},
     [SLICE_TYPE] = SAVED_TYPE_OPTION(
-        "of that channel (default float); half is rounded to nearest even, and a warning tells "
+        "of its channels (default float); half is rounded to nearest even, and a warning tells "
         "what it does not hold",
         WEFT_PIXEL_HALF + 1),
     [SLICE_COMPRESSION] = SAVED_COMPRESSION_OPTION("of that file (default zip)"),
