@@ -80,6 +80,8 @@ enum weft_result slice_allocate(struct slice_job *job)
     job->channel = calloc((size_t)job->channel_count, sizeof *job->channel);
     if (!job->channel)
         return WEFT_ERR_MEMORY;
+    if (slice_is_plain(setup)) // where ranks make it, too
+        snprintf(job->channel[0].name, sizeof job->channel[0].name, "Y");
     if (setup->option[SLICE_EXPLAIN].given)
         return WEFT_OK;
     const size_t planes = (size_t)(job->channel_count + derived), count = plane_size(job);
