@@ -4,7 +4,7 @@
 
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
-#include "tools/convert/convert.h"
+#include "tools/volumes/convert.h"
 #include "tools/verbs/verb.h"
 #include "tools/volumes/raw.h"
 

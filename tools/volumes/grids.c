@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which grids are converted.
-#include "tools/convert/convert.h"
+#include "tools/volumes/convert.h"
 
 #include <stdlib.h>
 #include <string.h>

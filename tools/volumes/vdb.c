@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Grids as a VDB file.
-#include "tools/convert/convert.h"
+#include "tools/volumes/convert.h"
 
 #include <math.h>
 #include <stdlib.h>

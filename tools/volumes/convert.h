@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/convert/convert.h - the work of weft convert: grids of a file, as a VDB or an NRRD file.
-#ifndef WEFT_TOOLS_CONVERT_CONVERT_H
-#define WEFT_TOOLS_CONVERT_CONVERT_H
+// tools/volumes/convert.h - the work of weft convert: grids of a file, as a VDB or an NRRD file.
+#ifndef WEFT_TOOLS_VOLUMES_CONVERT_H
+#define WEFT_TOOLS_VOLUMES_CONVERT_H
 
 #include "tools/common/options.h"
 
