@@ -21,7 +21,7 @@ function(weft_add_mpi name package)
         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
     add_library(weft::${name} ALIAS weft_${name})
 
-    add_executable(weft-${name} tools/main_mpi.c)
+    add_executable(weft-${name} tools/program/main_mpi.c)
     target_link_libraries(weft-${name} PRIVATE weft_tools weft_${name})
     target_link_options(weft-${name} PRIVATE LINKER:--as-needed)
     add_dependencies(weft weft-${name}) # started without it, but then alone

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/command.h"
+#include "tools/program/command.h"
 
 #include <fcntl.h>
 #include <stdio.h>

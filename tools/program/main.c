@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The weft command: alone, or until it knows that it is not.
-#include "tools/command.h"
-#include "tools/launcher.h"
+#include "tools/program/command.h"
+#include "tools/program/launcher.h"
 #include "tools/ranks/ranks.h"
 
 struct command_line {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/command.h - the weft command: finds the verb, parses its options, prints help. Both weft
-// and what it becomes under a launcher of MPI call it.
-#ifndef WEFT_TOOLS_COMMAND_H
-#define WEFT_TOOLS_COMMAND_H
+// tools/program/command.h - the weft command: finds the verb, parses its options, prints help. Both
+// weft and what it becomes under a launcher of MPI call it.
+#ifndef WEFT_TOOLS_PROGRAM_COMMAND_H
+#define WEFT_TOOLS_PROGRAM_COMMAND_H
 
 #include <stdbool.h>
 

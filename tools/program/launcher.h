@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/launcher.h - weft under a launcher of MPI (mpirun), as its environment tells: it becomes
-// the program that is linked with that MPI, and nothing of MPI is loaded before.
-#ifndef WEFT_TOOLS_LAUNCHER_H
-#define WEFT_TOOLS_LAUNCHER_H
+// tools/program/launcher.h - weft under a launcher of MPI (mpirun), as its environment tells: it
+// becomes the program that is linked with that MPI, and nothing of MPI is loaded before.
+#ifndef WEFT_TOOLS_PROGRAM_LAUNCHER_H
+#define WEFT_TOOLS_PROGRAM_LAUNCHER_H
 
 // Returns the place among the ranks of a launcher and sets their number: 0 of 1 without one.
 int launcher_rank(int *size);

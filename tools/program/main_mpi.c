@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/command.h"
-#include "tools/launcher.h"
+#include "tools/program/command.h"
+#include "tools/program/launcher.h"
 #include "tools/ranks/guard.h"
 #include "tools/ranks/ranks.h"
 #include "weft_mpi.h"
