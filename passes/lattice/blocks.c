@@ -52,11 +52,25 @@ static size_t round_up(int64_t count)
 
 // ---- voxels -------------------------------------------------------------------------------------
 
+// Of a brick that lies outside of a volume that is clamped to its edge.
+static void fetch_edge(const weft_brick_store *store, const int32_t origin[3], const int from[3],
+                       const int to[3], double *start, const size_t stride[3])
+{
+    struct weft_brick_cursor cursor = {.store = store};
+    for (int z = from[2]; z <= to[2]; z++)
+        for (int y = from[1]; y <= to[1]; y++) {
+            double *row =
+                start + (size_t)(z - from[2]) * stride[2] + (size_t)(y - from[1]) * stride[1];
+            for (int x = from[0]; x <= to[0]; x++)
+                row[(size_t)(x - from[0]) * stride[0]] = (double)weft_brick_cursor_voxel(
+                    &cursor, origin[0] + x, origin[1] + y, origin[2] + z);
+        }
+}
+
 void weft_lattice_fetch(const struct weft_lattice_plan *plan, const struct weft_lattice_box *box,
                         double *out, const size_t stride[3])
 {
     const weft_brick_store *store = plan->reader.store ? plan->reader.store : plan->reader.places;
-    float edge[WEFT_BRICK_VOXELS];
     int64_t cell[3];
     for (cell[2] = box->min[2] & -8; cell[2] <= box->max[2]; cell[2] += 8)
         for (cell[1] = box->min[1] & -8; cell[1] <= box->max[1]; cell[1] += 8)
@@ -74,8 +88,8 @@ void weft_lattice_fetch(const struct weft_lattice_plan *plan, const struct weft_
                     start += (size_t)(low - box->min[a]) * stride[a];
                 }
                 if (weft_brick_store_find(store, origin, &values, &constant) == WEFT_BRICK_EDGE) {
-                    weft_brick_store_copy(store, origin, edge);
-                    values = edge;
+                    fetch_edge(store, origin, from, to, start, stride);
+                    continue;
                 }
                 for (int z = from[2]; z <= to[2]; z++)
                     for (int y = from[1]; y <= to[1]; y++) {

@@ -52,10 +52,23 @@ bool weft_lattice_is_made(const struct weft_lattice_plan *plan, const int64_t r[
     return true;
 }
 
+// Of all of a brick, by its corners: positions are affine, and rounded monotonically.
+static bool all_made(const struct weft_lattice_plan *plan, const int32_t origin[3])
+{
+    for (int corner = 0; corner < 8; corner++) {
+        const int64_t r[3] = {(int64_t)origin[0] + (corner & 1 ? 7 : 0),
+                              (int64_t)origin[1] + (corner & 2 ? 7 : 0),
+                              (int64_t)origin[2] + (corner & 4 ? 7 : 0)};
+        if (!weft_lattice_is_made(plan, r))
+            return false;
+    }
+    return true;
+}
+
 static void leave_out(const struct weft_lattice_plan *plan, const int32_t origin[3], int components,
                       float background, float *values)
 {
-    if (!plan->boxed && !plan->clamped)
+    if ((!plan->boxed && !plan->clamped) || all_made(plan, origin))
         return;
     for (int v = 0; v < WEFT_BRICK_VOXELS; v++) {
         const int64_t r[3] = {(int64_t)origin[0] + (v & 7), (int64_t)origin[1] + (v >> 3 & 7),
