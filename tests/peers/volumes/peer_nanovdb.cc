@@ -5,7 +5,7 @@
 #include <nanovdb/util/GridBuilder.h>
 #include <nanovdb/util/SampleFromVoxels.h>
 
-#include "tests/peers/peer.h"
+#include "tests/peers/volumes/peer.h"
 
 namespace
 {

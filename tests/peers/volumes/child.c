@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tests/peers/child.h"
+#include "tests/peers/volumes/child.h"
 
 #include <errno.h>
 #include <fcntl.h>

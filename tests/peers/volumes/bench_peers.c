@@ -32,8 +32,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tests/peers/child.h"
-#include "tests/peers/peer.h"
+#include "tests/peers/volumes/child.h"
+#include "tests/peers/volumes/peer.h"
 
 enum {
     MAX_RUNS = 99,

@@ -2,7 +2,7 @@
 // Teem's gage as a peer: gageProbe with the kernel cubic:0,0.5 (Catmull-Rom), a context per thread.
 #include <teem/gage.h>
 
-#include "tests/peers/peer.h"
+#include "tests/peers/volumes/peer.h"
 
 struct state {
     struct peer_job job;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/peers/cut.h - what all peers compute: a plane through a dense box of voxels, and what the
-// exact answers are.
+// tests/peers/volumes/cut.h - what all peers compute: a plane through a dense box of voxels, and what
+// the exact answers are.
 #ifndef WEFT_TESTS_PEERS_CUT_H
 #define WEFT_TESTS_PEERS_CUT_H
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/peers/child.h - the programs that run a peer, as bench_peers sees them (peer.h is theirs).
+// tests/peers/volumes/child.h - the programs that run a peer, as bench_peers sees them (peer.h
+// is theirs).
 #ifndef WEFT_TESTS_PEERS_CHILD_H
 #define WEFT_TESTS_PEERS_CHILD_H
 
@@ -8,7 +9,7 @@
 #include <stdio.h>
 #include <sys/types.h>
 
-#include "tests/peers/cut.h"
+#include "tests/peers/volumes/cut.h"
 
 struct child {
     pid_t pid; // 0: not running

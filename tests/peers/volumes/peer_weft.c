@@ -5,7 +5,7 @@
 // runs it, and its PART is running one that was compiled before.
 #include "weft.h"
 
-#include "tests/peers/peer.h"
+#include "tests/peers/volumes/peer.h"
 
 struct state {
     struct peer_job job;

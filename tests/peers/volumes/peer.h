@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tests/peers/peer.h - what the programs that run a peer share (C and C++; peer.py is the same for
-// Python). bench_peers starts each and talks to it in lines:
+// tests/peers/volumes/peer.h - what the programs that run a peer share (C and C++; peer.py is
+// the same for Python). bench_peers starts each and talks to it in lines:
 //   in  "job FD sx sy sz width height threads  ox oy oz  ux uy uz  vx vy vz"
 //   out "ready VERSION", or "skip REASON" and the end
 //   in  "run"     out "SECONDS", or "SECONDS AGAIN", AGAIN with all ready that a first run makes

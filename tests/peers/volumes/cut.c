@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tests/peers/cut.h"
+#include "tests/peers/volumes/cut.h"
 
 #include <math.h>
 #include <stdio.h>
