@@ -19,8 +19,8 @@ static void wrong_usage(void **state)
     struct command_result r;
     command_run(&r, "weft");
     assert_int_equal(r.code, 2);
-    command_fails(2, "slice, info, make", "carve");
-    command_fails(2, "slice, info, make", "help", "carve");
+    command_fails(2, "slice, probe, info, convert, make", "carve");
+    command_fails(2, "slice, probe, info, convert, make", "help", "carve");
     command_fails(2, "--frobnicate", "slice", "ml.vdb", "--frobnicate");
     command_fails(2, "-x", "slice", "ml.vdb", "-x");
     command_fails(2, "needs a value", "slice", "ml.vdb", "-o");

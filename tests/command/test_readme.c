@@ -76,6 +76,8 @@ static void prepare(void)
                      "--frames", "1-20", "--at", "10..40", "--size", "64x48");
     put("model.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
     put("track.csv", "x,y,z,t\n10,20,30,0\n11.5,20,30.25,1\n");
+    put("ct.raw", "");
+    assert_int_equal(truncate("ct.raw", 64 * 64 * 30 * 2), 0);
     put("keys.txt", "* 0 0,0,0\n* 1 0.5,0,0 0,0,1,90\n");
 }
 
