@@ -33,14 +33,17 @@
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
 #include "passes/points/points.h"
+#include "passes/slice/slab.h"
 #include "passes/slice/slice.h"
 #include "passes/verify/verify.h"
+#include "passes/warp/warp.h"
 #include "tiles/image/image.h"
 #include "tiles/image/sequence.h"
 #include "tiles/mesh/mesh.h"
 #include "tiles/kernel/kernel_tiles.h"
 #include "tiles/output/output_file.h"
 #include "tiles/volume/volume.h"
+#include "tiles/volume/volume_nrrd.h"
 
 enum { SIDE = 40, ALLOCATIONS_LIMIT = 10000, EACH_OF = 100 };
 
@@ -58,10 +61,34 @@ static const struct weft_image image = {
     .attributes = &attribute,
 };
 
+// Codes of colours under alpha, with a text beside them.
+static struct weft_image_channel code_channels[] = {
+    {.name = "R", .type = WEFT_PIXEL_UNORM16, .plane = plane},
+    {.name = "G", .type = WEFT_PIXEL_UNORM16, .plane = plane},
+    {.name = "B", .type = WEFT_PIXEL_UNORM16, .plane = plane},
+    {.name = "A", .type = WEFT_PIXEL_UNORM16, .plane = plane}};
+static struct weft_image_attribute comment = {"comments", "string", "value", 5};
+static const struct weft_image codes = {
+    .width = SIDE,
+    .height = SIDE,
+    .channel_count = WEFT_COUNT(code_channels),
+    .channels = code_channels,
+    .attribute_count = 1,
+    .attributes = &comment,
+};
+
+static enum weft_image_file_kind image_kind;
+
+static enum weft_result save_image_as(const char *name)
+{
+    const struct weft_image_save_params params = {
+        .path = test_path(name), .kind = image_kind, .threads = 1, .log = &test_log};
+    return weft_image_save(image_kind == WEFT_IMAGE_FILE_EXR ? &image : &codes, &params);
+}
+
 static enum weft_result save_image(void)
 {
-    struct weft_image_save_params params = {.path = test_path("out"), .log = &test_log};
-    return weft_image_save(&image, &params);
+    return save_image_as("out");
 }
 
 static enum weft_result save_preview(void)
@@ -89,7 +116,8 @@ static enum weft_result save_file(void)
 static enum weft_result load_image(void)
 {
     struct weft_image loaded;
-    struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
+    struct weft_image_load_params params = {
+        .path = test_path("in.image"), .threads = 1, .log = &test_log};
     enum weft_result res = weft_image_load(&params, &loaded);
     weft_image_clear(&loaded);
     return res;
@@ -98,7 +126,7 @@ static enum weft_result load_image(void)
 static enum weft_result load_parts(void)
 {
     struct weft_image_list list;
-    struct weft_image_load_params params = {.path = test_path("in.exr"), .log = &test_log};
+    struct weft_image_load_params params = {.path = test_path("in.image"), .log = &test_log};
     enum weft_result res = weft_image_list_load(&params, &list);
     weft_image_list_clear(&list);
     return res;
@@ -115,7 +143,7 @@ static enum weft_result load_sequence(void)
     weft_image_sequence *sequence = NULL;
     const struct weft_image_frame *frame = NULL;
     char name[512];
-    snprintf(name, sizeof name, "%s", test_path("in.exr"));
+    snprintf(name, sizeof name, "%s", test_path("in.image"));
     enum weft_result res = weft_image_sequence_create(
         weft_image_sequence_params(.count = 3, .name = input_name, .priv = name, .readers = 1,
                                    .log = &test_log),
@@ -283,6 +311,34 @@ static enum weft_result sample_points(void)
     return res;
 }
 
+// Two cuts of two channels, by one thread.
+static enum weft_result combine_cuts(void)
+{
+    enum { PIXELS = 4 };
+    static const enum weft_quantity asked[] = {WEFT_QUANTITY_VALUE, WEFT_QUANTITY_GRADIENT};
+    static float pixels[4 * PIXELS * PIXELS];
+    struct weft_quantities list;
+    weft_volume *volume = NULL;
+    struct weft_slab_params params = {
+        .slice = {.engine = WEFT_ENGINE_CPU,
+                  .geometry = {{1, 1, -1}, {38, 1, 2}, {-1, 38, 1}, PIXELS, PIXELS},
+                  .log = &test_log},
+        .thickness = 1.0,
+        .cuts = 2,
+        .quantities = &list};
+    enum weft_result res = weft_kernel_parse(&test_log, slice_kernel, &params.slice.kernel);
+    if (res == WEFT_OK)
+        res = weft_quantities_create(&test_log, asked, 2, &list);
+    if (res == WEFT_OK)
+        res = create_volume(&volume);
+    params.volume = volume;
+    if (res == WEFT_OK)
+        res = weft_slab_run(&params, weft_slice_compile_params(.cpu.threads = 1),
+                            weft_slice_run_params(.pixels = pixels), NULL);
+    weft_volume_destroy(&volume);
+    return res;
+}
+
 // A straightened slice of a corner.
 static enum weft_result straighten_line(void)
 {
@@ -359,6 +415,67 @@ static enum weft_result resample_planes(void)
     weft_resample_compiled_destroy(&compiled);
     weft_resample_plan_destroy(&plan);
     weft_pass_plan_destroy(&passes);
+    return res;
+}
+
+static bool warp_in_double;
+
+// Turned, or in perspective where sums are doubles.
+static enum weft_result warp_planes(void)
+{
+    enum { PIXELS = 8 };
+    static float pixels[2][PIXELS * PIXELS];
+    weft_warp_plan *plan = NULL;
+    weft_warp_compiled *compiled = NULL;
+    weft_resample_source *source = NULL;
+    struct weft_verify_report error;
+    struct weft_warp_params params =
+        *weft_warp_params(.map.matrix = {0.2, -0.1, 2.0, 0.1, 0.2, 0.5, 0.0, 0.0, 1.0},
+                          .size = {SIDE, SIDE}, .width = PIXELS, .height = PIXELS,
+                          .engine = context ? WEFT_ENGINE_GL : WEFT_ENGINE_CPU,
+                          .sums = warp_in_double ? WEFT_SUMS_DOUBLE : WEFT_SUMS_FLOAT,
+                          .log = &test_log);
+    params.map.matrix[6] = warp_in_double ? 0.001 : 0.0;
+    enum weft_result res = weft_kernel_parse(&test_log, "catmull-rom", &params.kernel);
+    if (res == WEFT_OK)
+        res = weft_warp_plan_create(&params, &plan);
+    if (res == WEFT_OK && isnan(weft_warp_plan_get_info(plan)->bound.relative))
+        res = WEFT_ERR_READER; // a bound that nobody knows
+    if (res == WEFT_OK)
+        res = weft_warp_compile(
+            plan, weft_resample_compile_params(.context = context, .cpu.threads = 1), &compiled);
+    if (res == WEFT_OK)
+        res = weft_resample_source_create(
+            weft_resample_source_params(.kernel = params.kernel, .width = SIDE, .height = SIDE,
+                                        .channels = 2, .plane = {plane, plane}, .threads = 1,
+                                        .log = &test_log),
+            &source);
+    if (res == WEFT_OK)
+        res = weft_warp_run(compiled,
+                            weft_warp_run_params(.source = source, .plane = {pixels[0], pixels[1]},
+                                                 .log = &test_log),
+                            NULL);
+    if (res == WEFT_OK)
+        res = weft_warp_verify(
+            plan,
+            &(struct weft_resample_verify_params){
+                .source = source, .plane = {pixels[0], pixels[1]}, .log = &test_log},
+            &error);
+    weft_resample_source_destroy(&source);
+    weft_warp_compiled_destroy(&compiled);
+    weft_warp_plan_destroy(&plan);
+    return res;
+}
+
+static enum weft_result save_nrrd(void)
+{
+    weft_volume *volume = NULL;
+    enum weft_result res = create_volume(&volume);
+    if (res == WEFT_OK)
+        res = weft_volume_save_nrrd(
+            weft_nrrd_save_params(.path = test_path("out"), .volume = {volume, volume, volume},
+                                  .components = 3, .type = WEFT_SAMPLE_INT16, .log = &test_log));
+    weft_volume_destroy(&volume);
     return res;
 }
 
@@ -672,11 +789,21 @@ static void run(const char *what, enum weft_result (*call)(void))
     assert_true(tried > 1 && refused > 0);
 }
 
+static void run_of(const char *what, const char *kind, enum weft_result (*call)(void))
+{
+    char name[64];
+    snprintf(name, sizeof name, "%s, %s", what, kind);
+    run(name, call);
+}
+
 static void test_outputs(void **state)
 {
     (void)state;
     run("weft_output_file", save_file);
-    run("weft_image_save", save_image);
+    for (int k = 0; k < WEFT_IMAGE_FILE_KIND_COUNT; k++) {
+        image_kind = (enum weft_image_file_kind)k;
+        run_of("weft_image_save", weft_image_file_kind_names[k], save_image);
+    }
     run("weft_preview_save", save_preview);
     run("weft_colour_preview_save", save_colour_preview);
 }
@@ -684,10 +811,12 @@ static void test_outputs(void **state)
 static void test_load(void **state)
 {
     (void)state;
-    struct weft_image_save_params params = {.path = test_path("in.exr"), .log = &test_log};
-    assert_int_equal(weft_image_save(&image, &params), WEFT_OK);
-    run("weft_image_load", load_image);
-    run("weft_image_list_load", load_parts);
+    for (int k = 0; k < WEFT_IMAGE_FILE_KIND_COUNT; k++) {
+        image_kind = (enum weft_image_file_kind)k;
+        assert_int_equal(save_image_as("in.image"), WEFT_OK);
+        run_of("weft_image_load", weft_image_file_kind_names[k], load_image);
+        run_of("weft_image_list_load", weft_image_file_kind_names[k], load_parts);
+    }
     run("weft_image_sequence", load_sequence);
     test_write_file(test_path("in.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 32);
     run("weft_mesh_load", load_mesh);
@@ -754,6 +883,7 @@ static void test_volumes(void **state)
     assert_int_equal(save_volume(), WEFT_OK);
     assert_int_equal(rename(test_path("out"), test_path("in.vdb")), 0);
     run("weft_volume_open", load_volume);
+    run("weft_volume_save_nrrd", save_nrrd);
     run("weft_lattice_run", make_lattice);
 }
 
@@ -780,6 +910,9 @@ static void test_slices(void **state)
     run("weft_resident, prefiltered", slice_resident);
     run("weft_points, prefiltered", sample_points);
     run("weft_polyline", straighten_line);
+    slice_kernel = "bspline";
+    run("weft_slab", combine_cuts);
+    slice_kernel = "bspline3i";
     weft_context_destroy(&context);
     run("weft_resident, in memory", slice_resident);
 }
@@ -798,7 +931,12 @@ static void test_resampling(void **state)
             run(passes ? "weft_resample, by passes" : "weft_resample", resample_planes);
         }
     }
+    if (context)
+        run("weft_warp", warp_planes);
     weft_context_destroy(&context);
+    run("weft_warp, in memory", warp_planes);
+    warp_in_double = true;
+    run("weft_warp, in memory, in double", warp_planes);
 }
 
 static void test_plans(void **state)

@@ -54,27 +54,36 @@ static double stretched_gain(const struct weft_warp_plan *plan, int axis, double
 }
 
 // Weights are computed in double, and rounded to what sums are in.
-static struct axis stretched_axis(const struct weft_warp_plan *plan, int axis)
+static enum weft_result stretched_axis(const struct weft_warp_plan *plan, int axis,
+                                       struct axis *out)
 {
     const struct axis plain = plain_axis(plan);
     double *weights = calloc((size_t)plan->info.taps[axis], sizeof *weights);
-    struct axis out = {.gain = NAN, .taps = plan->info.taps[axis]};
-    if (weights) // between the positions it can be a little more
-        out.gain = fmax(plain.gain, 1.03 * stretched_gain(plan, axis, weights));
+    if (!weights) {
+        weft_error(plan->log, "out of memory for %d weights", plan->info.taps[axis]);
+        return WEFT_ERR_MEMORY;
+    }
+    // Between the positions it can be a little more.
+    out->gain = fmax(plain.gain, 1.03 * stretched_gain(plan, axis, weights));
     free(weights);
-    out.off = out.gain * unit_of(plan) + 2.0 * plan->weights->tiles.sum_error +
-              0x1p-45 * (out.taps + plain.gain);
-    out.off = fmax(out.off, plain.off);
-    return out;
+    out->taps = plan->info.taps[axis];
+    out->off = out->gain * unit_of(plan) + 2.0 * plan->weights->tiles.sum_error +
+               0x1p-45 * (out->taps + plain.gain);
+    out->off = fmax(out->off, plain.off);
+    return WEFT_OK;
 }
 
 // |sum w' f - sum w f| with w' = wx' wy', the products' roundings, and those of the sums: each term
 // has one of its product and one an addition on each axis.
-void weft_warp_set_bound(struct weft_warp_plan *plan)
+enum weft_result weft_warp_set_bound(struct weft_warp_plan *plan)
 {
     struct weft_warp_info *info = &plan->info;
-    const struct axis x = plan->stretches ? stretched_axis(plan, 0) : plain_axis(plan);
-    const struct axis y = plan->stretches ? stretched_axis(plan, 1) : plain_axis(plan);
+    struct axis x = plain_axis(plan), y = x;
+    enum weft_result res = plan->stretches ? stretched_axis(plan, 0, &x) : WEFT_OK;
+    if (res == WEFT_OK && plan->stretches)
+        res = stretched_axis(plan, 1, &y);
+    if (res != WEFT_OK)
+        return res;
     const double gain = x.gain * y.gain;
     const double roundings = expm1((x.taps + y.taps + 2.0) * log1p(unit_of(plan)));
     plan->gain = fmax(gain, 1.0);
@@ -85,6 +94,7 @@ void weft_warp_set_bound(struct weft_warp_plan *plan)
         .rounded_gain = info->sums == WEFT_SUMS_DOUBLE ? gain : 0.0,
         .prefilter = weft_prefilter_error(&info->kernel, 2, WEFT_VOLUME_PREFILTER_ERROR),
     };
+    return WEFT_OK;
 }
 
 int weft_warp_scale_bits(const struct weft_warp_plan *plan,

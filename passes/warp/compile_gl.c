@@ -30,8 +30,12 @@ enum weft_result weft_warp_find_program(struct weft_warp_gl *c, bool skips_zeros
 
 static enum weft_result create_scratch(struct weft_warp_gl *c)
 {
+    enum weft_result res = WEFT_OK;
     c->scratch = calloc((size_t)c->threads, sizeof *c->scratch);
-    enum weft_result res = c->scratch ? WEFT_OK : WEFT_ERR_MEMORY;
+    if (!c->scratch) {
+        weft_error(c->plan->log, "out of memory for %d threads of a warp", c->threads);
+        return WEFT_ERR_MEMORY;
+    }
     for (int i = 0; res == WEFT_OK && i < c->threads; i++)
         res = weft_warp_scratch_create(c->plan, &c->scratch[i]);
     return res;

@@ -125,19 +125,22 @@ static enum weft_result create_threads(struct runner *r)
     const struct weft_warp_plan *plan = r->plan;
     const size_t bytes = r->c->lines->bytes;
     r->threads = calloc((size_t)r->c->cpu.threads, sizeof *r->threads);
-    enum weft_result res = r->threads ? WEFT_OK : WEFT_ERR_MEMORY;
-    for (int i = 0; res == WEFT_OK && i < r->c->cpu.threads; i++) {
+    bool whole = r->threads != NULL;
+    for (int i = 0; whole && i < r->c->cpu.threads; i++) {
         struct thread *t = &r->threads[i];
         t->pixels = (struct weft_statistics)WEFT_STATISTICS_NONE;
-        res = weft_warp_scratch_create(plan, &t->scratch);
-        for (int a = 0; res == WEFT_OK && a < 2; a++) {
+        const enum weft_result res = weft_warp_scratch_create(plan, &t->scratch);
+        if (res != WEFT_OK)
+            return res;
+        for (int a = 0; whole && a < 2; a++) {
             t->numbers[a] = calloc((size_t)whole_vectors(plan->info.taps[a]), bytes);
-            res = t->numbers[a] ? WEFT_OK : WEFT_ERR_MEMORY;
+            whole = t->numbers[a] != NULL;
         }
     }
-    if (res != WEFT_OK)
-        weft_error(r->params->log, "out of memory for %d threads of a warp", r->c->cpu.threads);
-    return res;
+    if (whole)
+        return WEFT_OK;
+    weft_error(r->params->log, "out of memory for %d threads of a warp", r->c->cpu.threads);
+    return WEFT_ERR_MEMORY;
 }
 
 static void destroy_threads(struct runner *r)

@@ -200,9 +200,10 @@ static enum weft_result fill(struct weft_warp_plan *plan)
     if (res != WEFT_OK)
         return res;
     plan->info.moves = !plan->stretches && weft_resample_moves(&plan->info.kernel);
-    weft_warp_set_bound(plan);
-    weft_warp_set_text(plan);
-    return WEFT_OK;
+    res = weft_warp_set_bound(plan);
+    if (res == WEFT_OK)
+        weft_warp_set_text(plan);
+    return res;
 }
 
 enum weft_result weft_warp_plan_create(const struct weft_warp_params *params, weft_warp_plan **out)

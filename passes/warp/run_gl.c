@@ -119,8 +119,10 @@ static enum weft_result fill(struct runner *r, const struct weft_rectangle *tile
 {
     struct area *areas = calloc((size_t)r->c->threads, sizeof *areas);
     struct filling f = {r, tile, entries, weights, areas};
-    if (!areas)
+    if (!areas) {
+        weft_error(r->params->log, "out of memory for %d threads of a warp", r->c->threads);
         return WEFT_ERR_MEMORY;
+    }
     for (int i = 0; i < r->c->threads; i++)
         areas[i] = (struct area){{INT_MAX, INT_MAX}, {0, 0}};
     weft_threads_run(r->c->threads, (size_t)tile->height, fill_row, &f);

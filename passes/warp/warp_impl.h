@@ -55,7 +55,8 @@ int weft_warp_weights(const struct weft_warp_plan *plan, double at, double scale
 enum weft_result weft_warp_set_matrix(struct weft_warp_plan *plan);
 // Looks at all positions. Returns WEFT_ERR_ARGUMENT.
 enum weft_result weft_warp_set_positions(struct weft_warp_plan *plan);
-void weft_warp_set_bound(struct weft_warp_plan *plan);
+// Finds the terms of the bound. Returns WEFT_ERR_MEMORY.
+enum weft_result weft_warp_set_bound(struct weft_warp_plan *plan);
 // By how many bits samples must be smaller so that sums stay within the range of floats; 0: none.
 int weft_warp_scale_bits(const struct weft_warp_plan *plan,
                          const struct weft_resample_statistics *statistics);
