@@ -52,13 +52,14 @@ bool weft_lattice_is_made(const struct weft_lattice_plan *plan, const int64_t r[
     return true;
 }
 
-// Of all of a brick, by its corners: positions are affine, and rounded monotonically.
-static bool all_made(const struct weft_lattice_plan *plan, const int32_t origin[3])
+// Whether all voxels of a brick's row are made, or of all of it (rows = 8), by its corners:
+// positions are affine, and rounded monotonically.
+static bool all_made(const struct weft_lattice_plan *plan, const int64_t first[3], int rows)
 {
-    for (int corner = 0; corner < 8; corner++) {
-        const int64_t r[3] = {(int64_t)origin[0] + (corner & 1 ? 7 : 0),
-                              (int64_t)origin[1] + (corner & 2 ? 7 : 0),
-                              (int64_t)origin[2] + (corner & 4 ? 7 : 0)};
+    for (int corner = 0; corner < (rows == 1 ? 2 : 8); corner++) {
+        const int64_t r[3] = {first[0] + (corner & 1 ? WEFT_BRICK_SIZE - 1 : 0),
+                              first[1] + (corner & 2 ? rows - 1 : 0),
+                              first[2] + (corner & 4 ? rows - 1 : 0)};
         if (!weft_lattice_is_made(plan, r))
             return false;
     }
@@ -68,13 +69,19 @@ static bool all_made(const struct weft_lattice_plan *plan, const int32_t origin[
 static void leave_out(const struct weft_lattice_plan *plan, const int32_t origin[3], int components,
                       float background, float *values)
 {
-    if ((!plan->boxed && !plan->clamped) || all_made(plan, origin))
+    const int64_t first[3] = {origin[0], origin[1], origin[2]};
+    if ((!plan->boxed && !plan->clamped) || all_made(plan, first, WEFT_BRICK_SIZE))
         return;
-    for (int v = 0; v < WEFT_BRICK_VOXELS; v++) {
-        const int64_t r[3] = {(int64_t)origin[0] + (v & 7), (int64_t)origin[1] + (v >> 3 & 7),
-                              (int64_t)origin[2] + (v >> 6)};
-        for (int c = 0; !weft_lattice_is_made(plan, r) && c < components; c++)
-            values[c * WEFT_BRICK_VOXELS + v] = background;
+    for (int row = 0; row < WEFT_BRICK_VOXELS; row += WEFT_BRICK_SIZE) {
+        int64_t r[3] = {first[0], first[1] + (row >> 3 & 7), first[2] + (row >> 6)};
+        if (all_made(plan, r, 1))
+            continue;
+        for (int x = 0; x < WEFT_BRICK_SIZE; x++, r[0]++) {
+            if (weft_lattice_is_made(plan, r))
+                continue;
+            for (int c = 0; c < components; c++)
+                values[c * WEFT_BRICK_VOXELS + row + x] = background;
+        }
     }
 }
 
@@ -130,10 +137,10 @@ struct weft_lattice_made weft_lattice_finish(const struct weft_lattice_plan *pla
         finish_fog(plan, out->components, background, values, &made);
     for (int v = 0; v < out->components * WEFT_BRICK_VOXELS; v++)
         made.not_finite += !isfinite(values[v]);
-    if (!made.active && (out->components > 1 ||
-                         (is_constant(values, WEFT_BRICK_VOXELS) && same(values[0], background))))
+    const bool constant = out->components == 1 && is_constant(values, WEFT_BRICK_VOXELS);
+    if (!made.active && (out->components > 1 || (constant && same(values[0], background))))
         made.kind = WEFT_LATTICE_NONE;
-    else if (out->components == 1 && is_constant(values, WEFT_BRICK_VOXELS)) {
+    else if (constant) {
         made.kind = WEFT_LATTICE_TILE;
         made.constant = values[0];
     }

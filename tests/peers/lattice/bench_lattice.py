@@ -8,9 +8,9 @@ VOLUME, or a generated one where there is none: a sphere's distance, of which no
 All programs read it as NRRD; the others write NRRD, weft a VDB file.
 
 Columns: wall and processor seconds, medians of the runs, from voxels in memory to voxels in memory
-(weft: what --json calls "pass", and "read", too, where a prefilter is part of it; processors are
-not told apart there, so weft with one thread stands beside weft with all) and of the whole program
-from file to file. Last, the largest difference between the peer's voxels and those of weft with the
+(weft: what --json calls "pass", and "read", too, where a prefilter is part of it; its processor
+seconds are not told there, so that weft with one thread stands beside weft with all) and of the
+whole program from file to file. Last, the largest difference between the peer's voxels and those of weft with the
 same kernel, 12 of the source's from the faces (which are extended differently), as a share of the
 range of the source's values.
 
@@ -91,7 +91,7 @@ class Weft:
         text, wall, used = measured(self.command, dict(os.environ, WEFT_THREADS=str(self.threads)))
         seconds = json.loads(text)["grids"][0]["seconds"]
         inner = seconds["pass"] + (seconds["read"] if self.prefiltered else 0.0)
-        self.times.append((inner, inner if self.threads == 1 else np.nan, wall, used))
+        self.times.append((inner, np.nan, wall, used))
 
     def voxels(self):
         subprocess.run([self.weft, "convert", "-q", self.out, self.out + ".nrrd"], check=True)
