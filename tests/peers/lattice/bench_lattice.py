@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Dense volumes on another lattice: weft lattice in turns with SciPy's zoom, VTK and Teem.
 
-  /usr/bin/python3 -B bench_lattice.py WEFT [VOLUME] [--factor 2] [--side 129] [--runs 3] [--threads N]
+  /usr/bin/python3 -B bench_lattice.py WEFT [VOLUME] [--factor 2] [--side 97] [--runs 3]
+                                       [--threads N]
 
 A cube of SIDE voxels (odd, so that both ends of it stay voxels at 2 and 0.5) from the middle of
 VOLUME, or a generated one where there is none: a sphere's distance, of which no brick is constant.
@@ -10,9 +11,9 @@ All programs read it as NRRD; the others write NRRD, weft a VDB file.
 Columns: wall and processor seconds, medians of the runs, from voxels in memory to voxels in memory
 (weft: what --json calls "pass", and "read", too, where a prefilter is part of it; its processor
 seconds are not told there, so that weft with one thread stands beside weft with all) and of the
-whole program from file to file. Last, the largest difference between the peer's voxels and those of weft with the
-same kernel, 12 of the source's from the faces (which are extended differently), as a share of the
-range of the source's values.
+whole program from file to file. Last, the largest difference between the peer's voxels and those of
+weft with the same kernel, 12 of the source's from the faces (which are extended differently), as a
+share of the range of the source's values.
 
 Equal lattices: weft keeps voxel (0, 0, 0) in its place and puts voxel j at j / FACTOR of the
 source. That is "node" centring for Teem (-c node, by default it is "cell"), BorderOff of
@@ -137,7 +138,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("weft")
     parser.add_argument("volume", nargs="?")
-    for name, default in (("factor", 2.0), ("side", 129), ("runs", 3), ("threads", os.cpu_count())):
+    for name, default in (("factor", 2.0), ("side", 97), ("runs", 3), ("threads", os.cpu_count())):
         parser.add_argument("--" + name, type=type(default), default=default)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as tmp:
