@@ -6,9 +6,10 @@
 #include "filter/kernels/kernel_nd.h"
 #include "passes/separable/cpu.h"
 
-// What a thread has at hand is to stay in its second-level cache, which has half a megabyte or more
-// on most processors; parts of fewer pixels than a thread is worth starting for are not made.
-enum { CACHE_BYTES = 384 << 10, PART_PIXELS = 1 << 15, PARTS_PER_THREAD = 4, ALIGNMENT = 64 };
+// What a thread has at hand is to stay near it, in its second-level cache and its share of the
+// third: strips that are narrower write shorter pieces of rows, which costs more than it saves.
+// Parts of fewer pixels than a thread is worth starting for are not made.
+enum { CACHE_BYTES = 1 << 20, PART_PIXELS = 1 << 15, PARTS_PER_THREAD = 4, ALIGNMENT = 64 };
 
 static size_t aligned(size_t bytes)
 {
