@@ -294,6 +294,8 @@ enum weft_result weft_lattice_walk(const struct weft_lattice_plan *plan, int32_t
         weft_error(plan->log, "not enough memory for a list of %zu bricks", list->brick_count);
         return WEFT_ERR_MEMORY;
     }
-    qsort(list->brick + before, list->brick_count - before, sizeof *list->brick, compare_bricks);
+    if (list->brick_count > before) // of no bricks there is no list
+        qsort(list->brick + before, list->brick_count - before, sizeof *list->brick,
+              compare_bricks);
     return WEFT_OK;
 }
