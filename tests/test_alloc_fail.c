@@ -418,7 +418,7 @@ static enum weft_result resample_planes(void)
     return res;
 }
 
-static bool warp_in_double;
+static bool warp_in_double, warp_aligned;
 
 // Turned, or in perspective where sums are doubles.
 static enum weft_result warp_planes(void)
@@ -436,6 +436,8 @@ static enum weft_result warp_planes(void)
                           .sums = warp_in_double ? WEFT_SUMS_DOUBLE : WEFT_SUMS_FLOAT,
                           .log = &test_log);
     params.map.matrix[6] = warp_in_double ? 0.001 : 0.0;
+    if (warp_aligned) // the axes are swapped
+        params.map.matrix[0] = params.map.matrix[4] = 0.0;
     enum weft_result res = weft_kernel_parse(&test_log, "catmull-rom", &params.kernel);
     if (res == WEFT_OK)
         res = weft_warp_plan_create(&params, &plan);
@@ -937,6 +939,9 @@ static void test_resampling(void **state)
     run("weft_warp, in memory", warp_planes);
     warp_in_double = true;
     run("weft_warp, in memory, in double", warp_planes);
+    warp_in_double = false;
+    warp_aligned = true;
+    run("weft_warp, aligned", warp_planes);
 }
 
 static void test_plans(void **state)

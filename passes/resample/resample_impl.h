@@ -101,6 +101,15 @@ struct weft_resample_steps {
 // For struct weft_progress: priv is struct weft_resample_steps.
 bool weft_resample_report_step(void *priv, double fraction);
 
+// Adds what filtering along one axis and then the other did.
+void weft_resample_add_separable(const weft_separable_plan *plan,
+                                 const struct weft_separable_report *one,
+                                 struct weft_resample_work *sum);
+// What was measured of all samples, where it says that nothing need be done about them: samples in
+// reach then need no look. true: *out holds.
+bool weft_resample_knows_survey(const weft_resample_source *source,
+                                struct weft_separable_survey *out);
+
 // The engines. The request is checked.
 enum weft_result weft_resample_run_passes(weft_resample_compiled *compiled,
                                           const struct weft_resample_run_params *params,

@@ -4,8 +4,9 @@
 
 #include "passes/resample/resample_impl.h"
 
-static void add_work(const weft_separable_plan *plan, const struct weft_separable_report *one,
-                     struct weft_resample_work *sum)
+void weft_resample_add_separable(const weft_separable_plan *plan,
+                                 const struct weft_separable_report *one,
+                                 struct weft_resample_work *sum)
 {
     const struct weft_separable_info *info = weft_separable_plan_get_info(plan);
     const struct weft_resample_work work = {
@@ -47,9 +48,8 @@ void weft_resample_survey_join(struct weft_resample_survey *sum,
         weft_separable_survey_join(&sum->channel[c], &other->channel[c]);
 }
 
-// What was measured of all samples, where it says that nothing need be done about them: samples in
-// reach then need no look. true: *out holds.
-static bool knows_survey(const weft_resample_source *source, struct weft_separable_survey *out)
+bool weft_resample_knows_survey(const weft_resample_source *source,
+                                struct weft_separable_survey *out)
 {
     const struct weft_statistics *s = &source->samples;
     const double largest = fmax(fabs(s->minimum), fabs(s->maximum));
@@ -67,7 +67,7 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     const struct weft_progress progress = {weft_resample_report_step, &steps};
     enum weft_result res = WEFT_OK;
     struct weft_separable_survey known;
-    const bool knows = knows_survey(params->source, &known);
+    const bool knows = weft_resample_knows_survey(params->source, &known);
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
         const struct weft_separable_run_params run = {
             .samples = weft_resample_values(params->source, c),
@@ -86,7 +86,7 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
         res = weft_separable_run(compiled->separable, &run, &one);
         if (res != WEFT_OK)
             break;
-        add_work(compiled->plan->separable, &one, &report->work);
+        weft_resample_add_separable(compiled->plan->separable, &one, &report->work);
         weft_statistics_join(&report->pixels, &one.pixels);
     }
     return res;

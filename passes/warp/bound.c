@@ -111,6 +111,10 @@ struct weft_bound weft_warp_bound(const weft_warp_plan *plan,
                                   const struct weft_resample_statistics *statistics, double result)
 {
     struct weft_bound_terms terms = plan->info.bound;
-    terms.absolute = ldexp(terms.absolute, weft_warp_scale_bits(plan, statistics));
+    const double largest = fmax(fabs(statistics->low), fabs(statistics->high));
+    if (plan->separable)
+        terms = weft_separable_plan_bound(plan->separable, largest, WEFT_VOLUME_PREFILTER_ERROR);
+    else
+        terms.absolute = ldexp(terms.absolute, weft_warp_scale_bits(plan, statistics));
     return weft_resample_bound_of(&terms, statistics, result);
 }

@@ -218,6 +218,11 @@ static enum weft_result check_finite(const struct weft_warp_plan *plan)
     return WEFT_ERR_ARGUMENT;
 }
 
+static bool is_aligned(const double m[9])
+{
+    return (m[1] == 0.0 && m[3] == 0.0) || (m[0] == 0.0 && m[4] == 0.0);
+}
+
 enum weft_result weft_warp_set_matrix(struct weft_warp_plan *plan)
 {
     static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
@@ -239,6 +244,8 @@ enum weft_result weft_warp_set_matrix(struct weft_warp_plan *plan)
         return res;
     set_scales(plan, inverse);
     memcpy(plan->info.inverse, inverse, sizeof inverse);
-    plan->info.method = affine ? WEFT_WARP_AFFINE : WEFT_WARP_PROJECTIVE;
+    plan->info.method = !affine               ? WEFT_WARP_PROJECTIVE
+                        : is_aligned(inverse) ? WEFT_WARP_ALIGNED
+                                              : WEFT_WARP_AFFINE;
     return WEFT_OK;
 }

@@ -9,7 +9,7 @@
 #include "passes/warp/warp_impl.h"
 #include "tiles/volume/volume.h"
 
-const char *const weft_warp_method_names[] = {"affine", "projective", "positions", NULL};
+const char *const weft_warp_method_names[] = {"aligned", "affine", "projective", "positions", NULL};
 
 // ---- the request --------------------------------------------------------------------------------
 
@@ -171,19 +171,26 @@ void weft_warp_set_text(struct weft_warp_plan *plan)
     if (plan->stretches)
         snprintf(scale, sizeof scale, "stretched by up to %.6g along x and %.6g along y",
                  info->scale[0], info->scale[1]);
-    snprintf(plan->words, sizeof plan->words,
-             "warp, %s: %s (sample of pixel u, v)\n"
-             "%s, %s: %d x %d taps%s, boundary %s, on the %s engine in %s precision; the error is "
-             "at most %.3g of the largest sample\n",
-             weft_name(weft_warp_method_names, info->method), map, name, scale, info->taps[0],
-             info->taps[1], plan->stretches ? " at most" : "",
-             weft_name(weft_boundary_names, info->boundary),
-             weft_name(weft_engine_names, info->engine),
-             info->sums == WEFT_SUMS_DOUBLE ? "double" : "single", info->bound.relative);
+    snprintf(
+        plan->words, sizeof plan->words,
+        "warp, %s: %s (sample of pixel u, v)\n"
+        "%s, %s: %d x %d taps%s%s, boundary %s, on the %s engine in %s precision; the error is "
+        "at most %.3g of the largest sample\n",
+        weft_name(weft_warp_method_names, info->method), map, name, scale, info->taps[0],
+        info->taps[1], plan->stretches && !plan->separable ? " at most" : "",
+        plan->separable ? ", one axis after the other" : "",
+        weft_name(weft_boundary_names, info->boundary), weft_name(weft_engine_names, info->engine),
+        info->sums == WEFT_SUMS_DOUBLE ? "double" : "single", info->bound.relative);
     plan->info.text = plan->words;
 }
 
 // ---- plans --------------------------------------------------------------------------------------
+
+static enum weft_result weigh_directly(struct weft_warp_plan *plan)
+{
+    const enum weft_result res = find_weights(plan);
+    return res == WEFT_OK ? weft_warp_set_bound(plan) : res;
+}
 
 static enum weft_result fill(struct weft_warp_plan *plan)
 {
@@ -195,15 +202,15 @@ static enum weft_result fill(struct weft_warp_plan *plan)
                                                     : weft_warp_set_matrix(plan);
     if (res == WEFT_OK)
         res = set_taps(plan);
-    if (res == WEFT_OK)
-        res = find_weights(plan);
     if (res != WEFT_OK)
         return res;
     plan->info.moves = !plan->stretches && weft_resample_moves(&plan->info.kernel);
-    res = weft_warp_set_bound(plan);
-    if (res == WEFT_OK)
-        weft_warp_set_text(plan);
-    return res;
+    res = plan->info.method == WEFT_WARP_ALIGNED ? weft_warp_aligned_plan(plan)
+                                                 : weigh_directly(plan);
+    if (res != WEFT_OK)
+        return res;
+    weft_warp_set_text(plan);
+    return WEFT_OK;
 }
 
 enum weft_result weft_warp_plan_create(const struct weft_warp_params *params, weft_warp_plan **out)
@@ -243,6 +250,7 @@ void weft_warp_plan_destroy(weft_warp_plan **plan)
     if (!plan || !*plan)
         return;
     weft_kernel_facts_destroy(&(*plan)->facts);
+    weft_separable_plan_destroy(&(*plan)->separable);
     free(*plan);
     *plan = NULL;
 }

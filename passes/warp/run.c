@@ -2,6 +2,7 @@
 // Compiled plans, run by whichever engine they are for.
 #include <stdlib.h>
 
+#include "filter/threads.h"
 #include "passes/warp/warp_impl.h"
 
 // ---- compile ------------------------------------------------------------------------------------
@@ -14,6 +15,19 @@ static enum weft_result check_context(const struct weft_warp_plan *plan,
     res = WEFT_OK;
 fail:
     return res;
+}
+
+static enum weft_result compile(const struct weft_warp_plan *plan,
+                                const struct weft_resample_compile_params *params,
+                                struct weft_warp_compiled *compiled)
+{
+    const struct weft_separable_compile_params separable = {.context = params->context,
+                                                            .cpu = params->cpu};
+    if (plan->separable)
+        return weft_separable_compile(plan->separable, &separable, &compiled->separable);
+    return plan->info.engine == WEFT_ENGINE_CPU
+               ? weft_warp_cpu_compile(plan, &params->cpu, &compiled->cpu)
+               : weft_warp_gl_compile(params->context, plan, &compiled->gl);
 }
 
 enum weft_result weft_warp_compile(const weft_warp_plan *plan,
@@ -30,9 +44,8 @@ enum weft_result weft_warp_compile(const weft_warp_plan *plan,
         return WEFT_ERR_MEMORY;
     }
     compiled->plan = plan;
-    res = plan->info.engine == WEFT_ENGINE_CPU
-              ? weft_warp_cpu_compile(plan, &params->cpu, &compiled->cpu)
-              : weft_warp_gl_compile(params->context, plan, &compiled->gl);
+    compiled->threads = params->cpu.threads ? params->cpu.threads : weft_threads_available();
+    res = compile(plan, params, compiled);
     if (res == WEFT_OK)
         *out = compiled;
     else
@@ -44,6 +57,7 @@ void weft_warp_compiled_destroy(weft_warp_compiled **compiled)
 {
     if (!compiled || !*compiled)
         return;
+    weft_separable_destroy(&(*compiled)->separable);
     weft_warp_cpu_destroy(&(*compiled)->cpu);
     weft_warp_gl_destroy(&(*compiled)->gl);
     free(*compiled);
@@ -99,8 +113,9 @@ enum weft_result weft_warp_run(weft_warp_compiled *compiled,
     enum weft_result res = weft_warp_check(compiled->plan, p.source, &p.part,
                                            (const float *const *)p.plane, &p.stride, p.log);
     if (res == WEFT_OK)
-        res = compiled->cpu ? weft_warp_cpu_run(compiled->cpu, &p, &done)
-                            : weft_warp_gl_run(compiled->gl, &p, &done);
+        res = compiled->separable ? weft_warp_aligned_run(compiled, &p, &done)
+              : compiled->cpu     ? weft_warp_cpu_run(compiled->cpu, &p, &done)
+                                  : weft_warp_gl_run(compiled->gl, &p, &done);
     if (res == WEFT_OK && report)
         *report = done;
     return res;

@@ -23,11 +23,14 @@
 // to WEFT_WARP_SCALE_NONE count as 1.
 //
 // A request is made in steps, as those of passes/resample/resample.h: plan, compile, source (that
-// room's weft_resample_source), run, verify. Pixels are filtered one by one, all channels with the
-// same weights, on OpenGL (channels in one texel) or on the CPU engine. Both read the same
-// positions, formed in double on the CPU. Where an interpolating kernel's pixels lie on samples
-// (quarter turns, flips, whole translations) they are the samples, bit for bit. A mere change of
-// size is passes/resample's, which filters along one axis after the other.
+// room's weft_resample_source), run, verify. Where each axis of the result follows one of the
+// source (matrices of scales, flips, translations and quarter turns) pixels are filtered along one
+// axis after the other, channel by channel, by passes/separable; where the axes are swapped its
+// pixels are transposed. All others are filtered one by one, all channels with the same weights, on
+// OpenGL (channels in one texel) or on the CPU engine. All read the same positions, formed in
+// double on the CPU. Where an interpolating kernel's pixels lie on samples (quarter turns, flips,
+// whole translations) they are the samples, bit for bit; and a mere change of size has the bytes
+// that passes/resample makes where both have the same positions and scales.
 //
 // The same request gives the same bytes, whatever part of the pixels is made, and whatever memory
 // and threads there are.
@@ -100,11 +103,12 @@ typedef struct weft_warp_plan weft_warp_plan; // Thread-safety: read-only once m
 
 // What kind of map it is.
 enum weft_warp_method {
-    WEFT_WARP_AFFINE,     // a matrix, steps from pixel to pixel being all alike
+    WEFT_WARP_ALIGNED,    // a matrix, each axis of the result following one of the source
+    WEFT_WARP_AFFINE,     // another matrix, steps from pixel to pixel being all alike
     WEFT_WARP_PROJECTIVE, // a matrix, with a horizon
     WEFT_WARP_PLANES,     // positions that are given
 };
-// NULL-ended, in the order of the enum: "affine", "projective", "positions".
+// NULL-ended, in the order of the enum: "aligned", "affine", "projective", "positions".
 WEFT_API extern const char *const weft_warp_method_names[];
 
 struct weft_warp_info {
@@ -134,7 +138,8 @@ struct weft_warp_info {
 // horizon the result's pixels meet; positions that are not finite or too far away: the log has the
 // numbers), WEFT_ERR_UNSUPPORTED (radial kernels; prefiltered ones that would be stretched, or with
 // another boundary than clamp; double sums on OpenGL), WEFT_ERR_LIMIT (more than WEFT_WARP_MAX_TAPS
-// samples) or WEFT_ERR_MEMORY; *out is then NULL.
+// samples, or of aligned maps what weft_separable_plan_create says) or WEFT_ERR_MEMORY; *out is
+// then NULL.
 WEFT_API enum weft_result weft_warp_plan_create(const struct weft_warp_params *params,
                                                 weft_warp_plan **out);
 WEFT_API void weft_warp_plan_destroy(weft_warp_plan **plan); // accepts &NULL

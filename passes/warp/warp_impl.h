@@ -5,6 +5,7 @@
 
 #include "passes/positions/weights.h"
 #include "passes/resample/resample_impl.h"
+#include "passes/separable/separable.h"
 #include "passes/warp/warp.h"
 
 struct weft_warp_plan {
@@ -19,6 +20,7 @@ struct weft_warp_plan {
     struct weft_kernel plain; // the kernel, not prefiltered
     struct weft_kernel_facts *facts;
     const struct weft_slice_weights *weights; // as good as the sums
+    weft_separable_plan *separable;           // of aligned maps, which have no weights here
     char words[1024];
 };
 
@@ -78,9 +80,19 @@ struct weft_warp_gl;
 
 struct weft_warp_compiled {
     const struct weft_warp_plan *plan;
+    // One of them.
+    weft_separable *separable; // of aligned maps
     struct weft_warp_cpu *cpu;
     struct weft_warp_gl *gl;
+    int threads; // beside the engine's own
 };
+
+// Plans what follows the axes: taps, bound and the filtering along each. Returns what
+// weft_separable_plan_create does.
+enum weft_result weft_warp_aligned_plan(struct weft_warp_plan *plan);
+enum weft_result weft_warp_aligned_run(const struct weft_warp_compiled *compiled,
+                                       const struct weft_warp_run_params *params,
+                                       struct weft_resample_report *report);
 
 enum weft_result weft_warp_cpu_compile(const struct weft_warp_plan *plan,
                                        const struct weft_cpu *cpu, struct weft_warp_cpu **out);

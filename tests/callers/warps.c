@@ -53,7 +53,7 @@ static void warp_plans(void)
     weft_warp_plan_destroy(NULL);
 }
 
-static void warp_runs(void)
+static void run_warps(double degrees)
 {
     weft_context *context = open_context();
     weft_warp_plan *plan = NULL;
@@ -64,6 +64,7 @@ static void warp_runs(void)
         *weft_resample_source_params(.width = 4, .height = 4, .plane = {voxels}, .log = &logger);
     struct weft_verify_report error;
     float out[16] = {0};
+    weft_warp_matrix_rotate(degrees, (const double[]){2.0, 2.0}, params.map.matrix);
     SURVIVED(weft_warp_plan_create(&params, &plan));
     SURVIVED(weft_resample_source_create(&from, &source));
     from.boundary = WEFT_BOUNDARY_WRAP;
@@ -106,6 +107,13 @@ static void warp_runs(void)
     weft_resample_source_destroy(&wrapped);
     weft_warp_plan_destroy(&plan);
     weft_context_destroy(&context);
+}
+
+// By both ways: along the axes, and directly.
+static void warp_runs(void)
+{
+    run_warps(90.0);
+    run_warps(10.0);
 }
 
 const struct caller_case callers_warps[] = {

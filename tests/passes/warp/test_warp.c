@@ -250,7 +250,7 @@ static const struct map maps[] = {
     {"tilted", 0.0, 1.0, tilted, 0.0},
     {"waves", 0.0, 1.0, NULL, 1.5},
     {"high waves", 0.0, 1.0, NULL, 9.0},
-    {"smaller", 0.0, 0.4, NULL, 0.0},
+    {"on its side and smaller", 90.0, 0.4, NULL, 0.0},
 };
 
 static void set_map(const struct map *map, struct weft_warp_params *p, float *planes[2])
@@ -331,7 +331,7 @@ static void test_within_bound(void **state)
             struct picture gone = in;
             clear_picture(&gone);
         }
-    assert_int_equal(runs, 10 * 7 * (WITHOUT_GL ? 1 : 2));
+    assert_int_equal(runs, 10 * (int)WEFT_COUNT(maps) * (WITHOUT_GL ? 1 : 2));
 }
 
 // ---- exact results ------------------------------------------------------------------------------
@@ -429,9 +429,130 @@ static void test_parts(void **state)
             free(planes[0]);
             free(planes[1]);
         }
-    assert_true(parts >= 7 * 63);
+    assert_true(parts >= (int)WEFT_COUNT(maps) * 63);
     struct picture gone = in;
     clear_picture(&gone);
+}
+
+// ---- axes that follow axes ----------------------------------------------------------------------
+
+// a to f of matrices of which each axis goes along one, and one of which none does.
+static const struct {
+    double of[6];
+    enum weft_warp_method method;
+} straight[] = {
+    {{0.0, 0.37, -0.61, 0.0, 21.0, 2.5}, WEFT_WARP_ALIGNED},
+    {{0.0, 1.3, 1.7, 0.0, -3.25, 0.0}, WEFT_WARP_ALIGNED},
+    {{-1.1, 0.0, 0.0, 0.45, 40.0, 1.125}, WEFT_WARP_ALIGNED},
+    {{1.0, 0.0, 0.0, -1.0, 0.4, 30.3}, WEFT_WARP_ALIGNED},
+    {{1.0, 0.0, 1e-9, 1.0, 0.0, 0.0}, WEFT_WARP_AFFINE},
+};
+
+// Whole and in a part whose columns are turned back in bands.
+static void check_straight(const struct weft_warp_params *p, enum weft_engine engine,
+                           const struct picture *in, enum weft_warp_method method)
+{
+    struct weft_warp_params few = *p;
+    struct how how = {.engine = engine};
+    struct picture whole, part;
+    struct weft_verify_report error;
+    struct ready ready = make_ready(p, &how);
+    assert_int_equal(weft_warp_plan_get_info(ready.plan)->method, method);
+    run_ready(&ready, &how.part, in, &whole, &error);
+    clear_ready(&ready);
+    assert_within(&error, p->kernel.info->name);
+    how.part = (struct weft_rectangle){7, 5, 23, 21};
+    few.memory_bytes = 6000; // a band of 17 columns, or fewer
+    ready = make_ready(&few, &how);
+    run_ready(&ready, &how.part, in, &part, NULL);
+    clear_ready(&ready);
+    for (int c = 0; c < in->channels; c++)
+        for (int y = 0; y < 21; y++)
+            assert_memory_equal(part.plane[c] + y * 23, whole.plane[c] + (y + 5) * WIDTH + 7,
+                                23 * sizeof(float));
+    clear_picture(&whole);
+    clear_picture(&part);
+}
+
+static void test_aligned(void **state)
+{
+    (void)state;
+    static const char *const kernels[] = {"nearest", "catmull-rom", "area", "bspline5i", NULL};
+    struct picture in = make_samples(37, 29, 2);
+    int runs = 0;
+    for (int k = 0; kernels[k]; k++)
+        for (size_t m = 0; m < WEFT_COUNT(straight); m++)
+            for (int e = WITHOUT_GL; e < 2; e++, runs++) {
+                struct weft_warp_params p = request(kernels[k], &in);
+                weft_warp_matrix_affine(straight[m].of, p.map.matrix);
+                p.width = WIDTH;
+                p.height = HEIGHT;
+                p.unstretched = p.kernel.prefiltered;
+                p.boundary = p.kernel.prefiltered ? WEFT_BOUNDARY_CLAMP
+                                                  : (enum weft_boundary)(m % WEFT_BOUNDARY_COUNT);
+                p.clamp = m == 1;
+                check_straight(&p, (enum weft_engine)e, &in, straight[m].method);
+            }
+    assert_int_equal(runs, 20 * (WITHOUT_GL ? 1 : 2));
+    clear_picture(&in);
+}
+
+static void resample(const struct weft_warp_params *like, const struct picture *in,
+                     struct picture *out)
+{
+    weft_resample_plan *plan;
+    weft_resample_compiled *compiled;
+    const struct weft_warp_info info = {.kernel = like->kernel, .boundary = like->boundary};
+    weft_resample_source *source = make_source(&info, in, 0.75);
+    const struct weft_resample_params params =
+        *weft_resample_params(.kernel = like->kernel, .size = {in->width, in->height},
+                              .width = like->width, .height = like->height,
+                              .boundary = like->boundary, .engine = WEFT_ENGINE_CPU);
+    struct weft_resample_run_params run = {.source = source};
+    *out = make_picture(like->width, like->height, in->channels);
+    for (int c = 0; c < in->channels; c++)
+        run.plane[c] = out->plane[c];
+    assert_int_equal(weft_resample_plan_create(&params, &plan), WEFT_OK);
+    assert_int_equal(weft_resample_compile(plan, weft_resample_compile_params(), &compiled),
+                     WEFT_OK);
+    assert_int_equal(weft_resample_run(compiled, &run, NULL), WEFT_OK);
+    weft_resample_compiled_destroy(&compiled);
+    weft_resample_plan_destroy(&plan);
+    weft_resample_source_destroy(&source);
+}
+
+// A change of size about the corner, by powers of 2, which leave positions without roundings.
+static void test_as_resampled(void **state)
+{
+    (void)state;
+    static const char *const kernels[] = {"lanczos:3", "mitchell", "area", "bspline3i", NULL};
+    struct picture in = make_samples(40, 28, 3);
+    int compared = 0;
+    for (int k = 0; kernels[k]; k++)
+        for (int bits = -2; bits <= 2; bits++) {
+            struct weft_warp_params p = request(kernels[k], &in);
+            struct picture warped, resampled;
+            if (p.kernel.prefiltered && bits < 0)
+                continue; // both refuse
+            const double scale = ldexp(1.0, bits);
+            weft_warp_matrix_affine((const double[]){scale, 0.0, 0.0, scale, 0.0, 0.0},
+                                    p.map.matrix);
+            p.width = (int)(40.0 * scale);
+            p.height = (int)(28.0 * scale);
+            p.boundary = p.kernel.prefiltered ? WEFT_BOUNDARY_CLAMP : WEFT_BOUNDARY_MIRROR;
+            const struct how how = {.engine = WEFT_ENGINE_CPU};
+            struct ready ready = make_ready(&p, &how);
+            run_ready(&ready, &how.part, &in, &warped, NULL);
+            clear_ready(&ready);
+            resample(&p, &in, &resampled);
+            for (int c = 0; c < 3; c++, compared++)
+                assert_memory_equal(warped.plane[c], resampled.plane[c],
+                                    (size_t)(p.width * p.height) * sizeof(float));
+            clear_picture(&warped);
+            clear_picture(&resampled);
+        }
+    assert_int_equal(compared, 3 * (3 * 5 + 3));
+    clear_picture(&in);
 }
 
 // ---- samples that are not finite, or large ------------------------------------------------------
@@ -620,7 +741,8 @@ int main(void)
         cmocka_unit_test(test_within_bound), cmocka_unit_test(test_exact),
         cmocka_unit_test(test_parts),        cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_refused),      cmocka_unit_test(test_turns),
-        cmocka_unit_test(test_checkerboard),
+        cmocka_unit_test(test_checkerboard), cmocka_unit_test(test_aligned),
+        cmocka_unit_test(test_as_resampled),
     };
     return cmocka_run_group_tests(tests, create_contexts, destroy_contexts);
 }
