@@ -294,7 +294,7 @@ static void bad_input_is_one_line(void **state)
     (void)state;
     command_write_file("v.raw", "12345678", 8);
     command_write_file(
-        "lie.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 99 99 99\nencoding: raw\n\n", 69);
+        "lie.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 99 99 99\nencoding: raw\n\n", 65);
     command_fails(2, "0 files given", "convert");
     command_fails(2, "1 files given", "convert", "v.raw");
     command_fails(2, "ends in .vdb or .nrrd", "convert", "v.raw", "v.txt");

@@ -27,6 +27,7 @@ struct writer {
     const struct weft_png_writer *params;
     size_t row_bytes;
     uint8_t *rows; // of each slot a band
+    char *text;    // that is being said; here, since libpng leaves functions by longjmp
     struct weft_output_file *file;
     uint64_t written_bytes;
     png_structp png;
@@ -141,13 +142,15 @@ static void say_density(struct writer *w, const struct weft_image *image)
 // libpng copies it.
 static void say_text(struct writer *w, const struct weft_image_attribute *a)
 {
-    char key[KEYWORD + 1], *text = png_malloc(w->png, a->size + 1);
-    png_text line = {.compression = PNG_TEXT_COMPRESSION_NONE, .key = key, .text = text};
+    char key[KEYWORD + 1];
+    w->text = png_malloc(w->png, a->size + 1);
+    png_text line = {.compression = PNG_TEXT_COMPRESSION_NONE, .key = key, .text = w->text};
     snprintf(key, sizeof key, "%s", weft_attribute_png_name(a->name));
-    memcpy(text, a->data, a->size);
-    text[a->size] = '\0';
+    memcpy(w->text, a->data, a->size);
+    w->text[a->size] = '\0';
     png_set_text(w->png, w->info, &line, 1);
-    png_free(w->png, text);
+    png_free(w->png, w->text);
+    w->text = NULL;
 }
 
 static void say_all(struct writer *w)
@@ -279,6 +282,7 @@ enum weft_result weft_png_write(const struct weft_png_writer *writer, struct wef
     w.rows = malloc(order.slots * BAND * w.row_bytes);
     const bool whole = w.rows && begin(&w) && weft_order_run(&order) && end(&w);
     png_destroy_write_struct(&w.png, &w.info);
+    free(w.text);
     free(w.rows);
     return whole ? WEFT_OK : fail(&w);
 }
