@@ -85,7 +85,7 @@ void write_kinds(const std::string &path, uint32_t compression)
     auto tiny = make<openvdb::FloatGrid>("tiny voxels");
     tiny->setTransform(openvdb::math::Transform::createLinearTransform(0.123456789));
     auto owner = make<openvdb::FloatGrid>("owner");
-    auto instance = owner->copy(); // the tree is shared
+    auto instance = owner->copyGrid(); // the tree is shared
     instance->setName("instance");
     instance->setTransform(affine());
     auto tiles = openvdb::FloatGrid::create(1);
