@@ -594,10 +594,13 @@ static void grid_positions_follow_the_double_ones(void **state)
 }
 
 // The files of the data folder, axis-aligned and oblique, through the reader.
+// Each kernel on one of the two planes of each volume; on both with WEFT_KERNELS=full.
 static void real_volumes_meet_the_reference(void **state)
 {
     (void)state;
     const char *const names[] = {"smoke.vdb", "mri.vdb"};
+    const char *size = getenv("WEFT_KERNELS");
+    const bool full = size && strcmp(size, "full") == 0;
     int missing = 0;
     for (size_t i = 0; i < WEFT_COUNT(names); i++) {
         weft_volume *volume = open_data_volume(names[i]);
@@ -614,6 +617,8 @@ static void real_volumes_meet_the_reference(void **state)
             oblique(info->active_max[1] - info->active_min[1], info->active_min[1], 128, 128);
         for (const struct weft_kernel_info *const *k = weft_kernel_list; *k; k++) {
             for (int p = 0; p < 2; p++) {
+                if (!full && ((size_t)(k - weft_kernel_list) + i + (size_t)p) % 2)
+                    continue;
                 struct weft_verify_report error;
                 struct weft_slice_params params = {.kernel = kernel_named((*k)->name),
                                                    .space = WEFT_SPACE_INDEX,
