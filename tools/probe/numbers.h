@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_PROBE_NUMBERS_H
 #define WEFT_TOOLS_PROBE_NUMBERS_H
 
-#include "filter/base.h"
+#include "weft.h"
 
 WEFT_BEGIN_DECLS
 
