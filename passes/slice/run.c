@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <math.h>
 #include <stdlib.h>
 
 #include "filter/statistics.h"
@@ -192,4 +193,30 @@ enum weft_result weft_slice_run_once(const weft_slice_plan *plan,
         res = weft_slice_run(slice, params, report);
     weft_slice_destroy(&slice);
     return res;
+}
+
+// ---- reports ------------------------------------------------------------------------------------
+
+void weft_slice_report_add(struct weft_slice_report *sum, const struct weft_slice_report *one)
+{
+    sum->read_seconds += one->read_seconds;
+    sum->layout_seconds += one->layout_seconds;
+    sum->upload_seconds += one->upload_seconds;
+    sum->pass_seconds += one->pass_seconds;
+    sum->readback_seconds += one->readback_seconds;
+    sum->bricks_read += one->bricks_read;
+    sum->uploaded_bytes += one->uploaded_bytes;
+    sum->peak_bytes = one->peak_bytes > sum->peak_bytes ? one->peak_bytes : sum->peak_bytes;
+    sum->passes += one->passes;
+    sum->cells_constant += one->cells_constant;
+    sum->cells_smooth += one->cells_smooth;
+    sum->fetches += one->fetches;
+    sum->minimum = fminf(sum->minimum, one->minimum);
+    sum->maximum = fmaxf(sum->maximum, one->maximum);
+    sum->not_finite += one->not_finite;
+    sum->exact_pixels += one->exact_pixels;
+    sum->clamped += one->clamped;
+    sum->rectangles += one->rectangles;
+    sum->clamps += one->clamps;
+    sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
 }

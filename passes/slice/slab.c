@@ -195,24 +195,6 @@ static void combine(struct slab *s, const float *outputs, bool first)
     }
 }
 
-static void add_report(struct weft_slice_report *sum, const struct weft_slice_report *one)
-{
-    sum->read_seconds += one->read_seconds;
-    sum->layout_seconds += one->layout_seconds;
-    sum->upload_seconds += one->upload_seconds;
-    sum->pass_seconds += one->pass_seconds;
-    sum->readback_seconds += one->readback_seconds;
-    sum->bricks_read += one->bricks_read;
-    sum->uploaded_bytes += one->uploaded_bytes;
-    sum->peak_bytes = one->peak_bytes > sum->peak_bytes ? one->peak_bytes : sum->peak_bytes;
-    sum->passes += one->passes;
-    sum->cells_constant += one->cells_constant;
-    sum->cells_smooth += one->cells_smooth;
-    sum->fetches += one->fetches;
-    sum->exact_pixels += one->exact_pixels;
-    sum->cpu = one->cpu;
-}
-
 static enum weft_result make_cut(struct slab *s, int index)
 {
     const struct weft_slice_geometry *middle = &s->params->slice.geometry;
@@ -229,7 +211,8 @@ static enum weft_result make_cut(struct slab *s, int index)
     if (res != WEFT_OK)
         return res;
     combine(s, make_outputs(s), index == 0);
-    add_report(&s->report, &report);
+    weft_slice_report_add(&s->report, &report);
+    s->report.cpu = report.cpu;
     return WEFT_OK;
 }
 

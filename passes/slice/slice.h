@@ -104,6 +104,12 @@ struct weft_slice_report {
     double largest_clamp;
 };
 
+// Adds what another run took, of the same slice or of one beside it: times and counts are summed
+// up, peaks, errors and the pixels' range are those of both together. What is said of the engine
+// and of the range that passes map stays.
+WEFT_API void weft_slice_report_add(struct weft_slice_report *sum,
+                                    const struct weft_slice_report *one);
+
 // Runs a compiled slice into the caller's memory. The same plan and volume give the same bytes,
 // in every run and whatever the number of threads; a second run reads what the footprint has not
 // kept, and makes nothing anew. The values of a plan of passes with a derivative are per voxel.

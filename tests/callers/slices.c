@@ -423,6 +423,9 @@ static void slice_runs(void)
     TRUE(weft_slice_plan_create(v, &params, &slice) == WEFT_OK);
     TRUE(weft_slice_plan_get_info(slice)->tile_count > 0);
     SURVIVED(weft_footprint_statistics(weft_slice_plan_get_footprint(slice), NULL, &statistics));
+    struct weft_slice_report sum = {.minimum = NAN}, other = {.minimum = 1.0f, .passes = INT_MAX};
+    weft_slice_report_add(&sum, &other);
+    TRUE(sum.minimum == 1.0f && sum.passes == INT_MAX);
     SURVIVED(weft_slice_run_once(slice, weft_slice_compile_params(.context = context),
                                  weft_slice_run_params(.pixels = out), NULL));
     for (size_t n = 0; n < WEFT_COUNT(numbers); n++)
@@ -662,7 +665,8 @@ const struct caller_case callers_slices[] = {
      {F(hardware_plan_create), F(hardware_plan_destroy), F(hardware_plan_get_info)}},
     {slice_runs,
      {F(slice_run), F(slice_verify), F(slice_plan_get_info), F(slice_plan_get_footprint),
-      F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_multipass_bound_terms)}},
+      F(slice_compile), F(slice_destroy), F(slice_run_once), F(slice_report_add),
+      F(slice_multipass_bound_terms)}},
     {method_runs,
      {F(method_run), F(method_plan_get_info), F(method_plan_get_slice), F(method_plan_get_passes),
       F(choose_engine)}},

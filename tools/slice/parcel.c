@@ -185,7 +185,7 @@ enum weft_result parcel_read_region(const void *data, size_t size, struct slice_
         job->error = head.error;
         return WEFT_OK;
     }
-    slice_add_report(&head.report, &job->report);
+    weft_slice_report_add(&job->report, &head.report);
     weft_verify_join(&job->error, &head.error);
     return WEFT_OK;
 }

@@ -110,30 +110,6 @@ enum weft_result slice_run(struct slice_job *job)
     return res == WEFT_OK ? slice_finish_run(job) : res;
 }
 
-void slice_add_report(const struct weft_slice_report *one, struct weft_slice_report *sum)
-{
-    sum->read_seconds += one->read_seconds;
-    sum->layout_seconds += one->layout_seconds;
-    sum->upload_seconds += one->upload_seconds;
-    sum->pass_seconds += one->pass_seconds;
-    sum->readback_seconds += one->readback_seconds;
-    sum->bricks_read += one->bricks_read;
-    sum->uploaded_bytes += one->uploaded_bytes;
-    sum->peak_bytes = one->peak_bytes > sum->peak_bytes ? one->peak_bytes : sum->peak_bytes;
-    sum->passes += one->passes;
-    sum->cells_constant += one->cells_constant;
-    sum->cells_smooth += one->cells_smooth;
-    sum->fetches += one->fetches;
-    sum->minimum = fminf(sum->minimum, one->minimum);
-    sum->maximum = fmaxf(sum->maximum, one->maximum);
-    sum->not_finite += one->not_finite;
-    sum->exact_pixels += one->exact_pixels;
-    sum->clamped += one->clamped;
-    sum->rectangles += one->rectangles;
-    sum->clamps += one->clamps;
-    sum->largest_clamp = fmax(sum->largest_clamp, one->largest_clamp);
-}
-
 enum weft_result slice_finish_run(struct slice_job *job)
 {
     enum weft_result res = WEFT_OK;
@@ -266,7 +242,7 @@ enum weft_result slice_compute(struct slice_job *job)
         if (res == WEFT_OK)
             res = slice_verify(job);
         if (job->runs++)
-            slice_add_report(&job->report, &job->total);
+            weft_slice_report_add(&job->total, &job->report);
         else
             job->total = job->report;
     }

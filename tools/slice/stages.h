@@ -84,8 +84,6 @@ enum weft_result slice_run(struct slice_job *job);
 enum weft_result slice_verify(struct slice_job *job);
 // Both, and the channels of the source whose turn it is.
 enum weft_result slice_compute(struct slice_job *job);
-// What another run took is added.
-void slice_add_report(const struct weft_slice_report *one, struct weft_slice_report *sum);
 // The same of a plan of the slice's, or of a part of it, into memory that is not the job's.
 enum weft_result slice_run_plan(const struct slice_job *job, const weft_slice_plan *plan,
                                 const weft_hardware_plan *hardware, float *pixels,
