@@ -6,7 +6,7 @@
 #include <malloc.h>
 #include <stdlib.h>
 
-#include "tiles/readers/tiff_file.h"
+#include "tiles/readers/tiff/tiff_file.h"
 
 enum {
     RATIO_LIMIT = 10000, // declared bytes per stored byte, as weft-read-exr has it
@@ -221,11 +221,11 @@ static enum weft_result check_amount(struct weft_tiff_file *f, size_t *bytes)
                                 "%" PRIu32 " x %" PRIu32 " pixels of %" PRIu32 " channels are %zu "
                                 "bytes, the output limit is %" PRIu64,
                                 f->width, f->height, f->channels, *bytes, s->limits.output_bytes);
-    if (*bytes > RATIO_FLOOR_BYTES && *bytes / RATIO_LIMIT > f->file_bytes)
+    if (*bytes > RATIO_FLOOR_BYTES && *bytes / RATIO_LIMIT > f->stream.end)
         return weft_server_fail(s, WEFT_ERR_LIMIT,
                                 "%zu bytes are declared in a file of %" PRIu64
                                 " bytes, the limit is %d times as many",
-                                *bytes, f->file_bytes, RATIO_LIMIT);
+                                *bytes, f->stream.end, RATIO_LIMIT);
     return WEFT_OK;
 }
 
@@ -250,7 +250,7 @@ static enum weft_result handle(struct weft_server *server)
 {
     struct weft_tiff_file *f = server->priv;
     f->server = server;
-    f->message[0] = '\0';
+    f->stream.message[0] = '\0';
     if (server->request->op != WEFT_WIRE_IMAGE_FRAME)
         return weft_server_fail(server, WEFT_ERR_READER, "weft-read-tiff: unknown request %" PRIu32,
                                 server->request->op);

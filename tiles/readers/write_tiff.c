@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // weft-write-tiff: writes TIFF files through libtiff for libweft, see wire.h: what libtiff needs,
 // JPEG and WebP and more, is no part of the library.
-#include <errno.h>
 #include <inttypes.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <tiffio.h>
 
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_wire.h"
 #include "tiles/process/server.h"
-#include "tiles/readers/tiff_texts.h"
+#include "tiles/readers/tiff/tiff_stream.h"
+#include "tiles/readers/tiff/tiff_texts.h"
 
 enum {
     STRIP_BYTES = 256 << 10, // of a strip, about
@@ -27,8 +21,7 @@ enum {
 struct writer {
     struct weft_server *server;
     TIFF *tiff;
-    uint64_t at, end;
-    char message[256]; // what libtiff said first
+    struct weft_tiff_stream stream;
     unsigned char *buffer;
 };
 
@@ -41,92 +34,18 @@ struct part {
     bool tiled;
 };
 
-// ---- libtiff's calls ----------------------------------------------------------------------------
-
-static int keep_message(TIFF *tiff, void *priv, const char *module, const char *format,
-                        va_list args)
-{
-    struct writer *w = priv;
-    (void)tiff;
-    (void)module;
-    if (!w->message[0])
-        vsnprintf(w->message, sizeof w->message, format, args);
-    return 1;
-}
-
-static int be_silent(TIFF *tiff, void *priv, const char *module, const char *format, va_list args)
-{
-    (void)tiff;
-    (void)priv;
-    (void)module;
-    (void)format;
-    (void)args;
-    return 1;
-}
-
-static tmsize_t read_bytes(thandle_t priv, void *out, tmsize_t size)
-{
-    struct writer *w = priv;
-    const ssize_t n = pread(w->server->input_fd, out, (size_t)size, (off_t)w->at);
-    w->at += n > 0 ? (uint64_t)n : 0;
-    return n;
-}
-
-static tmsize_t write_bytes(thandle_t priv, void *data, tmsize_t size)
-{
-    struct writer *w = priv;
-    tmsize_t done = 0;
-    while (done < size) {
-        const ssize_t n = pwrite(w->server->input_fd, (const char *)data + done,
-                                 (size_t)(size - done), (off_t)(w->at + (uint64_t)done));
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0) {
-            if (!w->message[0])
-                snprintf(w->message, sizeof w->message, "%s", strerror(errno));
-            return -1;
-        }
-        done += n;
-    }
-    w->at += (uint64_t)done;
-    w->end = w->at > w->end ? w->at : w->end;
-    return done;
-}
-
-static toff_t seek(thandle_t priv, toff_t offset, int from)
-{
-    struct writer *w = priv;
-    return w->at = (from == SEEK_CUR ? w->at : from == SEEK_END ? w->end : 0) + offset;
-}
-
-static int close_nothing(thandle_t priv)
-{
-    (void)priv;
-    return 0;
-}
-
-static toff_t size_of(thandle_t priv)
-{
-    return ((struct writer *)priv)->end;
-}
-
 static enum weft_result fail(struct writer *w)
 {
     return weft_server_fail(w->server, WEFT_ERR_WRITE, "%s",
-                            w->message[0] ? w->message : "libtiff failed without a reason");
+                            w->stream.message[0] ? w->stream.message
+                                                 : "libtiff failed without a reason");
 }
 
 static enum weft_result open_file(struct writer *w)
 {
     const bool big = w->server->request->payload_bytes > CLASSIC_LIMIT;
-    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
-    if (options) {
-        TIFFOpenOptionsSetErrorHandlerExtR(options, keep_message, w);
-        TIFFOpenOptionsSetWarningHandlerExtR(options, be_silent, w);
-        w->tiff = TIFFClientOpenExt(w->server->path, big ? "w8m" : "wm", w, read_bytes, write_bytes,
-                                    seek, close_nothing, size_of, NULL, NULL, options);
-        TIFFOpenOptionsFree(options);
-    }
+    w->stream.fd = w->server->input_fd;
+    w->tiff = weft_tiff_stream_open(&w->stream, w->server->path, big ? "w8m" : "wm");
     return w->tiff ? WEFT_OK : fail(w);
 }
 
@@ -369,9 +288,9 @@ static enum weft_result handle(struct weft_server *server)
         return res;
     res = write_parts(&w);
     TIFFClose(w.tiff);
-    if (res == WEFT_OK && w.message[0])
+    if (res == WEFT_OK && w.stream.message[0])
         res = fail(&w);
-    server->answer.count[0] = w.end;
+    server->answer.count[0] = w.stream.end;
     return res;
 }
 

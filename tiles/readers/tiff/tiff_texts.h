@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/tiff_texts.h - texts of TIFF files by the names of EXR's attributes (not
+// tiles/readers/tiff/tiff_texts.h - texts of TIFF files by the names of EXR's attributes (not
 // installed).
-#ifndef WEFT_TILES_READERS_TIFF_TEXTS_H
-#define WEFT_TILES_READERS_TIFF_TEXTS_H
+#ifndef WEFT_TILES_READERS_TIFF_TIFF_TEXTS_H
+#define WEFT_TILES_READERS_TIFF_TIFF_TEXTS_H
 
 #include <stdint.h>
 

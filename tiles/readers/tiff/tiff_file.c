@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tiles/readers/tiff_file.h"
+#include "tiles/readers/tiff/tiff_file.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -12,82 +12,13 @@
 
 enum {
     SIDE_LIMIT = (1 << 29) - 1,
-    MOST_ALLOCATION = 1 << 30, // of libtiff at once
-    MOST_TEXT = 8 << 20        // bytes of a text or profile that is kept
+    MOST_TEXT = 8 << 20 // bytes of a text or profile that is kept
 };
-
-// ---- libtiff's calls ----------------------------------------------------------------------------
-
-static int keep_message(TIFF *tiff, void *priv, const char *module, const char *format,
-                        va_list args)
-{
-    struct weft_tiff_file *f = priv;
-    (void)tiff;
-    (void)module;
-    if (!f->message[0])
-        vsnprintf(f->message, sizeof f->message, format, args);
-    return 1;
-}
-
-static int be_silent(TIFF *tiff, void *priv, const char *module, const char *format, va_list args)
-{
-    (void)tiff;
-    (void)priv;
-    (void)module;
-    (void)format;
-    (void)args;
-    return 1;
-}
-
-static tmsize_t read_bytes(thandle_t priv, void *out, tmsize_t size)
-{
-    struct weft_tiff_file *f = priv;
-    tmsize_t done = 0;
-    while (done < size) {
-        const ssize_t n = pread(f->server->input_fd, (char *)out + done, (size_t)(size - done),
-                                (off_t)(f->at + (uint64_t)done));
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0)
-            break;
-        done += n;
-    }
-    f->at += (uint64_t)done;
-    return done;
-}
-
-static tmsize_t refuse_writing(thandle_t priv, void *data, tmsize_t size)
-{
-    (void)priv;
-    (void)data;
-    (void)size;
-    return -1;
-}
-
-static toff_t seek(thandle_t priv, toff_t offset, int from)
-{
-    struct weft_tiff_file *f = priv;
-    const uint64_t base = from == SEEK_CUR ? f->at : from == SEEK_END ? f->file_bytes : 0;
-    if (base + offset > INT64_MAX)
-        return (toff_t)-1;
-    return f->at = base + offset;
-}
-
-static int close_nothing(thandle_t priv)
-{
-    (void)priv;
-    return 0;
-}
-
-static toff_t size_of(thandle_t priv)
-{
-    return ((struct weft_tiff_file *)priv)->file_bytes;
-}
 
 enum weft_result weft_tiff_fail(struct weft_tiff_file *f, const char *what)
 {
-    if (f->message[0])
-        return weft_server_fail(f->server, WEFT_ERR_FORMAT, "libtiff says: %s", f->message);
+    if (f->stream.message[0])
+        return weft_server_fail(f->server, WEFT_ERR_FORMAT, "libtiff says: %s", f->stream.message);
     return weft_server_fail(f->server, WEFT_ERR_FORMAT, "%s is damaged or cut short", what);
 }
 
@@ -116,18 +47,8 @@ enum weft_result weft_tiff_open(struct weft_tiff_file *f)
         return WEFT_OK;
     if (fstat(f->server->input_fd, &st))
         return weft_server_fail(f->server, WEFT_ERR_OPEN, "%s", strerror(errno));
-    f->file_bytes = (uint64_t)st.st_size;
-    f->at = 0;
-    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
-    if (options) {
-        TIFFOpenOptionsSetMaxSingleMemAlloc(options, MOST_ALLOCATION);
-        TIFFOpenOptionsSetErrorHandlerExtR(options, keep_message, f);
-        TIFFOpenOptionsSetWarningHandlerExtR(options, be_silent, f);
-        // m: not mapped.
-        f->tiff = TIFFClientOpenExt(f->server->path, "rm", f, read_bytes, refuse_writing, seek,
-                                    close_nothing, size_of, NULL, NULL, options);
-        TIFFOpenOptionsFree(options);
-    }
+    f->stream = (struct weft_tiff_stream){.fd = f->server->input_fd, .end = (uint64_t)st.st_size};
+    f->tiff = weft_tiff_stream_open(&f->stream, f->server->path, "rm"); // m: not mapped
     return f->tiff ? count_parts(f) : weft_tiff_fail(f, "the header");
 }
 

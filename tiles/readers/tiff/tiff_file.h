@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tiles/readers/tiff_file.h - headers of TIFF files through libtiff (not installed).
-#ifndef WEFT_TILES_READERS_TIFF_FILE_H
-#define WEFT_TILES_READERS_TIFF_FILE_H
+// tiles/readers/tiff/tiff_file.h - headers of TIFF files through libtiff (not installed).
+#ifndef WEFT_TILES_READERS_TIFF_TIFF_FILE_H
+#define WEFT_TILES_READERS_TIFF_TIFF_FILE_H
 
 #include <string.h>
-
-#include <tiffio.h>
 
 #include "filter/check.h"
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_wire.h"
 #include "tiles/process/server.h"
-#include "tiles/readers/tiff_texts.h"
+#include "tiles/readers/tiff/tiff_stream.h"
+#include "tiles/readers/tiff/tiff_texts.h"
 
 WEFT_BEGIN_DECLS
 
@@ -20,8 +19,7 @@ enum { WEFT_TIFF_CHANNELS = 64, WEFT_TIFF_PARTS = 1024 };
 struct weft_tiff_file {
     struct weft_server *server;
     TIFF *tiff; // NULL: none is open
-    uint64_t file_bytes, at;
-    char message[256]; // what libtiff said first
+    struct weft_tiff_stream stream;
     uint32_t part_count;
     // Of the part that was taken: as it is stored,
     uint32_t width, height, samples, bits;
