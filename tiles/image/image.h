@@ -267,16 +267,18 @@ WEFT_API enum weft_result weft_image_save_parts(const struct weft_image *parts, 
                                                 const struct weft_image_save_params *params,
                                                 struct weft_image_save_report *report);
 
-// Colour maps for previews, a NULL-ended list: "grey" (the first), "viridis" (perceptually uniform)
-// and "cool-warm" (diverging).
+// Colour maps for previews, a NULL-ended list: "grey" (the first), "viridis", "magma" and "cividis"
+// (perceptually uniform), "cool-warm" (diverging) and "turbo" (a rainbow). Those with published
+// colours show them at i / 255 (cool-warm: i / 32), and are linear between.
 struct weft_colour_map {
     const char *name;
-    const char *citation;
+    const char *alias;    // as matplotlib calls it, "gray"; NULL: it has this name there
+    const char *citation; // what it is for, and whose it is
     // sRGB in [0, 255] at t in [0, 1]. Called from several threads at once.
     void (*colour)(double t, uint8_t rgb[3]);
 };
 WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
-// Finds a colour map by its name. Returns NULL where there is none.
+// Finds a colour map by its name or alias. Returns NULL where there is none.
 WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
 
 // A plane, and the colours of its values. Borrowed until the call returns.

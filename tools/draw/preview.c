@@ -7,15 +7,20 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 
+enum { MAX_MAPS = 16 };
+
 static enum weft_result unknown_colour_map(const char *name)
 {
+    const char *name_of[MAX_MAPS + 1] = {NULL};
     char names[512] = "";
-    for (int i = 0; weft_colour_map_list[i]; i++) {
+    for (int i = 0; weft_colour_map_list[i] && i < MAX_MAPS; i++) {
         const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
-                 weft_colour_map_list[i]->name);
+        name_of[i] = weft_colour_map_list[i]->name;
+        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", name_of[i]);
     }
-    report_error("unknown colour map '%s'; there are: %s", name, names);
+    const char *meant = weft_closest_find(name, strlen(name), name_of);
+    report_error("unknown colour map '%s'; %s%s%sthere are: %s", name, meant ? "did you mean " : "",
+                 meant ? meant : "", meant ? "? " : "", names);
     return WEFT_ERR_ARGUMENT;
 }
 
@@ -39,7 +44,8 @@ bool preview_help(const struct option_value *colour_map)
     puts("colour maps:");
     for (int i = 0; weft_colour_map_list[i]; i++) {
         const struct weft_colour_map *map = weft_colour_map_list[i];
-        printf("  %-10s %s\n", map->name, map->citation ? map->citation : "");
+        printf("  %-10s %s%s%s\n", map->name, map->citation, map->alias ? "; also " : "",
+               map->alias ? map->alias : "");
     }
     return true;
 }

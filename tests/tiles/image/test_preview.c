@@ -51,11 +51,42 @@ static void test_colour_maps(void **state)
     assert_null(weft_colour_map_find("none"));
     assert_null(weft_colour_map_find(NULL));
 
-    uint8_t rgb[3];
-    weft_colour_map_find("viridis")->colour(0.5, rgb); // published: (32, 144, 140)
-    assert_in_range(rgb[0], 29, 35);
-    assert_in_range(rgb[1], 141, 147);
-    assert_in_range(rgb[2], 137, 143);
+    assert_ptr_equal(weft_colour_map_find("gray"), weft_colour_map_find("grey"));
+    assert_ptr_equal(weft_colour_map_find("coolwarm"), weft_colour_map_find("cool-warm"));
+}
+
+// Colours as they were published: entries of matplotlib's and Google's lists of 256, floats from 0
+// to 1, and of Moreland's table.
+static void test_published(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *map;
+        double position;
+        double colour[3]; // 0 to 1
+    } published[] = {
+        {"viridis", 0 / 255.0, {0.267004, 0.004874, 0.329415}},
+        {"viridis", 64 / 255.0, {0.229739, 0.322361, 0.545706}},
+        {"viridis", 128 / 255.0, {0.127568, 0.566949, 0.550556}},
+        {"viridis", 255 / 255.0, {0.993248, 0.906157, 0.143936}},
+        {"magma", 0 / 255.0, {0.001462, 0.000466, 0.013866}},
+        {"magma", 128 / 255.0, {0.716387, 0.214982, 0.475290}},
+        {"magma", 255 / 255.0, {0.987053, 0.991438, 0.749504}},
+        {"cividis", 0 / 255.0, {0.0, 0.135112, 0.304751}},
+        {"cividis", 255 / 255.0, {0.995737, 0.909344, 0.217772}},
+        {"turbo", 0 / 255.0, {0.18995, 0.07176, 0.23217}},
+        {"turbo", 128 / 255.0, {0.64362, 0.98999, 0.23356}},
+        {"turbo", 255 / 255.0, {0.47960, 0.01583, 0.01055}},
+        {"cool-warm", 0.0, {59 / 255.0, 76 / 255.0, 192 / 255.0}},
+        {"cool-warm", 0.5, {221 / 255.0, 221 / 255.0, 221 / 255.0}},
+        {"cool-warm", 1.0, {180 / 255.0, 4 / 255.0, 38 / 255.0}},
+    };
+    for (size_t i = 0; i < sizeof published / sizeof *published; i++) {
+        uint8_t rgb[3];
+        weft_colour_map_find(published[i].map)->colour(published[i].position, rgb);
+        for (int c = 0; c < 3; c++)
+            assert_int_equal(rgb[c], lrint(255.0 * published[i].colour[c]));
+    }
 }
 
 static void test_values(void **state)
@@ -285,6 +316,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_colour_maps),
+        cmocka_unit_test(test_published),
         IN_FOLDER(test_values),
         IN_FOLDER(test_many_rows),
         IN_FOLDER(test_ranges),
