@@ -510,6 +510,10 @@ static void plots_are_pictures(void **state)
     assert_starts("it's a plot.png", png, 8);
     command_succeeds("kernel", "linear", "--plot", "k.svg");
     assert_starts("k.svg", svg, 5);
+    command_succeeds("kernel", "linear", "--plot", "k.pdf");
+    assert_starts("k.pdf", "%PDF-", 5);
+    command_succeeds("kernel", "linear", "--plot", "k.EPS");
+    assert_starts("k.EPS", "%!PS-Adobe", 10);
     static const char *const names[] = {"nearest", "d-mitchell", "dd-keys6", "rect-sinc:8+unit"};
     for (size_t i = 0; i < COUNT(names); i++) {
         command_succeeds("kernel", names[i], "-p", "k.svg");
@@ -649,8 +653,8 @@ static void bad_table_options(void **state)
         {"--kernels=linear; ;bspline", "name is missing"},
         {"--kernels=linear bspline", "no kernel"},
         {"--kernels=linear,junk", "no kernel 'junk'"},
-        {"--plot=a.pdf", ".svg or .png"},
-        {"--plot=.png", ".svg or .png"},
+        {"--plot=a.gif", ".pdf or .eps"},
+        {"--plot=.png", ".pdf or .eps"},
         {"--junk", "unknown option"},
         {"bspline", "--kernels bspline"},
     };

@@ -36,11 +36,10 @@ static void endings_are_refused(void **state)
     refused("must end in .vdb", "make", "ramp", "-o", "s.vdb.gz");
     refused(".txt, .md, .csv, .json or .tex", "table", "-o", "t.xls");
     refused("must end in .json", "table", "-o", "t.csv", "-f", "json");
-    refused("must end in .svg or .png", "table", "-p", "t.pdf");
-    refused("must end in .svg or .png", "table", "-p", "-");
-    refused("must end in .svg or .png", "kernel", "linear", "-p", "k.jpg");
-    refused("must end in .svg or .png", "kernel", "linear", "-p", "svg");
-    refused("must end in .svg or .png", "chart", "no.vdb", "-o", "c.csv");
+    refused("must end in .svg, .png, .pdf or .eps", "table", "-p", "t.gif");
+    refused("must end in .svg, .png, .pdf or .eps", "kernel", "linear", "-p", "k.jpg");
+    refused("must end in .svg, .png, .pdf or .eps", "kernel", "linear", "-p", "svg");
+    refused("must end in .svg, .png, .pdf or .eps", "chart", "no.vdb", "-o", "c.csv");
     refused("must end in .png", "chart", "no.vdb", "--png", "c.svg");
     refused("must end in .csv", "chart", "no.vdb", "--csv", "c.json");
     refused("must end in .json", "chart", "no.vdb", "--json", "c.txt");

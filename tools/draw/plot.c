@@ -15,10 +15,19 @@
 
 extern char **environ;
 
-static bool ends_with(const char *text, const char *end)
+enum format { SVG, PNG, PDF, EPS };
+const char *const plot_endings[] = {".svg", ".png", ".pdf", ".eps", NULL};
+
+// -1: its name has an ending that is none of them, or is a file's without one.
+static int find_format(const char *path)
 {
-    size_t size = strlen(text), end_size = strlen(end);
-    return size > end_size && strcasecmp(text + size - end_size, end) == 0;
+    const char *ending = paths_ending(path);
+    if (!*ending && paths_is_special(path))
+        return SVG;
+    for (int i = 0; plot_endings[i]; i++)
+        if (strcasecmp(ending, plot_endings[i]) == 0)
+            return i;
+    return -1;
 }
 
 // In memory: no folder for temporary files is asked for. NULL with errno.
@@ -91,8 +100,8 @@ bool plot_can_draw(void)
 
 enum exit_code plot_check(const char *option, const char *path, const char *otherwise)
 {
-    if (!ends_with(path, ".svg") && !ends_with(path, ".png")) {
-        report_error("%s %s: the name must end in .svg or .png", option, path);
+    if (find_format(path) < 0) {
+        report_error("%s %s: the name must end in .svg, .png, .pdf or .eps", option, path);
         return EXIT_CODE_USAGE;
     }
     if (paths_check_output(path, false) != WEFT_OK)
@@ -105,6 +114,20 @@ enum exit_code plot_check(const char *option, const char *path, const char *othe
     return EXIT_CODE_FAILED;
 }
 
+// Of all the same picture: PDF and EPS are as large as its pixels at 96 an inch, with lines and
+// texts as thick and high as there.
+static void set_terminal(FILE *script, enum format format, int width, int height)
+{
+    if (format == SVG || format == PNG)
+        fprintf(script, "set terminal %s noenhanced size %d,%d font 'sans,12'\n",
+                format == SVG ? "svg background 'white'" : "pngcairo", width, height);
+    else
+        fprintf(script,
+                "set terminal %s noenhanced color size %.4fin,%.4fin font 'sans,12' fontscale 0.75 "
+                "linewidth 1.5\n",
+                format == PDF ? "pdfcairo" : "epscairo", width / 96.0, height / 96.0);
+}
+
 enum exit_code plot_begin(const char *path, int width, int height, struct plot *out)
 {
     *out = (struct plot){.path = path, .script = open_scratch()};
@@ -112,15 +135,13 @@ enum exit_code plot_begin(const char *path, int width, int height, struct plot *
         report_error("%s: no memory for the plot's script: %s", path, strerror(errno));
         return EXIT_CODE_FAILED;
     }
-    const char *terminal = ends_with(path, ".svg") ? "svg background 'white'" : "pngcairo";
-    fprintf(out->script,
-            "set terminal %s noenhanced size %d,%d font 'sans,12'\n"
-            "set grid lc '#d8d8d8' lt 1 lw 0.5\nset border lc '#505050'\n"
-            "set linetype 1 lc '#0060ad' lw 2\nset linetype 2 lc '#d95f02' lw 2\n"
-            "set linetype 3 lc '#1b9e77' lw 2\nset linetype 4 lc '#7570b3' lw 2\n"
-            "set linetype 5 lc '#e7298a' lw 2\nset linetype 6 lc '#a6761d' lw 2\n"
-            "set linetype 7 lc '#666666' lw 2\nset linetype 8 lc '#66a61e' lw 2\n",
-            terminal, width, height);
+    const int format = find_format(path);
+    set_terminal(out->script, format < 0 ? SVG : (enum format)format, width, height);
+    fprintf(out->script, "set grid lc '#d8d8d8' lt 1 lw 0.5\nset border lc '#505050'\n"
+                         "set linetype 1 lc '#0060ad' lw 2\nset linetype 2 lc '#d95f02' lw 2\n"
+                         "set linetype 3 lc '#1b9e77' lw 2\nset linetype 4 lc '#7570b3' lw 2\n"
+                         "set linetype 5 lc '#e7298a' lw 2\nset linetype 6 lc '#a6761d' lw 2\n"
+                         "set linetype 7 lc '#666666' lw 2\nset linetype 8 lc '#66a61e' lw 2\n");
     return EXIT_CODE_DONE;
 }
 

@@ -7,8 +7,11 @@
 
 #include "tools/common/report.h"
 
+extern const char *const plot_endings[];    // ".svg", ".png", ".pdf", ".eps"; NULL-ended
+#define PLOT_VALUE "OUT.svg|.png|.pdf|.eps" // in help
+
 struct plot {
-    const char *path; // the format is told by its ending: .svg or .png
+    const char *path; // its ending tells the format; without one, as /dev/stdout, it is SVG
     FILE *script;     // what gnuplot is to read: write commands and inline data here
 };
 
@@ -17,7 +20,7 @@ struct plot {
 // after an error line where not EXIT_CODE_DONE.
 enum exit_code plot_check(const char *option, const char *path, const char *otherwise);
 
-// Opens the script, with the terminal set to an image of that size.
+// Opens the script, with the terminal set to an image of that size in pixels, 96 an inch.
 enum exit_code plot_begin(const char *path, int width, int height, struct plot *out);
 
 // Runs gnuplot and puts the image in place, whole or not at all; releases everything.

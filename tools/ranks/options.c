@@ -11,8 +11,6 @@
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
 
-const char *const rank_chart_endings[] = {".svg", ".png", NULL};
-
 enum { MOST_PIXELS = 1 << 24, MOST_SECONDS = 86400 };
 
 // A whole number of pixels that ends where *text is left; 0: there is none.

@@ -5,6 +5,7 @@
 #define WEFT_TOOLS_RANKS_OPTIONS_H
 
 #include "tools/common/options.h"
+#include "tools/draw/plot.h"
 #include "weft.h"
 
 enum rank_option {
@@ -17,7 +18,6 @@ enum rank_option {
     RANK_CHART,
     RANK_OPTION_COUNT
 };
-extern const char *const rank_chart_endings[]; // ".svg", ".png"; NULL-ended
 
 // A verb's table has them in this order from `first` on.
 // clang-format off
@@ -38,8 +38,8 @@ extern const char *const rank_chart_endings[]; // ".svg", ".png"; NULL-ended
         "who did what"},                                                                           \
     [(first) + RANK_COST_MAP] = {.name = "cost-map", 0, OPTION_TEXT, "FILE",                       \
         "what places of the picture cost: read, where it is there, to divide it, and written"},    \
-    [(first) + RANK_CHART] = {.name = "load-chart", 0, OPTION_OUTPUT, "OUT.svg|.png",              \
-        "plot how busy each rank was", rank_chart_endings}
+    [(first) + RANK_CHART] = {.name = "load-chart", 0, OPTION_OUTPUT, PLOT_VALUE,                   \
+        "plot how busy each rank was", plot_endings}
 // clang-format on
 
 // What they say. Zero where an option was not given.

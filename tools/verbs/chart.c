@@ -20,15 +20,14 @@ static const char default_truth_kernels[] =
 static const char *const json_ending[] = {".json", NULL};
 static const char *const csv_ending[] = {".csv", NULL};
 static const char *const png_ending[] = {".png", NULL};
-static const char *const chart_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[CHART_OPTION_COUNT] = {
     [CHART_OUTPUT] = {.name = "output",
                       'o',
                       OPTION_OUTPUT,
-                      "CHART.svg|CHART.png",
+                      "CHART.svg|.png|.pdf|.eps",
                       "the chart, by gnuplot (default chart.svg, where no other output is asked "
                       "for). Of two charts the second is CHART-truth.svg",
-                      chart_endings},
+                      plot_endings},
     [CHART_PNG] = {.name = "png",
                    0,
                    OPTION_OUTPUT,
@@ -273,16 +272,17 @@ static const char *output_of(const struct chart_job *job)
     return none ? default_output : o[CHART_OUTPUT].text;
 }
 
-static enum weft_result check_image(const char *option, const char *path, bool svg_too)
+// Of the endings in the options' table one must be there: names are made of these.
+static enum weft_result check_image(enum chart_option option, const char *path)
 {
+    const struct option_spec *spec = &options[option];
     if (!path)
         return WEFT_OK;
-    if (!ends_in(path, ".png") && !(svg_too && ends_in(path, ".svg"))) {
-        report_error("%s %s: the name must end in %s", option, path,
-                     svg_too ? ".svg or .png" : ".png");
-        return WEFT_ERR_ARGUMENT;
-    }
-    return paths_check_output(path, false);
+    for (int i = 0; spec->choices[i]; i++)
+        if (ends_in(path, spec->choices[i]))
+            return paths_check_output(path, false);
+    report_error("--%s %s: the name must end in one of %s", spec->name, path, spec->value);
+    return WEFT_ERR_ARGUMENT;
 }
 
 static enum weft_result check_outputs(const struct chart_job *job)
@@ -290,9 +290,9 @@ static enum weft_result check_outputs(const struct chart_job *job)
     const struct option_value *o = job->option;
     const char *const path[] = {output_of(job), o[CHART_PNG].text, o[CHART_CSV].text,
                                 o[CHART_JSON].text};
-    enum weft_result res = check_image("-o", path[0], true);
+    enum weft_result res = check_image(CHART_OUTPUT, path[0]);
     if (res == WEFT_OK)
-        res = check_image("--png", path[1], false);
+        res = check_image(CHART_PNG, path[1]);
     for (int i = 2; i < 4 && res == WEFT_OK; i++)
         res = path[i] ? paths_check_output(path[i], false) : WEFT_OK;
     for (int i = 0; i < 4 && res == WEFT_OK; i++) {

@@ -12,7 +12,6 @@
 
 enum { KERNEL_LIST, KERNEL_PLOT, KERNEL_JSON, KERNEL_QUIET, KERNEL_VERBOSE, KERNEL_OPTION_COUNT };
 
-static const char *const plot_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[KERNEL_OPTION_COUNT] = {
     [KERNEL_LIST] = {.name = "list",
                      'l',
@@ -23,7 +22,7 @@ static const struct option_spec options[KERNEL_OPTION_COUNT] = {
     [KERNEL_PLOT] = {.name = "plot",
                      'p',
                      OPTION_OUTPUT,
-                     "OUT.svg|OUT.png",
+                     PLOT_VALUE,
                      "kernel, derivative and spectrum as a picture (needs gnuplot)",
                      plot_endings},
     [KERNEL_JSON] = {.name = "json",
@@ -490,7 +489,7 @@ static const char *const epilogue[] = {
 const struct verb verb_kernel = {
     .name = "kernel",
     .summary = "what a reconstruction kernel is and does to a signal",
-    .usage = "NAME [--plot OUT.svg|OUT.png] [--json] | --list",
+    .usage = "NAME [--plot " PLOT_VALUE "] [--json] | --list",
     .description = "Prints values, support, moments, Taylor coefficients, order of approximation, "
                    "frequency response, smoothing, post-aliasing and overshoot of a kernel.",
     .epilogue = epilogue,

@@ -18,7 +18,6 @@ static const char *const lookups[] = {"nearest", "linear", "both", NULL};
 static const char *const formats[] = {"text", "markdown", "csv", "json", "latex", NULL};
 
 static const char *const format_endings[] = {".txt", ".md", ".csv", ".json", ".tex", NULL};
-static const char *const plot_endings[] = {".svg", ".png", NULL};
 static const struct option_spec options[TABLE_OPTION_COUNT] = {
     [TABLE_KERNELS] = {.name = "kernels",
                        'k',
@@ -93,7 +92,7 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
     [TABLE_PLOT] = {.name = "plot",
                     'p',
                     OPTION_OUTPUT,
-                    "OUT.svg|OUT.png",
+                    PLOT_VALUE,
                     "eps_h over the resolution as a picture (needs gnuplot)",
                     plot_endings},
     [TABLE_TARGET_ERROR] = {.name = "target-error",

@@ -135,8 +135,8 @@ static void what_is_wrong_is_said(void **state)
         {"--cost-map=-", {"--cost-map -:", "file"}, WEFT_ERR_ARGUMENT},
         {"--cost-map /dev/stdout", {"--cost-map /dev/stdout:"}, WEFT_ERR_ARGUMENT},
         {"--cost-map /nowhere/map", {"/nowhere"}, WEFT_ERR_WRITE},
-        {"--load-chart load.pdf", {"load.pdf", ".svg or .png"}, WEFT_ERR_ARGUMENT},
-        {"--load-chart load", {"--load-chart load:", ".svg or .png"}, WEFT_ERR_ARGUMENT},
+        {"--load-chart load.gif", {"load.gif", ".pdf or .eps"}, WEFT_ERR_ARGUMENT},
+        {"--load-chart load", {"--load-chart load:", ".pdf or .eps"}, WEFT_ERR_ARGUMENT},
         {"--load-chart /nowhere/load.svg", {"/nowhere"}, WEFT_ERR_WRITE},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
