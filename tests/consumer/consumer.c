@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a user's program does with weft: plans, opens a context and cuts a slice, and calls what
-// needs each library that weft is linked with.
+// consumer [RAMP.vdb]: what a user's program does with weft: plans, opens a context and cuts slices,
+// of a volume in memory and of a file of `weft make ramp --size 8`, and calls what needs each library
+// that weft is linked with.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,31 +49,52 @@ static void write_images(void)
     must(weft_image_save(&image, &save), "weft_image_save");
 }
 
-static void cut_slice(void)
+// Pixels are to lie on the voxels of plane z, side x side of them.
+static void cut_plane(weft_volume *volume, int z, int side, const float *expected)
 {
-    static const float data[8] = {1, 2, 3, 4, 5, 6, 7, 8};
-    float pixels[4];
+    float pixels[64];
     weft_context *context = NULL;
-    weft_volume *volume = NULL;
     weft_slice_plan *plan = NULL;
     struct weft_slice_params params = {.space = WEFT_SPACE_INDEX, .log = &logger};
     const struct weft_context_params any = {.kind = WEFT_CONTEXT_AUTO, .log = &logger};
-    must(weft_volume_create(weft_volume_params(.size = {2, 2, 2}, .data = data), &volume),
-         "weft_volume_create");
-    must(weft_slice_axis_geometry(&logger, volume, params.space, 2, 0.0, 2, 2, &params.geometry),
+    must(weft_slice_axis_geometry(&logger, volume, params.space, 2, z, side, side,
+                                  &params.geometry),
          "weft_slice_axis_geometry");
     must(weft_slice_plan_create(volume, &params, &plan), "weft_slice_plan_create");
-    if (weft_context_create(&any, &context) == WEFT_OK) {
-        must(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
-                                 weft_slice_run_params(.pixels = pixels), NULL),
-             "weft_slice_run");
-        for (int i = 0; i < 4; i++) // pixels lie on voxels
-            if (!(fabsf(pixels[i] - data[i]) <= 1e-5f))
-                must(WEFT_ERR_GL, "the slice's values");
-        printf("a slice by %s\n", weft_context_get_info(context)->renderer);
-    }
+    must(weft_context_create(&any, &context), "weft_context_create");
+    must(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                             weft_slice_run_params(.pixels = pixels), NULL),
+         "weft_slice_run_once");
+    for (int i = 0; i < side * side; i++)
+        if (!(fabsf(pixels[i] - expected[i]) <= 1e-5f))
+            must(WEFT_ERR_GL, "the slice's values");
+    printf("a slice by %s\n", weft_context_get_info(context)->renderer);
     weft_context_destroy(&context);
     weft_slice_plan_destroy(&plan);
+}
+
+static void cut_memory(void)
+{
+    static const float data[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    weft_volume *volume = NULL;
+    must(weft_volume_create(weft_volume_params(.size = {2, 2, 2}, .data = data), &volume),
+         "weft_volume_create");
+    cut_plane(volume, 0, 2, data);
+    weft_volume_destroy(&volume);
+}
+
+// By a reader, which weft finds.
+static void cut_file(const char *path)
+{
+    enum { SIDE = 8, Z = 3 };
+    float ramp[SIDE * SIDE];
+    weft_volume *volume = NULL;
+    must(weft_volume_open(weft_volume_open_params(.path = path, .log = &logger), &volume),
+         "weft_volume_open");
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++)
+            ramp[SIDE * y + x] = (float)(x + 2 * y + 3 * Z + 3) / (6 * SIDE);
+    cut_plane(volume, Z, SIDE, ramp);
     weft_volume_destroy(&volume);
 }
 
@@ -111,8 +133,7 @@ static void resample_planes(void)
     float pixels[3][60];
     weft_context *context = NULL;
     const struct weft_context_params any = {.kind = WEFT_CONTEXT_AUTO, .log = &logger};
-    if (weft_context_create(&any, &context) != WEFT_OK)
-        return;
+    must(weft_context_create(&any, &context), "weft_context_create");
     must(enlarge(context, (const float *const[]){samples[0], samples[1], samples[2]},
                  (float *const[]){pixels[0], pixels[1], pixels[2]}),
          "enlarge");
@@ -126,12 +147,14 @@ static void resample_planes(void)
     weft_context_destroy(&context);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
     printf("weft %s, the first of its kernels: %s\n", weft_version(), weft_kernel_list[0]->name);
     plan_passes();
     write_images();
-    cut_slice();
+    cut_memory();
+    if (argc > 1)
+        cut_file(argv[1]);
     resample_planes();
     return 0;
 }

@@ -1,24 +1,37 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
 # run.sh BUILD_DIR LIBDIR CC MPI...: installs the build tree to a temporary prefix, builds the
-# consumer against it by CMake and by pkg-config, shared and static, and runs each. Likewise one that
+# consumer against it by CMake and by pkg-config, shared and static, and runs each; likewise one that
 # uses MPI, by pkg-config and by CMake, for each of those that weft was built for (openmpi, mpich).
+# Then removes what was installed.
 set -eu
 build=$1 libdir=$2 cc=$3
 shift 3
-source=$(dirname "$0")
+source=$(cd "$(dirname "$0")" && pwd)
 tmp=$(mktemp -d)
-trap 'rm -rf "$tmp"' EXIT
-prefix=$tmp/prefix
+prefix="$tmp/a prefix"
+# The build tree's manifest stays that of what the user installed.
+manifest=$build/install_manifest.txt
+[ ! -f "$manifest" ] || cp -p "$manifest" "$tmp/manifest"
+tidy() {
+    rm -f "$manifest"
+    [ ! -f "$tmp/manifest" ] || mv "$tmp/manifest" "$manifest"
+    rm -rf "$tmp"
+}
+trap tidy EXIT
 
 cmake --install "$build" --prefix "$prefix" >/dev/null
 "$prefix/bin/weft" --version
 # The tree has been moved from its configured prefix: the readers must be found all the same.
-"$prefix/bin/weft" make ramp --size 8 -q -o "$tmp/ramp.vdb"
-"$prefix/bin/weft" info "$tmp/ramp.vdb" >/dev/null
-for reader in weft-read-dwa weft-read-exr weft-read-mesh weft-read-png weft-read-vdb \
-        weft-write-vdb; do
+ramp=$tmp/ramp.vdb
+"$prefix/bin/weft" make ramp --size 8 -q -o "$ramp"
+"$prefix/bin/weft" info "$ramp" >/dev/null
+for reader in weft-read-dwa weft-read-exr weft-read-mesh weft-read-nifti weft-read-nrrd \
+        weft-read-png weft-read-tiff weft-read-vdb weft-write-tiff weft-write-vdb; do
     test -x "$prefix/libexec/weft/$reader"
+done
+for text in "$source"/../../docs/*.md README.md CHANGELOG.md LICENSE; do
+    test -s "$prefix/share/doc/weft/${text#"$source/../../"}"
 done
 
 # Consumers have headers of the same names as weft's, which come first and do not compile.
@@ -32,21 +45,30 @@ test -f "$hostile/filter/base.h"
 cmake -S "$source" -B "$tmp/cmake" -G Ninja -D CMAKE_C_COMPILER="$cc" \
     -D CMAKE_PREFIX_PATH="$prefix" -D WEFT_HOSTILE="$hostile" -D WEFT_MPIS="$(echo "$*" | tr ' ' ';')" >/dev/null
 cmake --build "$tmp/cmake" || exit 1
-for kind in weft weft_static cxx; do
-    echo "-- CMake, $kind"
-    "$tmp/cmake/consumer_$kind"
-done
+# A program that the library is part of knows no moved tree.
+libexec=$prefix/libexec/weft
+echo "-- CMake, shared"
+"$tmp/cmake/consumer_weft" "$ramp"
+"$tmp/cmake/consumer_cxx"
+echo "-- CMake, static"
+WEFT_LIBEXEC=$libexec "$tmp/cmake/consumer_weft_static" "$ramp"
 
+# compile OUT SOURCE MODULE...: pkg-config writes what is to be quoted for a shell.
 export PKG_CONFIG_PATH="$prefix/$libdir/pkgconfig"
+compile() {
+    out=$1 program=$2
+    shift 2
+    flags=$(pkg-config --cflags --libs "$@")
+    eval "\"\$cc\" \"\$source/\$program\" -o \"\$out\" -I\"\$hostile\" $flags -lm"
+}
 echo "-- pkg-config, shared"
-flags=$(pkg-config --cflags --libs weft)
-"$cc" "$source/consumer.c" -o "$tmp/shared" -I"$hostile" $flags -lm
-LD_LIBRARY_PATH="$prefix/$libdir" "$tmp/shared"
+compile "$tmp/shared" consumer.c weft
+LD_LIBRARY_PATH="$prefix/$libdir" "$tmp/shared" "$ramp"
 echo "-- pkg-config, static"
-# The linker would take the shared library where it finds both.
-flags=$(pkg-config --static --cflags --libs weft | sed 's/-lweft/-l:libweft.a/')
-"$cc" "$source/consumer.c" -o "$tmp/static" -I"$hostile" $flags
-"$tmp/static"
+compile "$tmp/static" consumer.c weft-static
+ldd "$tmp/static" >"$tmp/libraries"
+! grep libweft "$tmp/libraries"
+WEFT_LIBEXEC=$libexec "$tmp/static" "$ramp"
 
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 for mpi in "$@"; do
@@ -54,13 +76,16 @@ for mpi in "$@"; do
     run="mpirun.$mpi -n 3"
     [ "$mpi" != openmpi ] || run="$run --oversubscribe --bind-to none"
     echo "-- $mpi, pkg-config"
-    "$cc" "$source/ranks.c" -o "$tmp/ranks_$mpi" -I"$hostile" \
-        $(pkg-config --cflags --libs "weft-$mpi")
+    compile "$tmp/ranks_$mpi" ranks.c "weft-$mpi"
     LD_LIBRARY_PATH="$prefix/$libdir" $run "$tmp/ranks_$mpi"
     echo "-- $mpi, CMake"
     $run "$tmp/cmake/ranks_$mpi"
     echo "-- $mpi, the command"
-    $run "$prefix/bin/weft" slice "$tmp/ramp.vdb" --size 8x8 -q -o "$tmp/slice.exr"
+    $run "$prefix/bin/weft" slice "$ramp" --size 8x8 -q -o "$tmp/slice.exr"
     test -s "$tmp/slice.exr"
     rm "$tmp/slice.exr"
 done
+
+echo "-- removed"
+cmake -D MANIFEST="$manifest" -P "$source/../../cmake/uninstall.cmake"
+test -z "$(ls -A "$prefix")"
