@@ -19,13 +19,14 @@ static void wrong_usage(void **state)
     struct command_result r;
     command_run(&r, "weft");
     assert_int_equal(r.code, 2);
-    command_fails(2, "slice, probe, info, convert, make", "carve");
-    command_fails(2, "slice, probe, info, convert, make", "help", "carve");
+    command_fails(2, "slice, probe, lattice, convert, make, info", "carve");
+    command_fails(2, "slice, probe, lattice, convert, make, info", "help", "carve");
     command_fails(2, "--frobnicate", "slice", "ml.vdb", "--frobnicate");
     command_fails(2, "-x", "slice", "ml.vdb", "-x");
     command_fails(2, "needs a value", "slice", "ml.vdb", "-o");
     command_fails(2, "needs a value", "slice", "ml.vdb", "--grid", "--json");
-    command_fails(2, "takes no value", "slice", "ml.vdb", "--json=yes");
+    command_fails(2, "takes no value", "slice", "ml.vdb", "--verify=yes");
+    command_fails(2, "must end in .json", "slice", "ml.vdb", "--json=yes.txt");
     command_fails(2, "is empty", "slice", "ml.vdb", "--output=");
     command_fails(2, "twice", "slice", "ml.vdb", "-o", "a.exr", "-o", "b.exr");
     command_fails(2, "too many", "slice", "ml.vdb", "sphere.vdb", "-o", "a.exr");

@@ -186,13 +186,13 @@ static void other_plans_make_the_trip(void **state)
     static const char *const cases[][7] = {
         {"-k", "bspline", "-d", "3", "-m", "8"},
         {"-k", "mitchell", "--derivative", "y", "-m", "16"},
-        {"-k", "bspline", "--derivative", "xy", "-p", "unorm16"},
-        {"-k", "bspline", "--derivative", "xx", "-p", "unorm16"},
-        {"-k", "d-bspline", "-p", "geforce3", "-m", "16"},
+        {"-k", "bspline", "--derivative", "xy", "--profile", "unorm16"},
+        {"-k", "bspline", "--derivative", "xx", "--profile", "unorm16"},
+        {"-k", "d-bspline", "--profile", "geforce3", "-m", "16"},
         {"-k", "catmull-rom", "--round-singly", "--single-bias", "-m", "16"},
-        {"-k", "linear+radial+unit", "-p", "radeon8500", "-m", "16"},
-        {"-k", "catmull-rom", "--channels", "4", "-p", "fp16"},
-        {"-k", "lanczos:2", "-w", "any", "-p", "geforce3,taps=1"},
+        {"-k", "linear+radial+unit", "--profile", "radeon8500", "-m", "16"},
+        {"-k", "catmull-rom", "--channels", "4", "--profile", "fp16"},
+        {"-k", "lanczos:2", "-w", "any", "--profile", "geforce3,taps=1"},
         {"-k", "keys6", "-b", "6", "-m", "7", "--blend-only"},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
@@ -210,10 +210,10 @@ static void naive_orders_are_named(void **state)
 {
     (void)state;
     assert_non_null(
-        strstr(command_succeeds("plan", "--order", "natural", "-p", "geforce3"),
+        strstr(command_succeeds("plan", "--order", "natural", "--profile", "geforce3"),
                "INVALID for constants of any level: stores clamp by up to 35 codes; the "
                "first is pass 01, with -0.0824"));
-    json_t *root = make_plan("--order", "natural", "-p", "geforce3");
+    json_t *root = make_plan("--order", "natural", "--profile", "geforce3");
     assert_false(flag(root, "valid"));
     const json_t *outside = json_object_get(json_object_get(root, "range"), "first_outside");
     assert_true(number(outside, "pass") == 1 && number(outside, "value") < 0);
@@ -235,7 +235,7 @@ static void naive_orders_are_named(void **state)
 static void worst_case_is_the_files_or_given(void **state)
 {
     (void)state;
-    json_decref(make_plan("-p", "geforce3"));
+    json_decref(make_plan("--profile", "geforce3"));
     answers(0, "valid: range [0, 0.996078] over 8 passes", "plan.json");
     answers(0, "valid: range [0, 0.99", "plan.json", "--worst-case", "constant");
     answers(1, "invalid: pass ", "plan.json", "--worst-case", "any");
@@ -256,7 +256,7 @@ static void orders_by_hand(void **state)
             "1,1@0.5;1,1/1@0.2", "-k", "linear");
     // The order that the planner found is one that can be given; roundings, for which the planner
     // scales and a given order does not, may take it some codes beyond.
-    json_t *root = make_plan("-p", "geforce3", "-t", "1", "-m", "16");
+    json_t *root = make_plan("--profile", "geforce3", "-t", "1", "-m", "16");
     const json_t *passes = json_object_get(root, "passes");
     char order[512] = "";
     for (size_t i = 0; i < json_array_size(passes); i++) {
@@ -270,7 +270,7 @@ static void orders_by_hand(void **state)
                  (int)json_integer_value(json_array_get(tap, 1)));
     }
     json_decref(root);
-    command_run(&result, "weft", "validate", "--order", order, "-p", "geforce3", "-m", "16",
+    command_run(&result, "weft", "validate", "--order", order, "--profile", "geforce3", "-m", "16",
                 "--json");
     json_t *given = parse(result.out);
     assert_int_equal(json_array_size(json_object_get(given, "ranges")), 16);
@@ -490,7 +490,7 @@ static void changed_plans(void **state)
         {split_without_piece, 1, "invalid: tap (1,1)/1 is missing"},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
-        json_t *root = make_plan("-p", "geforce3", "-m", "16");
+        json_t *root = make_plan("--profile", "geforce3", "-m", "16");
         cases[i].change(root);
         write_json("plan.json", root);
         json_decref(root);
@@ -618,7 +618,8 @@ static void claims_are_judged(void **state)
         {"plain", read_a_file, 3, "kernel is a table in a file; a plan that is read names none"},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
-        json_t *root = make_plan("-p", "geforce3", "-m", "16", "--technique", cases[i].technique);
+        json_t *root =
+            make_plan("--profile", "geforce3", "-m", "16", "--technique", cases[i].technique);
         answers(0, "valid: range [0, ", "plan.json");
         cases[i].change(root);
         write_json("plan.json", root);
@@ -741,8 +742,8 @@ static void any_value_may_be_wrong(void **state)
     (void)state;
     static const char *const techniques[] = {"dot4", "split-precision"};
     for (size_t i = 0; i < COUNT(techniques); i++) {
-        json_t *root =
-            make_plan("-k", "linear", "-m", "4", "-p", "geforce3", "--technique", techniques[i]);
+        json_t *root = make_plan("-k", "linear", "-m", "4", "--profile", "geforce3", "--technique",
+                                 techniques[i]);
         int runs = 0;
         // Only the first and the last pass, which combines.
         while (json_array_size(passes_of(root)) > 2)
@@ -763,11 +764,11 @@ static void through_a_pipe(void **state)
         const char *plan, *validate;
         int code;
     } cases[] = {
-        {"-p radeon8500", "", 0},
-        {"-p radeon8500", "--worst-case any", 1},
-        {"-d 3 -p unorm16 -b 10 -m 8", "", 0},
-        {"-d 3 -p geforce3 -m 8", "-q", 0},
-        {"-p unorm16 --technique log", "", 0},
+        {"--profile radeon8500", "", 0},
+        {"--profile radeon8500", "--worst-case any", 1},
+        {"-d 3 --profile unorm16 -b 10 -m 8", "", 0},
+        {"-d 3 --profile geforce3 -m 8", "-q", 0},
+        {"--profile unorm16 --technique log", "", 0},
         {"-k nope 2>/dev/null", "2>/dev/null", 3},
     };
     for (size_t i = 0; i < COUNT(cases); i++) {
@@ -831,7 +832,8 @@ static void wrong_usage(void **state)
     command_fails(2, "--bits 8.5: not a whole", "plan", "--bits", "8.5");
     command_fails(2, "--resolution 0: not a whole", "plan", "--resolution", "0");
     command_fails(2, "--taps-per-pass 17: not a whole", "plan", "--taps-per-pass", "17");
-    command_fails(2, "takes 1 to 2 taps per pass, not 3", "plan", "-t", "3", "-p", "geforce3");
+    command_fails(2, "takes 1 to 2 taps per pass, not 3", "plan", "-t", "3", "--profile",
+                  "geforce3");
     command_fails(2, "--derivative z needs --dims 3", "plan", "--derivative", "z");
     command_fails(2, "--derivative xz needs --dims 3", "plan", "--derivative", "xz");
     command_fails(2, "no derivative 'xxx': there are x, y", "plan", "--derivative", "xxx");
@@ -842,7 +844,8 @@ static void wrong_usage(void **state)
                   "plan.json", "-k", "linear");
     command_fails(2, "one argument too many", "validate", "a.json", "b.json");
     command_fails(3, "over the limit of 1024", "plan", "--memory", "1K");
-    command_fails(3, "is for targets of fixed point", "plan", "-p", "fp32", "--technique", "log");
+    command_fails(3, "is for targets of fixed point", "plan", "--profile", "fp32", "--technique",
+                  "log");
 }
 
 static void help_is_there_and_fits(void **state)
@@ -850,20 +853,17 @@ static void help_is_there_and_fits(void **state)
     (void)state;
     static const char *const verbs[] = {"plan", "validate"};
     for (size_t i = 0; i < COUNT(verbs); i++) {
-        const char *out = command_succeeds("help", verbs[i]);
+        const char *out = command_succeeds("help", verbs[i], "all");
         assert_non_null(strstr(out, "--worst-case constant|any"));
         assert_non_null(strstr(out, "--technique plain|dot4|split-precision|hierarchical|log"));
         for (const char *line = out; *line; line += strcspn(line, "\n") + 1)
-            if (strcspn(line, "\n") > 79)
+            if (strcspn(line, "\n") > 79 && strncmp(line, "  weft ", 7) != 0)
                 fail_msg("%.*s", (int)strcspn(line, "\n"), line);
-        assert_string_equal(command_succeeds(verbs[i], "--help"), out);
+        assert_string_equal(command_succeeds(verbs[i], "--help=all"), out);
     }
     assert_non_null(
-        strstr(command_succeeds("help", "validate"), "'invalid: ...', and with exit code"));
-    const char *out = command_succeeds("--help");
-    assert_non_null(strstr(out, "weft plan "));
-    assert_non_null(strstr(out, "weft validate "));
-    assert_non_null(strstr(out, "weft validate: invalid"));
+        strstr(command_succeeds("validate", "--help=all"), "'invalid: ...', and with exit code"));
+    assert_non_null(strstr(command_succeeds("help", "all"), "validate: invalid"));
 }
 
 static void ctrl_c_stops_planning(void **state)
@@ -917,7 +917,7 @@ static void helps_tell_the_defaults(void **state)
              default_of("resolution", "2", "unorm8", "plain"),
              default_of("resolution", "3", "unorm8", "plain"));
     for (size_t i = 0; i < sizeof verbs / sizeof *verbs; i++) {
-        command_run(&result, "weft", "help", verbs[i]);
+        command_run(&result, "weft", "help", verbs[i], "all");
         join_lines(result.out, help, sizeof help);
         if (!strstr(help, bits) || !strstr(help, samples))
             fail_msg("weft help %s does not say %s and %s", verbs[i], bits, samples);

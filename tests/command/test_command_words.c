@@ -34,8 +34,8 @@ static void verbs_and_options_are_suggested(void **state)
     command_fails(2, "did you mean world?", "slice", "ml.vdb", "--space", "wrold");
     command_fails(2, "did you mean lanczos:3?", "slice", "ml.vdb", "--json", "--kernel",
                   "lanczos3");
-    command_fails(2, "did you mean catmull-rom", "resample", "photo.exr", "-o", "a.exr",
-                  "--kernel", "bicubic");
+    command_fails(2, "did you mean catmull-rom", "resample", "photo.exr", "-o", "a.exr", "--kernel",
+                  "bicubic");
     const char *help = command_succeeds("help", "help");
     assert_non_null(strstr(help, "usage: weft VERB"));
 }

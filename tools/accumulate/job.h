@@ -5,8 +5,8 @@
 
 #include "tools/accumulate/state_file.h"
 #include "tools/common/json.h"
-#include "tools/common/kernels.h"
-#include "tools/common/options.h"
+#include "tools/options/kernels.h"
+#include "tools/options/options.h"
 #include "tools/draw/preview.h"
 #include "tools/methods/accumulate_report.h"
 #include "tools/ranks/frames.h"

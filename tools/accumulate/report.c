@@ -9,7 +9,7 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 
 static bool is_given(const struct accumulate_job *job, enum accumulate_option option)
 {

@@ -8,7 +8,7 @@
 #include "tools/accumulate/job.h"
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 
 // ---- images -------------------------------------------------------------------------------------
 

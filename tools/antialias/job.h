@@ -4,8 +4,8 @@
 #define WEFT_TOOLS_ANTIALIAS_JOB_H
 
 #include "tools/antialias/drawer.h"
-#include "tools/common/kernels.h"
-#include "tools/common/options.h"
+#include "tools/options/kernels.h"
+#include "tools/options/options.h"
 #include "tools/draw/picture.h"
 #include "tools/draw/preview.h"
 #include "tools/ranks/options.h"

@@ -9,7 +9,7 @@
 #include "tools/common/numbered.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 
 static const struct {
     enum antialias_option option;

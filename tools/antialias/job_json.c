@@ -5,7 +5,7 @@
 #include "tools/antialias/job.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/ranks/load_report.h"
 
 static json_t *place_json(const int at[2])

@@ -12,7 +12,7 @@
 #include "tools/antialias/drawer.h"
 #include "tools/common/cells.h"
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
 #include "tools/volumes/raw.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "tools/chart/chart.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/draw/plot.h"
 
 // Pixels. The first chart's axes lie where labels can be placed by arithmetic.

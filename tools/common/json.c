@@ -110,12 +110,48 @@ char *json_format(json_t *root)
     return NULL;
 }
 
+static struct {
+    const char *verb, *path;
+} report_to = {"", NULL};
+
+void json_set_report(const char *verb, const char *path)
+{
+    report_to.verb = verb;
+    report_to.path = path;
+}
+
+bool json_is_head(const char *key)
+{
+    static const char *const heads[] = {"weft",    "verb",  "input", "output", "context",
+                                        "seconds", "bytes", "error", "bound"};
+    for (size_t i = 0; i < sizeof heads / sizeof *heads; i++)
+        if (strcmp(key, heads[i]) == 0)
+            return true;
+    return false;
+}
+
+// What every document begins with.
+static json_t *add_head(json_t *root)
+{
+    json_t *whole =
+        root ? json_pack("{s:s,s:s}", "weft", weft_version(), "verb", report_to.verb) : NULL;
+    if (whole)
+        json_watch_result(json_object_update_missing(whole, root));
+    json_decref(root);
+    return whole;
+}
+
 enum weft_result json_print(json_t *root)
 {
-    char *text = json_format(root);
-    if (!text)
-        return WEFT_ERR_MEMORY;
-    puts(text);
+    char *text = json_format(add_head(root));
+    enum weft_result res = text ? WEFT_OK : WEFT_ERR_MEMORY;
+    if (text && report_to.path) {
+        const size_t length = strlen(text);
+        text[length] = '\n'; // instead of the end
+        res = weft_file_save(report_log(), report_to.path, false, text, length + 1);
+    } else if (text) {
+        puts(text);
+    }
     free(text);
-    return WEFT_OK;
+    return res;
 }

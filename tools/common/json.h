@@ -31,7 +31,15 @@ json_t *json_attributes(const struct weft_image *image); // name: value in words
 // that is not whole.
 char *json_format(json_t *root);
 
-// Prints that on stdout with a line end. Returns WEFT_ERR_MEMORY, with a log line.
+// Whose documents are printed, and to which file; NULL: standard output. Borrowed.
+void json_set_report(const char *verb, const char *path);
+
+// Whether a document of every verb has this member, whatever it tells.
+bool json_is_head(const char *key);
+
+// Prints the object's text with a line end there, with "weft", the version, and "verb" first; a
+// file appears whole or not at all. Releases it. Returns WEFT_ERR_MEMORY or WEFT_ERR_WRITE, with a
+// log line.
 enum weft_result json_print(json_t *root);
 
 #endif

@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_DRAW_PREVIEW_H
 #define WEFT_TOOLS_DRAW_PREVIEW_H
 
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "weft.h"
 
 // What such a verb is asked for: files by their names, outputs that are not as NULL.

@@ -4,8 +4,8 @@
 #define WEFT_TOOLS_EFFECT_JOB_H
 
 #include "tools/common/json.h"
-#include "tools/common/kernels.h"
-#include "tools/common/options.h"
+#include "tools/options/kernels.h"
+#include "tools/options/options.h"
 #include "tools/draw/picture.h"
 #include "tools/draw/preview.h"
 #include "tools/effect/run.h"

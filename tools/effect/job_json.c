@@ -4,7 +4,7 @@
 
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/effect/job.h"
 
 static json_t *effects_json(const struct effect_job *job)

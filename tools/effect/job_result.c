@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/effect/job.h"
 
 // ---- images -------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@
 #ifndef WEFT_TOOLS_METHODS_ACCUMULATE_OPTIONS_H
 #define WEFT_TOOLS_METHODS_ACCUMULATE_OPTIONS_H
 
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/methods/engine_options.h"
 #include "weft.h"
 
@@ -35,40 +35,48 @@ extern const char *const accumulation_bits_choices[]; // "8", "16", "32", "half"
                                      OPTION_CHOICE,                                                \
                                      NULL,                                                         \
                                      "how frames are added up (default auto: " automatic ")",      \
-                                     weft_accumulate_method_names},                                \
+                                     weft_accumulate_method_names,                                 \
+                                     .group = OPTION_METHOD,                                       \
+                                     .brief = "exact, or as hardware does it"},                    \
              [first + ACCUMULATION_BRANCHING] = {.name = "branching",                              \
                                                  0,                                                \
                                                  OPTION_TEXT,                                      \
                                                  "N|NxNx...",                                      \
                                                  "tree: inputs of a node (default 4), or of each " \
-                                                 "level's nodes from the frames up, as 2x4x4"},    \
+                                                 "level's nodes from the frames up, as 2x4x4",     \
+                                                 .group = OPTION_METHOD},                          \
              [first + ACCUMULATION_ROUNDING] = {.name = "rounding",                                \
                                                 0,                                                 \
                                                 OPTION_CHOICE,                                     \
                                                 NULL,                                              \
                                                 "tree of 8 or 16 bits: how a node becomes a code " \
                                                 "(default nearest)",                               \
-                                                weft_tree_rounding_names},                         \
+                                                weft_tree_rounding_names,                          \
+                                                .group = OPTION_METHOD},                           \
              [first + ACCUMULATION_BITS] = {.name = "bits",                                        \
                                             0,                                                     \
                                             OPTION_CHOICE,                                         \
                                             NULL,                                                  \
                                             "of the targets of tree, buffer and blend (default "   \
                                             "8; buffer 16)",                                       \
-                                            accumulation_bits_choices},                            \
+                                            accumulation_bits_choices,                             \
+                                            .group = OPTION_METHOD},                               \
              [first + ACCUMULATION_SOURCE_RANGE] = {.name = "source-range",                        \
                                                     0,                                             \
                                                     OPTION_RANGE,                                  \
                                                     "LO,HI",                                       \
                                                     "values that codes of 8 and 16 bits span "     \
-                                                    "(default 0,1)"},                              \
+                                                    "(default 0,1)",                               \
+                                                    .group = OPTION_METHOD},                       \
              [first + ACCUMULATION_MAX_ERROR] = {.name = "max-error",                              \
                                                  0,                                                \
                                                  OPTION_NUMBER,                                    \
                                                  "E",                                              \
                                                  "how wrong the mean may be, in the frames' "      \
                                                  "values: a method whose bound is larger is "      \
-                                                 "refused, " refused "; nothing is written then"}, \
+                                                 "refused, " refused "; nothing is written then",  \
+                                                 .group = OPTION_METHOD,                           \
+                                                 .brief = "refuse a method beyond this bound"},    \
              [first + ACCUMULATION_UNTIL] =                                                        \
                  {.name = "until",                                                                 \
                   0,                                                                               \
@@ -76,22 +84,26 @@ extern const char *const accumulation_bits_choices[]; // "8", "16", "32", "half"
                   "E|R%[,share=S%][,least=N][,radius=N]",                                          \
                   "stop once a share of the pixels (default 99%) has a standard error below E, "   \
                   "or below R percent of the mean, or of both the larger; not before N frames "    \
-                  "(default 16); judged over pixels around (default 2)"},                          \
+                  "(default 16); judged over pixels around (default 2)",                           \
+                  .group = OPTION_METHOD},                                                         \
              [first + ACCUMULATION_BATCH] = {.name = "batch",                                      \
                                              0,                                                    \
                                              OPTION_NUMBER,                                        \
                                              "N",                                                  \
                                              "so many frames in a row depend on each other, as "   \
                                              "those of a jitter table do, and are one sample of "  \
-                                             "the standard error (default " batches ")"},          \
+                                             "the standard error (default " batches ")",           \
+                                             .group = OPTION_METHOD},                              \
              [first + ACCUMULATION_CONTEXT] = ENGINE_SPEC_CONTEXT,                                 \
-             [first + ACCUMULATION_EMULATE] = {.name = "emulate", 0, OPTION_FLAG, NULL, emulated}, \
+             [first + ACCUMULATION_EMULATE] =                                                      \
+                 {.name = "emulate", 0, OPTION_FLAG, NULL, emulated, .group = OPTION_METHOD},      \
              [first + ACCUMULATION_THREADS] = {.name = "threads",                                  \
-                                               0,                                                  \
+                                               'j',                                                \
                                                OPTION_NUMBER,                                      \
                                                "N",                                                \
                                                threads_help                                        \
-                                               "; the result does not depend on them"}
+                                               "; the result does not depend on them",             \
+                                               .group = OPTION_RESOURCES}
 
 enum { ACCUMULATION_TEXT = 256 };
 

@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_METHODS_ENGINE_OPTIONS_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "weft.h"
 
 // A verb's own enum has these side by side, from a `first` on.
@@ -27,20 +27,28 @@ extern const char *const engine_choices[]; // "auto", and then as weft_engine_na
                                NULL,                                                               \
                                "what filters: OpenGL, or the CPU with its vectors and all cores "  \
                                "(default auto: " automatic ")",                                    \
-                               engine_choices},                                                    \
+                               engine_choices,                                                     \
+                               .group = OPTION_METHOD},                                            \
              [first + ENGINE_CONTEXT] = ENGINE_SPEC_CONTEXT,                                       \
              [first + ENGINE_THREADS] = {.name = "threads",                                        \
-                                         0,                                                        \
+                                         'j',                                                      \
                                          OPTION_NUMBER,                                            \
                                          "N",                                                      \
                                          "of the CPU engine (default: one a core); pixels do not " \
-                                         "depend on them"},                                        \
-             [first + ENGINE_SUMS] = {                                                             \
-                 .name = "sums", 0, OPTION_CHOICE, NULL, sums_help, weft_sums_names}
+                                         "depend on them",                                         \
+                                         .group = OPTION_RESOURCES},                               \
+             [first + ENGINE_SUMS] = {.name = "sums",                                              \
+                                      0,                                                           \
+                                      OPTION_CHOICE,                                               \
+                                      NULL,                                                        \
+                                      sums_help,                                                   \
+                                      weft_sums_names,                                             \
+                                      .group = OPTION_METHOD}
 #define ENGINE_SPEC_CONTEXT                                                                        \
     {                                                                                              \
         .name = "context", 0, OPTION_TEXT, "auto|osmesa|egl",                                      \
-        "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else EGL in software)"   \
+        "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else EGL in software)",  \
+        .group = OPTION_METHOD                                                                     \
     }
 #define ENGINE_SUMS_HELP "what products are added up in (default float); double: by the CPU engine"
 #define ENGINE_AUTOMATIC                                                                           \

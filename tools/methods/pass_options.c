@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "tools/common/cells.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/report.h"
 
 // ---- help ---------------------------------------------------------------------------------------

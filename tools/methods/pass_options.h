@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_METHODS_PASS_OPTIONS_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "weft.h"
 
 // A verb's own enum has these side by side, from a `first` on: all, or those before the source.
@@ -27,12 +27,14 @@ enum pass_option {
 #define PASS_NUMBER(macro) PASS_WORD(macro)
 #define PASS_SPEC_TECHNIQUE(text)                                                                  \
     {                                                                                              \
-        .name = "technique", 0, OPTION_CHOICE, NULL, text, weft_technique_names                    \
+        .name = "technique", 0, OPTION_CHOICE, NULL, text, weft_technique_names,                   \
+        .group = OPTION_METHOD                                                                     \
     }
 #define PASS_SPEC_TAPS_PER_PASS                                                                    \
     {                                                                                              \
         .name = "taps-per-pass", 't', OPTION_NUMBER, "N",                                          \
-        "pairs of a source and a tile texture in one pass (default: as many as the profile has)"   \
+        "pairs of a source and a tile texture in one pass (default: as many as the profile has)",  \
+        .group = OPTION_METHOD                                                                     \
     }
 // clang-format off
 #define PASS_SPEC_BITS                                                                             \
@@ -42,31 +44,31 @@ enum pass_option {
         "; on 16-bit targets " PASS_NUMBER(WEFT_PASS_PLAN_BITS_16)                                 \
         ", hierarchical " PASS_NUMBER(WEFT_PASS_PLAN_BITS_16_HIERARCHICAL)                         \
         ", split-precision " PASS_NUMBER(WEFT_PASS_PLAN_BITS_16_SPLIT)                             \
-        ", at most " PASS_NUMBER(WEFT_PASS_PLAN_MOST_BITS_16) ")"                                  \
-    }
+        ", at most " PASS_NUMBER(WEFT_PASS_PLAN_MOST_BITS_16) ")", .group = OPTION_METHOD}
 #define PASS_SPEC_RESOLUTION                                                                       \
     {                                                                                              \
         .name = "resolution", 'm', OPTION_NUMBER, "M",                                             \
         "samples per kernel tile and axis (default " PASS_NUMBER(WEFT_PASS_PLAN_SAMPLES_2D)        \
-        ", in 3D " PASS_NUMBER(WEFT_PASS_PLAN_SAMPLES_3D) ")"                                      \
-    }
+        ", in 3D " PASS_NUMBER(WEFT_PASS_PLAN_SAMPLES_3D) ")", .group = OPTION_FILTER}
 // clang-format on
 #define PASS_SPEC_WORST_CASE(range)                                                                \
     {                                                                                              \
         .name = "worst-case", 'w', OPTION_CHOICE, NULL,                                            \
         "input for which no store may clamp: constants of any level (default), or samples "        \
         "anywhere in " range,                                                                      \
-        weft_worst_case_names                                                                      \
+        weft_worst_case_names, .group = OPTION_METHOD                                              \
     }
 
 #define PASS_SPEC_PROFILE(text)                                                                    \
     {                                                                                              \
-        .name = "profile", 'p', OPTION_TEXT, "NAME,key=value,...",                                 \
-        text "; 'help' lists names and keys"                                                       \
+        .name = "profile", 0, OPTION_TEXT, "NAME,key=value,...",                                   \
+        text "; 'help' lists names and keys", .group = OPTION_METHOD,                              \
+        .names = OPTION_NAMES_PROFILE                                                              \
     }
-#define PASS_SPEC_ORDER(short_name, text)                                                          \
+#define PASS_SPEC_ORDER(text)                                                                      \
     {                                                                                              \
-        .name = "order", short_name, OPTION_CHOICE, NULL, text, weft_order_names, WEFT_ORDER_GIVEN \
+        .name = "order", 0, OPTION_CHOICE, NULL, text, weft_order_names, WEFT_ORDER_GIVEN,         \
+        .group = OPTION_METHOD                                                                     \
     }
 
 // For the verbs' tables. What differs from verb to verb is told by its help.
@@ -81,15 +83,16 @@ enum pass_option {
     PASS_PLAN_OPTIONS(first, profile_help,                                                         \
                       "how taps become passes (default plain), as in weft plan", "range"),         \
         [first + PASS_ORDER] = PASS_SPEC_ORDER(                                                    \
-            0, "of the passes: searched for so that no store clamps (default), or, where "         \
-               "results may clamp, what comes first and fits, or tap by tap"),                     \
+            "of the passes: searched for so that no store clamps (default), or, where "            \
+            "results may clamp, what comes first and fits, or tap by tap"),                        \
                  [first + PASS_SOURCE_RANGE] = {.name = "source-range",                            \
                                                 0,                                                 \
                                                 OPTION_RANGE,                                      \
                                                 "LO,HI",                                           \
                                                 "values mapped to 0 and 1 and back; what is "      \
                                                 "outside is clamped (default: smallest "           \
-                                                "and largest)"}
+                                                "and largest)",                                    \
+                                                .group = OPTION_METHOD}
 
 enum { PASS_TEXT = 160 }; // of the texts below
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/methods/plan_options.h"
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/report.h"
 
 const char *const plan_dims_choices[] = {"2", "3", NULL};

@@ -30,18 +30,25 @@ enum plan_option {
                      OPTION_TEXT,                                                                  \
                      "NAME",                                                                       \
                      "the reconstruction kernel (default catmull-rom), as in weft slice; 'help' "  \
-                     "lists the kernels"},                                                         \
+                     "lists the kernels",                                                          \
+                     .group = OPTION_FILTER,                                                       \
+                     .brief = "which kernel (catmull-rom); help lists them",                       \
+                     .names = OPTION_NAMES_KERNEL},                                                \
     [PLAN_DIMS] = {.name = "dims",                                                                 \
                    'd',                                                                            \
                    OPTION_CHOICE,                                                                  \
                    NULL,                                                                           \
                    "dimensions of the source (default 2)",                                         \
-                   plan_dims_choices},                                                             \
+                   plan_dims_choices,                                                              \
+                   .group = OPTION_TASK,                                                           \
+                   .brief = "of the source: 2 or 3"},                                              \
     [PLAN_DERIVATIVE] = {.name = "derivative",                                                     \
                          0,                                                                        \
                          OPTION_TEXT,                                                              \
                          "x|y|z|xx|xy|...",                                                        \
-                         "reconstruct this component of the gradient or the Hessian instead"},     \
+                         "reconstruct this component of the gradient or the Hessian instead",      \
+                         .group = OPTION_FILTER,                                                   \
+                         .brief = "a component of gradient or Hessian"},                           \
     PASS_PLAN_OPTIONS(PLAN_PASSES,                                                                 \
                       "what the hardware may do in a pass (default unorm8): a name, a name and "   \
                       "what differs, or, from unorm8 on, only what differs",                       \
@@ -54,36 +61,41 @@ enum plan_option {
                            OPTION_FLAG,                                                            \
                            NULL,                                                                   \
                            "round each weight by itself, so that constants ripple (default: so "   \
-                           "that the sum at each position is kept)"},                              \
+                           "that the sum at each position is kept)",                               \
+                           .group = OPTION_METHOD},                                                \
     [PLAN_SINGLE_BIAS] = {.name = "single-bias",                                                   \
                           0,                                                                       \
                           OPTION_FLAG,                                                             \
                           NULL,                                                                    \
-                          "the whole bias comes with the first pass, as naive code has it"},       \
+                          "the whole bias comes with the first pass, as naive code has it",        \
+                          .group = OPTION_METHOD},                                                 \
     [PLAN_NO_SCALE] = {.name = "no-scale",                                                         \
                        0,                                                                          \
                        OPTION_FLAG,                                                                \
                        NULL,                                                                       \
-                       "do not scale the result, even where no order keeps the range without"},    \
+                       "do not scale the result, even where no order keeps the range without",     \
+                       .group = OPTION_METHOD},                                                    \
     [PLAN_BLEND_ONLY] = {.name = "blend-only",                                                     \
                          0,                                                                        \
                          OPTION_FLAG,                                                              \
                          NULL,                                                                     \
-                         "as if the profile had no ping-pong"},                                    \
+                         "as if the profile had no ping-pong",                                     \
+                         .group = OPTION_METHOD},                                                  \
     [PLAN_CHANNELS] = {.name = "channels",                                                         \
                        0,                                                                          \
                        OPTION_CHOICE,                                                              \
                        NULL,                                                                       \
                        "of the source that are filtered together (default 1); not with dot4",      \
-                       plan_channels_choices},                                                     \
+                       plan_channels_choices,                                                      \
+                       .group = OPTION_FILES},                                                     \
     [PLAN_MEMORY] = {.name = "memory",                                                             \
                      0,                                                                            \
                      OPTION_BYTES,                                                                 \
                      "BYTES",                                                                      \
-                     "limit for the tiles (default 1G); K, M and G are powers of 1024"},           \
-    [PLAN_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print everything as JSON"},              \
-    [PLAN_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},      \
-    [PLAN_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"}
+                     "limit for the tiles (default 1G); K, M and G are powers of 1024",            \
+                     .group = OPTION_RESOURCES},                                                   \
+    [PLAN_JSON] = OPTIONS_JSON("everything"), [PLAN_QUIET] = OPTIONS_QUIET,                        \
+    [PLAN_VERBOSE] = OPTIONS_VERBOSE
 
 extern const char *const plan_dims_choices[], *const plan_channels_choices[];
 

@@ -75,7 +75,7 @@ static bool same_objects(const struct place *at, const json_t *claim, const json
     }
     json_object_foreach((json_t *)claim, key, value)
     {
-        if (json_object_get(own, key))
+        if (json_object_get(own, key) || (!*at->path && json_is_head(key)))
             continue;
         report_error("%s: %s%s%.32s is no member of a plan", at->file, at->path,
                      *at->path ? "." : "", key);

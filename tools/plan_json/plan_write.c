@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 
 json_t *plan_integers_json(const int *value, int count)
 {

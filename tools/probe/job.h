@@ -4,7 +4,7 @@
 #define WEFT_TOOLS_PROBE_JOB_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/volumes/raw.h"
 
 enum {

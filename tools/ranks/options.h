@@ -4,8 +4,8 @@
 #ifndef WEFT_TOOLS_RANKS_OPTIONS_H
 #define WEFT_TOOLS_RANKS_OPTIONS_H
 
-#include "tools/common/options.h"
 #include "tools/draw/plot.h"
+#include "tools/options/options.h"
 #include "weft.h"
 
 enum rank_option {
@@ -25,21 +25,24 @@ enum rank_option {
     [(first) + RANK_SCHEDULE] = {.name = "schedule", 0, OPTION_CHOICE, NULL,                       \
         "of several ranks (mpirun): who does what: in turn, in turn with boundaries that follow "  \
         "the load, or whoever is free (default auto)",                                             \
-        weft_schedule_names},                                                                      \
+        weft_schedule_names, .group = OPTION_RESOURCES},                                           \
     [(first) + RANK_REGION] = {.name = "region", 0, OPTION_TEXT, "N|WxH|rows:N|frame",             \
         "the parts that a picture is divided into, in pixels; rows: of whole rows; frame: "        \
-        "pictures are not divided (default: by --granularity)"},                                   \
+        "pictures are not divided (default: by --granularity)", .group = OPTION_GEOMETRY},         \
     [(first) + RANK_GRANULARITY] = {.name = "granularity", 0, OPTION_NUMBER, "G",                  \
-        "parts of a picture for each rank (default: the verb's)"},                                 \
+        "parts of a picture for each rank (default: the verb's)",                                  \
+        .group = OPTION_RESOURCES},                                                                \
     [(first) + RANK_TIMEOUT] = {.name = "rank-timeout", 0, OPTION_NUMBER, "SECONDS",               \
-        "without a sign of life after which a rank is given up, and the job is ended (default 6)"},\
+        "without a sign of life after which a rank is given up, and the job is ended (default 6)", \
+        .group = OPTION_RESOURCES},                                                                \
     [(first) + RANK_MIXED] = {.name = "mixed", 0, OPTION_FLAG, NULL,                               \
         "let ranks have different renderers, instructions or versions: bytes may then depend on "  \
-        "who did what"},                                                                           \
+        "who did what", .group = OPTION_METHOD},                                                   \
     [(first) + RANK_COST_MAP] = {.name = "cost-map", 0, OPTION_TEXT, "FILE",                       \
-        "what places of the picture cost: read, where it is there, to divide it, and written"},    \
-    [(first) + RANK_CHART] = {.name = "load-chart", 0, OPTION_OUTPUT, PLOT_VALUE,                   \
-        "plot how busy each rank was", plot_endings}
+        "what places of the picture cost: read, where it is there, to divide it, and written",     \
+        .group = OPTION_FILES, .names = OPTION_NAMES_FILE},                                        \
+    [(first) + RANK_CHART] = {.name = "load-chart", 0, OPTION_OUTPUT, PLOT_VALUE,                  \
+        "plot how busy each rank was", plot_endings, .group = OPTION_PICTURES}
 // clang-format on
 
 // What they say. Zero where an option was not given.

@@ -5,7 +5,7 @@
 #define WEFT_TOOLS_RENDER_SCENE_OPTIONS_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/render/drawing.h"
 
 // A verb's own enum has these side by side, from a `first` on.
@@ -27,60 +27,77 @@ enum scene_option {
 // For the verbs' tables. which: what stands for no name, and how several are written; random: what
 // the seed is of; shutter: what is shown of the time; texels: the default of --shadow-size.
 #define SCENE_OPTIONS(first, which, random, shutter, texels)                                       \
-    [first +                                                                                       \
-        SCENE_OPTION_SCENE] = {.name = "scene",                                                    \
-                               0,                                                                  \
-                               OPTION_TEXT,                                                        \
-                               "NAME|FILE",                                                        \
-                               "what is shown: a built-in scene, or the triangles of an "          \
-                               "OBJ, PLY or glTF file; " which},                                   \
-        [first + SCENE_OPTION_SIZE] = {.name = "size",                                             \
-                                       0,                                                          \
-                                       OPTION_PIXELS,                                              \
-                                       "WxH",                                                      \
-                                       "of the picture (default 512x512)"},                        \
-        [first + SCENE_OPTION_SEED] = {.name = "seed",                                             \
-                                       0,                                                          \
-                                       OPTION_NUMBER,                                              \
-                                       "N",                                                        \
-                                       "of what is random: " random " (default 0)"},               \
-        [first + SCENE_OPTION_TIME] = {.name = "time", 0, OPTION_SPAN, "T|A..B", shutter},         \
-        [first + SCENE_OPTION_KEYFRAMES] = {.name = "keyframes",                                   \
+    [first + SCENE_OPTION_SCENE] = {.name = "scene",                                               \
+                                    0,                                                             \
+                                    OPTION_TEXT,                                                   \
+                                    "NAME|FILE",                                                   \
+                                    "what is shown: a built-in scene, or the triangles of an "     \
+                                    "OBJ, PLY or glTF file; " which,                               \
+                                    .group = OPTION_GEOMETRY,                                      \
+                                    .brief = "what is drawn; help lists scenes"},                  \
+             [first + SCENE_OPTION_SIZE] = {.name = "size",                                        \
                                             0,                                                     \
-                                            OPTION_TEXT,                                           \
-                                            "FILE",                                                \
-                                            "paths of objects and of the camera: lines NAME "      \
-                                            "TIME X,Y,Z [AXIS_X,AXIS_Y,AXIS_Z,DEGREES "            \
-                                            "[SCALE]]; NAME is an object's, * for all or "         \
-                                            "camera"},                                             \
-        [first +                                                                                   \
-            SCENE_OPTION_EYE] = {.name = "eye", 0, OPTION_POINT, "X,Y,Z", "where the camera is"},  \
-        [first + SCENE_OPTION_TARGET] = {.name = "target",                                         \
-                                         0,                                                        \
-                                         OPTION_POINT,                                             \
-                                         "X,Y,Z",                                                  \
-                                         "what it looks at"},                                      \
-        [first + SCENE_OPTION_UP] = {.name = "up",                                                 \
-                                     0,                                                            \
-                                     OPTION_POINT,                                                 \
-                                     "X,Y,Z",                                                      \
-                                     "what is up in the picture"},                                 \
-        [first + SCENE_OPTION_FOV] = {.name = "fov",                                               \
-                                      0,                                                           \
-                                      OPTION_NUMBER,                                               \
-                                      "DEGREES",                                                   \
-                                      "angle that the picture's height is seen under"},            \
-        [first + SCENE_OPTION_LIGHT] = {.name = "light",                                           \
-                                        0,                                                         \
-                                        OPTION_POINT,                                              \
-                                        "X,Y,Z",                                                   \
-                                        "moves the scene's first lamp there, turned to the "       \
-                                        "scene's middle"},                                         \
-        [first + SCENE_OPTION_SHADOW_SIZE] = {.name = "shadow-size",                               \
+                                            OPTION_PIXELS,                                         \
+                                            "WxH",                                                 \
+                                            "of the picture (default 512x512)",                    \
+                                            .group = OPTION_GEOMETRY,                              \
+                                            .brief = "pixels"},                                    \
+             [first + SCENE_OPTION_SEED] = {.name = "seed",                                        \
+                                            0,                                                     \
+                                            OPTION_NUMBER,                                         \
+                                            "N",                                                   \
+                                            "of what is random: " random " (default 0)",           \
+                                            .group = OPTION_METHOD},                               \
+             [first + SCENE_OPTION_TIME] =                                                         \
+                 {.name = "time", 0, OPTION_SPAN, "T|A..B", shutter, .group = OPTION_GEOMETRY},    \
+             [first + SCENE_OPTION_KEYFRAMES] = {.name = "keyframes",                              \
+                                                 0,                                                \
+                                                 OPTION_TEXT,                                      \
+                                                 "FILE",                                           \
+                                                 "paths of objects and of the camera: lines NAME " \
+                                                 "TIME X,Y,Z [AXIS_X,AXIS_Y,AXIS_Z,DEGREES "       \
+                                                 "[SCALE]]; NAME is an object's, * for all or "    \
+                                                 "camera",                                         \
+                                                 .group = OPTION_GEOMETRY,                         \
+                                                 .names = OPTION_NAMES_FILE},                      \
+             [first + SCENE_OPTION_EYE] = {.name = "eye",                                          \
+                                           0,                                                      \
+                                           OPTION_POINT,                                           \
+                                           "X,Y,Z",                                                \
+                                           "where the camera is",                                  \
+                                           .group = OPTION_GEOMETRY},                              \
+             [first + SCENE_OPTION_TARGET] = {.name = "target",                                    \
                                               0,                                                   \
-                                              OPTION_NUMBER,                                       \
-                                              "TEXELS",                                            \
-                                              "along a side of shadow maps (default " texels ")"}
+                                              OPTION_POINT,                                        \
+                                              "X,Y,Z",                                             \
+                                              "what it looks at",                                  \
+                                              .group = OPTION_GEOMETRY},                           \
+             [first + SCENE_OPTION_UP] = {.name = "up",                                            \
+                                          0,                                                       \
+                                          OPTION_POINT,                                            \
+                                          "X,Y,Z",                                                 \
+                                          "what is up in the picture",                             \
+                                          .group = OPTION_GEOMETRY},                               \
+             [first + SCENE_OPTION_FOV] = {.name = "fov",                                          \
+                                           0,                                                      \
+                                           OPTION_NUMBER,                                          \
+                                           "DEGREES",                                              \
+                                           "angle that the picture's height is seen under",        \
+                                           .group = OPTION_GEOMETRY},                              \
+             [first + SCENE_OPTION_LIGHT] = {.name = "light",                                      \
+                                             0,                                                    \
+                                             OPTION_POINT,                                         \
+                                             "X,Y,Z",                                              \
+                                             "moves the scene's first lamp there, turned to the "  \
+                                             "scene's middle",                                     \
+                                             .group = OPTION_TASK},                                \
+             [first + SCENE_OPTION_SHADOW_SIZE] = {.name = "shadow-size",                          \
+                                                   0,                                              \
+                                                   OPTION_NUMBER,                                  \
+                                                   "TEXELS",                                       \
+                                                   "along a side of shadow maps (default " texels  \
+                                                   ")",                                            \
+                                                   .group = OPTION_TASK}
 
 // What the options say, as far as no scene is needed.
 struct scene_request {

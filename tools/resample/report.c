@@ -5,13 +5,13 @@
 #include <string.h>
 
 #include "tools/methods/candidates.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"
 #include "tools/ranks/load_report.h"
 #include "tools/resample/job.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 
 static const weft_pass_plan *first_plan(const struct resample_job *job)
 {

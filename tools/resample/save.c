@@ -8,7 +8,7 @@
 
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/resample/job.h"
 
 // A profile says what codes stand for; light has none.

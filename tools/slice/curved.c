@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/common/run_report.h"

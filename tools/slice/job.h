@@ -5,7 +5,7 @@
 
 #include "tools/common/json.h"
 #include "tools/methods/budget.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"

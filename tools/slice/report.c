@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "tools/common/json.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/slice/budget.h"
 #include "tools/slice/stages.h"
 

@@ -8,7 +8,7 @@
 
 #include "tools/common/attributes.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/slice/save.h"
 
 struct preview_options slice_preview_options(const struct slice_job *job)

@@ -5,7 +5,7 @@
 
 #include <stdio.h>
 
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "tools/common/report.h"
 
 enum table_option {

@@ -8,7 +8,7 @@
 #include "tools/accumulate/state.h"
 #include "tools/common/ending.h"
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
@@ -23,34 +23,44 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
          "OUT.exr",
          "the mean: channels of the frames' names in the widest of their types, with the first "
          "frame's attributes and attributes that tell how it was made",
-         exr_ending},
+         exr_ending,
+         .group = OPTION_FILES,
+         .brief = "the mean"},
     [ACCUMULATE_STDERR] = {.name = "stderr",
                            0,
                            OPTION_OUTPUT,
                            "OUT.exr",
                            "the standard error of that mean, for each pixel and averaged channel, "
                            "in floats",
-                           exr_ending},
+                           exr_ending,
+                           .group = OPTION_METHOD,
+                           .brief = "how well the mean is known, pixel by pixel"},
     [ACCUMULATE_PREVIEW] = {.name = "preview",
                             0,
                             OPTION_OUTPUT,
                             "OUT.png",
                             "the mean as 8-bit PNG: R, G and B in sRGB, or else one channel in a "
                             "colour map",
-                            png_ending},
+                            png_ending,
+                            .group = OPTION_PICTURES,
+                            .brief = "a picture to look at"},
     [ACCUMULATE_FRAMES] = {.name = "frames",
                            0,
                            OPTION_TEXT,
                            "FIRST-LAST[:STEP]",
                            "which numbers stand for %04d in a name (default: from the lowest to "
-                           "the highest that a file has)"},
+                           "the highest that a file has)",
+                           .group = OPTION_GEOMETRY,
+                           .brief = "which numbers of render_%04d.exr"},
     [ACCUMULATE_SKIP_BAD] = {.name = "skip-bad",
                              0,
                              OPTION_FLAG,
                              NULL,
                              "go on without frames that are missing, cannot be read, have another "
                              "size or other channels, or values that are refused; the exit code "
-                             "is then 3"},
+                             "is then 3",
+                             .group = OPTION_FILES,
+                             .brief = "leave out frames that cannot be read"},
     [ACCUMULATE_RESUME] =
         {.name = "resume",
          0,
@@ -58,25 +68,33 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
          "STATE",
          "keep what was accumulated in this file, saved now and then and at the end, and go on "
          "from "
-         "it where it is there already: the bytes of one run, whatever ended those before"},
+         "it where it is there already: the bytes of one run, whatever ended those before",
+         .group = OPTION_FILES,
+         .brief = "a state to go on from",
+         .names = OPTION_NAMES_FILE},
     [ACCUMULATE_EVERY] = {.name = "every",
                           0,
                           OPTION_NUMBER,
                           "SECONDS",
                           "write the mean so far into the outputs, so often; SIGUSR1 does it at "
-                          "once"},
+                          "once",
+                          .group = OPTION_FILES,
+                          .brief = "save the state so often"},
     [ACCUMULATE_PART] = {.name = "part",
                          0,
                          OPTION_TEXT,
                          "NAME|INDEX",
-                         "which part of EXR files of several, from 0 (default: the first)"},
+                         "which part of EXR files of several, from 0 (default: the first)",
+                         .group = OPTION_FILES},
     [ACCUMULATE_WEIGHTS] = {.name = "weights",
                             0,
                             OPTION_TEXT,
                             "FILE|uniform|gauss[:S]|tent|KERNEL",
                             "what each frame counts (default uniform): numbers of a file, one a "
                             "line; or a shape over all frames: a Gaussian whose sigma is S of "
-                            "their time (default 1/6), a tent, or a kernel over its support"},
+                            "their time (default 1/6), a tent, or a kernel over its support",
+                            .group = OPTION_METHOD,
+                            .brief = "of the frames: box, gauss:S, ..."},
     ACCUMULATION_OPTIONS(ACCUMULATE_ADDING, "exact, for frames of files",
                          "before the frames are read and, as bounds grow with values, after that",
                          "1",
@@ -88,15 +106,21 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                               NULL,
                               "what NaN and infinities do: end the run (default), not count, or "
                               "make the mean NaN",
-                              weft_accumulate_nonfinite_names},
+                              weft_accumulate_nonfinite_names,
+                              .group = OPTION_FILES},
     [ACCUMULATE_TRANSFER] = {.name = "transfer",
                              0,
                              OPTION_TEXT,
                              "auto|linear|srgb|gamma:G",
                              "what colours' codes stand for (default auto: EXR is linear; PNG is "
-                             "what it says, sRGB where it says nothing); gamma: light is code ^ G"},
-    [ACCUMULATE_AVERAGE_ALL] =
-        {.name = "average-all", 0, OPTION_FLAG, NULL, "average channels that hold no colour, too"},
+                             "what it says, sRGB where it says nothing); gamma: light is code ^ G",
+                             .group = OPTION_FILES},
+    [ACCUMULATE_AVERAGE_ALL] = {.name = "average-all",
+                                0,
+                                OPTION_FLAG,
+                                NULL,
+                                "average channels that hold no colour, too",
+                                .group = OPTION_METHOD},
     [ACCUMULATE_TYPE] =
         SAVED_TYPE_OPTION("of the channels that are averaged (default: the widest of the frames')",
                           WEFT_PIXEL_HALF + 1),
@@ -107,30 +131,28 @@ static const struct option_spec options[ACCUMULATE_OPTION_COUNT] = {
                           OPTION_RANGE,
                           "LO,HI",
                           "values shown as black and white in the preview (default: in colour 0 "
-                          "and 1, or else the smallest and the largest)"},
+                          "and 1, or else the smallest and the largest)",
+                          .group = OPTION_PICTURES},
     [ACCUMULATE_COLOUR_MAP] = {.name = "colour-map",
                                0,
                                OPTION_TEXT,
                                "NAME",
-                               "colours of a preview of one channel, as in weft slice"},
+                               "colours of a preview of one channel, as in weft slice",
+                               .group = OPTION_PICTURES,
+                               .names = OPTION_NAMES_MAP},
     RANK_OPTIONS(ACCUMULATE_RANKS),
     [ACCUMULATE_EXPLAIN] = {.name = "explain",
                             0,
                             OPTION_FLAG,
                             NULL,
                             "print method, bound, memory and passes, and exit: no output, no "
-                            "OpenGL"},
-    [ACCUMULATE_JSON] = {.name = "json",
-                         0,
-                         OPTION_FLAG,
-                         NULL,
-                         "print frames, weights, method, bound, statistics and times as JSON on "
-                         "stdout"},
-    [ACCUMULATE_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
-    [ACCUMULATE_QUIET] =
-        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
-    [ACCUMULATE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                            "OpenGL",
+                            .group = OPTION_REPORTS,
+                            .brief = "bound, memory and passes, without running"},
+    [ACCUMULATE_JSON] = OPTIONS_JSON("frames, weights, method, bound, statistics and times"),
+    [ACCUMULATE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [ACCUMULATE_QUIET] = OPTIONS_QUIET,
+    [ACCUMULATE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 typedef enum weft_result (*stage)(struct accumulate_job *job);
@@ -305,6 +327,10 @@ static const char *const epilogue[] = {
     "--every that is done whenever the mean so far is looked at. Methods that add frames up in "
     "their "
     "order are refused there. States are joined by one rank alone.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft accumulate render_%04d.exr -o mean.exr --stderr error.exr --preview mean.png",
     "weft accumulate a.state b.state -o mean.exr",
     NULL,
@@ -312,10 +338,12 @@ static const char *const epilogue[] = {
 
 const struct verb verb_accumulate = {
     .name = "accumulate",
+    .group = VERB_FRAMES,
     .summary = "the weighted mean of any number of frames",
     .usage = "FRAMES... [-o OUT.exr] [options]",
     .description = "Averages EXR or PNG frames of one size, any number of them, in memory that "
                    "does not depend on how many there are, with a bound of the error.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = ACCUMULATE_OPTION_COUNT,

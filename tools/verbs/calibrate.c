@@ -28,11 +28,13 @@ static const struct option_spec options[CALIBRATE_OPTION_COUNT] = {
                           OPTION_OUTPUT,
                           "FILE",
                           "where the numbers go (default: where other verbs look for them)",
-                          text_ending},
+                          text_ending,
+                          .group = OPTION_FILES,
+                          .brief = "where the numbers go"},
     [CALIBRATE_CONTEXT] = ENGINE_SPEC_CONTEXT,
-    [CALIBRATE_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the numbers as JSON"},
-    [CALIBRATE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no table; only errors"},
-    [CALIBRATE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [CALIBRATE_JSON] = OPTIONS_JSON("the numbers"),
+    [CALIBRATE_QUIET] = OPTIONS_QUIET,
+    [CALIBRATE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 struct calibration {
@@ -318,6 +320,7 @@ static const char *const epilogue[] = {
 
 const struct verb verb_calibrate = {
     .name = "calibrate",
+    .group = VERB_METHODS,
     .summary = "what methods of filtering cost on this machine",
     .usage = "[-o FILE] [--context auto|osmesa|egl] [--json]",
     .description = "Runs small jobs for some ten seconds and finds what a pixel, a fetch, a pass "

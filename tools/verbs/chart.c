@@ -7,7 +7,7 @@
 
 #include "tools/chart/chart.h"
 #include "tools/common/ending.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/draw/plot.h"
 #include "tools/verbs/verb.h"
@@ -27,90 +27,127 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                       "CHART.svg|.png|.pdf|.eps",
                       "the chart, by gnuplot (default chart.svg, where no other output is asked "
                       "for). Of two charts the second is CHART-truth.svg",
-                      plot_endings},
+                      plot_endings,
+                      .group = OPTION_FILES,
+                      .brief = "the chart"},
     [CHART_PNG] = {.name = "png",
                    0,
                    OPTION_OUTPUT,
                    "CHART.png",
                    "the same as PNG; the second likewise",
-                   png_ending},
-    [CHART_CSV] =
-        {.name = "csv", 0, OPTION_OUTPUT, "FILE.csv", "the points of both charts", csv_ending},
+                   png_ending,
+                   .group = OPTION_PICTURES,
+                   .brief = "the chart, too"},
+    [CHART_CSV] = {.name = "csv",
+                   0,
+                   OPTION_OUTPUT,
+                   "FILE.csv",
+                   "the points of both charts",
+                   csv_ending,
+                   .group = OPTION_FILES,
+                   .brief = "its points as a table"},
     [CHART_JSON] = {.name = "json",
                     0,
                     OPTION_OUTPUT,
                     "FILE.json",
                     "the points, what was skipped and why, the slice and the machine",
-                    json_ending},
+                    json_ending,
+                    .group = OPTION_REPORTS},
     [CHART_SCRIPT] = {.name = "script",
                       0,
                       OPTION_FLAG,
                       NULL,
-                      "keep gnuplot's script and data beside each chart, as CHART.svg.gp"},
+                      "keep gnuplot's script and data beside each chart, as CHART.svg.gp",
+                      .group = OPTION_PICTURES,
+                      .names = OPTION_NAMES_FILE},
     [CHART_TRUTH] = {.name = "truth",
                      0,
                      OPTION_FLAG,
                      NULL,
-                     "only the second chart (then -o names it as it is)"},
+                     "only the second chart (then -o names it as it is)",
+                     .group = OPTION_METHOD,
+                     .brief = "against the function that made the volume"},
     [CHART_ACCUMULATE] = {.name = "accumulate",
                           0,
                           OPTION_FLAG,
                           NULL,
-                          "instead: averages of frames by every method of weft accumulate"},
+                          "instead: averages of frames by every method of weft accumulate",
+                          .group = OPTION_TASK,
+                          .brief = "chart averages of frames"},
     [CHART_FRAMES] = {.name = "frames",
                       0,
                       OPTION_TEXT,
                       "N,N,...",
                       "of --accumulate: how many frames, ascending (default 4,16,64,256,1024; "
-                      "quick: 4,16,64)"},
+                      "quick: 4,16,64)",
+                      .group = OPTION_GEOMETRY,
+                      .brief = "for averages of so many frames"},
     [CHART_ANTIALIAS] = {.name = "antialias",
                          0,
                          OPTION_FLAG,
                          NULL,
-                         "instead: ways of anti-aliasing a scene, against exact coverage"},
+                         "instead: ways of anti-aliasing a scene, against exact coverage",
+                         .group = OPTION_FILTER,
+                         .brief = "chart anti-aliasing"},
     [CHART_SCENE] = {.name = "scene",
                      0,
                      OPTION_TEXT,
                      "NAME",
                      "of --antialias: what is drawn (weft antialias --scene help lists it), of one "
-                     "colour a triangle (default polygons:1000,50; quick: polygons:250,50)"},
+                     "colour a triangle (default polygons:1000,50; quick: polygons:250,50)",
+                     .group = OPTION_GEOMETRY},
     [CHART_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
                     "NAME",
-                    "which grid of the file (default: the first scalar one)"},
+                    "which grid of the file (default: the first scalar one)",
+                    .group = OPTION_FILES,
+                    .names = OPTION_NAMES_GRID},
     [CHART_RAW] = RAW_OPTION,
     [CHART_PLANE] = {.name = "plane",
                      0,
                      OPTION_TEXT,
                      "oblique|x|y|z|OX,OY,OZ,UX,UY,UZ,VX,VY,VZ",
                      "of the first chart: oblique through the active box (default), across an "
-                     "axis in the box's middle, or origin and edges in index space"},
+                     "axis in the box's middle, or origin and edges in index space",
+                     .group = OPTION_GEOMETRY},
     [CHART_KERNEL] = {.name = "kernel",
-                      0,
+                      'k',
                       OPTION_TEXT,
                       "NAME;NAME;...",
                       "the kernels, separated by semicolons, or by commas that no number follows. "
                       "The first chart runs all methods with the first one, and two methods with "
-                      "the others (default catmull-rom;linear;mitchell;bspline3;lanczos:3)"},
+                      "the others (default catmull-rom;linear;mitchell;bspline3;lanczos:3)",
+                      .group = OPTION_FILTER,
+                      .brief = "which kernels",
+                      .names = OPTION_NAMES_KERNEL},
     [CHART_SIZE] = {.name = "size",
                     0,
                     OPTION_PIXELS,
                     "WxH",
                     "pixels (default 512x512; quick: 256x256; --accumulate and --antialias: half "
-                    "of that)"},
+                    "of that)",
+                    .group = OPTION_GEOMETRY,
+                    .brief = "pixels of a slice"},
     [CHART_POINTS] = {.name = "points",
                       0,
                       OPTION_TEXT,
                       "FILE.csv",
                       "points measured elsewhere, for the first chart: "
-                      "technique,label,seconds,bytes,max_error,rms_error"},
-    [CHART_QUICK] =
-        {.name = "quick", 0, OPTION_FLAG, NULL, "fewer methods and runs, in half a minute"},
+                      "technique,label,seconds,bytes,max_error,rms_error",
+                      .group = OPTION_FILES,
+                      .names = OPTION_NAMES_FILE},
+    [CHART_QUICK] = {.name = "quick",
+                     0,
+                     OPTION_FLAG,
+                     NULL,
+                     "fewer methods and runs, in half a minute",
+                     .group = OPTION_TASK,
+                     .brief = "fewer points"},
     ENGINE_OPTIONS(CHART_ENGINE, "methods on both, as far as there is OpenGL",
                    "of the CPU engine's methods (default: of both)"),
-    [CHART_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors"},
-    [CHART_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [CHART_QUIET] = OPTIONS_QUIET,
+    [CHART_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 // ---- what was asked -----------------------------------------------------------------------------
@@ -471,6 +508,10 @@ static const char *const epilogue[] = {
     "Interrupted (SIGINT, as Ctrl-C sends it), it writes what was measured so far, and dies of the "
     "signal; a second one ends it at once. Without gnuplot it leaves scripts and data in "
     "CHART.svg.gp, and ends with 1, too.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft chart smoke.vdb -o smoke.svg --csv smoke.csv --plane z",
     "weft chart marschner-lobb --quick",
     "weft chart --accumulate --frames 16,64,256,1024 --png accumulate.png",
@@ -480,14 +521,15 @@ static const char *const epilogue[] = {
 
 const struct verb verb_chart = {
     .name = "chart",
-    .summary =
-        "speed charted against accuracy, for every method of slices, averages, anti-aliasing",
+    .group = VERB_METHODS,
+    .summary = "speed against accuracy, of every method on this machine",
     .usage = "[VOLUME|SIGNAL|--accumulate|--antialias] [-o CHART.svg] [options]",
     .description =
         "Computes one slice by every method there is, measures time, memory and error, "
         "and charts one against the other. Takes a volume, or one of the signals of "
         "weft make (default marschner-lobb), and then draws a second chart, of the error "
         "against the signal itself. Takes up to three minutes.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = CHART_OPTION_COUNT,

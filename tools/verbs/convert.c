@@ -14,7 +14,10 @@ static const struct option_spec options[CONVERT_OPTION_COUNT] = {
                       OPTION_TEXT,
                       "NAME[,NAME...]|all",
                       "which grids of the file (default: the first one that weft reads); an NRRD "
-                      "file holds one"},
+                      "file holds one",
+                      .group = OPTION_FILES,
+                      .brief = "which grids (all of numbers)",
+                      .names = OPTION_NAMES_GRID},
     [CONVERT_RAW] = RAW_OPTION,
     [CONVERT_TYPE] = {.name = "type",
                       0,
@@ -24,23 +27,26 @@ static const struct option_spec options[CONVERT_OPTION_COUNT] = {
                       "them, else float); integers are rounded to nearest even, and warnings tell "
                       "what they do not hold",
                       weft_sample_type_names,
-                      WEFT_SAMPLE_TYPE_COUNT},
+                      WEFT_SAMPLE_TYPE_COUNT,
+                      .group = OPTION_FILES,
+                      .brief = "of the voxels written"},
     [CONVERT_BACKGROUND] = {.name = "background",
                             0,
                             OPTION_NUMBER,
                             "V",
                             "of a dense grid in a VDB file: voxels of this value are background, "
                             "and bricks of nothing else are left out (default: all voxels of the "
-                            "box are kept and active, and the background is 0)"},
+                            "box are kept and active, and the background is 0)",
+                            .group = OPTION_FILES},
     [CONVERT_TOLERANCE] = {.name = "tolerance",
                            0,
                            OPTION_NUMBER,
                            "T",
-                           "with --background: so are those within T of it (default 0)"},
-    [CONVERT_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "do not replace an existing file"},
-    [CONVERT_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
-    [CONVERT_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                           "with --background: so are those within T of it (default 0)",
+                           .group = OPTION_METHOD},
+    [CONVERT_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [CONVERT_QUIET] = OPTIONS_QUIET,
+    [CONVERT_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 static bool ends_with(const char *text, const char *end)
@@ -112,6 +118,7 @@ static const char *const epilogue[] = {
 
 const struct verb verb_convert = {
     .name = "convert",
+    .group = VERB_VOLUMES,
     .summary = "a volume as a VDB or NRRD file",
     .usage = "IN OUT.vdb|OUT.nrrd [options]",
     .description = "Writes grids of a VDB, NRRD, NIfTI or raw file as a VDB or NRRD file. No verb "

@@ -3,7 +3,7 @@
 #include <stddef.h>
 
 #include "tools/common/report.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/effect/job.h"
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
@@ -19,19 +19,24 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                     "OUT.exr",
                     "the picture: linear light in R, G and B and how much of a pixel is covered in "
                     "A, with attributes that tell how it was made",
-                    exr_ending},
+                    exr_ending,
+                    .group = OPTION_FILES,
+                    .brief = "the picture"},
     [ASK_STDERR] = {.name = "stderr",
                     0,
                     OPTION_OUTPUT,
                     "OUT.exr",
                     "the standard error of that mean, for each pixel and channel, in floats",
-                    exr_ending},
+                    exr_ending,
+                    .group = OPTION_METHOD},
     [ASK_PREVIEW] = {.name = "preview",
                      0,
                      OPTION_OUTPUT,
                      "OUT.png",
                      "the picture as 8-bit PNG in sRGB",
-                     png_ending},
+                     png_ending,
+                     .group = OPTION_PICTURES,
+                     .brief = "a picture to look at"},
     SCENE_OPTIONS(ASK_SCENES,
                   "of a fade several, with commas between them, or semicolons where there is one; "
                   "help lists them (default: one that shows the effect)",
@@ -45,72 +50,90 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                     "N|auto",
                     "so many, of a fade for each scene; of radiosity so many virtual lights "
                     "(default auto: as many as motion, circles of confusion and penumbrae are "
-                    "pixels wide, up to 1024)"},
+                    "pixels wide, up to 1024)",
+                    .group = OPTION_GEOMETRY,
+                    .brief = "how many are accumulated"},
     [ASK_WEIGHTS] = {.name = "weights",
                      0,
                      OPTION_TEXT,
                      "W,W,...",
                      "fade: what each scene counts; they are divided by their sum (default: all "
-                     "alike)"},
+                     "alike)",
+                     .group = OPTION_METHOD},
     [ASK_AT] = {.name = "at",
                 0,
                 OPTION_NUMBER,
                 "T",
-                "fade: the weights at a time from 0, all the first scene, to 1, all the last"},
+                "fade: the weights at a time from 0, all the first scene, to 1, all the last",
+                .group = OPTION_GEOMETRY},
     [ASK_SHUTTER] = {.name = "shutter",
                      0,
                      OPTION_TEXT,
                      "box|tent|gauss[:S]|OPEN:CLOSE",
                      "motion-blur: how much light passes over that time (default box); "
-                     "OPEN:CLOSE: it opens until OPEN and closes from CLOSE on, of 1"},
+                     "OPEN:CLOSE: it opens until OPEN and closes from CLOSE on, of 1",
+                     .group = OPTION_TASK,
+                     .brief = "when it is open"},
     [ASK_JITTER] = {.name = "jitter",
                     0,
                     OPTION_TEXT,
                     "SET[:N]",
                     "places in the pixel, on the lens and on lamps, one a frame; help lists the "
                     "sets (default: the Programming Guide's table of as many points where there "
-                    "is one, else sobol)"},
+                    "is one, else sobol)",
+                    .group = OPTION_TASK},
     [ASK_CENTRE] = {.name = "centre",
                     0,
                     OPTION_CHOICE,
                     NULL,
                     "take the mean of a set off its points, so that the picture stays where it is "
                     "(default on)",
-                    centre_choices},
+                    centre_choices,
+                    .group = OPTION_GEOMETRY},
     [ASK_FILTER] = {.name = "filter",
                     0,
                     OPTION_TEXT,
                     "KERNEL",
                     "antialias: what a pixel sees, a product of two kernels; help lists them "
-                    "(default: a box of one pixel)"},
+                    "(default: a box of one pixel)",
+                    .group = OPTION_FILTER,
+                    .names = OPTION_NAMES_KERNEL},
     [ASK_FILTER_WIDTH] = {.name = "filter-width",
                           0,
                           OPTION_NUMBER,
                           "PIXELS",
-                          "that the kernel's support is scaled to (default: as it is)"},
+                          "that the kernel's support is scaled to (default: as it is)",
+                          .group = OPTION_FILTER},
     [ASK_APERTURE] = {.name = "aperture",
                       0,
                       OPTION_NUMBER,
                       "A",
-                      "dof: the lens's diameter in the scene's unit (default: focus / 20)"},
+                      "dof: the lens's diameter in the scene's unit (default: focus / 20)",
+                      .group = OPTION_TASK,
+                      .brief = "of the lens, for dof"},
     [ASK_FOCUS] = {.name = "focus",
                    0,
                    OPTION_NUMBER,
                    "D",
                    "dof: distance of what is in focus, along the direction of sight (default: that "
-                   "of the camera's target)"},
+                   "of the camera's target)",
+                   .group = OPTION_TASK,
+                   .brief = "distance that is sharp"},
     [ASK_LIGHT_SIZE] = {.name = "light-size",
                         0,
                         OPTION_NUMBER,
                         "S",
                         "soft-shadow, radiosity: the longer side, or diameter, of lamps in the "
-                        "scene's unit; their power stays"},
+                        "scene's unit; their power stays",
+                        .group = OPTION_TASK},
     [ASK_PATHS] = {.name = "paths",
                    0,
                    OPTION_TEXT,
                    "N",
                    "radiosity: paths from the lamps, in place of --frames: each makes several "
-                   "virtual lights"},
+                   "virtual lights",
+                   .group = OPTION_TASK,
+                   .names = OPTION_NAMES_FILE},
     [ASK_CLAMP] = {.name = "clamp",
                    0,
                    OPTION_TEXT,
@@ -118,7 +141,8 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    "radiosity: the factor cos cos / distance^2 of a virtual light counts up to C "
                    "(default auto: a quarter of that of a patch, one of so many that all surfaces "
                    "are cut into); "
-                   "what is lost is told"},
+                   "what is lost is told",
+                   .group = OPTION_FILTER},
     ACCUMULATION_OPTIONS(ASK_ADDING,
                          "exact where OpenGL is software, on a GPU the first of float and trees "
                          "that is within --max-error",
@@ -134,23 +158,21 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    0,
                    OPTION_RANGE,
                    "LO,HI",
-                   "light shown as black and white in the preview (default 0,1)"},
+                   "light shown as black and white in the preview (default 0,1)",
+                   .group = OPTION_PICTURES},
     RANK_OPTIONS(ASK_RANKS),
     [ASK_EXPLAIN] = {.name = "explain",
                      0,
                      OPTION_FLAG,
                      NULL,
                      "print frames and why so many, samples, weights, method, bound, memory and "
-                     "passes, and exit: nothing is drawn"},
-    [ASK_JSON] = {.name = "json",
-                  0,
-                  OPTION_FLAG,
-                  NULL,
-                  "print frames, samples, weights, method, bound, statistics and times as JSON on "
-                  "stdout"},
-    [ASK_NO_CLOBBER] = {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
-    [ASK_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
-    [ASK_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                     "passes, and exit: nothing is drawn",
+                     .group = OPTION_REPORTS,
+                     .brief = "bound, memory and passes, without running"},
+    [ASK_JSON] = OPTIONS_JSON("frames, samples, weights, method, bound, statistics and times"),
+    [ASK_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [ASK_QUIET] = OPTIONS_QUIET,
+    [ASK_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 typedef enum weft_result (*stage)(struct effect_job *job);
@@ -249,6 +271,10 @@ static const char *const epilogue[] = {
     "mpirun -n N weft effect ... divides the frames among ranks, in blocks, and their exact sums "
     "become one in the end, or whenever --until judges: the bytes of one process. Methods that add "
     "frames up in their order are refused there.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft effect antialias --scene polygons --frames 66 -o edges.exr --preview edges.png",
     "weft effect dof+antialias --scene teapot.obj --focus 12 --aperture 0.5 -o teapot.exr",
     "weft effect radiosity --frames 1024 --size 256x256 --preview cornell.png --json",
@@ -257,10 +283,12 @@ static const char *const epilogue[] = {
 
 const struct verb verb_effect = {
     .name = "effect",
-    .summary = "motion blur, depth of field, soft shadows and more, by accumulating frames",
+    .group = VERB_FRAMES,
+    .summary = "motion blur, depth of field, soft shadows, by accumulating frames",
     .usage = "NAME[+NAME...] [-o OUT.exr] [options]",
     .description = "Draws a scene many times and averages the frames: a fade, motion blur, "
                    "anti-aliasing, depth of field, soft shadows, radiosity, or several at once.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = ASK_OPTION_COUNT,

@@ -20,9 +20,9 @@ enum info_option { INFO_RAW, INFO_JSON, INFO_QUIET, INFO_VERBOSE, INFO_OPTION_CO
 
 static const struct option_spec options[INFO_OPTION_COUNT] = {
     [INFO_RAW] = RAW_OPTION,
-    [INFO_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print the same as JSON"},
-    [INFO_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "no warnings"},
-    [INFO_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [INFO_JSON] = OPTIONS_JSON("the same"),
+    [INFO_QUIET] = OPTIONS_QUIET,
+    [INFO_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 // ---- volumes ------------------------------------------------------------------------------------
@@ -495,6 +495,7 @@ static int run(const char *const *operands, const struct option_value *values)
 
 const struct verb verb_info = {
     .name = "info",
+    .group = VERB_VOLUMES,
     .summary = "what is in a VDB, NRRD, NIfTI, EXR, PNG or TIFF file",
     .usage = "FILE [--raw LAYOUT] [--json]",
     .description = "Lists the grids of a VDB, NRRD, NIfTI or raw file (type, components, class, "

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "tools/draw/kernel_curve.h"
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/draw/plot.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
@@ -18,20 +18,20 @@ static const struct option_spec options[KERNEL_OPTION_COUNT] = {
                      OPTION_FLAG,
                      NULL,
                      "list the kernels: parameters and their ranges, taps, orders (with --json: "
-                     "as JSON)"},
+                     "as JSON)",
+                     .group = OPTION_REPORTS,
+                     .brief = "all kernels, a line each"},
     [KERNEL_PLOT] = {.name = "plot",
                      'p',
                      OPTION_OUTPUT,
                      PLOT_VALUE,
                      "kernel, derivative and spectrum as a picture (needs gnuplot)",
-                     plot_endings},
-    [KERNEL_JSON] = {.name = "json",
-                     0,
-                     OPTION_FLAG,
-                     NULL,
-                     "everything as JSON, with the curves that --plot draws"},
-    [KERNEL_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors"},
-    [KERNEL_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                     plot_endings,
+                     .group = OPTION_PICTURES,
+                     .brief = "kernel, slope and spectrum as a picture"},
+    [KERNEL_JSON] = OPTIONS_JSON("everything, with the curves that --plot draws"),
+    [KERNEL_QUIET] = OPTIONS_QUIET,
+    [KERNEL_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 enum { MOMENTS = 6, TAYLOR_ORDERS = 5, TAYLOR_POSITIONS = 4, FREQUENCIES = 9, DIMS = 3 };
@@ -482,16 +482,22 @@ static const char *const epilogue[] = {
     "An order N with constant c means an error of c T^N |f^(N)| at sample distance T. The analysis "
     "takes kernels to be smooth between half integers: of table:FILE, which need not be, expect "
     "fewer digits.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft kernel kaiser-sinc:3,5 --plot kaiser.svg",
     NULL,
 };
 
 const struct verb verb_kernel = {
     .name = "kernel",
+    .group = VERB_METHODS,
     .summary = "what a reconstruction kernel is and does to a signal",
     .usage = "NAME [--plot " PLOT_VALUE "] [--json] | --list",
     .description = "Prints values, support, moments, Taylor coefficients, order of approximation, "
                    "frequency response, smoothing, post-aliasing and overshoot of a kernel.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = KERNEL_OPTION_COUNT,

@@ -2,7 +2,7 @@
 // weft lattice: a volume on another lattice, sparse in, sparse out.
 #include <string.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/lattice/job.h"
@@ -17,44 +17,61 @@ static const struct option_spec options[LATTICE_OPTION_COUNT] = {
                         OPTION_OUTPUT,
                         "OUT.vdb",
                         "the volume, with the grids' names, classes and metadata",
-                        vdb_ending},
+                        vdb_ending,
+                        .group = OPTION_FILES,
+                        .brief = "the volume"},
     [LATTICE_SCALE] = {.name = "scale",
                        0,
                        OPTION_SPACING,
                        "S|SX,SY,SZ",
                        "so many voxels for one of the source, along each index axis: 2 doubles, "
-                       "0.5 halves. Voxel (0, 0, 0) stays where it is"},
+                       "0.5 halves. Voxel (0, 0, 0) stays where it is",
+                       .group = OPTION_GEOMETRY,
+                       .brief = "so many voxels for one"},
     [LATTICE_VOXEL] = {.name = "voxel",
                        0,
                        OPTION_SPACING,
                        "SIZE|SX,SY,SZ",
-                       "instead of --scale: the result's voxel size, in the world's unit"},
+                       "instead of --scale: the result's voxel size, in the world's unit",
+                       .group = OPTION_GEOMETRY,
+                       .brief = "or the result's voxel size"},
     [LATTICE_LIKE] =
         {.name = "like",
          0,
          OPTION_TEXT,
          "OTHER.vdb",
          "instead of --scale: the lattice of another file's first grid, and its box of "
-         "active voxels; beyond it the background holds"},
+         "active voxels; beyond it the background holds",
+         .group = OPTION_FILES,
+         .brief = "or another file's lattice",
+         .names = OPTION_NAMES_FILE},
     [LATTICE_MATRIX] = {.name = "matrix",
                         0,
                         OPTION_TEXT,
                         "a,b,...,l",
                         "move the volume by an affine matrix of world space: what is at (x, y, z) "
                         "comes to (a x + b y + c z + d, e x + f y + g z + h, i x + j y + k z + l), "
-                        "on the lattice that it had, or the one that is asked for"},
+                        "on the lattice that it had, or the one that is asked for",
+                        .group = OPTION_GEOMETRY,
+                        .brief = "move it in the world"},
     [LATTICE_RAW] = RAW_OPTION,
     [LATTICE_GRID] = {.name = "grid",
                       0,
                       OPTION_TEXT,
                       "NAME|all",
-                      "which grid of the file (default: the first scalar one), or all of numbers"},
+                      "which grid of the file (default: the first scalar one), or all of numbers",
+                      .group = OPTION_FILES,
+                      .brief = "which grid, or all",
+                      .names = OPTION_NAMES_GRID},
     [LATTICE_KERNEL] = {.name = "kernel",
-                        0,
+                        'k',
                         OPTION_TEXT,
                         "NAME[:p,q]|table:FILE",
                         "the reconstruction kernel (default catmull-rom), as in weft slice; 'help' "
-                        "lists them"},
+                        "lists them",
+                        .group = OPTION_FILTER,
+                        .brief = "which kernel (catmull-rom); help lists them",
+                        .names = OPTION_NAMES_KERNEL},
     [LATTICE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     [LATTICE_ANTIALIAS] = {.name = "antialias",
                            0,
@@ -62,53 +79,64 @@ static const struct option_spec options[LATTICE_OPTION_COUNT] = {
                            NULL,
                            "stretch the kernel along axes on which voxels lie farther apart than "
                            "the source's (default on)",
-                           on_off},
+                           on_off,
+                           .group = OPTION_FILTER},
     [LATTICE_QUANTITY] = {.name = "quantity",
                           0,
                           OPTION_TEXT,
                           "NAME,...",
                           "a grid for each of value (default), gradient, gradient-magnitude, "
                           "normal, hessian (six), laplacian, mean-curvature, gaussian-curvature, "
-                          "principal-curvatures (two); gradients and normals are grids of vectors"},
+                          "principal-curvatures (two); gradients and normals are grids of vectors",
+                          .group = OPTION_FILTER,
+                          .brief = "grids of derivatives"},
     [LATTICE_SPACE] = {.name = "space",
                        0,
                        OPTION_CHOICE,
                        NULL,
                        "of derivatives: per unit of the world, or per voxel of the source (default "
                        "world)",
-                       weft_space_names},
+                       weft_space_names,
+                       .group = OPTION_GEOMETRY},
     [LATTICE_PRUNE] = {.name = "prune",
                        0,
                        OPTION_NUMBER,
                        "T",
-                       "voxels within T of the background become the background (default 0)"},
+                       "voxels within T of the background become the background (default 0)",
+                       .group = OPTION_FILTER},
     [LATTICE_MEMORY] = {.name = "memory",
                         0,
                         OPTION_BYTES,
                         "BYTES",
                         "bound for voxels of both lattices in weft, K, M or G for powers of 1024 "
-                        "(default 1G)"},
+                        "(default 1G)",
+                        .group = OPTION_RESOURCES},
     [LATTICE_OUTPUT_MEMORY] = {.name = "output-memory",
                                0,
                                OPTION_BYTES,
                                "BYTES",
                                "bound for the result's voxels in the program that writes them, "
-                               "which holds all of them (default 4G)"},
-    [LATTICE_EXPLAIN] =
-        {.name = "explain", 0, OPTION_FLAG, NULL, "print the plan and exit: no voxel is read"},
+                               "which holds all of them (default 4G)",
+                               .group = OPTION_RESOURCES},
+    [LATTICE_EXPLAIN] = {.name = "explain",
+                         0,
+                         OPTION_FLAG,
+                         NULL,
+                         "print the plan and exit: no voxel is read",
+                         .group = OPTION_REPORTS,
+                         .brief = "the plan, without running it"},
     [LATTICE_VERIFY] = {.name = "verify",
                         0,
                         OPTION_FLAG,
                         NULL,
                         "recompute a random sample of the voxels in double precision, all where "
-                        "that takes less than about 10 s; fails where one is beyond its bound"},
-    [LATTICE_JSON] =
-        {.name = "json", 0, OPTION_FLAG, NULL, "print plan, counts, memory and times as JSON"},
-    [LATTICE_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
-    [LATTICE_QUIET] =
-        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
-    [LATTICE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                        "that takes less than about 10 s; fails where one is beyond its bound",
+                        .group = OPTION_METHOD,
+                        .brief = "measure the error against double precision"},
+    [LATTICE_JSON] = OPTIONS_JSON("plan, counts, memory and times"),
+    [LATTICE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [LATTICE_QUIET] = OPTIONS_QUIET,
+    [LATTICE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 static const char *option_conflict(const struct option_value *o)
@@ -208,6 +236,10 @@ static const char *const epilogue[] = {
     "apart than the source's the kernel is stretched, so that nothing aliases.",
     "The same request gives the same bytes, whatever the number of threads and the memory. The "
     "output appears whole or not at all.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft lattice smoke.vdb --scale 2 -o double.vdb --verify",
     "weft lattice mri.vdb --like other.vdb --kernel bspline3i -o matched.vdb",
     "weft lattice smoke.vdb --quantity gradient,laplacian -o derivatives.vdb",
@@ -216,11 +248,13 @@ static const char *const epilogue[] = {
 
 const struct verb verb_lattice = {
     .name = "lattice",
+    .group = VERB_VOLUMES,
     .summary = "a volume on another lattice: scaled, moved, or like another one",
     .usage = "VOLUME --scale S|--voxel SIZE|--like OTHER.vdb|--matrix a,...,l -o OUT.vdb "
              "[options]",
     .description = "Reconstructs the grids of a volume on another lattice, and what their "
                    "derivatives make, sparse, in bounded memory.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = LATTICE_OPTION_COUNT,

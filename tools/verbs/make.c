@@ -27,28 +27,38 @@ static const uint64_t max_bytes = UINT64_C(2) << 30;
 
 static const char *const vdb_ending[] = {".vdb", NULL};
 static const struct option_spec options[MAKE_OPTION_COUNT] = {
-    [MAKE_OUTPUT] =
-        {.name = "output", 'o', OPTION_OUTPUT, "OUT.vdb", "the volume (required)", vdb_ending},
+    [MAKE_OUTPUT] = {.name = "output",
+                     'o',
+                     OPTION_OUTPUT,
+                     "OUT.vdb",
+                     "the volume (required)",
+                     vdb_ending,
+                     .group = OPTION_FILES,
+                     .brief = "the volume"},
     [MAKE_SIZE] = {.name = "size",
                    0,
                    OPTION_VOXELS,
                    "N|NxNxN",
-                   "voxels along the edges of the sampled cube (default: the signal's own)"},
+                   "voxels along the edges of the sampled cube (default: the signal's own)",
+                   .group = OPTION_GEOMETRY,
+                   .brief = "voxels along each axis"},
     [MAKE_VOXEL] = {.name = "voxel",
                     0,
                     OPTION_SPACING,
                     "S|SX,SY,SZ",
-                    "distance between voxels in world units (default 1); world = voxel * index"},
+                    "distance between voxels in world units (default 1); world = voxel * index",
+                    .group = OPTION_GEOMETRY,
+                    .brief = "their size in the world"},
     [MAKE_OFFSET] = {.name = "offset",
                      0,
                      OPTION_INDEX,
                      "I,J,K",
                      "index of the first voxel (default 0,0,0); it moves the volume in the world, "
-                     "too"},
-    [MAKE_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace the output"},
-    [MAKE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors"},
-    [MAKE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                     "too",
+                     .group = OPTION_GEOMETRY},
+    [MAKE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [MAKE_QUIET] = OPTIONS_QUIET,
+    [MAKE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 struct make_job {
@@ -395,6 +405,7 @@ static const char *const epilogue[] = {
 
 const struct verb verb_make = {
     .name = "make",
+    .group = VERB_VOLUMES,
     .summary = "a test signal as a VDB volume",
     .usage = "SIGNAL -o OUT.vdb [--size N|NxNxN] [--voxel S|SX,SY,SZ] [--offset I,J,K] [options]",
     .description = "Samples an analytic signal and writes it as a float grid, named after the "

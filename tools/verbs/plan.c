@@ -14,14 +14,15 @@ enum { PLAN_NO_SPLITS = PLAN_COMMON_COUNT, PLAN_OPTION_COUNT };
 static const struct option_spec options[PLAN_OPTION_COUNT] = {
     PLAN_COMMON_OPTIONS,
     [PLAN_PASSES + PASS_ORDER] = PASS_SPEC_ORDER(
-        'o', "of the passes. planned: searched for, so that no store clamps (default); greedy: the "
-             "first tap that fits comes next, the baseline; natural: tap by tap, as naive code has "
-             "it. The last two may clamp, and the plan says so"),
+        "of the passes. planned: searched for, so that no store clamps (default); greedy: the "
+        "first tap that fits comes next, the baseline; natural: tap by tap, as naive code has "
+        "it. The last two may clamp, and the plan says so"),
     [PLAN_NO_SPLITS] = {.name = "no-splits",
                         0,
                         OPTION_FLAG,
                         NULL,
-                        "do not split tiles where no order is found without"},
+                        "do not split tiles where no order is found without",
+                        .group = OPTION_METHOD},
 };
 
 static enum weft_result print_plan(const weft_pass_plan *plan, bool json)
@@ -64,6 +65,10 @@ static int run(const char *const *operands, const struct option_value *values)
 static const char *const epilogue[] = {
     "Taps are counted from 0, (x,y) or (x,y,z), with + or - where a tap's weights of both signs "
     "are tiles of their own. Errors are bounds of |result - exact| for a source in [0, 1].",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft plan --profile geforce3 --dims 2 --technique dot4",
     "weft plan --profile radeon8500,taps=2 --worst-case any --json >plan.json; weft validate "
     "plan.json",
@@ -72,12 +77,14 @@ static const char *const epilogue[] = {
 
 const struct verb verb_plan = {
     .name = "plan",
+    .group = VERB_METHODS,
     .summary = "the passes that reconstruct with a kernel, their cost and error",
     .usage = "[--kernel NAME] [--dims D] [--profile P] [--json] [options]",
     .description = "Plans the rendering passes that reconstruct with a kernel on a target of "
                    "limited precision, in an order in which no store clamps (roundings "
                    "included; with --no-scale they can, and it says by how much), and prints "
                    "them with ranges, memory, fetches and error bounds. Needs no file and no GL.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = PLAN_OPTION_COUNT,

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/probe/job.h"
@@ -19,80 +19,94 @@ static const struct option_spec options[PROBE_OPTION_COUNT] = {
                       "the points, a line each with x, y and z, separated by commas, semicolons, "
                       "tabs or spaces; - is standard input. Further columns are copied. A first "
                       "line of names is one, and where x, y and z are among them these columns "
-                      "count; lines that begin with # do not"},
+                      "count; lines that begin with # do not",
+                      .group = OPTION_FILES,
+                      .brief = "a table of points x, y, z; - is stdin",
+                      .names = OPTION_NAMES_FILE},
     [PROBE_OUTPUT] = {.name = "output",
                       'o',
                       OPTION_OUTPUT,
                       "OUT.csv|.tsv|.txt",
                       "the points with their values in further columns, each the shortest text "
                       "that reads back as the same float (default: on stdout)",
-                      table_endings},
+                      table_endings,
+                      .group = OPTION_FILES,
+                      .brief = "values as CSV"},
     [PROBE_QUANTITY] = {.name = "quantity",
                         0,
                         OPTION_TEXT,
                         "NAME,...",
                         "what is computed (default value): value, gradient, gradient-magnitude, "
                         "normal, hessian, laplacian, mean-curvature, gaussian-curvature, "
-                        "principal-curvatures; per unit of the space of the points"},
+                        "principal-curvatures; per unit of the space of the points",
+                        .group = OPTION_FILTER,
+                        .brief = "values, gradients, Hessians, curvatures"},
     [PROBE_RAW] = RAW_OPTION,
     [PROBE_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
                     "NAME",
                     "which grid of the file (default: the first scalar one); all components of a "
-                    "grid of vectors"},
+                    "grid of vectors",
+                    .group = OPTION_FILES,
+                    .brief = "which grids (the first one)",
+                    .names = OPTION_NAMES_GRID},
     [PROBE_KERNEL] = {.name = "kernel",
-                      0,
+                      'k',
                       OPTION_TEXT,
                       "NAME[:p,q]|table:FILE",
                       "the reconstruction kernel (default catmull-rom), as in weft slice; 'help' "
-                      "lists them. Derivatives are its own"},
+                      "lists them. Derivatives are its own",
+                      .group = OPTION_FILTER,
+                      .brief = "which kernel (catmull-rom); help lists them",
+                      .names = OPTION_NAMES_KERNEL},
     [PROBE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     [PROBE_SPACE] = {.name = "space",
                      0,
                      OPTION_CHOICE,
                      NULL,
                      "what the coordinates mean (default world)",
-                     weft_space_names},
+                     weft_space_names,
+                     .group = OPTION_GEOMETRY,
+                     .brief = "of the points: world or index"},
     [PROBE_SUMS] = {.name = "sums",
                     0,
                     OPTION_CHOICE,
                     NULL,
                     "what products are added up in (default float)",
-                    weft_sums_names},
+                    weft_sums_names,
+                    .group = OPTION_METHOD},
     [PROBE_THREADS] = {.name = "threads",
-                       0,
+                       'j',
                        OPTION_NUMBER,
                        "N",
-                       "how many (default: one a core); values do not depend on them"},
+                       "how many (default: one a core); values do not depend on them",
+                       .group = OPTION_RESOURCES},
     [PROBE_MEMORY] = {.name = "memory",
                       0,
                       OPTION_BYTES,
                       "BYTES",
                       "bound for voxels and what points are sorted by (default 1G, at least 1M); "
-                      "the text of the points and their values is kept in memory beside"},
+                      "the text of the points and their values is kept in memory beside",
+                      .group = OPTION_RESOURCES},
     [PROBE_EXPLAIN] = {.name = "explain",
                        0,
                        OPTION_FLAG,
                        NULL,
-                       "print what would be computed, and its error bounds, and exit"},
+                       "print what would be computed, and its error bounds, and exit",
+                       .group = OPTION_REPORTS},
     [PROBE_VERIFY] = {.name = "verify",
                       0,
                       OPTION_FLAG,
                       NULL,
                       "recompute derivatives at some of the points in double precision, and tell "
-                      "on stderr the largest difference beside the bound"},
-    [PROBE_JSON] = {.name = "json",
-                    0,
-                    OPTION_FLAG,
-                    NULL,
-                    "print what was done as JSON on stdout, without -o with the points and their "
-                    "values"},
-    [PROBE_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
-    [PROBE_QUIET] =
-        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
-    [PROBE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                      "on stderr the largest difference beside the bound",
+                      .group = OPTION_METHOD,
+                      .brief = "measure the error against double precision"},
+    [PROBE_JSON] = OPTIONS_JSON("what was done, without -o with the points and their values"),
+    [PROBE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
+    [PROBE_QUIET] = OPTIONS_QUIET,
+    [PROBE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 static enum weft_result read_kernel(struct probe_job *job)
@@ -247,17 +261,23 @@ static const char *const epilogue[] = {
     "Weights that are divided by their sum have none, so that --normalise is off for them by "
     "default.",
     "The same points give the same bytes, whatever their order and the number of threads.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft probe smoke.vdb --points track.csv --quantity value,gradient -o values.csv",
     NULL,
 };
 
 const struct verb verb_probe = {
     .name = "probe",
+    .group = VERB_VOLUMES,
     .summary = "a volume's values and derivatives at any points, as CSV or JSON",
     .usage = "VOLUME --points FILE.csv|- [--quantity value,gradient,...] [-o OUT.csv] [options]",
     .description = "Reconstructs a scalar grid, or each component of a grid of vectors, at points "
                    "that a table lists: its value, gradient, Hessian, curvatures. Only the bricks "
                    "that the points touch are read.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = PROBE_OPTION_COUNT,

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/parts.h"
 #include "tools/methods/plan_options.h"
 #include "tools/draw/preview.h"
@@ -13,7 +13,7 @@
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
 #include "tools/resample/job.h"
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 #include "tools/verbs/verb.h"
 
 static const char *const png_ending[] = {".png", NULL};
@@ -28,7 +28,9 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                          "OUT.exr|.png|.tif",
                          "the image: channels of the same names and types, with the input's "
                          "attributes and attributes that tell how it was made",
-                         image_endings},
+                         image_endings,
+                         .group = OPTION_FILES,
+                         .brief = "the image: EXR, PNG or TIFF"},
     [RESAMPLE_PREVIEW] =
         {.name = "preview",
          0,
@@ -36,7 +38,9 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
          "OUT.png",
          "the luminance of R, G and B, or else the first channel, of the first part, "
          "as 8-bit PNG",
-         png_ending},
+         png_ending,
+         .group = OPTION_PICTURES,
+         .brief = "a picture to look at"},
     [RESAMPLE_SIZE] =
         {.name = "size",
          0,
@@ -44,65 +48,87 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
          "WxH|x2|50%|Wx0",
          "the display window: pixels, of which 0 follows by the aspect, or a factor or percentage "
          "of the input's, to the nearest whole pixel (default x2); the data window, which may be "
-         "smaller or larger, takes part"},
+         "smaller or larger, takes part",
+         .group = OPTION_GEOMETRY,
+         .brief = "WxH, x2, 50% or Wx0"},
     [RESAMPLE_MATRIX] = {.name = "matrix",
                          0,
                          OPTION_TEXT,
                          "a,b,c,d,e,f",
                          "warp: x' = a x + c y + e and y' = b x + d y + f, from the image to the "
                          "result (as in SVG), y down, pixels' centres at halves; of the input's "
-                         "size unless --size says otherwise"},
+                         "size unless --size says otherwise",
+                         .group = OPTION_GEOMETRY,
+                         .brief = "an affine map of the picture"},
     [RESAMPLE_ROTATE] = {.name = "rotate",
                          0,
                          OPTION_NUMBER,
                          "DEG",
                          "warp: counter-clockwise by so many degrees about the display window's "
-                         "centre, which stays the centre with --size"},
+                         "centre, which stays the centre with --size",
+                         .group = OPTION_GEOMETRY,
+                         .brief = "by degrees about the middle"},
     [RESAMPLE_PERSPECTIVE] = {.name = "perspective",
                               0,
                               OPTION_TEXT,
                               "9 NUMBERS",
                               "warp: a matrix row by row, (x', y', w') = M (x, y, 1), and x' / w', "
-                              "y' / w' is the point"},
+                              "y' / w' is the point",
+                              .group = OPTION_GEOMETRY},
     [RESAMPLE_POSITIONS] =
         {.name = "positions",
          0,
          OPTION_TEXT,
          "P.exr",
          "warp: channels X and Y say for every pixel of a result of P's windows which point of the "
-         "image it shows"},
+         "image it shows",
+         .group = OPTION_GEOMETRY,
+         .names = OPTION_NAMES_FILE},
     [RESAMPLE_KERNEL] = {.name = "kernel",
-                         0,
+                         'k',
                          OPTION_TEXT,
                          "NAME[:p,q]|table:FILE",
                          "the reconstruction kernel (default catmull-rom), as in weft slice; "
-                         "'help' lists them"},
+                         "'help' lists them",
+                         .group = OPTION_FILTER,
+                         .brief = "which kernel (catmull-rom); help lists them",
+                         .names = OPTION_NAMES_KERNEL},
     [RESAMPLE_BOUNDARY] = {.name = "boundary",
                            0,
                            OPTION_TEXT,
                            "clamp|mirror|wrap|border:V",
-                           "what stands beyond the samples (default clamp: the nearest one)"},
+                           "what stands beyond the samples (default clamp: the nearest one)",
+                           .group = OPTION_FILTER,
+                           .brief = "beyond the edges: clamp, mirror, wrap, border"},
     [RESAMPLE_ANTIALIAS] = {.name = "antialias",
                             0,
                             OPTION_CHOICE,
                             NULL,
                             "stretch the kernel where the image becomes smaller, so that it does "
                             "not alias (default on; never of nearest)",
-                            .choices = switch_names},
+                            .choices = switch_names,
+                            .group = OPTION_FILTER},
     [RESAMPLE_CLAMP] = {.name = "clamp",
                         0,
                         OPTION_FLAG,
                         NULL,
-                        "hold pixels between the samples next to them: no ringing, no overshoots"},
+                        "hold pixels between the samples next to them: no ringing, no overshoots",
+                        .group = OPTION_FILTER,
+                        .brief = "hold edges from ringing"},
     [RESAMPLE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     PASS_OPTIONS(RESAMPLE_PASSES, "filter in the passes of a plan: what a pass may do"),
-    [RESAMPLE_CHANNELS] =
-        {.name = "channels", 0, OPTION_TEXT, "NAME,NAME,...", "which channels (default: all)"},
+    [RESAMPLE_CHANNELS] = {.name = "channels",
+                           0,
+                           OPTION_TEXT,
+                           "NAME,NAME,...",
+                           "which channels (default: all)",
+                           .group = OPTION_FILES},
     [RESAMPLE_PART] = {.name = "part",
                        0,
                        OPTION_TEXT,
                        "NAME|INDEX",
-                       "which part of a file of several, from 0 (default: all that are not deep)"},
+                       "which part of a file of several, from 0 (default: all that are not deep)",
+                       .group = OPTION_FILES},
     [RESAMPLE_TYPE] =
         SAVED_TYPE_OPTION("of the channels written: float, half or uint in EXR, unorm8 or unorm16 "
                           "in PNG, any in TIFF (default: as they are; uint stays so with "
@@ -118,13 +144,15 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                            "what integer codes of PNG and TIFF stand for: as the file says, or "
                            "sRGB; sRGB; or codes are filtered as they are (default auto)",
                            transfer_names,
-                           3},
+                           3,
+                           .group = OPTION_FILES},
     [RESAMPLE_MIP] = {.name = "mip",
                       0,
                       OPTION_FLAG,
                       NULL,
                       "write an EXR file in tiles with mip levels, each by the kernel, stretched, "
-                      "over the whole result (default: where the input has levels)"},
+                      "over the whole result (default: where the input has levels)",
+                      .group = OPTION_FILES},
     [RESAMPLE_MAX_ERROR] =
         {.name = "max-error",
          0,
@@ -132,55 +160,60 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
          "E|8bit|12bit|16bit",
          "how wrong pixels may be, or half a code value of so many bits of the channel's range: "
          "without --profile checked before anything runs; with it the cheapest passes within it "
-         "are chosen, by what weft calibrate measured"},
+         "are chosen, by what weft calibrate measured",
+         .group = OPTION_METHOD,
+         .brief = "the fastest way that is as exact as this"},
     [RESAMPLE_TOGETHER] = {.name = "together",
                            0,
                            OPTION_FLAG,
                            NULL,
                            "filter four channels of one type (R, G, B and A, of each layer) in the "
-                           "same passes, mapped by one range (not with dot4)"},
+                           "same passes, mapped by one range (not with dot4)",
+                           .group = OPTION_GEOMETRY},
     ENGINE_OPTIONS(RESAMPLE_ENGINE, ENGINE_AUTOMATIC, ENGINE_SUMS_HELP),
     [RESAMPLE_EMULATE] = {.name = "emulate",
                           0,
                           OPTION_FLAG,
                           NULL,
                           "run the passes on the CPU, without OpenGL: on unorm targets the same "
-                          "bytes"},
+                          "bytes",
+                          .group = OPTION_METHOD},
     [RESAMPLE_RANGE] = {.name = "range",
                         0,
                         OPTION_RANGE,
                         "LO,HI",
                         "values shown as first and last colour of the preview (default: smallest "
-                        "and largest)"},
+                        "and largest)",
+                        .group = OPTION_PICTURES},
     [RESAMPLE_COLOUR_MAP] = {.name = "colour-map",
                              0,
                              OPTION_TEXT,
                              "NAME",
-                             "colours of the preview (default grey), as in weft slice"},
+                             "colours of the preview (default grey), as in weft slice",
+                             .group = OPTION_PICTURES,
+                             .names = OPTION_NAMES_MAP},
     [RESAMPLE_EXPLAIN] =
         {.name = "explain",
          0,
          OPTION_FLAG,
          NULL,
-         "print the plan and exit: no OpenGL (but to know its costs, with --max-error), no output"},
+         "print the plan and exit: no OpenGL (but to know its costs, with --max-error), no output",
+         .group = OPTION_REPORTS,
+         .brief = "the plan, without running it"},
     [RESAMPLE_VERIFY] =
         {.name = "verify",
          0,
          OPTION_FLAG,
          NULL,
          "recompute in double precision and print the largest and RMS difference "
-         "beside the plan's bound; with -o, read the file back and compare every value"},
-    [RESAMPLE_JSON] = {.name = "json",
-                       0,
-                       OPTION_FLAG,
-                       NULL,
-                       "print sizes, plan, ranges, times, errors and bounds as JSON on stdout"},
-    [RESAMPLE_NO_CLOBBER] =
-        {.name = "no-clobber", 0, OPTION_FLAG, NULL, "refuse to replace an output"},
+         "beside the plan's bound; with -o, read the file back and compare every value",
+         .group = OPTION_METHOD,
+         .brief = "measure the error against double precision"},
+    [RESAMPLE_JSON] = OPTIONS_JSON("sizes, plan, ranges, times, errors and bounds"),
+    [RESAMPLE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
     RANK_OPTIONS(RESAMPLE_RANKS),
-    [RESAMPLE_QUIET] =
-        {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and what was asked for"},
-    [RESAMPLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+    [RESAMPLE_QUIET] = OPTIONS_QUIET,
+    [RESAMPLE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 // ---- checks that need no file contents ----------------------------------------------------------
@@ -645,6 +678,10 @@ static const char *const epilogue[] = {
     "With -o, --verify reads the file back and compares every value. The same request gives the "
     "same bytes, "
     "whatever the number of threads. Outputs appear whole or not at all.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft resample photo.exr -o large.exr --size 2048x1536 --kernel mitchell --profile radeon8500 "
     "--verify",
     NULL,
@@ -652,11 +689,13 @@ static const char *const epilogue[] = {
 
 const struct verb verb_resample = {
     .name = "resample",
+    .group = VERB_IMAGES,
     .summary = "an EXR image at another size",
     .usage = "IMAGE.exr [-o OUT.exr] [--size WxH] [options]",
     .description = "Magnifies the channels of an EXR image with a reconstruction kernel, in single "
                    "precision, or in the rendering passes of a planned target: what hardware of "
                    "limited precision has.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = RESAMPLE_OPTION_COUNT,

@@ -27,31 +27,39 @@ static const struct option_spec options[STABILITY_OPTION_COUNT] = {
                         'c',
                         OPTION_TEXT,
                         "NAME,...",
-                        "only these cases, in the order of the list"},
+                        "only these cases, in the order of the list",
+                        .group = OPTION_TASK,
+                        .brief = "only this one; --list names them"},
     [STABILITY_CONTEXT] = {.name = "context",
                            0,
                            OPTION_TEXT,
                            "auto|osmesa|egl",
                            "where OpenGL runs (default auto: a GPU through EGL, else OSMesa, else "
-                           "EGL in software)"},
+                           "EGL in software)",
+                           .group = OPTION_METHOD},
     [STABILITY_DATA] = {.name = "data",
                         0,
                         OPTION_TEXT,
                         "DIR",
                         "folder with test images of the OpenEXR project (WideFloatRange.exr, "
-                        "BrightRingsNanInf.exr); cases generate those that are not there"},
+                        "BrightRingsNanInf.exr); cases generate those that are not there",
+                        .group = OPTION_FILES,
+                        .brief = "folder of real volumes to try as well"},
     [STABILITY_LIST] = {.name = "list",
                         'l',
                         OPTION_FLAG,
                         NULL,
-                        "list the cases: what fails, the naive way, weft's way"},
-    [STABILITY_JSON] = {.name = "json", 0, OPTION_FLAG, NULL, "print all of it as JSON on stdout"},
-    [STABILITY_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and the table"},
+                        "list the cases: what fails, the naive way, weft's way",
+                        .group = OPTION_REPORTS,
+                        .brief = "what fails, and how weft does it"},
+    [STABILITY_JSON] = OPTIONS_JSON("all of it"),
+    [STABILITY_QUIET] = OPTIONS_QUIET,
     [STABILITY_VERBOSE] = {.name = "verbose",
                            'v',
                            OPTION_FLAG,
                            NULL,
-                           "tell of every case what was seen, and say what is done"},
+                           "tell of every case what was seen, and say what is done",
+                           .group = OPTION_REPORTS},
 };
 
 enum { MAX_CASES = 64 };
@@ -310,12 +318,17 @@ static const char *const epilogue[] = {
     "which is derived and not tuned, and the naive way does not. Where the naive way keeps the "
     "limit too, the case shows nothing on this OpenGL.",
     "The exit code is 1 when weft's way fails a case. In JSON an error that is infinite is null.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft stability --case far-away,no-data -v",
     NULL,
 };
 
 const struct verb verb_stability = {
     .name = "stability",
+    .group = VERB_METHODS,
     .summary = "known failures: the naive way beside weft's own",
     .usage = "[--case NAME,...] [--context auto|osmesa|egl] [--data DIR] [--json] | --list",
     .description =
@@ -323,6 +336,7 @@ const struct verb verb_stability = {
         "clamping, ripple, long sums, half floats, sampler weights, far coordinates, NaN "
         "and more; measures the naive way and weft's own, and compares both with what "
         "weft promises.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = STABILITY_OPTION_COUNT,

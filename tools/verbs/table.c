@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 #include "tools/common/paths.h"
 #include "tools/draw/plot.h"
 #include "tools/table/job.h"
@@ -26,55 +26,70 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                        "the kernels (default bspline;catmull-rom;blackman-sinc:2). A comma "
                        "separates them too, where no number follows it: "
                        "'cubic:0,0.5,kaiser-sinc:2,5.36' are two; in a list with a semicolon only "
-                       "that separates"},
+                       "that separates",
+                       .group = OPTION_FILTER,
+                       .brief = "which; help lists them",
+                       .names = OPTION_NAMES_KERNEL},
     [TABLE_RESOLUTIONS] = {.name = "resolutions",
                            'm',
                            OPTION_TEXT,
                            "M,M,...",
                            "samples per unit and axis, 1 to 65536 (default "
-                           "16,32,64,128,256,512)"},
+                           "16,32,64,128,256,512)",
+                           .group = OPTION_FILTER,
+                           .brief = "samples of a tile"},
     [TABLE_DIMS] = {.name = "dims",
                     'd',
                     OPTION_TEXT,
                     "D,D,...",
-                    "dimensions of the tensor product, 1 to 3 (default 2,3)"},
+                    "dimensions of the tensor product, 1 to 3 (default 2,3)",
+                    .group = OPTION_TASK,
+                    .brief = "of the source: 1, 2 or 3"},
     [TABLE_BITS] = {.name = "bits",
                     'b',
                     OPTION_TEXT,
                     "B",
                     "of the texels, 1 to 24 (default 8); with --target-error a list (default "
-                    "4,8,10,12,16)"},
+                    "4,8,10,12,16)",
+                    .group = OPTION_METHOD,
+                    .brief = "of a tile"},
     [TABLE_ROUNDING] = {.name = "rounding",
                         0,
                         OPTION_CHOICE,
                         NULL,
                         "how weights are quantised (default nearest)",
-                        weft_fixed_rounding_names},
+                        weft_fixed_rounding_names,
+                        .group = OPTION_METHOD},
     [TABLE_LOOKUP] = {.name = "lookup",
                       0,
                       OPTION_CHOICE,
                       NULL,
                       "how weights are looked up (default both)",
-                      lookups},
+                      lookups,
+                      .group = OPTION_FILTER},
     [TABLE_SCALE] = {.name = "scale",
                      0,
                      OPTION_TEXT,
                      "S|full|power-of-two",
                      "what weights are multiplied by before they are quantised, and divided by "
                      "after the look-up (default 1); full: so that the largest is 1; "
-                     "power-of-two: the largest power of two below that"},
+                     "power-of-two: the largest power of two below that",
+                     .group = OPTION_GEOMETRY},
     [TABLE_GRID] = {.name = "grid",
                     0,
                     OPTION_TEXT,
                     "L",
-                    "resampling locations per axis, 1 to 4096 (default 1024, in 3D 256)"},
+                    "resampling locations per axis, 1 to 4096 (default 1024, in 3D 256)",
+                    .group = OPTION_FILES,
+                    .names = OPTION_NAMES_GRID},
     [TABLE_CONVENTION] = {.name = "convention",
                           0,
                           OPTION_CHOICE,
                           NULL,
                           "eq. 4 of the paper by its plain definition, or what reproduces the "
                           "published table 1 (default eq4)",
-                          weft_error_convention_names},
+                          weft_error_convention_names,
+                          .group = OPTION_FILES},
     [TABLE_FORMAT] = {.name = "format",
                       'f',
                       OPTION_CHOICE,
@@ -82,35 +97,43 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                       "of the table (default: as -o ends in .txt, .md, .csv, .json or .tex, else "
                       "text); csv and json have one line or object for "
                       "each cell",
-                      formats},
+                      formats,
+                      .group = OPTION_FILES,
+                      .brief = "text, markdown, csv, json or latex"},
     [TABLE_STATISTICS] = {.name = "statistics",
-                          's',
+                          0,
                           OPTION_FLAG,
                           NULL,
                           "beyond the maximum: where it is, mean, RMS, percentiles, and the signed "
-                          "sum, which is the ripple on a constant signal"},
+                          "sum, which is the ripple on a constant signal",
+                          .group = OPTION_FILES},
     [TABLE_PLOT] = {.name = "plot",
                     'p',
                     OPTION_OUTPUT,
                     PLOT_VALUE,
                     "eps_h over the resolution as a picture (needs gnuplot)",
-                    plot_endings},
+                    plot_endings,
+                    .group = OPTION_PICTURES,
+                    .brief = "as a picture"},
     [TABLE_TARGET_ERROR] = {.name = "target-error",
-                            't',
+                            0,
                             OPTION_NUMBER,
                             "E",
                             "instead: the smallest resolution for each number of bits at which "
                             "eps_h is at most E, found by doubling and bisection (eps_h wavers a "
                             "little with M), where 1 is the range of samples and weights "
-                            "(4 / 255 = 0.0157 is what the paper found good enough)"},
+                            "(4 / 255 = 0.0157 is what the paper found good enough)",
+                            .group = OPTION_METHOD},
     [TABLE_OUTPUT] = {.name = "output",
                       'o',
                       OPTION_OUTPUT,
                       "FILE",
                       "write the table there instead of to standard output",
-                      format_endings},
-    [TABLE_QUIET] = {.name = "quiet", 'q', OPTION_FLAG, NULL, "only errors, and no progress"},
-    [TABLE_VERBOSE] = {.name = "verbose", 'v', OPTION_FLAG, NULL, "say what is done"},
+                      format_endings,
+                      .group = OPTION_FILES,
+                      .brief = "the table"},
+    [TABLE_QUIET] = OPTIONS_QUIET,
+    [TABLE_VERBOSE] = OPTIONS_VERBOSE,
 };
 
 // ---- what was asked -----------------------------------------------------------------------------
@@ -342,6 +365,10 @@ static const char *const epilogue[] = {
     "wscg2003 multiplies by 2^bits, has a Kaiser window where the paper says Blackman, and marks "
     "what it does not reproduce.",
     "Kernels are named as in weft slice --kernel; weft kernel --list lists them.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft table --kernels 'mitchell;kaiser-sinc:2,5.36' --dims 2 --resolutions 64,128 -s",
     "weft table --kernels catmull-rom --dims 3 --target-error 0.02",
     NULL,
@@ -349,12 +376,14 @@ static const char *const epilogue[] = {
 
 const struct verb verb_table = {
     .name = "table",
+    .group = VERB_METHODS,
     .summary = "the error that sampled and quantised kernels make",
     .usage = "[--kernels NAME;NAME;...] [options]",
     .description =
         "Computes the filter kernel error eps_h of Hadwiger, Hauser and Moeller (Quality Issues of "
         "Hardware-Accelerated High-Quality Filtering, WSCG 2003): without options, the cells of "
         "their table 1 by their eq. 4, those included that they left out.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = TABLE_OPTION_COUNT,

@@ -26,21 +26,25 @@ static const struct option_spec options[VALIDATE_OPTION_COUNT] = {
                                           't',
                                           OPTION_NUMBER,
                                           "N",
-                                          "of the order, that one pass takes (default 1)"},
+                                          "of the order, that one pass takes (default 1)",
+                                          .group = OPTION_METHOD},
     [VALIDATE_ORDER] = {.name = "order",
-                        'o',
+                        0,
                         OPTION_TEXT,
                         "TAPS",
                         "instead of a plan: taps as 'x,y' or 'x,y,z', counted from 0, in the order "
                         "of their passes, between blanks or semicolons; + or - behind a tap means "
                         "its part of that sign, where it has both, /N the Nth piece of what was "
-                        "split from it"},
+                        "split from it",
+                        .group = OPTION_METHOD,
+                        .brief = "of taps, instead of a plan"},
     [VALIDATE_SPLIT] = {.name = "split",
-                        's',
+                        0,
                         OPTION_TEXT,
                         "TAP@T;...",
                         "with --order: the tap keeps weights from T on, the others become its next "
-                        "piece"},
+                        "piece",
+                        .group = OPTION_METHOD},
 };
 
 // What is checked, and what came out.
@@ -361,6 +365,10 @@ static const char *const epilogue[] = {
     "target. Of a plan it also finds the first tap that is missing, is there twice or has the "
     "wrong factor, and refuses it (exit code 3) where an error, a range, a count or a cost that it "
     "claims is not what its passes give. Plans that are read name kernels of the catalogue only.",
+    NULL,
+};
+
+static const char *const examples[] = {
     "weft plan --profile unorm8 --json | weft validate - --worst-case any",
     "weft validate --kernel linear --order '0,0 1,0 0,1 1,1'",
     NULL,
@@ -368,11 +376,13 @@ static const char *const epilogue[] = {
 
 const struct verb verb_validate = {
     .name = "validate",
+    .group = VERB_METHODS,
     .summary = "whether a plan or an order of taps keeps its range",
     .usage = "PLAN.json | - | --order TAPS [options]",
     .description = "Simulates the passes of a plan (JSON, as weft plan --json prints it; - is "
                    "standard input), or of an order of taps of your own, on the worst input, and "
                    "names the first pass, sample position and value that leaves the range.",
+    .examples = examples,
     .epilogue = epilogue,
     .options = options,
     .option_count = VALIDATE_OPTION_COUNT,

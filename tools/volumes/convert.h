@@ -3,7 +3,7 @@
 #ifndef WEFT_TOOLS_VOLUMES_CONVERT_H
 #define WEFT_TOOLS_VOLUMES_CONVERT_H
 
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 
 enum convert_option {
     CONVERT_GRID,

@@ -107,9 +107,9 @@ static void load(const char *path, struct weft_image *image)
 static void help_names_everything(void **state)
 {
     (void)state;
-    char *help = strdup(command_succeeds("help", "resample"));
+    char *help = strdup(command_succeeds("help", "resample", "all"));
     assert_non_null(help);
-    assert_string_equal(help, command_succeeds("resample", "--help"));
+    assert_string_equal(help, command_succeeds("resample", "--help=all"));
     static const char *const words[] = {
         "--together", "--emulate",      "--profile",           "fp32",
         "--verify",   "--source-range", "usage: weft resample"};
@@ -117,8 +117,7 @@ static void help_names_everything(void **state)
         if (!strstr(help, words[i]))
             fail_msg("help does not tell of %s", words[i]);
     free(help);
-    assert_non_null(strstr(command_succeeds("help"), "weft resample"));
-    assert_non_null(strstr(command_succeeds("help", "slice"), "--profile"));
+    assert_non_null(strstr(command_succeeds("slice", "--help=all"), "--profile"));
     static const char *const verbs[] = {"resample", "slice"};
     for (size_t v = 0; v < COUNT(verbs); v++) {
         const char *profiles = command_succeeds(verbs[v], "--profile", "help");

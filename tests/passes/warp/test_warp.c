@@ -462,7 +462,7 @@ static void check_straight(const struct weft_warp_params *p, enum weft_engine en
     clear_ready(&ready);
     assert_within(&error, p->kernel.info->name);
     how.part = (struct weft_rectangle){7, 5, 23, 21};
-    few.memory_bytes = 6000; // a band of 17 columns, or fewer
+    few.memory_bytes = 9000; // a band of 17 columns, or fewer
     ready = make_ready(&few, &how);
     run_ready(&ready, &how.part, in, &part, NULL);
     clear_ready(&ready);

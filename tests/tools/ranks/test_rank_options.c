@@ -54,7 +54,7 @@ static enum weft_result read_line(const char *line, struct rank_request *out, ch
         argv[argc++] = word;
     memset(values, 0, sizeof values);
     struct option_parse parse = {"antialias", options, RANK_OPTION_COUNT, values, NULL, 0, 0,
-                                 false,       false};
+                                 OPTION_HELP_NONE, false};
     const struct told file = told_begin();
     const bool parsed = options_parse(&parse, argc, argv);
     enum weft_result res = parsed ? rank_options_read(values, out) : WEFT_ERR_ARGUMENT;

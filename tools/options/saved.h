@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/saved.h - how verbs write image files, and what became of the values.
-#ifndef WEFT_TOOLS_COMMON_SAVED_H
-#define WEFT_TOOLS_COMMON_SAVED_H
+// tools/options/saved.h - how verbs write image files, and what became of the values.
+#ifndef WEFT_TOOLS_OPTIONS_SAVED_H
+#define WEFT_TOOLS_OPTIONS_SAVED_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 #include "weft.h"
 
 // --type, of the first `count` of weft_pixel_type_names, and --compression.
 #define SAVED_TYPE_OPTION(help, count)                                                             \
     {                                                                                              \
-        .name = "type", 0, OPTION_CHOICE, NULL, help, weft_pixel_type_names, count                 \
+        .name = "type", 0, OPTION_CHOICE, NULL, help, weft_pixel_type_names, count,                \
+        .group = OPTION_FILES                                                                      \
     }
 #define SAVED_COMPRESSION_OPTION(help)                                                             \
     {                                                                                              \
         .name = "compression", 0, OPTION_CHOICE, NULL, help, weft_image_compression_names,         \
-        WEFT_IMAGE_PIZ + 1                                                                         \
+        WEFT_IMAGE_PIZ + 1, .group = OPTION_FILES                                                  \
     }
 
 // Writes an image of one part, with progress, and warns as saved_warn does.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/kernels.h"
+#include "tools/options/kernels.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -193,5 +193,5 @@ json_t *kernels_json(void)
         if (make_interpolating(weft_kernel_list[i], &kernel))
             json_array_append_new(list, kernel_json(&kernel));
     }
-    return list;
+    return json_pack("{s:o}", "kernels", list);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/saved.h"
+#include "tools/options/saved.h"
 
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -150,10 +150,11 @@ static bool parse_choice(const struct option_spec *spec, const char *text,
     return false;
 }
 
-// How help and messages write the value.
-static const char *value_form(const struct option_spec *spec, char words[MAX_CHOICES_TEXT])
+void options_format_value(const struct option_spec *spec, char *text, size_t size)
 {
-    return spec->type == OPTION_CHOICE ? list_choices(spec, "|", words) : spec->value;
+    char words[MAX_CHOICES_TEXT];
+    const char *form = spec->type == OPTION_CHOICE ? list_choices(spec, "|", words) : spec->value;
+    snprintf(text, size, "%s", form ? form : "");
 }
 
 // "svg or png" for messages.
@@ -200,7 +201,7 @@ static bool parse_output(const struct option_parse *parse, const struct option_s
     return false;
 }
 
-static bool parse_value(const struct option_parse *parse, const struct option_spec *spec,
+bool options_read_value(const struct option_parse *parse, const struct option_spec *spec,
                         const char *text, struct option_value *value)
 {
     value->given = true;
@@ -234,159 +235,6 @@ static bool parse_value(const struct option_parse *parse, const struct option_sp
         report_error("--%s: '%s' is not %s", spec->name, text, list_forms[spec->type].text);
         return false;
     }
-}
-
-// -1: there is none.
-static int find_option(const struct option_parse *parse, const char *arg, size_t name_size)
-{
-    for (int i = 0; i < parse->option_count; i++) {
-        const struct option_spec *spec = &parse->options[i];
-        if (arg[1] == '-'
-                ? strlen(spec->name) == name_size && memcmp(spec->name, arg + 2, name_size) == 0
-                : spec->letter && spec->letter == arg[1] && arg[2] == 0)
-            return i;
-    }
-    return -1;
-}
-
-// What options are called elsewhere.
-static const struct {
-    const char *name, *option;
-} option_aliases[] = {
-    {"filter", "kernel"},       {"interpolation", "kernel"}, {"interp", "kernel"},
-    {"method", "kernel"},       {"out", "output"},           {"resize", "size"},
-    {"width", "size"},          {"height", "size"},          {"resolution", "size"},
-    {"colormap", "colour-map"}, {"cmap", "colour-map"},      {"palette", "colour-map"},
-    {"tolerance", "max-error"}, {"png", "preview"},          {"dry-run", "explain"},
-    {"check", "verify"},        {"silent", "quiet"},         {"debug", "verbose"},
-};
-enum { OPTION_ALIASES = sizeof option_aliases / sizeof *option_aliases, MAX_NAMES = 128 };
-
-// The option of this verb that the first `length` bytes of name are near to; NULL: none.
-static const char *suggest_option(const struct option_parse *parse, const char *name, size_t length)
-{
-    const char *names[MAX_NAMES] = {NULL}, *meant[MAX_NAMES];
-    int count = 0;
-    for (int i = 0; i < parse->option_count && count < MAX_NAMES - 1; i++, count++)
-        names[count] = meant[count] = parse->options[i].name;
-    for (int i = 0; i < OPTION_ALIASES && count < MAX_NAMES - 1; i++) {
-        const char *option = option_aliases[i].option;
-        char dashed[64];
-        snprintf(dashed, sizeof dashed, "--%s", option);
-        if (find_option(parse, dashed, strlen(option)) < 0)
-            continue;
-        names[count] = option_aliases[i].name;
-        meant[count++] = option;
-    }
-    const char *found = weft_closest_find(name, length, names);
-    for (int i = 0; found && i < count; i++)
-        if (names[i] == found)
-            return meant[i];
-    return NULL;
-}
-
-static void report_unknown_option(const struct option_parse *parse, const char *arg, size_t size)
-{
-    const char *meant = arg[1] == '-'     ? suggest_option(parse, arg + 2, size)
-                        : strlen(arg) > 2 ? suggest_option(parse, arg + 1, strcspn(arg + 1, "="))
-                                          : NULL;
-    if (meant)
-        report_error("unknown option '%s'; did you mean --%s? (weft help %s lists them)", arg,
-                     meant, parse->verb);
-    else
-        report_error("unknown option '%s' (weft help %s lists them)", arg, parse->verb);
-}
-
-static bool looks_like_option(const char *text)
-{
-    return text[0] == '-' && text[1] && !isdigit((unsigned char)text[1]) && text[1] != '.';
-}
-
-// The option at argv[*at]; moves *at onto its value if it takes the next argument.
-static bool parse_option(struct option_parse *parse, int argc, char **argv, int *at)
-{
-    const char *arg = argv[*at], *text = NULL;
-    const char *equals = arg[1] == '-' ? strchr(arg, '=') : NULL;
-    size_t size = arg[1] == '-' ? (equals ? (size_t)(equals - arg) : strlen(arg)) - 2 : 0;
-    int index = find_option(parse, arg, size);
-    if (index < 0) {
-        report_unknown_option(parse, arg, size);
-        return false;
-    }
-    const struct option_spec *spec = &parse->options[index];
-    if (spec->type == OPTION_FLAG) {
-        if (equals)
-            report_error("--%s takes no value", spec->name);
-        parse->values[index].given = true;
-        return !equals;
-    }
-    if (parse->values[index].given) {
-        report_error("--%s is given twice", spec->name);
-        return false;
-    }
-    if (equals)
-        text = equals + 1;
-    else if (*at + 1 < argc && !looks_like_option(argv[*at + 1]))
-        text = argv[++*at];
-    if (!text) {
-        char words[MAX_CHOICES_TEXT];
-        report_error("--%s needs a value: --%s %s", spec->name, spec->name,
-                     value_form(spec, words));
-        return false;
-    }
-    return parse_value(parse, spec, text, &parse->values[index]);
-}
-
-static bool asks_for_help(int argc, char **argv)
-{
-    for (int i = 0; i < argc && strcmp(argv[i], "--") != 0; i++)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
-            return true;
-    return false;
-}
-
-// What is on standard output must be one thing.
-static bool check_stdout(struct option_parse *parse)
-{
-    const char *first = NULL;
-    for (int i = 0; i < parse->option_count; i++) {
-        const struct option_spec *spec = &parse->options[i];
-        const struct option_value *value = &parse->values[i];
-        bool output = spec->type == OPTION_OUTPUT && paths_is_stdout(value->text);
-        bool json = spec->type == OPTION_FLAG && strcmp(spec->name, "json") == 0;
-        if (!value->given || !(output || json))
-            continue;
-        parse->writes_stdout = parse->writes_stdout || output;
-        if (first && parse->writes_stdout) {
-            report_error("--%s and --%s both go to standard output", first, spec->name);
-            return false;
-        }
-        first = spec->name;
-    }
-    return true;
-}
-
-bool options_parse(struct option_parse *parse, int argc, char **argv)
-{
-    parse->positional_count = 0;
-    parse->help = asks_for_help(argc, argv);
-    if (parse->help)
-        return true;
-    bool options_ended = false;
-    for (int i = 0; i < argc; i++) {
-        if (!options_ended && strcmp(argv[i], "--") == 0) {
-            options_ended = true;
-        } else if (!options_ended && argv[i][0] == '-' && argv[i][1]) {
-            if (!parse_option(parse, argc, argv, &i))
-                return false;
-        } else if (parse->positional_count == parse->positional_max) {
-            report_error("one argument too many: '%s' (see weft help %s)", argv[i], parse->verb);
-            return false;
-        } else {
-            parse->positional[parse->positional_count++] = argv[i];
-        }
-    }
-    return check_stdout(parse);
 }
 
 enum weft_result options_read_number(const struct option_value *value, const char *name, double low,
@@ -433,33 +281,5 @@ void options_join_names(const char *const *names, unsigned bits, const char *las
             snprintf(text + used, size - used, "%s %s ", names[i], last);
         else if (bits >> i & 1)
             snprintf(text + used, size - used, "%s%s", names[i], later ? ", " : "");
-    }
-}
-
-void options_print_wrapped(const char *text, int indent)
-{
-    int column = 0;
-    while (*text) {
-        size_t size = strcspn(text, " ");
-        if (column && column + 1 + (int)size > 79) {
-            putchar('\n');
-            column = 0;
-        }
-        column += printf("%*s%.*s", column ? 1 : indent, "", (int)size, text);
-        text += size + strspn(text + size, " ");
-    }
-    putchar('\n');
-}
-
-void options_print(const struct option_spec *options, int option_count)
-{
-    for (int i = 0; i < option_count; i++) {
-        const struct option_spec *spec = &options[i];
-        char letter[4] = "   ", words[MAX_CHOICES_TEXT];
-        const char *value = value_form(spec, words);
-        if (spec->letter)
-            snprintf(letter, sizeof letter, "-%c,", spec->letter);
-        printf("  %s --%s%s%s\n", letter, spec->name, value ? " " : "", value ? value : "");
-        options_print_wrapped(spec->help, 10);
     }
 }

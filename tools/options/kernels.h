@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// tools/common/kernels.h - kernels as the command's users name them: NAME[:p,q][+unit] or
+// tools/options/kernels.h - kernels as the command's users name them: NAME[:p,q][+unit] or
 // table:FILE.
-#ifndef WEFT_TOOLS_COMMON_KERNELS_H
-#define WEFT_TOOLS_COMMON_KERNELS_H
+#ifndef WEFT_TOOLS_OPTIONS_KERNELS_H
+#define WEFT_TOOLS_OPTIONS_KERNELS_H
 
 #include "tools/common/json.h"
-#include "tools/common/options.h"
+#include "tools/options/options.h"
 
 enum { KERNELS_TEXT = 4400 }; // for weft_kernel_format: a path may be in it
 
@@ -32,7 +32,7 @@ extern const char *const kernels_normalise_choices[];
         "divide the kernel's weights by their sum, so that white stays white (default: on, but "   \
         "for table:FILE, which is taken as it is; kernels whose weights add up to 1 stay as "      \
         "they are)",                                                                               \
-        kernels_normalise_choices                                                                  \
+        kernels_normalise_choices, .group = OPTION_FILTER                                          \
     }
 
 // Does what the option says to a kernel in so many dimensions, which kernels_load_filter gave with
