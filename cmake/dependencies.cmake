@@ -13,7 +13,7 @@ pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 find_program(WEFT_GLAD glad REQUIRED)
 
 # OSMesa and EGL: either alone suffices. Their headers are needed here; the libraries are loaded when
-# a context is made (passes/gl/context_library.c), so that nothing else needs them.
+# a context is made (passes/gl/native/library.c), so that nothing else needs them.
 set(osmesa_FOUND FALSE)
 set(egl_FOUND FALSE)
 if(WEFT_OSMESA)

@@ -10,7 +10,7 @@ most_entries=28 least_comment=0.9
 
 # Each room may use those before it.
 rooms='filter filter/kernels filter/analysis tiles/output tiles/process tiles/kernel tiles/volume
-tiles/image tiles/image/exr tiles/image/codes tiles/image/files tiles/mesh tiles/readers/mesh tiles/readers/dense tiles/readers/tiff tiles/readers passes/cpu passes/gl passes/accumulate/sums passes/accumulate/tree
+tiles/image tiles/image/exr tiles/image/codes tiles/image/files tiles/mesh tiles/readers/mesh tiles/readers/dense tiles/readers/tiff tiles/readers passes/cpu passes/gl/native passes/gl passes/gl/textures passes/accumulate/sums passes/accumulate/tree
 passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/positions passes/plan
 passes/fused/lines
 passes/fused passes/points passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/resample passes/warp passes/lattice

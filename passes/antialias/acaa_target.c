@@ -8,6 +8,10 @@
 #include "passes/antialias/acaa_impl.h"
 #include "passes/gl/program.h"
 
+// What is kept of a caller's context.
+_Static_assert((int)WEFT_ACAA_PASS_BINDING == (int)WEFT_GL_STATE_UNIFORM, "another binding");
+_Static_assert((int)WEFT_ACAA_TABLE_UNIT < (int)WEFT_GL_STATE_IMAGES, "more image units");
+
 // As weft_pass in acaa_head.glsl has them.
 struct pass_block {
     int32_t size[2], first[2];

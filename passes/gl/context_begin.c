@@ -62,8 +62,9 @@ enum weft_result weft_context_begin(const struct weft_context_params *params,
     *out = NULL;
     char reason[200];
     weft_context_making *m = NULL;
-    enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require_enum(params->log, params->kind, WEFT_CONTEXT_EGL);
+    enum weft_result res = weft_context_check(params);
+    if (res != WEFT_OK)
+        return res;
     res = WEFT_ERR_MEMORY;
     m = calloc(1, sizeof *m);
     if (!m) {
@@ -71,8 +72,10 @@ enum weft_result weft_context_begin(const struct weft_context_params *params,
         goto fail;
     }
     m->params = *params;
-    // A trial forks, which is nothing to do while other threads hold the loader's locks.
-    m->threaded = !weft_context_trial_reason(reason, sizeof reason) && start_thread(m);
+    // A trial forks, which is nothing to do while other threads hold the loader's locks; what is a
+    // caller's is used in the caller's thread.
+    m->threaded = !params->egl_display && !params->caller.get_proc_address &&
+                  !weft_context_trial_reason(reason, sizeof reason) && start_thread(m);
     *out = m;
     res = WEFT_OK;
 fail:

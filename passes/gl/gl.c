@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "passes/gl/gl.h"
 
+#include "passes/gl/native/state.h"
+
 static const char *error_name(GLenum error)
 {
     switch (error) {
@@ -185,7 +187,10 @@ static void reset_switches(const GladGLContext *gl)
         GL_COLOR_LOGIC_OP,
         GL_DEPTH_CLAMP,
         GL_POLYGON_OFFSET_FILL,
+        GL_POLYGON_OFFSET_LINE,
+        GL_POLYGON_OFFSET_POINT,
         GL_POLYGON_SMOOTH,
+        GL_LINE_SMOOTH,
         GL_SAMPLE_ALPHA_TO_COVERAGE,
         GL_SAMPLE_ALPHA_TO_ONE,
         GL_SAMPLE_COVERAGE,
@@ -200,6 +205,8 @@ static void reset_switches(const GladGLContext *gl)
         gl->Disable(off[i]);
     for (unsigned i = 0; i < CLIP_DISTANCES; i++)
         gl->Disable(GL_CLIP_DISTANCE0 + i);
+    if (gl->VERSION_4_0)
+        gl->Disable(GL_SAMPLE_SHADING);
     gl->Enable(GL_DITHER);
     gl->Enable(GL_MULTISAMPLE);
 }
@@ -214,6 +221,13 @@ static void reset_drawing(const GladGLContext *gl)
     gl->DepthFunc(GL_LESS);
     gl->DepthRange(0.0, 1.0);
     gl->StencilMask(~0u);
+    gl->StencilFunc(GL_ALWAYS, 0, ~0u);
+    gl->StencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    gl->SampleMaski(0, ~0u);
+    gl->PointSize(1.0f);
+    gl->LineWidth(1.0f);
+    gl->PolygonOffset(0.0f, 0.0f);
+    gl->ProvokingVertex(GL_LAST_VERTEX_CONVENTION);
     gl->CullFace(GL_BACK);
     gl->FrontFace(GL_CCW);
     gl->LogicOp(GL_COPY);
@@ -247,7 +261,7 @@ static void reset_bindings(const GladGLContext *gl, GLuint vertex_array)
 {
     GLint units = 0;
     gl->GetIntegerv(GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS, &units);
-    for (GLint i = 0; i < units; i++)
+    for (GLint i = 0; i < units && i < WEFT_GL_STATE_UNITS; i++)
         gl->BindSampler((GLuint)i, 0);
     gl->ActiveTexture(GL_TEXTURE0);
     gl->BindVertexArray(vertex_array);

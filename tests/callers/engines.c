@@ -27,6 +27,12 @@ static void layouts(void)
     REFUSED(weft_cost_parse(&logger, "voxel nan", &model));
 }
 
+static bool never_current(void *priv)
+{
+    (void)priv;
+    return false;
+}
+
 static void contexts(void)
 {
     weft_context *context = NULL;
@@ -34,6 +40,9 @@ static void contexts(void)
     weft_context_making *making = NULL;
     BAD_ENUM(good, kind, weft_context_create(&p, &context));
     BAD_ENUM(good, kind, weft_context_begin(&p, &making));
+    SET_REFUSED(good, egl_share, &context, weft_context_create(&p, &context));
+    SET_REFUSED(good, caller.make_current, never_current, weft_context_create(&p, &context));
+    SET_REFUSED(good, caller.make_current, never_current, weft_context_begin(&p, &making));
     TRUE(weft_context_begin(&good, &making) == WEFT_OK);
     weft_context_abandon(&making);
     weft_context_abandon(&making);

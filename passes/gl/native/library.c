@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/gl/context_backend.h"
+#include "passes/gl/native/native.h"
 
 #include <dlfcn.h>
 #include <stdio.h>

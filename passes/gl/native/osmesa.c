@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/gl/context_backend.h"
+#include "passes/gl/native/native.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,7 +37,8 @@ struct osmesa {
     unsigned char buffer[4 * BUFFER_SIZE * BUFFER_SIZE];
 };
 
-static bool osmesa_create(void **native, char *why, size_t why_size)
+static bool osmesa_create(const struct weft_native_request *request, void **native, char *why,
+                          size_t why_size)
 {
     static const int attributes[] = {OSMESA_FORMAT,
                                      OSMESA_RGBA,
@@ -49,6 +50,7 @@ static bool osmesa_create(void **native, char *why, size_t why_size)
                                      3,
                                      0};
     struct osmesa *osmesa = calloc(1, sizeof *osmesa);
+    (void)request;
     if (!osmesa) {
         snprintf(why, why_size, "out of memory");
         return false;

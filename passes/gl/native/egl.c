@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "passes/gl/context_backend.h"
+#include "passes/gl/native/native.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,7 +21,9 @@
     F(Initialize)                                                                                  \
     F(MakeCurrent)                                                                                 \
     F(QueryAPI)                                                                                    \
-    F(QueryString)
+    F(QueryContext)                                                                                \
+    F(QueryString)                                                                                 \
+    F(WaitClient)
 
 struct functions {
 #define DECLARE(name) __typeof__(&egl##name) name;
@@ -51,8 +53,9 @@ static bool has_extension(const char *list, const char *name)
     return false;
 }
 
-// A surfaceless core context on an initialised display.
-static bool create_on(EGLDisplay display, struct egl *egl, char *why, size_t why_size)
+// A surfaceless core context on an initialised display, which shares the objects of another one.
+static bool create_on(EGLDisplay display, EGLContext share, struct egl *egl, char *why,
+                      size_t why_size)
 {
     static const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                         3,
@@ -79,9 +82,10 @@ static bool create_on(EGLDisplay display, struct egl *egl, char *why, size_t why
         snprintf(why, why_size, "no OpenGL in EGL (0x%04x)", (unsigned)egl->call.GetError());
         return false;
     }
-    EGLContext context = egl->call.CreateContext(display, config, EGL_NO_CONTEXT, attributes);
+    EGLContext context = egl->call.CreateContext(display, config, share, attributes);
     if (context == EGL_NO_CONTEXT) {
-        snprintf(why, why_size, "no core 3.3 context (0x%04x)", (unsigned)egl->call.GetError());
+        snprintf(why, why_size, "no core 3.3 context%s (0x%04x)",
+                 share ? " that shares the caller's objects" : "", (unsigned)egl->call.GetError());
         return false;
     }
     egl->display = display;
@@ -106,7 +110,7 @@ static bool create_platform(EGLenum platform, void *device, struct egl *egl, cha
         return false;
     }
     // eglTerminate is never called: it would end the display for every other context on it.
-    return create_on(display, egl, why, why_size);
+    return create_on(display, EGL_NO_CONTEXT, egl, why, why_size);
 }
 
 // A context on the first device that is no software rasterizer.
@@ -134,7 +138,33 @@ static bool create_device(struct egl *egl, char *why, size_t why_size)
     return false;
 }
 
-static bool create(void **native, bool device, char *why, size_t why_size)
+// A context on a caller's display, and in the share group of a context there, if one is given.
+static bool create_callers(const struct weft_native_request *request, struct egl *egl, char *why,
+                           size_t why_size)
+{
+    EGLint api = EGL_OPENGL_API;
+    if (!egl->call.QueryString(request->display, EGL_VERSION)) {
+        snprintf(why, why_size, "the display is none, or not initialised (0x%04x)",
+                 (unsigned)egl->call.GetError());
+        return false;
+    }
+    if (request->share &&
+        !egl->call.QueryContext(request->display, request->share, EGL_CONTEXT_CLIENT_TYPE, &api)) {
+        snprintf(why, why_size, "the share context is none of the display's (0x%04x)",
+                 (unsigned)egl->call.GetError());
+        return false;
+    }
+    if (api != EGL_OPENGL_API) {
+        snprintf(why, why_size, "the share context is of API 0x%04x, not OpenGL (0x%04x)",
+                 (unsigned)api, EGL_OPENGL_API);
+        return false;
+    }
+    return create_on(request->display, request->share ? request->share : EGL_NO_CONTEXT, egl, why,
+                     why_size);
+}
+
+static bool create(const struct weft_native_request *request, bool device, void **native, char *why,
+                   size_t why_size)
 {
     struct egl *egl = calloc(1, sizeof *egl);
     if (!egl) {
@@ -142,9 +172,10 @@ static bool create(void **native, bool device, char *why, size_t why_size)
         return false;
     }
     bool done = weft_library_load(&library, &egl->call, why, why_size) &&
-                (device ? create_device(egl, why, why_size)
-                        : create_platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, egl,
-                                          why, why_size));
+                (request->display ? create_callers(request, egl, why, why_size)
+                 : device         ? create_device(egl, why, why_size)
+                          : create_platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, egl,
+                                            why, why_size));
     if (!done) {
         free(egl);
         return false;
@@ -153,14 +184,16 @@ static bool create(void **native, bool device, char *why, size_t why_size)
     return true;
 }
 
-static bool egl_device_create(void **native, char *why, size_t why_size)
+static bool egl_device_create(const struct weft_native_request *request, void **native, char *why,
+                              size_t why_size)
 {
-    return create(native, true, why, why_size);
+    return create(request, true, native, why, why_size);
 }
 
-static bool egl_surfaceless_create(void **native, char *why, size_t why_size)
+static bool egl_create(const struct weft_native_request *request, void **native, char *why,
+                       size_t why_size)
 {
-    return create(native, false, why, why_size);
+    return create(request, false, native, why, why_size);
 }
 
 static void egl_destroy(void *native)
@@ -191,7 +224,7 @@ static GLADapiproc egl_function(void *native, const char *name)
     return egl->call.GetProcAddress(name);
 }
 
-void weft_egl_take(struct weft_egl_current *out)
+void weft_egl_take(const void *awaited, struct weft_egl_current *out)
 {
     struct functions call;
     *out = (struct weft_egl_current){.api = EGL_OPENGL_ES_API}; // of a thread without EGL so far
@@ -204,6 +237,8 @@ void weft_egl_take(struct weft_egl_current *out)
     out->display = call.GetCurrentDisplay();
     out->draw = call.GetCurrentSurface(EGL_DRAW);
     out->read = call.GetCurrentSurface(EGL_READ);
+    if (awaited && out->context == awaited)
+        call.WaitClient();
     // EGL does nothing about a context that it believes to be current.
     call.MakeCurrent(out->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
@@ -232,9 +267,30 @@ const struct weft_context_backend weft_backend_egl_device = {
 const struct weft_context_backend weft_backend_egl_surfaceless = {
     .platform = "EGL surfaceless",
     .library = &library,
-    .create = egl_surfaceless_create,
+    .create = egl_create,
     .destroy = egl_destroy,
     .make_current = egl_make_current,
     .release = egl_release,
     .function = egl_function,
+};
+
+const struct weft_context_backend weft_backend_egl_display = {
+    .platform = "EGL display",
+    .library = &library,
+    .create = egl_create,
+    .destroy = egl_destroy,
+    .make_current = egl_make_current,
+    .release = egl_release,
+    .function = egl_function,
+};
+
+const struct weft_context_backend weft_backend_egl_share = {
+    .platform = "EGL share group",
+    .library = &library,
+    .create = egl_create,
+    .destroy = egl_destroy,
+    .make_current = egl_make_current,
+    .release = egl_release,
+    .function = egl_function,
+    .outlived = true,
 };
