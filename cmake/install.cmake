@@ -78,6 +78,28 @@ install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT weft-doc
     FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg" PATTERN "*.json")
 
+# Manual pages and completions, which the command itself prints. Each verb is a file.
+find_program(WEFT_GZIP gzip)
+if(NOT CMAKE_CROSSCOMPILING)
+    set(texts ${PROJECT_BINARY_DIR}/texts)
+    file(GLOB weft_verbs CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/tools/verbs tools/verbs/*.c)
+    list(TRANSFORM weft_verbs REPLACE "\\.c$" "")
+    add_custom_command(OUTPUT ${texts}/stamp
+        COMMAND ${CMAKE_COMMAND} -D WEFT=$<TARGET_FILE:weft> -D OUT=${texts}
+            -D "VERBS=${weft_verbs}" -D GZIP=$<$<BOOL:${WEFT_GZIP}>:${WEFT_GZIP}>
+            -P ${PROJECT_SOURCE_DIR}/cmake/texts.cmake
+        DEPENDS weft cmake/texts.cmake COMMENT "Writing manual pages and completions" VERBATIM)
+    add_custom_target(weft-texts ALL DEPENDS ${texts}/stamp)
+    install(DIRECTORY ${texts}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT weft)
+    foreach(script weft.bash:bash-completion/completions:weft _weft:zsh/site-functions:_weft
+            weft.fish:fish/vendor_completions.d:weft.fish)
+        string(REPLACE : ";" script ${script})
+        list(POP_FRONT script file folder name)
+        install(FILES ${texts}/${file} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${folder}
+            RENAME ${name} COMPONENT weft)
+    endforeach()
+endif()
+
 add_custom_target(uninstall
     COMMAND ${CMAKE_COMMAND} -D MANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt
         -P ${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake

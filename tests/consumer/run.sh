@@ -33,6 +33,13 @@ done
 for text in "$source"/../../docs/*.md README.md CHANGELOG.md LICENSE; do
     test -s "$prefix/share/doc/weft/${text#"$source/../../"}"
 done
+man=$(echo "$prefix"/share/man/man1/weft-slice.1*)
+test "$(ls "$prefix/share/man/man1" | wc -l)" = "$(($(ls "$source"/../../tools/verbs/*.c | wc -l) + 1))"
+case $man in *.gz) gzip -dc "$man" ;; *) cat "$man" ;; esac | grep -q '^weft.*-slice '
+for script in bash-completion/completions/weft zsh/site-functions/_weft \
+        fish/vendor_completions.d/weft.fish; do
+    grep -q catmull-rom "$prefix/share/$script"
+done
 
 # Consumers have headers of the same names as weft's, which come first and do not compile.
 hostile=$tmp/hostile
@@ -66,8 +73,9 @@ compile "$tmp/shared" consumer.c weft
 LD_LIBRARY_PATH="$prefix/$libdir" "$tmp/shared" "$ramp"
 echo "-- pkg-config, static"
 compile "$tmp/static" consumer.c weft-static
-ldd "$tmp/static" >"$tmp/libraries"
-! grep libweft "$tmp/libraries"
+if ldd "$tmp/static" | grep libweft; then
+    exit 1
+fi
 WEFT_LIBEXEC=$libexec "$tmp/static" "$ramp"
 
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
