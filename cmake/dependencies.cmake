@@ -9,6 +9,9 @@ find_package(ZLIB REQUIRED) # gzipped NIfTI files
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(jansson REQUIRED IMPORTED_TARGET jansson)
 pkg_check_modules(libxxhash REQUIRED IMPORTED_TARGET libxxhash)
+# Texts around previews: fontconfig finds a font, FreeType draws it; neither knows of X.
+pkg_check_modules(fontconfig REQUIRED IMPORTED_TARGET fontconfig)
+pkg_check_modules(freetype2 REQUIRED IMPORTED_TARGET freetype2)
 pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp)
 find_program(WEFT_GLAD glad REQUIRED)
 

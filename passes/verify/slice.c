@@ -171,6 +171,7 @@ static enum weft_result verify_output(struct subject *s, const struct weft_slice
         .height = plan->footprint->grid.index.height,
         .pixels = plan->info.part,
         .channels = 1,
+        .first_channel = (int)(s->output - plan->info.output),
         .priv = s,
         .position = position,
         .margin = margin,
@@ -180,7 +181,7 @@ static enum weft_result verify_output(struct subject *s, const struct weft_slice
         .part_count = plan->info.tile_count,
         .jumps = jumps(s) || plan->clamp_to_samples,
         .seconds = weft_verifier_seconds(&plan->info.kernel, 3),
-        .how = {p->max_seconds, p->seed, p->progress},
+        .how = {p->max_seconds, p->seed, p->progress, p->tell, p->tell_priv},
         .log = plan->log,
     };
     (s->samples ? set_measured : set_bound)(s, &v);

@@ -161,6 +161,8 @@ static enum weft_result check_pixel(struct run *run, int x, int y)
         if (res != WEFT_OK)
             return res;
         weft_verify_add(&run->report, x, y, c, value, &reference);
+        if (v->how.tell)
+            v->how.tell(v->how.tell_priv, x, y, v->first_channel + c, value, reference.value);
     }
     return WEFT_OK;
 }

@@ -11,6 +11,7 @@
 // Every callback gets `priv`.
 struct weft_verifier {
     int width, height, channels;
+    int first_channel;            // what the first one is called when it is told of
     struct weft_rectangle pixels; // of those the ones that are verified
     void *priv;
     // Of a pixel; moved (NULL: not) is added before the position is rounded, if it is.

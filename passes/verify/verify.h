@@ -74,6 +74,11 @@ struct weft_verify_params {
     double max_seconds; // about so long on one core of 2020 (default 10); INFINITY: all pixels
     uint64_t seed;      // of the sample (default 0)
     const struct weft_progress *progress; // NULL is fine
+    // Is told each value that is checked, with the reference that it was compared with: for
+    // pictures of errors. In the calling thread. NULL: nobody asks. In slices `channel` is the
+    // output's number.
+    void (*tell)(void *priv, int x, int y, int channel, double value, double reference);
+    void *tell_priv;
 };
 #define WEFT_VERIFY_DEFAULTS
 #define weft_verify_params(...) (&(struct weft_verify_params){WEFT_VERIFY_DEFAULTS __VA_ARGS__})
@@ -85,6 +90,8 @@ struct weft_slice_verify_params {
     double max_seconds; // as in weft_verify_params
     uint64_t seed;
     const struct weft_progress *progress;
+    void (*tell)(void *priv, int x, int y, int output, double value, double reference);
+    void *tell_priv;
     weft_volume *rest; // the same grid opened with .rest: the reference is of both sums then, that
                        // is of the stored values (default NULL: of floats; prefiltered kernels:
                        // always)

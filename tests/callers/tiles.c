@@ -304,6 +304,10 @@ static void previews(void)
     SET_REFUSED(good, height, INT_MIN, CALL);
     ANY_NUMBER(good, low, CALL);
     ANY_NUMBER(good, high, CALL);
+    struct weft_preview_frame frame = {.left = -1};
+    SET_REFUSED(good, frame, &frame, CALL);
+    frame = (struct weft_preview_frame){.right = INT32_MAX};
+    SET_REFUSED(good, frame, &frame, CALL);
 #undef CALL
     struct weft_colour_preview_params colours = {.path = "/dev/null",
                                                  .width = 2,
@@ -319,6 +323,8 @@ static void previews(void)
     SET_REFUSED(colours, threads, -1, CALL);
     ANY_NUMBER(colours, low, CALL);
     ANY_NUMBER(colours, high, CALL);
+    frame = (struct weft_preview_frame){.bottom = INT32_MAX - 1};
+    SET_REFUSED(colours, frame, &frame, CALL);
 #undef CALL
 }
 

@@ -281,6 +281,16 @@ WEFT_API extern const struct weft_colour_map *const weft_colour_map_list[];
 // Finds a colour map by its name or alias. Returns NULL where there is none.
 WEFT_API const struct weft_colour_map *weft_colour_map_find(const char *name);
 
+// What stands around a preview and is drawn over it: titles, legends, scales. Rows count from the
+// top of the whole, which is left + width + right pixels wide.
+struct weft_preview_frame {
+    int32_t left, right, top, bottom; // pixels around the preview, white at first, >= 0
+    // Draws over row y of the whole, RGB, which holds the preview's pixels already. Called in any
+    // thread, for several rows at once.
+    void (*draw)(const void *priv, int32_t y, uint8_t *rgb); // NULL: nothing
+    const void *priv;
+};
+
 // A plane, and the colours of its values. Borrowed until the call returns.
 struct weft_preview_params {
     const char *path;      // required
@@ -290,13 +300,15 @@ struct weft_preview_params {
     // Values shown as first and last colour. NAN, or both 0: the finite minimum, maximum.
     float low, high;
     const struct weft_colour_map *colour_map; // default (NULL): grey
+    const struct weft_preview_frame *frame;   // default (NULL): none
     int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     const struct weft_log *log; // may be NULL
 };
 #define WEFT_PREVIEW_DEFAULTS
 #define weft_preview_params(...) (&(struct weft_preview_params){WEFT_PREVIEW_DEFAULTS __VA_ARGS__})
 
-// Writes an 8-bit PNG (grey or RGB); NaN is shown as magenta in colour maps, as black in grey.
+// Writes an 8-bit PNG (grey or RGB, with a frame RGB); NaN is shown as magenta in colour maps and
+// within frames, as black in grey alone.
 // Values beyond the range take its end colours; a range of no width shows its value in the middle
 // colour. low > high reverses the colours. Without a finite value the range is 0 to 1.
 // range[2], if not NULL, receives the values shown as first and last colour.
@@ -312,6 +324,7 @@ struct weft_colour_preview_params {
     int32_t width, height;           // required
     const float *red, *green, *blue; // required; width * height each
     float low, high;            // light shown as code 0 and code 255, low < high. Both 0: 0 and 1
+    const struct weft_preview_frame *frame; // default (NULL): none
     int threads;                // at once, up to WEFT_IMAGE_MAX_THREADS (default 0: of all cores)
     const struct weft_log *log; // may be NULL
 };

@@ -30,6 +30,9 @@ enum accumulate_option {
     ACCUMULATE_COMPRESSION,
     ACCUMULATE_RANGE,
     ACCUMULATE_COLOUR_MAP,
+    ACCUMULATE_EXPOSURE,
+    ACCUMULATE_ANNOTATE,
+    ACCUMULATE_TITLE,
     ACCUMULATE_RANKS, // the first of enum rank_option
     ACCUMULATE_EXPLAIN = ACCUMULATE_RANKS + RANK_OPTION_COUNT,
     ACCUMULATE_JSON,
@@ -231,6 +234,8 @@ enum weft_result accumulate_check_bound(struct accumulate_job *job, double bound
 
 // Whether what has the output's name already is kept: not what this run has written.
 bool accumulate_keeps(const struct accumulate_job *job, enum accumulate_option output);
+// The preview's options. (preview.c)
+struct preview_options accumulate_preview_options(const struct accumulate_job *job);
 // In colour where there are R, G and B. (preview.c)
 enum weft_result accumulate_save_preview(struct accumulate_job *job);
 

@@ -39,7 +39,10 @@ static const char *find_conflict(const struct accumulate_job *job)
 
 static enum weft_result check_conflicts(const struct accumulate_job *job)
 {
+    const struct preview_options preview = accumulate_preview_options(job);
     const char *conflict = find_conflict(job);
+    if (!conflict)
+        conflict = preview_conflict(&preview, is_given(job, ACCUMULATE_PREVIEW));
     if (conflict)
         report_error("%s", conflict);
     return conflict ? WEFT_ERR_ARGUMENT : WEFT_OK;
@@ -103,8 +106,7 @@ enum weft_result accumulate_read_options(struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
     struct accumulate_request *r = &job->request;
-    const struct preview_options preview = {.range = &o[ACCUMULATE_RANGE],
-                                            .colour_map = &o[ACCUMULATE_COLOUR_MAP]};
+    const struct preview_options preview = accumulate_preview_options(job);
     enum weft_result res = check_conflicts(job);
     if (res == WEFT_OK)
         res = accumulation_read(&o[ACCUMULATE_ADDING],

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "tools/accumulate/job.h"
+#include "tools/common/paths.h"
 #include "tools/common/report.h"
 
 static const float *plane_named(const struct weft_image *image, int layer, const char *of,
@@ -48,22 +49,49 @@ bool accumulate_keeps(const struct accumulate_job *job, enum accumulate_option o
     return job->option[ACCUMULATE_NO_CLOBBER].given && !(job->written & 1u << output);
 }
 
-enum weft_result accumulate_save_preview(struct accumulate_job *job)
+struct preview_options accumulate_preview_options(const struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
+    return (struct preview_options){.preview = o[ACCUMULATE_PREVIEW].text,
+                                    .range = &o[ACCUMULATE_RANGE],
+                                    .colour_map = &o[ACCUMULATE_COLOUR_MAP],
+                                    .exposure = &o[ACCUMULATE_EXPOSURE],
+                                    .annotate = &o[ACCUMULATE_ANNOTATE],
+                                    .title = &o[ACCUMULATE_TITLE],
+                                    .no_clobber = accumulate_keeps(job, ACCUMULATE_PREVIEW)};
+}
+
+static bool annotate(const struct accumulate_job *job, const struct preview_options *options,
+                     struct annotation *out)
+{
+    char title[ANNOTATION_TEXT], caption[ANNOTATION_TEXT];
+    snprintf(title, sizeof title, "%.300s", paths_base_name(job->operands[0]));
+    snprintf(caption, sizeof caption, "mean of %lld frame%s, %.120s, %d x %d pixels",
+             (long long)job->added, job->added == 1 ? "" : "s", job->weights.text,
+             job->result.width, job->result.height);
+    const bool asked = preview_annotate(options, title, caption, out);
+    snprintf(out->quantity, sizeof out->quantity, "value");
+    return asked;
+}
+
+enum weft_result accumulate_save_preview(struct accumulate_job *job)
+{
+    struct preview_options options = accumulate_preview_options(job);
     const struct weft_image *image = &job->result;
-    const struct preview_options options = {.preview = o[ACCUMULATE_PREVIEW].text,
-                                            .range = &o[ACCUMULATE_RANGE],
-                                            .colour_map = &o[ACCUMULATE_COLOUR_MAP],
-                                            .no_clobber =
-                                                accumulate_keeps(job, ACCUMULATE_PREVIEW)};
     const float *colour[3];
+    bool coloured = !job->request.colour_map && find_colours(job, colour);
+    struct annotation annotation;
+    if (annotate(job, &options, &annotation))
+        options.annotation = &annotation;
+    if (!coloured && preview_shows_light(&options)) {
+        colour[0] = colour[1] = colour[2] = grey_plane(job);
+        coloured = true;
+    }
     const enum weft_result res =
-        job->request.colour_map || !find_colours(job, colour)
-            ? preview_save(&options, job->request.colour_map, image->width, image->height,
-                           grey_plane(job), job->preview_range)
-            : preview_save_colour(&options, job->request.how.threads, image->width, image->height,
-                                  colour, job->preview_range);
+        !coloured ? preview_save(&options, job->request.colour_map, image->width, image->height,
+                                 grey_plane(job), job->preview_range)
+                  : preview_save_colour(&options, job->request.how.threads, image->width,
+                                        image->height, colour, job->preview_range);
     job->written |= res == WEFT_OK ? 1u << ACCUMULATE_PREVIEW : 0;
     return res;
 }

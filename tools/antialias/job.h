@@ -40,6 +40,9 @@ enum antialias_option {
     ASK_TYPE,
     ASK_COMPRESSION,
     ASK_RANGE,
+    ASK_EXPOSURE,
+    ASK_ANNOTATE,
+    ASK_TITLE,
     ASK_RANKS, // the first of enum rank_option
     ASK_EXPLAIN = ASK_RANKS + RANK_OPTION_COUNT,
     ASK_JSON,
@@ -170,6 +173,9 @@ void antialias_job_compare(struct antialias_job *job, int frame);
 // (job_weights.c)
 void antialias_job_add_weights(struct antialias_job *job, int frame); // of the last picture
 bool antialias_job_check_weights(const struct antialias_job *job);
+
+// The preview's options, for any name. (job_options.c)
+struct preview_options antialias_job_preview(const struct antialias_job *job);
 
 // What a picture's attributes say; what: it is, NULL for the picture. Returns how many.
 // (job_report.c)

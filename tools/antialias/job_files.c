@@ -109,9 +109,16 @@ static enum weft_result save_picture(struct antialias_job *job, const char *path
 
 static enum weft_result save_preview(struct antialias_job *job, const char *path)
 {
-    const struct option_value *o = job->option;
-    const struct preview_options options = {
-        .preview = path, .range = &o[ASK_RANGE], .no_clobber = o[ASK_NO_CLOBBER].given};
+    struct preview_options options = antialias_job_preview(job);
+    char title[ANNOTATION_TEXT], caption[ANNOTATION_TEXT];
+    struct annotation annotation;
+    options.preview = path;
+    snprintf(title, sizeof title, "%.300s", paths_base_name(job->scene_name));
+    snprintf(caption, sizeof caption, "%s, %d sample%s, %d x %d pixels",
+             antialias_way_names[job->params.way], job->report.samples,
+             job->report.samples == 1 ? "" : "s", job->params.size[0], job->params.size[1]);
+    if (preview_annotate(&options, title, caption, &annotation))
+        options.annotation = &annotation;
     return picture_save_preview(&job->picture, &options, 0, job->preview_range);
 }
 

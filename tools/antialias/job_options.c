@@ -75,6 +75,18 @@ static bool has_foreign_option(const struct antialias_job *job)
     return false;
 }
 
+struct preview_options antialias_job_preview(const struct antialias_job *job)
+{
+    static const struct option_value none = {.given = false};
+    const struct option_value *o = job->option;
+    return (struct preview_options){.range = &o[ASK_RANGE],
+                                    .colour_map = &none,
+                                    .exposure = &o[ASK_EXPOSURE],
+                                    .annotate = &o[ASK_ANNOTATE],
+                                    .title = &o[ASK_TITLE],
+                                    .no_clobber = o[ASK_NO_CLOBBER].given};
+}
+
 static const char *output_conflict(const struct antialias_job *job)
 {
     const bool picture = is_given(job, ASK_OUTPUT), preview = is_given(job, ASK_PREVIEW),
@@ -82,8 +94,11 @@ static const char *output_conflict(const struct antialias_job *job)
     const bool map_is_exr = map && job->option[ASK_WEIGHT_MAP].integer[0] != 1;
     if (is_given(job, ASK_QUIET) && is_given(job, ASK_VERBOSE))
         return "-q and -v exclude each other";
+    const struct preview_options how = antialias_job_preview(job);
     if (!preview && is_given(job, ASK_RANGE))
         return "--range needs --preview OUT.png";
+    if (preview_conflict(&how, preview))
+        return preview_conflict(&how, preview);
     if (!picture && is_given(job, ASK_TYPE))
         return "--type needs -o OUT.exr";
     if (!picture && !map_is_exr && is_given(job, ASK_COMPRESSION))
@@ -326,8 +341,7 @@ static enum weft_result read_divided(struct antialias_job *job)
 enum weft_result antialias_job_read_options(struct antialias_job *job)
 {
     const struct option_value *o = job->option;
-    const struct option_value none = {.given = false};
-    const struct preview_options preview = {.range = &o[ASK_RANGE], .colour_map = &none};
+    const struct preview_options preview = antialias_job_preview(job);
     const struct weft_colour_map *no_map;
     enum weft_result res = read_way(job);
     if (res == WEFT_OK)

@@ -37,6 +37,9 @@ enum effect_option {
     ASK_TYPE = ASK_ADDING + ACCUMULATION_OPTION_COUNT,
     ASK_COMPRESSION,
     ASK_RANGE,
+    ASK_EXPOSURE,
+    ASK_ANNOTATE,
+    ASK_TITLE,
     ASK_RANKS, // the first of enum rank_option
     ASK_EXPLAIN = ASK_RANKS + RANK_OPTION_COUNT,
     ASK_JSON,
@@ -156,6 +159,9 @@ enum weft_result effect_job_check_bound(struct effect_job *job, double bound);
 // Warns where the mean, or what the scenes hold, is beyond the range that the method's targets hold
 // or that its bound is of. (job_draw.c)
 void effect_job_check_range(const struct effect_job *job);
+
+// The preview's options. (job_result.c)
+struct preview_options effect_job_preview(const struct effect_job *job);
 
 // What a result's attributes say; what: it is, NULL for the mean. Returns how many. (job_report.c)
 size_t effect_job_attributes(const struct effect_job *job, const char *what,

@@ -73,8 +73,11 @@ static const char *output_conflict(const struct effect_job *job)
                preview = is_given(job, ASK_PREVIEW);
     if (is_given(job, ASK_QUIET) && is_given(job, ASK_VERBOSE))
         return "-q and -v exclude each other";
+    const struct preview_options how = effect_job_preview(job);
     if (!preview && is_given(job, ASK_RANGE))
         return "--range needs --preview OUT.png";
+    if (preview_conflict(&how, preview))
+        return preview_conflict(&how, preview);
     if (!mean && is_given(job, ASK_TYPE))
         return "--type needs -o OUT.exr";
     if (!mean && !error && is_given(job, ASK_COMPRESSION))
@@ -351,8 +354,7 @@ static enum weft_result read_ranks(struct effect_job *job)
 enum weft_result effect_job_read_options(struct effect_job *job)
 {
     const struct option_value *o = job->option;
-    const struct option_value none = {.given = false};
-    const struct preview_options preview = {.range = &o[ASK_RANGE], .colour_map = &none};
+    const struct preview_options preview = effect_job_preview(job);
     const struct weft_colour_map *no_map;
     const unsigned uses =
         ACCUMULATION_DRAWS_FRAMES | (o[ASK_STDERR].given ? ACCUMULATION_TELLS_ERROR : 0);

@@ -2,6 +2,7 @@
 // The mean of `weft effect` and its standard error as images, and their files.
 #include <stdlib.h>
 
+#include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/options/saved.h"
 #include "tools/effect/job.h"
@@ -55,12 +56,31 @@ static enum weft_result save(const struct effect_job *job, enum effect_option op
                            : WEFT_OK;
 }
 
+struct preview_options effect_job_preview(const struct effect_job *job)
+{
+    static const struct option_value none = {.given = false};
+    const struct option_value *o = job->option;
+    return (struct preview_options){.preview = o[ASK_PREVIEW].text,
+                                    .range = &o[ASK_RANGE],
+                                    .colour_map = &none,
+                                    .exposure = &o[ASK_EXPOSURE],
+                                    .annotate = &o[ASK_ANNOTATE],
+                                    .title = &o[ASK_TITLE],
+                                    .no_clobber = o[ASK_NO_CLOBBER].given};
+}
+
 static enum weft_result save_preview(struct effect_job *job)
 {
     const struct option_value *o = job->option;
-    const struct preview_options options = {.preview = o[ASK_PREVIEW].text,
-                                            .range = &o[ASK_RANGE],
-                                            .no_clobber = o[ASK_NO_CLOBBER].given};
+    struct preview_options options = effect_job_preview(job);
+    char title[ANNOTATION_TEXT], caption[ANNOTATION_TEXT];
+    struct annotation annotation;
+    snprintf(title, sizeof title, "%.100s: %.200s", job->operands[0],
+             job->scene_count ? paths_base_name(job->scene[0].name) : "");
+    snprintf(caption, sizeof caption, "%lld frame%s, %d x %d pixels", (long long)job->added,
+             job->added == 1 ? "" : "s", job->mean.image.width, job->mean.image.height);
+    if (preview_annotate(&options, title, caption, &annotation))
+        options.annotation = &annotation;
     return o[ASK_PREVIEW].given
                ? picture_save_preview(&job->mean, &options, job->how.threads, job->preview_range)
                : WEFT_OK;

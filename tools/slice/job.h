@@ -10,6 +10,7 @@
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 #include "tools/curve/curve.h"
+#include "tools/draw/annotation.h"
 #include "tools/ranks/options.h"
 #include "tools/volumes/raw.h"
 #include "weft.h"
@@ -52,6 +53,8 @@ enum slice_option {
     SLICE_PASSES, // the first of enum pass_option
     SLICE_RANGE = SLICE_PASSES + PASS_OPTION_COUNT,
     SLICE_COLOUR_MAP,
+    SLICE_ANNOTATE,
+    SLICE_TITLE,
     SLICE_EXPLAIN,
     SLICE_VERIFY,
     SLICE_JSON,
@@ -193,6 +196,8 @@ struct slice_job {
     double error_bound;     // its own: NAN where voxels outside --source-range count
     json_t *outputs;        // with --json, unless it is plain: what is computed of each source
     float preview_range[2]; // with a preview
+    bool annotated;         // it has what is around it
+    struct annotation annotation;
     struct weft_image_save_report saved; // with an output
     double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;

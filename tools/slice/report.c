@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tools/slice/report.h"
+#include "tools/slice/save.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -391,6 +392,7 @@ void slice_tell(struct slice_job *job)
     if (job->setup->option[SLICE_JSON].given)
         job->json = slice_json(job);
     slice_list_attributes(job);
+    slice_annotate(job);
 }
 
 void slice_list_attributes(struct slice_job *job)

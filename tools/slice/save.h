@@ -9,4 +9,7 @@
 
 struct preview_options slice_preview_options(const struct slice_job *job);
 
+// With --annotate: what is around the preview, which saving takes from the job.
+void slice_annotate(struct slice_job *job);
+
 #endif

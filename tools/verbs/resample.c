@@ -9,6 +9,7 @@
 #include "tools/common/parts.h"
 #include "tools/methods/plan_options.h"
 #include "tools/draw/preview.h"
+#include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
@@ -182,16 +183,20 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
                         0,
                         OPTION_RANGE,
                         "LO,HI",
-                        "values shown as first and last colour of the preview (default: smallest "
-                        "and largest)",
+                        "values shown as first and last colour of the preview (default: in colour "
+                        "0 and 1, or else the smallest and the largest)",
                         .group = OPTION_PICTURES},
     [RESAMPLE_COLOUR_MAP] = {.name = "colour-map",
                              0,
                              OPTION_TEXT,
                              "NAME",
-                             "colours of the preview (default grey), as in weft slice",
+                             "show luminance, or the first channel, in these colours (default: R, "
+                             "G and B as they are, or grey), as in weft slice",
                              .group = OPTION_PICTURES,
                              .names = OPTION_NAMES_MAP},
+    [RESAMPLE_EXPOSURE] = PREVIEW_EXPOSURE_OPTION,
+    [RESAMPLE_ANNOTATE] = PREVIEW_ANNOTATE_OPTION,
+    [RESAMPLE_TITLE] = PREVIEW_TITLE_OPTION,
     [RESAMPLE_EXPLAIN] =
         {.name = "explain",
          0,
@@ -242,6 +247,9 @@ static struct preview_options preview_options(const struct resample_job *job)
                                     .preview = o[RESAMPLE_PREVIEW].text,
                                     .range = &o[RESAMPLE_RANGE],
                                     .colour_map = &o[RESAMPLE_COLOUR_MAP],
+                                    .exposure = &o[RESAMPLE_EXPOSURE],
+                                    .annotate = &o[RESAMPLE_ANNOTATE],
+                                    .title = &o[RESAMPLE_TITLE],
                                     .no_clobber = o[RESAMPLE_NO_CLOBBER].given};
 }
 
@@ -250,6 +258,8 @@ static enum weft_result check_options(struct resample_job *job)
     const struct option_value *o = job->option;
     const struct preview_options preview = preview_options(job);
     const char *conflict = option_conflict(o);
+    if (!conflict)
+        conflict = preview_conflict(&preview, o[RESAMPLE_PREVIEW].given);
     if (conflict) {
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;
@@ -384,10 +394,36 @@ static float *make_luminance(const struct weft_image *image)
     return out;
 }
 
+// Its name, kernel and sizes.
+static bool annotate(const struct resample_job *job, const struct preview_options *preview,
+                     struct annotation *out)
+{
+    char kernel[KERNELS_TEXT], caption[ANNOTATION_TEXT];
+    weft_kernel_format(&job->kernel, kernel, sizeof kernel);
+    snprintf(caption, sizeof caption, "%.200s, %d x %d to %d x %d pixels", kernel, job->image.width,
+             job->image.height, job->result.width, job->result.height);
+    return preview_annotate(preview, paths_base_name(job->input), caption, out);
+}
+
+// What is shown of an image: its colours, where it has any and no map is named for their luminance,
+// or else luminance or the first channel, as light where --exposure asks for that.
 static enum weft_result write_preview(struct resample_job *job)
 {
-    const struct preview_options preview = preview_options(job);
+    struct preview_options preview = preview_options(job);
     const struct weft_image *image = &job->result;
+    const float *colour[3] = {plane_named(image, "R"), plane_named(image, "G"),
+                              plane_named(image, "B")};
+    const bool coloured = colour[0] && colour[1] && colour[2];
+    struct annotation annotation;
+    if (annotate(job, &preview, &annotation))
+        preview.annotation = &annotation;
+    snprintf(annotation.quantity, sizeof annotation.quantity, "%.60s",
+             coloured ? "luminance" : image->channels[0].name);
+    for (int c = 0; c < 3 && !coloured; c++)
+        colour[c] = image->channels[0].plane;
+    if (preview_shows_light(&preview) || (coloured && !job->colour_map))
+        return preview_save_colour(&preview, job->engine.cpu.threads, image->width, image->height,
+                                   colour, job->preview_range);
     float *luminance = make_luminance(image);
     enum weft_result res =
         preview_save(&preview, job->colour_map, image->width, image->height,

@@ -266,6 +266,8 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                           "colours of the preview (default grey); 'help' lists them",
                           .group = OPTION_PICTURES,
                           .names = OPTION_NAMES_MAP},
+    [SLICE_ANNOTATE] = PREVIEW_ANNOTATE_OPTION,
+    [SLICE_TITLE] = PREVIEW_TITLE_OPTION,
     [SLICE_EXPLAIN] = {.name = "explain",
                        0,
                        OPTION_FLAG,
@@ -337,6 +339,11 @@ static const char *option_conflict(const struct slice_setup *setup)
         return "--type and --compression need -o OUT.exr";
     if (!o[SLICE_PREVIEW].given && (o[SLICE_RANGE].given || o[SLICE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
+    const struct slice_job job = {.setup = (struct slice_setup *)setup};
+    const struct preview_options preview = slice_preview_options(&job);
+    conflict = preview_conflict(&preview, o[SLICE_PREVIEW].given);
+    if (conflict)
+        return conflict;
     if (o[SLICE_PASSES + PASS_PROFILE].given && o[SLICE_LAYOUT].given)
         return "--layout is of slices without --profile";
     conflict = passes_conflict(o);

@@ -867,6 +867,52 @@ static void previews_are_written(void **state)
     unlink("p.png");
 }
 
+// R, G and B of the preview, to be freed.
+static uint8_t *decode_png(const char *path, int width, int height)
+{
+    png_image png = {.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&png, path));
+    assert_int_equal(png.width, width);
+    assert_int_equal(png.height, height);
+    png.format = PNG_FORMAT_RGB;
+    uint8_t *pixels = malloc(PNG_IMAGE_SIZE(png));
+    assert_non_null(pixels);
+    assert_true(png_image_finish_read(&png, NULL, pixels, 0, NULL));
+    return pixels;
+}
+
+static int srgb(double light)
+{
+    const double v = fmin(fmax(light, 0.0), 1.0);
+    return (int)lrint(255.0 * (v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 / 2.4) - 0.055));
+}
+
+// Images of colours are shown in them: light times 2^stops, as sRGB. --annotate leaves the pixels
+// as they are, somewhere in a larger picture.
+static void previews_are_in_colour(void **state)
+{
+    (void)state;
+    static const char *const channels[] = {"R", "G", "B"};
+    command_succeeds("resample", "rgba.exr", "-o", "p.exr", "--preview", "p.png", "--engine", "cpu",
+                     "--exposure", "-1.5", "--kernel", "nearest", "--size", "100%");
+    struct weft_image image;
+    assert_int_equal(weft_image_load(&(struct weft_image_load_params){.path = "p.exr"}, &image),
+                     WEFT_OK);
+    uint8_t *pixels = decode_png("p.png", image.width, image.height);
+    for (int c = 0; c < 3; c++) {
+        size_t at = 0;
+        while (strcmp(image.channels[at].name, channels[c]) != 0)
+            at++;
+        for (int i = 0; i < image.width * image.height; i++)
+            assert_int_equal(pixels[3 * i + c],
+                             srgb((double)image.channels[at].plane[i] * exp2(-1.5)));
+    }
+    free(pixels);
+    weft_image_clear(&image);
+    unlink("p.png");
+    unlink("p.exr");
+}
+
 // Larger than a tile, both of pixels and of samples.
 static void large_images_have_no_seams(void **state)
 {
@@ -969,6 +1015,12 @@ static void bad_usage_is_refused(void **state)
     resample_fails("--emulate", "-o", "a.exr", "--emulate", "--context", "egl");
     resample_fails("--preview", "-o", "a.exr", "--range", "0,1");
     resample_fails("LO", "--preview", "a.png", "--range", "1,0");
+    resample_fails("exclude", "--preview", "a.png", "--range", "0,1", "--exposure", "1");
+    resample_fails("of light", "--preview", "a.png", "--colour-map", "grey", "--exposure", "1");
+    resample_fails("from -60 to 60", "--preview", "a.png", "--exposure", "61");
+    resample_fails("--preview", "-o", "a.exr", "--exposure", "1");
+    resample_fails("--preview", "-o", "a.exr", "--annotate");
+    resample_fails("--annotate", "--preview", "a.png", "--title", "a");
     resample_fails("LO", "-o", "a.exr", "--source-range", "1,1");
     static const char *const no_sizes[] = {"0%", "x0", "0x0", "x", "%", "-5%", "3x4x5", "x1e", "2"};
     for (size_t i = 0; i < COUNT(no_sizes); i++)
@@ -1275,6 +1327,7 @@ int main(void)
         cmocka_unit_test(sizes_and_boundaries),
         cmocka_unit_test(a_declared_range_is_used),
         cmocka_unit_test(previews_are_written),
+        cmocka_unit_test(previews_are_in_colour),
         cmocka_unit_test(large_images_have_no_seams),
         cmocka_unit_test(one_pixel_becomes_many),
         cmocka_unit_test(an_interrupt_leaves_nothing),

@@ -161,6 +161,62 @@ static void test_many_rows(void **state)
     }
 }
 
+// Draws a column over all rows, one pixel left of the preview's middle.
+static void draw_column(const void *priv, int32_t y, uint8_t *rgb)
+{
+    const int *at = priv;
+    rgb[3 * at[0]] = (uint8_t)y;
+}
+
+// White around, the preview as without a frame, and what is drawn over both; by any number of
+// threads. Grey is RGB then, and NaN magenta.
+static void test_frames(void **state)
+{
+    (void)state;
+    enum { WIDTH = 31, HEIGHT = 45, LEFT = 5, RIGHT = 2, TOP = 3, BOTTOM = 7 };
+    enum { WHOLE = LEFT + WIDTH + RIGHT, ROWS = TOP + HEIGHT + BOTTOM };
+    static float plane[WIDTH * HEIGHT];
+    static const int column = LEFT + 9;
+    const struct weft_preview_frame frame = {LEFT, RIGHT, TOP, BOTTOM, draw_column, &column};
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        plane[i] = i % 17 ? (float)i : NAN;
+    for (int colour = 0; colour < 2; colour++) {
+        bool grey;
+        const struct weft_preview_params params = {.path = test_path("frame.png"),
+                                                   .width = WIDTH,
+                                                   .height = HEIGHT,
+                                                   .plane = plane,
+                                                   .high = 1400.0f,
+                                                   .frame = &frame};
+        const struct weft_colour_preview_params light = {.path = test_path("frame.png"),
+                                                         .width = WIDTH,
+                                                         .height = HEIGHT,
+                                                         .red = plane,
+                                                         .green = plane,
+                                                         .blue = plane,
+                                                         .frame = &frame,
+                                                         .threads = 1};
+        assert_int_equal(
+            colour ? weft_colour_preview_save(&light) : weft_preview_save(&params, NULL), WEFT_OK);
+        uint8_t *pixels = decode(test_path("frame.png"), WHOLE, ROWS, &grey);
+        assert_false(grey);
+        for (int y = 0; y < ROWS; y++)
+            for (int x = 0; x < WHOLE; x++) {
+                const bool inside = x >= LEFT && x < LEFT + WIDTH && y >= TOP && y < TOP + HEIGHT;
+                const int i = (y - TOP) * WIDTH + x - LEFT;
+                uint8_t rgb[3] = {255, 255, 255};
+                if (inside && isnan(plane[i]))
+                    rgb[1] = 0;
+                else if (inside && !colour)
+                    memset(rgb, (int)lrint(255.0 * (double)plane[i] / 1400.0), 3);
+                if (x == column)
+                    rgb[0] = (uint8_t)y;
+                assert_memory_equal(pixels + 3 * (y * WHOLE + x), rgb, 3);
+            }
+        free(pixels);
+    }
+}
+
 // IEC 61966-2-1 in double precision, with its published values; NaN in one channel is magenta.
 static void test_colours(void **state)
 {
@@ -317,6 +373,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_colour_maps),
         cmocka_unit_test(test_published),
+        cmocka_unit_test(test_frames),
         IN_FOLDER(test_values),
         IN_FOLDER(test_many_rows),
         IN_FOLDER(test_ranges),

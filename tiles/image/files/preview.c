@@ -9,7 +9,7 @@
 #include "tiles/image/codes/png.h"
 
 struct preview {
-    int32_t width;
+    int32_t width, height;
     const float *plane;                // of what is one value a pixel
     const struct weft_colour_map *map; // of those; NULL: grey
     const float *colour[3];            // of what is red, green and blue
@@ -22,7 +22,8 @@ struct output {
     bool no_clobber;
     int threads;
     const struct weft_log *log;
-    struct weft_png_writer png;
+    const struct weft_preview_frame *frame; // NULL: none
+    struct weft_png_writer png;             // of the preview
 };
 
 // ---- values to colours --------------------------------------------------------------------------
@@ -87,14 +88,56 @@ static void fill_colours(const void *priv, int thread, int32_t y, uint8_t *out)
     }
 }
 
+// ---- frames -------------------------------------------------------------------------------------
+
+static enum weft_result check_frame(const struct weft_log *log, const struct weft_preview_frame *f,
+                                    int32_t width, int32_t height)
+{
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require(log, f->left >= 0 && f->right >= 0 && f->top >= 0 && f->bottom >= 0);
+    weft_require(log, (int64_t)width + f->left + f->right <= INT32_MAX);
+    weft_require(log, (int64_t)height + f->top + f->bottom <= INT32_MAX);
+    res = WEFT_OK;
+fail:
+    return res;
+}
+
+// A preview with what is around it.
+struct framed {
+    const struct weft_preview_frame *frame;
+    const struct preview *preview;
+    void (*fill_row)(const void *priv, int thread, int32_t y, uint8_t *out);
+    size_t row_bytes;
+};
+
+static void fill_framed(const void *priv, int thread, int32_t y, uint8_t *out)
+{
+    const struct framed *w = priv;
+    const int32_t inner = y - w->frame->top;
+    memset(out, 255, w->row_bytes);
+    if (inner >= 0 && inner < w->preview->height)
+        w->fill_row(w->preview, thread, inner, out + 3 * (size_t)w->frame->left);
+    if (w->frame->draw)
+        w->frame->draw(w->frame->priv, y, out);
+}
+
 // ---- all ----------------------------------------------------------------------------------------
 
 static enum weft_result save(const struct output *o)
 {
     struct weft_output_file file = {.fd = -1, .stream = -1};
     struct weft_png_writer png = o->png;
+    const struct weft_preview_frame *f = o->frame;
+    struct framed framed = {.frame = f, .preview = png.priv, .fill_row = png.fill_row};
     png.threads = o->threads ? o->threads : weft_threads_available();
     png.bits = 8;
+    if (f) {
+        png.width += f->left + f->right;
+        png.height += f->top + f->bottom;
+        png.fill_row = fill_framed;
+        png.priv = &framed;
+        framed.row_bytes = 3 * (size_t)png.width;
+    }
     enum weft_result res = weft_output_file_create(o->log, o->path, o->no_clobber, &file);
     if (res == WEFT_OK)
         res = weft_png_write(&png, &file);
@@ -112,7 +155,7 @@ static enum weft_result check_params(const struct weft_preview_params *p)
     weft_require(p->log, p->plane != NULL);
     weft_require(p->log, !isinf(p->low) && !isinf(p->high));
     weft_require(p->log, p->threads >= 0 && p->threads <= WEFT_IMAGE_MAX_THREADS);
-    res = WEFT_OK;
+    res = p->frame ? check_frame(p->log, p->frame, p->width, p->height) : WEFT_OK;
 fail:
     return res;
 }
@@ -122,14 +165,19 @@ enum weft_result weft_preview_save(const struct weft_preview_params *params, flo
     enum weft_result res = check_params(params);
     if (res != WEFT_OK)
         return res;
-    const bool grey = !params->colour_map || params->colour_map == weft_colour_map_list[0];
-    struct preview w = {
-        .width = params->width, .plane = params->plane, .map = grey ? NULL : params->colour_map};
+    const struct weft_colour_map *map =
+        params->colour_map ? params->colour_map : weft_colour_map_list[0];
+    const bool grey = map == weft_colour_map_list[0] && !params->frame;
+    struct preview w = {.width = params->width,
+                        .height = params->height,
+                        .plane = params->plane,
+                        .map = grey ? NULL : map};
     find_range(&w, params);
     res = save(&(struct output){.path = params->path,
                                 .no_clobber = params->no_clobber,
                                 .threads = params->threads,
                                 .log = params->log,
+                                .frame = params->frame,
                                 .png = {.width = params->width,
                                         .height = params->height,
                                         .samples = grey ? 1 : 3,
@@ -151,7 +199,7 @@ static enum weft_result check_colours(const struct weft_colour_preview_params *p
     weft_require(p->log, isfinite(p->low) && isfinite(p->high));
     weft_require(p->log, (p->low == 0.0f && p->high == 0.0f) || p->low < p->high);
     weft_require(p->log, p->threads >= 0 && p->threads <= WEFT_IMAGE_MAX_THREADS);
-    res = WEFT_OK;
+    res = p->frame ? check_frame(p->log, p->frame, p->width, p->height) : WEFT_OK;
 fail:
     return res;
 }
@@ -162,6 +210,7 @@ enum weft_result weft_colour_preview_save(const struct weft_colour_preview_param
     if (res != WEFT_OK)
         return res;
     const struct preview w = {.width = params->width,
+                              .height = params->height,
                               .colour = {params->red, params->green, params->blue},
                               .low = params->low,
                               .high = params->low < params->high ? params->high : 1.0};
@@ -169,6 +218,7 @@ enum weft_result weft_colour_preview_save(const struct weft_colour_preview_param
                                  .no_clobber = params->no_clobber,
                                  .threads = params->threads,
                                  .log = params->log,
+                                 .frame = params->frame,
                                  .png = {.width = params->width,
                                          .height = params->height,
                                          .samples = 3,
