@@ -90,6 +90,53 @@ static void list_has_every_kernel(void **state)
     json_decref(root);
 }
 
+// Writes the row that docs/kernels.md has of an entry of the list: of a derivative its place in a
+// table of names and orders.
+static void write_row(const json_t *entry, const char *page, char *row, size_t size)
+{
+    const char *name = text(entry, "name");
+    const double order = number(entry, "order");
+    if (number(entry, "derivative") > 0) {
+        snprintf(row, size, "| `%s` (%g) |", name, order);
+        return;
+    }
+    struct weft_kernel kernel;
+    char whole[64], other[64];
+    assert_int_equal(weft_kernel_parse(NULL, name, &kernel), WEFT_OK);
+    weft_kernel_format(&kernel, whole, sizeof whole);
+    snprintf(other, sizeof other, "yes: `%si`", name);
+    const bool done = flag(entry, "prefiltered"), through = flag(entry, "interpolating");
+    const char *prefilter = "no";
+    if (done)
+        prefilter = "has it";
+    else if (!through && number(entry, "order_prefiltered") > order)
+        prefilter = strstr(page, other) ? other : "yes; weft has none";
+    snprintf(row, size, "\n| `%s` | %g | %g | %g | %s | %s | %s |", whole, number(entry, "taps"),
+             number(entry, "support"), order,
+             done      ? "yes, prefiltered"
+             : through ? "yes"
+                       : "no: blurs",
+             prefilter, flag(entry, "unit_sum") ? "yes" : "no");
+}
+
+static void page_has_every_kernel(void **state)
+{
+    (void)state;
+    size_t size;
+    char *page = command_read_file(WEFT_SOURCE_DIR "/docs/kernels.md", &size);
+    json_t *root = parse(command_succeeds("kernel", "--list", "--json"));
+    const json_t *list = json_object_get(root, "kernels");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        char row[200];
+        write_row(json_array_get(list, i), page, row, sizeof row);
+        if (!strstr(page, row))
+            fail_msg("docs/kernels.md lacks %s: sh tools/figures.sh kernel-page", row);
+    }
+    assert_true(json_array_size(list) > 80);
+    json_decref(root);
+    free(page);
+}
+
 // Marschner and Lobb's metrics in 1D and 3D and a_n(t) by hand; order constants of Blu and Unser.
 static void json_tells_known_values(void **state)
 {
@@ -715,6 +762,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(list_has_every_kernel),
+        cmocka_unit_test(page_has_every_kernel),
         cmocka_unit_test(json_tells_known_values),
         cmocka_unit_test(text_tells_parameters),
         cmocka_unit_test(radial_kernels),

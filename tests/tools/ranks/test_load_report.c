@@ -180,7 +180,7 @@ static void charts_have_a_bar_for_each_rank(void **state)
     };
     if (!plot_can_draw())
         skip();
-    const char *path = "build-load-chart.svg";
+    const char *path = WEFT_BINARY_DIR "/load-chart.svg";
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct weft_items_report report = make_report(cases[i].ranks, 2000);
         assert_int_equal(load_report_plot(&report, path), WEFT_OK);
