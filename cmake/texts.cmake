@@ -1,5 +1,6 @@
 # cmake -D WEFT=PROGRAM -D OUT=FOLDER -D VERBS=... -D GZIP=PROGRAM -P texts.cmake: writes the manual
 # pages, one for weft and one for each verb, packed where there is a gzip, and the completions.
+cmake_minimum_required(VERSION 3.25)
 function(weft_write file)
     execute_process(COMMAND ${WEFT} help ${ARGN} OUTPUT_FILE ${OUT}/${file}
         COMMAND_ERROR_IS_FATAL ANY)

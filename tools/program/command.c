@@ -12,6 +12,7 @@
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/program/help.h"
+#include "tools/program/version.h"
 #include "tools/ranks/guard.h"
 #include "tools/ranks/ranks.h"
 
@@ -137,7 +138,7 @@ int command_main(int argc, char **argv)
         return EXIT_CODE_DONE;
     const char *name = argc > 1 ? argv[1] : "";
     if (is_any(name, "--version", "version", "-V")) {
-        printf("weft %s\n", weft_version());
+        version_print();
         return report_finish(WEFT_OK);
     }
     if (is_any(name, "--help", "help", "-h"))
