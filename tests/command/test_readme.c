@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every command that README.md shows is run as it stands there, in a folder with a smoke.vdb, a
-// photo.exr, frames of both kinds, a model.obj and keyframes, and must end with 0, or with 1 where
-// its remark says so. Open MPI may be asked by root for more ranks than there are processors.
+// Every command that README.md and some pages of docs/ show is run as it stands there, in a folder
+// with a smoke.vdb, a photo.exr, frames of both kinds, a model.obj and keyframes, and must end with
+// 0, or with 1 where its remark says so; what the pages quote must be printed. Open MPI may be
+// asked by root for more ranks than there are processors.
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -53,11 +54,11 @@ static int run_line(const char *line)
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-static void fail_line(const char *line, int code)
+static void fail_line(const char *page, const char *line, int code)
 {
     size_t size;
     char *err = command_read_file("err.txt", &size);
-    fail_msg("README: %s\nended with %d: %.*s", line, code, (int)size, err);
+    fail_msg("%s: %s\nended with %d: %.*s", page, line, code, (int)size, err);
 }
 
 static void put(const char *path, const char *text)
@@ -81,6 +82,55 @@ static void prepare(void)
     put("keys.txt", "* 0 0,0,0\n* 1 0.5,0,0 0,0,1,90\n");
 }
 
+// What a page shows behind its commands without a language is what the last one prints, or a part
+// of each line of that.
+static void check_quote(const char *page, const char *line)
+{
+    size_t size;
+    char *out = command_read_file("out.txt", &size);
+    if (!strstr(out, line))
+        fail_msg("%s: not printed: %s\nbut: %s", page, line, out);
+    free(out);
+}
+
+struct counts {
+    int commands, quoted; // lines
+};
+
+static void run_page(const char *page, bool quotes, struct counts *counts)
+{
+    char path[1000];
+    snprintf(path, sizeof path, "%s/%s", WEFT_SOURCE_DIR, page);
+    size_t size;
+    char *text = command_read_file(path, &size), *rest = text;
+    bool shell = false, plain = false, ran = false;
+    for (char *line; (line = strsep(&rest, "\n"));) {
+        if (strncmp(line, "```", 3) == 0) {
+            const bool opens = !shell && !plain;
+            shell = opens && strcmp(line, "```sh") == 0;
+            plain = opens && !shell;
+            continue;
+        }
+        if (plain && quotes && ran) {
+            check_quote(page, line);
+            counts->quoted++;
+        }
+        if (!shell || !(starts_with(line, "weft ") || starts_with(line, "mpirun ")))
+            continue;
+        assert_true(strlen(line) < MAX_COMMAND);
+        ran = !takes_long(line) && (!starts_with(line, "mpirun ") || has_mpi());
+        if (!ran) {
+            print_message("not run here: %s\n", line);
+            continue;
+        }
+        const int code = run_line(line);
+        if (code != 0 && !(code == 1 && strstr(line, "ends with 1")))
+            fail_line(page, line, code);
+        counts->commands++;
+    }
+    free(text);
+}
+
 static void every_command_works(void **state)
 {
     (void)state;
@@ -90,27 +140,14 @@ static void every_command_works(void **state)
     setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
     setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
     prepare();
-    size_t size;
-    char *readme = command_read_file(WEFT_SOURCE_DIR "/README.md", &size), *rest = readme;
-    bool shell = false;
-    int count = 0;
-    for (char *line; (line = strsep(&rest, "\n"));) {
-        if (strncmp(line, "```", 3) == 0)
-            shell = strcmp(line, "```sh") == 0;
-        if (!shell || !(starts_with(line, "weft ") || starts_with(line, "mpirun ")))
-            continue;
-        assert_true(strlen(line) < MAX_COMMAND);
-        if (takes_long(line) || (starts_with(line, "mpirun ") && !has_mpi())) {
-            print_message("not run here: %s\n", line);
-            continue;
-        }
-        const int code = run_line(line);
-        if (code != 0 && !(code == 1 && strstr(line, "ends with 1")))
-            fail_line(line, code);
-        count++;
-    }
-    free(readme);
-    assert_true(count >= LEAST_COMMANDS);
+    struct counts readme = {0}, pages = {0};
+    run_page("README.md", false, &readme);
+    assert_true(readme.commands >= LEAST_COMMANDS);
+    static const char *const quoting[] = {"docs/errors.md", "docs/targets.md",
+                                          "docs/coordinates.md"};
+    for (size_t i = 0; i < sizeof quoting / sizeof *quoting; i++)
+        run_page(quoting[i], true, &pages);
+    assert_true(pages.commands >= 12 && pages.quoted >= 16);
 }
 
 int main(void)
