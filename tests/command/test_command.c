@@ -82,6 +82,8 @@ static void version_tells_what_it_is(void **state)
     }
     assert_string_equal(command_succeeds("--version"), version);
     free(version);
+    assert_non_null(strstr(command_succeeds("help", "version"), "usage: weft version"));
+    command_fails(2, "takes no options", "version", "--json");
 }
 
 static void help_names_everything(void **state)

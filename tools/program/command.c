@@ -119,6 +119,10 @@ static int run_help(char **words)
     const char *of = manual ? words[1] : name;
     const struct verb *verb = of ? help_find_verb(of) : NULL;
     const bool all = is_any(name, "all", "--all", "--help=all");
+    if (of && strcmp(of, "version") == 0) {
+        version_print_help();
+        return report_finish(WEFT_OK);
+    }
     if (of && !verb && !all && !is_any(of, "help", "--help", "-h")) {
         help_report_unknown_verb(of);
         return EXIT_CODE_USAGE;
@@ -137,10 +141,8 @@ int command_main(int argc, char **argv)
     if (!ranks_tells() && !command_distributes(argc, argv))
         return EXIT_CODE_DONE;
     const char *name = argc > 1 ? argv[1] : "";
-    if (is_any(name, "--version", "version", "-V")) {
-        version_print();
-        return report_finish(WEFT_OK);
-    }
+    if (is_any(name, "--version", "version", "-V"))
+        return version_run(argv + 2);
     if (is_any(name, "--help", "help", "-h"))
         return run_help(argv + 2);
     if (strcmp(name, "--help=all") == 0)

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "tools/common/report.h"
 #include "weft.h"
 
 // Of the program, which is linked anew for each (cmake/version.cmake); "" where none is known.
@@ -31,7 +32,7 @@ static void put_engines(void)
     put("engines", text);
 }
 
-void version_print(void)
+static void print(void)
 {
     printf("weft %s\n", weft_version());
     put("commit", weft_commit);
@@ -41,4 +42,24 @@ void version_print(void)
     put("contexts", BUILT_CONTEXTS);
     put_engines();
     put("ranks", *BUILT_RANKS ? BUILT_RANKS : "none");
+}
+
+void version_print_help(void)
+{
+    puts("usage: weft version\n\n"
+         "Prints weft's version on the first line and, below it, the commit, the compiler, the\n"
+         "libraries, the kinds of contexts and the MPIs that it was built with, and the engines.");
+}
+
+int version_run(char **words)
+{
+    if (!words[0]) {
+        print();
+    } else if (strcmp(words[0], "--help") == 0 || strcmp(words[0], "-h") == 0) {
+        version_print_help();
+    } else {
+        report_error("weft version takes no options and no operands, and '%s' is one", words[0]);
+        return EXIT_CODE_USAGE;
+    }
+    return report_finish(WEFT_OK);
 }
