@@ -508,6 +508,50 @@ static void target_error_is_met(void **state)
     assert_non_null(strstr(out, "> 16"));
 }
 
+// ---- several kernels ----------------------------------------------------------------------------
+
+// The numbers of a table's row.
+static void assert_row(const char *table, const char *name, const double *expected, int count,
+                       double tolerance)
+{
+    const char *at = strstr(table, name);
+    assert_non_null(at);
+    at += strlen(name);
+    for (int i = 0; i < count; i++) {
+        char *end;
+        assert_true(fabs(strtod(at, &end) - expected[i]) <= tolerance);
+        at = end;
+    }
+}
+
+// Each as it is alone, in the order in which they are named; the table has their facts.
+static void kernels_are_compared(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"mitchell", "bspline3i", "kaiser-sinc:2,5.36"};
+    command_succeeds("kernel", names[0], names[1], names[2], "--json=all.json");
+    json_t *all = json_load_file("all.json", 0, NULL); // longer than what is kept of outputs
+    assert_non_null(all);
+    json_t *list = json_object_get(all, "kernels");
+    assert_int_equal(json_array_size(list), 3);
+    for (size_t k = 0; k < COUNT(names); k++) {
+        json_t *alone = parse(command_succeeds("kernel", names[k], "--json"));
+        const char *key;
+        json_t *value;
+        json_object_foreach(json_array_get(list, k), key, value)
+            assert_true(json_equal(value, json_object_get(alone, key)));
+        assert_string_equal(text(json_array_get(list, k), "kernel"), names[k]);
+        json_decref(alone);
+    }
+    json_decref(all);
+    unlink("all.json");
+    const char *out = command_succeeds("kernel", "nearest", "linear", "d-bspline");
+    assert_row(out, "taps per axis", (double[]){1, 2, 4}, 3, 0.0);
+    assert_row(out, "order", (double[]){1, 2, 2}, 3, 0.0);
+    // sinc(0.25) and its square: 20 log10(2 sqrt(2) / pi)
+    assert_row(out, "|H(0.25)|, dB", (double[]){-0.912, -1.824}, 2, 0.005);
+}
+
 // ---- plots --------------------------------------------------------------------------------------
 
 static void assert_starts(const char *path, const char *start, size_t start_size)
@@ -558,6 +602,8 @@ static void plots_are_pictures(void **state)
     command_succeeds("kernel", "lanczos:3", "--plot", "it's a plot.png");
     assert_starts("it's a plot.png", png, 8);
     command_succeeds("kernel", "linear", "--plot", "k.svg");
+    assert_starts("k.svg", svg, 5);
+    command_succeeds("kernel", "linear", "d-mitchell", "bspline7i", "--plot", "k.svg");
     assert_starts("k.svg", svg, 5);
     command_succeeds("kernel", "linear", "--plot", "k.pdf");
     assert_starts("k.pdf", "%PDF-", 5);
@@ -621,7 +667,9 @@ static void bad_kernels(void **state)
     command_fails(2, "no kernel given", "kernel");
     command_fails(2, "--list", "kernel", "linear", "--list");
     command_fails(2, "--list", "kernel", "--list", "--plot", "a.png");
-    command_fails(2, "one argument too many", "kernel", "linear", "nearest");
+    command_fails(2, "at most 8", "kernel", "linear", "linear", "linear", "linear", "linear",
+                  "linear", "linear", "linear", "nearest");
+    command_fails(2, "no kernel 'liner'", "kernel", "nearest", "liner");
 }
 
 static void bad_kernel_files(void **state)
@@ -775,6 +823,7 @@ int main(void)
         cmocka_unit_test(formats_parse),
         cmocka_unit_test(target_error_is_met),
         cmocka_unit_test(curves_are_of_samples),
+        cmocka_unit_test(kernels_are_compared),
         cmocka_unit_test(plots_are_pictures),
         cmocka_unit_test(no_gnuplot),
         cmocka_unit_test(bad_kernels),
