@@ -352,6 +352,77 @@ static void a_slice_beside_the_volume_is_background(void **state)
     json_decref(root);
 }
 
+// The first plane of an EXR file, to be freed.
+static float *load_plane(const char *path, int width, int height)
+{
+    struct weft_image image;
+    assert_int_equal(weft_image_load(&(struct weft_image_load_params){.path = path}, &image),
+                     WEFT_OK);
+    assert_true(image.width == width && image.height == height);
+    float *plane = image.channels[0].plane;
+    image.channels[0].plane = NULL;
+    weft_image_clear(&image);
+    return plane;
+}
+
+static double largest(const float *plane, int count)
+{
+    double most = 0.0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, fabs((double)plane[i]));
+    return most;
+}
+
+// What the result is off at every pixel: of a slice also less what double sums make, which are off
+// by one rounding to a float.
+static void errors_are_pictures(void **state)
+{
+    enum { WIDTH = 40, HEIGHT = 30, COUNT = WIDTH * HEIGHT };
+    (void)state;
+    json_t *root =
+        parse(command_succeeds("slice", "ml.vdb", "--engine", "cpu", "--size", "40x30", "-o",
+                               "s.exr", "--verify", "--error-image", "e.exr", "--json"));
+    command_succeeds("slice", "ml.vdb", "--engine", "cpu", "--sums", "double", "--size", "40x30",
+                     "-o", "d.exr");
+    float *result = load_plane("s.exr", WIDTH, HEIGHT), *exact = load_plane("d.exr", WIDTH, HEIGHT),
+          *error = load_plane("e.exr", WIDTH, HEIGHT);
+    const double most = number(json_object_get(root, "verify"), "maximum");
+    assert_true(most > 0.0 && fabs(largest(error, COUNT) - most) <= 0x1p-23 * most);
+    for (int i = 0; i < COUNT; i++)
+        assert_true(fabs((double)result[i] - (double)exact[i] - (double)error[i]) <=
+                    0x1p-23 * fabs((double)exact[i]));
+    json_decref(root);
+    free(result);
+    free(exact);
+    free(error);
+    root = parse(command_succeeds("resample", "s.exr", "--engine", "cpu", "--size", "80x60",
+                                  "--verify", "--error-image", "e.exr", "--json"));
+    json_t *group = json_array_get(json_object_get(root, "groups"), 0);
+    error = load_plane("e.exr", 2 * WIDTH, 2 * HEIGHT);
+    const double own = number(json_object_get(group, "verify"), "maximum");
+    assert_true(own > 0.0 && fabs(largest(error, 4 * COUNT) - own) <= 0x1p-23 * own);
+    json_decref(root);
+    free(error);
+    command_succeeds("slice", "ml.vdb", "--size", "40x30", "--verify", "--engine", "cpu",
+                     "--error-image", "e.png");
+    png_image png = {.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&png, "e.png"));
+    assert_true(png.width > WIDTH && png.height > HEIGHT);
+    png_image_free(&png);
+    command_fails(2, "--verify", "slice", "ml.vdb", "--error-image", "f.exr", "-o", "g.exr");
+    command_fails(2, "--verify", "resample", "s.exr", "--error-image", "f.exr", "-o", "g.exr");
+    command_fails(2, "of one grid", "slice", "ml.vdb", "--error-image", "f.exr", "--verify",
+                  "--quantity", "gradient");
+    command_fails(2, "must end in", "slice", "ml.vdb", "--error-image", "f.tif", "--verify");
+    command_fails(2, "same file", "slice", "ml.vdb", "--error-image", "f.exr", "--verify", "-o",
+                  "./f.exr");
+    command_fails(4, "no-clobber", "slice", "ml.vdb", "--error-image", "e.png", "--verify",
+                  "--no-clobber");
+    static const char *const made[] = {"s.exr", "d.exr", "e.exr", "e.png"};
+    for (size_t i = 0; i < sizeof made / sizeof *made; i++)
+        unlink(made[i]);
+}
+
 static void verify_prints_where(void **state)
 {
     (void)state;
@@ -426,6 +497,7 @@ int main(void)
         cmocka_unit_test(json_tells_everything),
         cmocka_unit_test(same_bytes_from_any_number_of_threads),
         cmocka_unit_test(a_slice_beside_the_volume_is_background),
+        cmocka_unit_test(errors_are_pictures),
         cmocka_unit_test(verify_prints_where),
         cmocka_unit_test(an_interrupt_leaves_nothing),
         cmocka_unit_test(the_readme_example_works),

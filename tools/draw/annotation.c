@@ -216,8 +216,10 @@ static void draw_legend(const struct layout *l)
         marks_add_text(l->list, x + bar + l->tick + l->em / 3, y + (int32_t)(0.36 * l->em), l->em,
                        INK, ticks.label[i]);
     }
-    marks_add_text(l->list, x - l->thin, l->top + l->legend_height + l->line + l->tick, l->em, INK,
-                   l->a->quantity);
+    // Below the numbers along the picture's lower edge.
+    const int lines = l->a->across.name[0] ? 2 : 1;
+    marks_add_text(l->list, x - l->thin, l->top + l->legend_height + lines * l->line + l->tick,
+                   l->em, INK, l->a->quantity);
 }
 
 // ---- all ----------------------------------------------------------------------------------------
@@ -244,7 +246,8 @@ static void set_margins(struct layout *l)
         find_legend(l, &ticks);
         const int32_t labels = l->em + l->em / 4 + l->tick + l->em / 3 + widest(l, &ticks),
                       name = marks_text_width(l->list, l->em, a->quantity);
-        const int32_t below = l->legend_height - l->height + 2 * l->line + l->tick;
+        const int lines = a->across.name[0] ? 3 : 2;
+        const int32_t below = l->legend_height - l->height + lines * l->line + l->tick;
         l->right = l->em + (labels > name ? labels : name) + l->em;
         l->bottom = l->bottom > below ? l->bottom : below;
     }

@@ -39,12 +39,10 @@ bool preview_annotate(const struct preview_options *options, const char *title, 
                       struct annotation *out)
 {
     *out = (struct annotation){.low = 0.0};
-    if (!is_given(options->annotate))
-        return false;
     snprintf(out->title, sizeof out->title, "%s",
              is_given(options->title) ? options->title->text : title);
     snprintf(out->caption, sizeof out->caption, "%s", caption);
-    return true;
+    return is_given(options->annotate);
 }
 
 static enum weft_result unknown_colour_map(const char *name)
@@ -95,21 +93,15 @@ bool preview_help(const struct option_value *colour_map)
 
 enum weft_result preview_check_outputs(const struct preview_options *options, bool writes)
 {
-    const char *const both[] = {options->output, options->preview};
-    if (both[0] && both[1] && paths_same_file(both[0], both[1])) {
-        report_error("-o %s and --preview %s are the same file", both[0], both[1]);
-        return WEFT_ERR_ARGUMENT;
-    }
-    for (int i = 0; i < 2; i++) {
-        if (both[i] && paths_same_file(options->input, both[i])) {
-            report_error("the output %s is the input %s", both[i], options->input);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    for (int i = 0; i < 2 && writes; i++)
-        if (both[i] && paths_check_output(both[i], options->no_clobber) != WEFT_OK)
+    const struct paths_output outputs[] = {{"-o", options->output},
+                                           {"--preview", options->preview},
+                                           {"--error-image", options->error_image}};
+    const int count = sizeof outputs / sizeof *outputs;
+    const enum weft_result res = paths_check_distinct(outputs, count, &options->input, 1);
+    for (int i = 0; i < count && writes && res == WEFT_OK; i++)
+        if (outputs[i].path && paths_check_output(outputs[i].path, options->no_clobber) != WEFT_OK)
             return WEFT_ERR_WRITE;
-    return WEFT_OK;
+    return res;
 }
 
 // ---- writing ------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 // What such a verb is asked for: files by their names, outputs that are not as NULL.
 struct preview_options {
     const char *input, *output, *preview;
+    const char *error_image; // as preview_check_outputs looks at it
     const struct option_value *range, *colour_map;
     const struct option_value *exposure;         // NULL: the verb has none
     const struct option_value *annotate, *title; // NULL: it has neither
@@ -38,8 +39,8 @@ const char *preview_conflict(const struct preview_options *options, bool given);
 // Whether the picture is asked for as light, which grey is, too, then.
 bool preview_shows_light(const struct preview_options *options);
 
-// An annotation with a title, that of --title where it is given, and a caption. False: none is
-// asked for, and *out is all zero.
+// An annotation with a title, that of --title where it is given, and a caption. Returns whether one
+// is asked for.
 bool preview_annotate(const struct preview_options *options, const char *title, const char *caption,
                       struct annotation *out);
 
@@ -50,8 +51,8 @@ enum weft_result preview_check(const struct preview_options *options,
 // Whether the value is "help", and so the list of colour maps was printed.
 bool preview_help(const struct option_value *colour_map);
 
-// That outputs differ from each other and from the input, and with `writes` that they could be
-// written. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_WRITE after an error line.
+// That all three outputs differ from each other and from the input, and with `writes` that they
+// could be written. Returns WEFT_ERR_ARGUMENT or WEFT_ERR_WRITE after an error line.
 enum weft_result preview_check_outputs(const struct preview_options *options, bool writes);
 
 // range[2] receives the values shown as first and last colour.

@@ -63,9 +63,10 @@ static enum weft_result verify_group(struct resample_job *job, struct resample_g
                                      struct steps *steps)
 {
     const struct weft_progress progress = {report_step, steps};
+    struct error_image_part part;
     struct weft_resample_verify_params params = {
         .source = group->source,
-        .how = {.max_seconds = INFINITY, .progress = &progress},
+        .how = resample_verify_how(job, group, &progress, &part),
         .log = report_log()};
     for (int c = 0; c < group->count; c++)
         params.plane[c] = job->result.channels[group->channel[c]].plane;
@@ -88,7 +89,8 @@ static enum weft_result move_group(struct resample_job *job, struct resample_gro
     weft_resample_integer_range(&result, range);
     group->minimum = range[0];
     group->maximum = range[1];
-    const struct weft_verify_params how = {.max_seconds = INFINITY};
+    struct error_image_part part;
+    const struct weft_verify_params how = resample_verify_how(job, group, NULL, &part);
     return job->option[RESAMPLE_VERIFY].given
                ? weft_resample_move_verify(group->plan, &source, NULL, to->integers, 0, &how,
                                            &group->error)
@@ -110,7 +112,9 @@ static enum weft_result each_filtered(struct resample_job *job, const char *what
 
 enum weft_result resample_compute(struct resample_job *job)
 {
-    enum weft_result res = each_filtered(job, "resampling", run_group);
+    enum weft_result res = resample_create_errors(job);
+    if (res == WEFT_OK)
+        res = each_filtered(job, "resampling", run_group);
     const double start = report_now_seconds();
     if (res == WEFT_OK && job->option[RESAMPLE_VERIFY].given)
         res = each_filtered(job, "verifying", verify_group);

@@ -3,6 +3,7 @@
 #ifndef WEFT_TOOLS_RESAMPLE_JOB_H
 #define WEFT_TOOLS_RESAMPLE_JOB_H
 
+#include "tools/draw/error_image.h"
 #include "tools/methods/budget.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
@@ -38,6 +39,7 @@ enum resample_option {
     RESAMPLE_EXPOSURE,
     RESAMPLE_ANNOTATE,
     RESAMPLE_TITLE,
+    RESAMPLE_ERROR_IMAGE,
     RESAMPLE_EXPLAIN,
     RESAMPLE_VERIFY,
     RESAMPLE_JSON,
@@ -134,6 +136,8 @@ struct resample_job {
 
     struct weft_resample_work work; // over all groups
     float preview_range[2];         // with --preview
+    struct error_image errors;      // with --error-image
+    float errors_range[2];          // that it shows
     double start;                   // monotonic seconds
     double load_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;
 };
@@ -226,6 +230,14 @@ enum weft_result resample_read_engine(struct resample_job *job);
 // The context where OpenGL is needed. Where none can be had, separable work is planned for the CPU
 // engine if that was left open.
 enum weft_result resample_create_context(struct resample_job *job);
+
+// With --error-image: room for it, of as many channels as the result has; and how a group is
+// verified, which fills its channels in. *part stays until that is done. (measure.c)
+enum weft_result resample_create_errors(struct resample_job *job);
+struct weft_verify_params resample_verify_how(struct resample_job *job,
+                                              const struct resample_group *group,
+                                              const struct weft_progress *progress,
+                                              struct error_image_part *part);
 
 // Fills the result's planes and the groups, and verifies them where that is asked for.
 enum weft_result resample_compute(struct resample_job *job);

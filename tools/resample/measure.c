@@ -131,3 +131,25 @@ struct weft_bound resample_group_bound(const struct resample_group *group, doubl
     return group->warp ? weft_warp_bound(group->warp, &group->statistics, result)
                        : weft_resample_bound(group->plan, &group->statistics, result);
 }
+
+// ---- errors -------------------------------------------------------------------------------------
+
+enum weft_result resample_create_errors(struct resample_job *job)
+{
+    return job->option[RESAMPLE_ERROR_IMAGE].given
+               ? error_image_create(job->result.width, job->result.height,
+                                    (int)job->result.channel_count, &job->errors)
+               : WEFT_OK;
+}
+
+struct weft_verify_params resample_verify_how(struct resample_job *job,
+                                              const struct resample_group *group,
+                                              const struct weft_progress *progress,
+                                              struct error_image_part *part)
+{
+    *part = (struct error_image_part){.image = &job->errors, .channel = group->channel};
+    return (struct weft_verify_params){.max_seconds = INFINITY,
+                                       .progress = progress,
+                                       .tell = job->errors.plane ? error_image_tell : NULL,
+                                       .tell_priv = part};
+}

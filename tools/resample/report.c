@@ -243,6 +243,10 @@ static void set_run(json_t *root, const struct resample_job *job)
         json_object_set_new(
             root, "preview",
             run_report_preview(job->option[RESAMPLE_PREVIEW].text, job->preview_range));
+    if (job->errors.plane)
+        json_object_set_new(
+            root, "error_image",
+            run_report_preview(job->option[RESAMPLE_ERROR_IMAGE].text, job->errors_range));
 }
 
 static json_t *job_json(const struct resample_job *job)
@@ -402,6 +406,8 @@ void resample_print_text(const struct resample_job *job)
     }
     if (job->option[RESAMPLE_PREVIEW].given)
         run_report_print_preview(job->option[RESAMPLE_PREVIEW].text, job->preview_range);
+    if (job->errors.plane)
+        run_report_print_preview(job->option[RESAMPLE_ERROR_IMAGE].text, job->errors_range);
     for (size_t g = 0; job->option[RESAMPLE_VERIFY].given && g < job->group_count; g++)
         print_error(job, &job->group[g]);
     note_times(job);

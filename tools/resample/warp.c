@@ -279,9 +279,10 @@ static enum weft_result run_group(struct resample_job *job, struct resample_grou
 
 static enum weft_result verify_group(struct resample_job *job, struct resample_group *group)
 {
+    struct error_image_part part;
     struct weft_resample_verify_params params = {
         .source = group->source,
-        .how = {.max_seconds = INFINITY, .progress = report_progress("verifying")},
+        .how = resample_verify_how(job, group, report_progress("verifying"), &part),
         .log = report_log()};
     for (int c = 0; c < group->count; c++)
         params.plane[c] = job->result.channels[group->channel[c]].plane;
@@ -293,6 +294,8 @@ enum weft_result resample_compute_warp(struct resample_job *job)
     const struct weft_resample_compile_params compile = {.context = job->context,
                                                          .cpu = job->engine.cpu};
     enum weft_result res = weft_warp_compile(job->warp.plan, &compile, &job->warp.compiled);
+    if (res == WEFT_OK)
+        res = resample_create_errors(job);
     for (size_t g = 0; res == WEFT_OK && g < job->group_count; g++)
         res = run_group(job, &job->group[g]);
     const double start = report_now_seconds();

@@ -38,6 +38,9 @@ static const char *find_conflict(const struct slice_setup *setup)
     if (derives && o[SLICE_HARDWARE].given)
         return "--hardware filters values, and not --quantity: texture samplers have no weights of "
                "derivatives";
+    if (o[SLICE_ERROR_IMAGE].given)
+        return "--error-image is of the value of one grid, and not of --quantity, several grids or "
+               "grids of vectors";
     if (o[SLICE_MAX_ERROR].given)
         return "--max-error chooses a method for the value of one grid, and not for --quantity, "
                "several grids or grids of vectors";

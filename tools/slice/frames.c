@@ -283,7 +283,7 @@ static enum weft_result wait_for_saving(struct frames *f, int most)
 // Takes the job. The last one is saved here, where progress is shown.
 static enum weft_result save(struct frames *f, struct slice_job *job, bool last)
 {
-    const bool writes = job->made && (job->output || job->preview);
+    const bool writes = job->made && (job->output || job->preview || job->errors.plane);
     if (writes && !last && start_saving(f, job))
         return WEFT_OK;
     set_part(job);

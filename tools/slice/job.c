@@ -40,6 +40,7 @@ void slice_clear(struct slice_job *job)
     free(job->channel);
     curve_clear(&job->curve);
     free(job->pixels);
+    error_image_clear(&job->errors);
     for (int i = 0; i < job->band_count; i++)
         free((void *)(uintptr_t)job->bands[i].data);
     free(job->bands);

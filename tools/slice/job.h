@@ -10,7 +10,7 @@
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
 #include "tools/curve/curve.h"
-#include "tools/draw/annotation.h"
+#include "tools/draw/error_image.h"
 #include "tools/ranks/options.h"
 #include "tools/volumes/raw.h"
 #include "weft.h"
@@ -55,6 +55,7 @@ enum slice_option {
     SLICE_COLOUR_MAP,
     SLICE_ANNOTATE,
     SLICE_TITLE,
+    SLICE_ERROR_IMAGE,
     SLICE_EXPLAIN,
     SLICE_VERIFY,
     SLICE_JSON,
@@ -198,6 +199,8 @@ struct slice_job {
     float preview_range[2]; // with a preview
     bool annotated;         // it has what is around it
     struct annotation annotation;
+    struct error_image errors;           // with --error-image
+    float errors_range[2];               // that it shows
     struct weft_image_save_report saved; // with an output
     double start;                        // monotonic seconds
     double open_seconds, plan_seconds, context_seconds, verify_seconds, write_seconds;

@@ -416,6 +416,10 @@ void slice_tell_saved(struct slice_job *job)
     if (job->preview)
         json_object_set_new(job->json, "preview",
                             run_report_preview(job->preview, job->preview_range));
+    if (job->errors.plane)
+        json_object_set_new(
+            job->json, "error_image",
+            run_report_preview(job->setup->option[SLICE_ERROR_IMAGE].text, job->errors_range));
 }
 
 // ---- text ---------------------------------------------------------------------------------------
@@ -494,6 +498,8 @@ void slice_print_made(const struct slice_job *job)
 {
     if (job->preview && !job->setup->sweep.given)
         run_report_print_preview(job->preview, job->preview_range);
+    if (job->errors.plane)
+        run_report_print_preview(job->setup->option[SLICE_ERROR_IMAGE].text, job->errors_range);
     if (job->setup->option[SLICE_VERIFY].given) {
         print_heading(job);
         print_error(&job->error);

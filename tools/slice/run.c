@@ -148,11 +148,17 @@ enum weft_result slice_verify_plan(struct slice_job *job, const weft_slice_plan 
                                    const float *pixels, const struct weft_progress *progress,
                                    struct weft_verify_report *out)
 {
+    struct error_image_part part = {.image = &job->errors};
+    const bool all = job->errors.plane != NULL;
     const enum weft_result res = open_rest(job);
     return res == WEFT_OK
-               ? weft_slice_verify(
-                     plan, pixels,
-                     weft_slice_verify_params(.rest = job->source->rest, .progress = progress), out)
+               ? weft_slice_verify(plan, pixels,
+                                   weft_slice_verify_params(.rest = job->source->rest,
+                                                            .progress = progress,
+                                                            .max_seconds = all ? INFINITY : 0.0,
+                                                            .tell = all ? error_image_tell : NULL,
+                                                            .tell_priv = &part),
+                                   out)
                : res;
 }
 
@@ -175,7 +181,9 @@ static enum weft_result verify_outputs(struct slice_job *job, struct weft_verify
     const float *planes = slice_planes(job) + (size_t)job->run * plane_size(job);
     weft_slice_plan *own = NULL;
     enum weft_result res = WEFT_OK;
-    if (job->passes && job->derived)
+    if (job->setup->option[SLICE_ERROR_IMAGE].given)
+        res = error_image_create(job->geometry.width, job->geometry.height, 1, &job->errors);
+    if (res == WEFT_OK && job->passes && job->derived)
         res = plan_derivative(job, &own);
     if (res == WEFT_OK)
         res = slice_verify_plan(job, own ? own : job->plan, planes, progress, out);

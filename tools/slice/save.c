@@ -20,6 +20,7 @@ struct preview_options slice_preview_options(const struct slice_job *job)
     return (struct preview_options){.input = job->input,
                                     .output = job->output,
                                     .preview = job->preview,
+                                    .error_image = o[SLICE_ERROR_IMAGE].text,
                                     .range = &job->setup->range,
                                     .colour_map = &o[SLICE_COLOUR_MAP],
                                     .annotate = &o[SLICE_ANNOTATE],
@@ -135,7 +136,7 @@ void slice_annotate(struct slice_job *job)
     float range[2];
     const bool vector = slice_shows_vector(job, range);
     char title[ANNOTATION_TEXT], caption[ANNOTATION_TEXT], kernel[KERNELS_TEXT], where[300];
-    if (!job->preview || !job->made || !job->setup->option[SLICE_ANNOTATE].given)
+    if (!job->made || !(job->setup->option[SLICE_ANNOTATE].given || job->errors.plane))
         return;
     struct annotation plane = {.length = 0.0};
     (slice_is_curved(job->setup) ? set_curve : set_plane)(job, &plane, where, sizeof where);
@@ -248,6 +249,26 @@ static enum weft_result write_preview(struct slice_job *job)
                         job->pixels, job->preview_range);
 }
 
+static enum weft_result write_errors(struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    struct annotation annotation = job->annotation;
+    char bound[40] = "", kept[300];
+    snprintf(kept, sizeof kept, "%.290s", job->annotation.caption);
+    if (isfinite(job->error_bound))
+        snprintf(bound, sizeof bound, ", bound %.3g", job->error_bound);
+    if (!o[SLICE_TITLE].given)
+        snprintf(annotation.title, sizeof annotation.title, "error of %.380s",
+                 job->annotation.title);
+    snprintf(annotation.caption, sizeof annotation.caption, "at most %.3g, RMS %.3g%s; %s",
+             job->error.maximum, job->error.rms, bound, kept);
+    const struct error_image_save_params params = {.output = &o[SLICE_ERROR_IMAGE],
+                                                   .no_clobber = o[SLICE_NO_CLOBBER].given,
+                                                   .threads = job->setup->engine.cpu.threads,
+                                                   .annotation = &annotation};
+    return error_image_save(&job->errors, &params, job->errors_range);
+}
+
 enum weft_result slice_save(struct slice_job *job)
 {
     double start = report_now_seconds();
@@ -258,6 +279,8 @@ enum weft_result slice_save(struct slice_job *job)
         res = slice_write_exr(job);
     if (res == WEFT_OK && job->preview)
         res = write_preview(job);
+    if (res == WEFT_OK && job->errors.plane)
+        res = write_errors(job);
     job->write_seconds = report_now_seconds() - start;
     return res;
 }

@@ -197,6 +197,7 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
     [RESAMPLE_EXPOSURE] = PREVIEW_EXPOSURE_OPTION,
     [RESAMPLE_ANNOTATE] = PREVIEW_ANNOTATE_OPTION,
     [RESAMPLE_TITLE] = PREVIEW_TITLE_OPTION,
+    [RESAMPLE_ERROR_IMAGE] = ERROR_IMAGE_OPTION,
     [RESAMPLE_EXPLAIN] =
         {.name = "explain",
          0,
@@ -229,6 +230,8 @@ static const char *option_conflict(const struct option_value *o)
         return "-q and -v exclude each other";
     if (!o[RESAMPLE_PREVIEW].given && (o[RESAMPLE_RANGE].given || o[RESAMPLE_COLOUR_MAP].given))
         return "--range and --colour-map need --preview OUT.png";
+    if (o[RESAMPLE_ERROR_IMAGE].given && !o[RESAMPLE_VERIFY].given)
+        return "--error-image is of --verify";
     if (!o[RESAMPLE_OUTPUT].given && o[RESAMPLE_COMPRESSION].given)
         return "--compression needs -o OUT.exr";
     if (!o[RESAMPLE_OUTPUT].given && o[RESAMPLE_MIP].given)
@@ -245,6 +248,7 @@ static struct preview_options preview_options(const struct resample_job *job)
     return (struct preview_options){.input = job->input,
                                     .output = o[RESAMPLE_OUTPUT].text,
                                     .preview = o[RESAMPLE_PREVIEW].text,
+                                    .error_image = o[RESAMPLE_ERROR_IMAGE].text,
                                     .range = &o[RESAMPLE_RANGE],
                                     .colour_map = &o[RESAMPLE_COLOUR_MAP],
                                     .exposure = &o[RESAMPLE_EXPOSURE],
@@ -283,6 +287,10 @@ static enum weft_result check_options(struct resample_job *job)
         res = resample_read_engine(job);
     if (res == WEFT_OK)
         res = resample_read_ranks(job);
+    if (res == WEFT_OK && o[RESAMPLE_ERROR_IMAGE].given && job->divided.is) {
+        report_error("--error-image is not divided; run it without mpirun and rank options");
+        return WEFT_ERR_ARGUMENT;
+    }
     if (res == WEFT_OK)
         res = resample_read_warp(job);
     return res == WEFT_OK ? preview_check(&preview, &job->colour_map) : res;
@@ -432,7 +440,32 @@ static enum weft_result write_preview(struct resample_job *job)
     return res;
 }
 
-// The preview is of the first part.
+// Of all groups' errors the largest, beside its bound.
+static enum weft_result write_errors(struct resample_job *job)
+{
+    const struct option_value *o = job->option;
+    const struct preview_options preview = preview_options(job);
+    struct annotation annotation;
+    double most = 0.0;
+    for (size_t g = 0; g < job->group_count; g++)
+        most = fmax(most, job->group[g].error.maximum);
+    annotate(job, &preview, &annotation);
+    char kept[160];
+    snprintf(kept, sizeof kept, "%.150s", annotation.caption);
+    if (!o[RESAMPLE_TITLE].given)
+        snprintf(annotation.title, sizeof annotation.title, "error of %.380s",
+                 paths_base_name(job->input));
+    snprintf(annotation.caption, sizeof annotation.caption, "at most %.3g%s; %s", most,
+             job->result.channel_count > 1 ? " (of all channels the largest)" : "", kept);
+    const struct error_image_save_params params = {.output = &o[RESAMPLE_ERROR_IMAGE],
+                                                   .no_clobber = o[RESAMPLE_NO_CLOBBER].given,
+                                                   .threads = job->engine.cpu.threads,
+                                                   .channels = job->result.channels,
+                                                   .annotation = &annotation};
+    return error_image_save(&job->errors, &params, job->errors_range);
+}
+
+// The preview is of the first part, as are errors.
 static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
 {
     double start = report_now_seconds();
@@ -441,6 +474,8 @@ static enum weft_result write_outputs(struct resample_job *jobs, size_t count)
         res = resample_save(jobs, count);
     if (res == WEFT_OK && jobs->option[RESAMPLE_PREVIEW].given)
         res = write_preview(jobs);
+    if (res == WEFT_OK && jobs->errors.plane)
+        res = write_errors(jobs);
     jobs->write_seconds = report_now_seconds() - start;
     return res;
 }
@@ -495,6 +530,7 @@ static void destroy(struct resample_job *job)
         weft_resample_source_destroy(&job->group[g].source);
     weft_image_clear(&job->image);
     weft_image_clear(&job->result);
+    error_image_clear(&job->errors);
     weft_kernel_file_destroy(&job->kernel_file);
     free(job->texts);
     free(job->source);

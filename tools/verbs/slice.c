@@ -268,6 +268,7 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                           .names = OPTION_NAMES_MAP},
     [SLICE_ANNOTATE] = PREVIEW_ANNOTATE_OPTION,
     [SLICE_TITLE] = PREVIEW_TITLE_OPTION,
+    [SLICE_ERROR_IMAGE] = ERROR_IMAGE_OPTION,
     [SLICE_EXPLAIN] = {.name = "explain",
                        0,
                        OPTION_FLAG,
@@ -344,6 +345,8 @@ static const char *option_conflict(const struct slice_setup *setup)
     conflict = preview_conflict(&preview, o[SLICE_PREVIEW].given);
     if (conflict)
         return conflict;
+    if (o[SLICE_ERROR_IMAGE].given && (!o[SLICE_VERIFY].given || o[SLICE_FRAMES].given))
+        return "--error-image is of one slice with --verify, and not of --frames";
     if (o[SLICE_PASSES + PASS_PROFILE].given && o[SLICE_LAYOUT].given)
         return "--layout is of slices without --profile";
     conflict = passes_conflict(o);
