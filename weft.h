@@ -47,6 +47,7 @@
 #include "passes/fused/work.h"
 #include "passes/gl/context.h"
 #include "passes/gl/sampler.h"
+#include "passes/gl/textures/texture.h"
 #include "passes/hardware/hardware.h"
 #include "passes/hardware/work.h"
 #include "passes/jitter/camera.h"

@@ -349,6 +349,51 @@ fail:
     return res;
 }
 
+static enum weft_result upload_current(weft_accumulator *a, enum weft_accumulated what, int channel,
+                                       int channels, const struct weft_texture *texture)
+{
+    const size_t pixels = (size_t)a->params.width * (size_t)a->params.height;
+    const float *plane[WEFT_FRAME_GROUP];
+    float *values = malloc(pixels * (size_t)channels * sizeof *values);
+    enum weft_result res = WEFT_OK;
+    if (!values) {
+        weft_error(a->params.log, "accumulate: not enough memory for %d channels", channels);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int c = 0; res == WEFT_OK && c < channels; c++) {
+        plane[c] = values + (size_t)c * pixels;
+        res = weft_accumulator_current(a, what, channel + c, values + (size_t)c * pixels, 0);
+    }
+    if (res == WEFT_OK)
+        res = weft_texture_write(a->params.context, texture, a->params.width, a->params.height,
+                                 channels, plane, 0);
+    free(values);
+    return res;
+}
+
+enum weft_result weft_accumulator_current_texture(weft_accumulator *a, enum weft_accumulated what,
+                                                  int channel, int channels,
+                                                  const struct weft_texture *texture)
+{
+    const struct weft_log *log = a->params.log;
+    enum weft_result res = WEFT_ERR_ARGUMENT;
+    weft_require_enum(log, what, WEFT_ACCUMULATED_COUNT - 1);
+    weft_require(log, texture && a->params.context);
+    weft_require(log, channels >= 1 && channels <= WEFT_FRAME_GROUP);
+    weft_require(log, channel >= 0 && channel <= a->params.channel_count - channels);
+    weft_require(log, is_kept(a, what));
+    res = check_results(a);
+    if (res != WEFT_OK)
+        return res;
+    const bool grouped = channel / WEFT_FRAME_GROUP == (channel + channels - 1) / WEFT_FRAME_GROUP;
+    if (what == WEFT_ACCUMULATED_MEAN && a->way->draw_mean && grouped && !a->params.emulate)
+        res = a->way->draw_mean(a, channel, channels, texture);
+    else
+        res = upload_current(a, what, channel, channels, texture);
+fail:
+    return res;
+}
+
 enum weft_result weft_accumulator_finish(weft_accumulator *a)
 {
     enum weft_result res = check_results(a);

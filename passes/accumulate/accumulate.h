@@ -17,6 +17,7 @@
 #include "../../tiles/image/plane.h"
 #include "../cpu/cpu.h"
 #include "../gl/context.h"
+#include "../gl/textures/texture.h"
 #include "tree/tree.h"
 
 WEFT_BEGIN_DECLS
@@ -189,6 +190,17 @@ WEFT_API extern const char *const weft_accumulated_names[];
 WEFT_API enum weft_result weft_accumulator_current(weft_accumulator *accumulator,
                                                    enum weft_accumulated what, int channel,
                                                    float *out, size_t stride);
+
+// Draws a result of `channels` channels from `channel` on to a texture of params.context, the first
+// one to the texture's channel `channel`. Means of the methods blend and float are where they were
+// summed up, and are not read back; they are scaled and divided in single precision, within 2^-21
+// of the largest |value| of the range or the mean from what weft_accumulator_current writes. All
+// others go through memory. Channels that are drawn lie in one group of four. Returns what
+// weft_accumulator_current and weft_texture_write do.
+WEFT_API enum weft_result weft_accumulator_current_texture(weft_accumulator *accumulator,
+                                                           enum weft_accumulated what, int channel,
+                                                           int channels,
+                                                           const struct weft_texture *texture);
 
 // Ends it: no frame can follow, and all but the results is given back. Harmless a second time.
 // Returns WEFT_ERR_ARGUMENT (no frame that counts), WEFT_ERR_MEMORY or WEFT_ERR_GL.

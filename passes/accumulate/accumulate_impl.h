@@ -27,6 +27,9 @@ struct weft_accumulate_way {
     enum weft_result (*add)(weft_accumulator *a, const struct weft_frame *frame, double weight);
     // The mean of one channel so far, each value rounded once to a float; the state is as before.
     enum weft_result (*mean)(weft_accumulator *a, int channel, float *out, size_t stride);
+    // The mean of channels of one group, on GL; NULL: through memory. Not where params.emulate.
+    enum weft_result (*draw_mean)(weft_accumulator *a, int channel, int channels,
+                                  const struct weft_texture *texture);
     // The share of all weight that counts, likewise; NULL: 1 everywhere.
     enum weft_result (*share)(weft_accumulator *a, int channel, float *out, size_t stride);
     enum weft_result (*finish)(weft_accumulator *a); // NULL: nothing to give back

@@ -218,16 +218,30 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     return res;
 }
 
-static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
+static struct weft_blend_reading reading_of(const weft_accumulator *a)
 {
     const struct method *m = a->own;
     const struct rules *r = &m->rules;
-    const struct weft_blend_reading reading = {
+    return (struct weft_blend_reading){
         .offset = r->codes ? a->params.low : 0.0,
         .scale = gain_of(r, &m->progress) * (r->codes ? r->range.size : 1.0),
         .divisor = 1.0,
     };
+}
+
+static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
+{
+    const struct method *m = a->own;
+    const struct weft_blend_reading reading = reading_of(a);
     return weft_blend_target_read(a, m->target, &reading, channel, out, stride);
+}
+
+static enum weft_result draw_mean(weft_accumulator *a, int channel, int channels,
+                                  const struct weft_texture *texture)
+{
+    const struct method *m = a->own;
+    const struct weft_blend_reading reading = reading_of(a);
+    return weft_blend_target_draw(a, m->target, &reading, channel, channels, texture);
 }
 
 static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
@@ -266,6 +280,7 @@ const struct weft_accumulate_way weft_accumulate_blend = {
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .draw_mean = draw_mean,
     .expect = expect,
     .report = report,
     .save = save,

@@ -10,6 +10,7 @@
 #include "passes/accumulate/sums/blocks.h"
 #include "passes/accumulate/sums/state.h"
 #include "passes/gl/program.h"
+#include "passes/gl/textures/output.h"
 
 struct weft_blend_target {
     int bits;
@@ -372,6 +373,32 @@ enum weft_result weft_blend_target_read(weft_accumulator *a, weft_blend_target *
         out[i / width * stride + i % width] = (float)(r->offset + value * r->scale / divisor);
     }
     return WEFT_OK;
+}
+
+enum weft_result weft_blend_target_draw(weft_accumulator *a, weft_blend_target *t,
+                                        const struct weft_blend_reading *r, int channel,
+                                        int channels, const struct weft_texture *texture)
+{
+    const struct weft_accumulator_params *p = &a->params;
+    const struct weft_rectangle whole = {.width = p->width, .height = p->height};
+    const struct weft_gl_drawn drawn = {
+        .texture = t->gl[channel / WEFT_FRAME_GROUP].texture,
+        .channel = channel % WEFT_FRAME_GROUP,
+        .maps = r->offset != 0.0 || r->scale != r->divisor,
+        .offset = (float)r->offset,
+        .scale = (float)r->scale,
+        .divisor = (float)r->divisor,
+    };
+    struct weft_gl_output output;
+    enum weft_result res = weft_context_enter(p->context);
+    if (res != WEFT_OK)
+        return res;
+    res = weft_gl_output_open(p->context, p->log, texture, p->width, p->height, channels, &output);
+    if (res == WEFT_OK)
+        res = weft_gl_output_draw(&output, &drawn, 0, channels, &whole);
+    weft_gl_output_close(&output);
+    weft_context_leave(p->context);
+    return res;
 }
 
 // ---- states -------------------------------------------------------------------------------------

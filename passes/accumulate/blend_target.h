@@ -38,6 +38,12 @@ enum weft_result weft_blend_target_read(weft_accumulator *a, weft_blend_target *
                                         const struct weft_blend_reading *reading, int channel,
                                         float *out, size_t stride);
 
+// Channels of one group, drawn to a texture in single precision. Not emulated. Returns what
+// weft_texture_write does.
+enum weft_result weft_blend_target_draw(weft_accumulator *a, weft_blend_target *target,
+                                        const struct weft_blend_reading *reading, int channel,
+                                        int channels, const struct weft_texture *texture);
+
 // All values, to be taken into a target of the same bits on GL or emulated. Returns WEFT_ERR_MEMORY
 // or WEFT_ERR_GL; of bytes that lack the state tells.
 enum weft_result weft_blend_target_save(weft_accumulator *a, weft_blend_target *target,

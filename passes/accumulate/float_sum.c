@@ -144,15 +144,34 @@ static enum weft_result add(weft_accumulator *a, const struct weft_frame *frame,
     return weft_blend_target_add(a, m->target, frame, &step);
 }
 
+static enum weft_result find_reading(const weft_accumulator *a, struct weft_blend_reading *out)
+{
+    const struct method *m = a->own;
+    *out = (struct weft_blend_reading){.scale = 1.0, .divisor = m->progress.sum};
+    if (m->progress.sum != 0.0)
+        return WEFT_OK;
+    weft_error(a->params.log, "accumulate: the weights so far add up to 0");
+    return WEFT_ERR_ARGUMENT;
+}
+
 static enum weft_result mean(weft_accumulator *a, int channel, float *out, size_t stride)
 {
     const struct method *m = a->own;
-    const struct weft_blend_reading reading = {.scale = 1.0, .divisor = m->progress.sum};
-    if (m->progress.sum == 0.0) {
-        weft_error(a->params.log, "accumulate: the weights so far add up to 0");
-        return WEFT_ERR_ARGUMENT;
-    }
-    return weft_blend_target_read(a, m->target, &reading, channel, out, stride);
+    struct weft_blend_reading reading;
+    const enum weft_result res = find_reading(a, &reading);
+    return res == WEFT_OK ? weft_blend_target_read(a, m->target, &reading, channel, out, stride)
+                          : res;
+}
+
+static enum weft_result draw_mean(weft_accumulator *a, int channel, int channels,
+                                  const struct weft_texture *texture)
+{
+    const struct method *m = a->own;
+    struct weft_blend_reading reading;
+    const enum weft_result res = find_reading(a, &reading);
+    return res == WEFT_OK
+               ? weft_blend_target_draw(a, m->target, &reading, channel, channels, texture)
+               : res;
 }
 
 static void report(const weft_accumulator *a, struct weft_accumulator_report *out)
@@ -195,6 +214,7 @@ const struct weft_accumulate_way weft_accumulate_float = {
     .destroy = destroy,
     .add = add,
     .mean = mean,
+    .draw_mean = draw_mean,
     .expect = expect,
     .report = report,
     .save = save,

@@ -112,6 +112,7 @@ static inline bool weft_slice_is_whole(const struct weft_slice_plan *plan)
 struct weft_slice_pixels {
     float *at;
     int64_t stride, plane;
+    const struct weft_texture *texture; // on GL: as well, or where `at` is NULL (NULL: none)
 };
 
 // Where a run puts a pixel of the slice, which is one of the part.

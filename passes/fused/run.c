@@ -9,6 +9,7 @@
 #include "passes/gl/kernel_weights.h"
 #include "passes/gl/program.h"
 #include "passes/gl/target.h"
+#include "passes/gl/textures/delivery.h"
 #include "passes/positions/grid_uniforms.h"
 #include "passes/fused/exact.h"
 #include "passes/fused/layout.h"
@@ -658,17 +659,52 @@ void weft_fused_destroy(weft_fused **fused)
     *fused = NULL;
 }
 
-static enum weft_result run_tile(weft_fused *r, int index, const struct weft_slice_pixels *pixels)
+// What was drawn to the caller's texture, as it is or from memory.
+static enum weft_result hand_over(struct weft_fused *r, const struct weft_slice_tile *tile,
+                                  bool painted, struct weft_gl_delivery *to)
+{
+    const struct weft_rectangle *part = &r->plan->info.part;
+    struct weft_rectangle at = weft_slice_tile_part(r->plan, tile);
+    const struct weft_gl_drawn drawn = {.texture = r->sizes.targets ? r->objects->targets[0].texture
+                                                                    : r->objects->target.texture,
+                                        .x = at.x - tile->x,
+                                        .y = at.y - tile->y};
+    at.x -= part->x;
+    at.y -= part->y;
+    return painted ? weft_gl_delivery_upload(to, &at) : weft_gl_delivery_draw(to, &drawn, &at);
+}
+
+static enum weft_result run_tile(weft_fused *r, int index, struct weft_gl_delivery *to)
 {
     enum weft_result res = load_tile(r, index);
     if (res == WEFT_OK)
         res = draw_tile(r, index);
-    if (res == WEFT_OK)
-        res = read_back(r, index, pixels);
-    if (res == WEFT_OK && r->cells.any_unfit)
-        res = weft_slice_exact_paint(r->plan, index, r->own_bytes, pixels, r->progress,
+    const bool paints = r->cells.any_unfit;
+    if (res == WEFT_OK && paints)
+        res = weft_gl_delivery_room(r->log, to);
+    const struct weft_slice_pixels pixels = {
+        .at = to->at, .stride = to->stride, .plane = to->plane};
+    if (res == WEFT_OK && (to->reads || paints))
+        res = read_back(r, index, &pixels);
+    if (res == WEFT_OK && paints)
+        res = weft_slice_exact_paint(r->plan, index, r->own_bytes, &pixels, r->progress,
                                      (index + 1.0) / r->plan->info.tile_count,
                                      &r->report.exact_pixels);
+    return res == WEFT_OK ? hand_over(r, &r->plan->tiles[index], paints, to) : res;
+}
+
+static enum weft_result run_tiles(weft_fused *r, struct weft_gl_delivery *to)
+{
+    const int count = r->plan->info.tile_count;
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; res == WEFT_OK && i < count; i++) {
+        if (go_on(r, (double)i / count)) {
+            res = run_tile(r, i, to);
+        } else {
+            weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
+            res = WEFT_ERR_CANCELLED;
+        }
+    }
     return res;
 }
 
@@ -676,22 +712,25 @@ enum weft_result weft_fused_run(weft_fused *r, const struct weft_slice_pixels *p
                                 const struct weft_progress *progress,
                                 struct weft_fused_report *report)
 {
-    const int count = r->plan->info.tile_count;
+    const struct weft_rectangle *part = &r->plan->info.part;
+    struct weft_gl_delivery to = {.width = part->width,
+                                  .height = part->height,
+                                  .outputs = r->plan->info.output_count,
+                                  .at = pixels->at,
+                                  .stride = pixels->stride,
+                                  .plane = pixels->plane};
     enum weft_result res = weft_context_enter(r->context);
     if (res != WEFT_OK)
         return res;
     r->progress = progress;
     r->report = (struct weft_fused_report){0};
     r->cells.cells_constant = r->cells.cells_smooth = 0;
-    res = fit_objects(r);
-    for (int i = 0; res == WEFT_OK && i < count; i++) {
-        if (go_on(r, (double)i / count)) {
-            res = run_tile(r, i, pixels);
-        } else {
-            weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
-            res = WEFT_ERR_CANCELLED;
-        }
-    }
+    res = weft_gl_delivery_begin(r->context, r->log, pixels->texture, &to);
+    if (res == WEFT_OK)
+        res = fit_objects(r);
+    if (res == WEFT_OK)
+        res = run_tiles(r, &to);
+    weft_gl_delivery_end(&to);
     r->report.cells_constant = r->cells.cells_constant;
     r->report.cells_smooth = r->cells.cells_smooth;
     *report = r->report;

@@ -21,6 +21,7 @@ extern const char weft_shader_sampler[];
 extern const char weft_shader_separable[];
 extern const char weft_shader_supersample_gather[];
 extern const char weft_shader_supersample_mask[];
+extern const char weft_shader_texture_copy[];
 extern const char weft_shader_fused[];
 extern const char weft_shader_tree_leaf[];
 extern const char weft_shader_tree_node[];

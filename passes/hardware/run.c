@@ -10,6 +10,7 @@
 #include "passes/gl/kernel_weights.h"
 #include "passes/gl/program.h"
 #include "passes/gl/target.h"
+#include "passes/gl/textures/delivery.h"
 #include "passes/gl/volume_texture.h"
 #include "passes/hardware/blocks.h"
 #include "passes/positions/grid_uniforms.h"
@@ -339,44 +340,68 @@ static enum weft_result read_back(struct weft_hardware *r, const struct weft_rec
 
 // ---- runs ---------------------------------------------------------------------------------------
 
-static enum weft_result run_tile(struct weft_hardware *r, int index, float *pixels, int64_t stride)
+static enum weft_result run_tile(struct weft_hardware *r, int index, struct weft_gl_delivery *to)
 {
-    const struct weft_rectangle *at = &r->plan->tiles[index].at;
+    const struct weft_rectangle *at = &r->plan->tiles[index].at, *part = &r->plan->slice->info.part;
+    const struct weft_rectangle in = {at->x - part->x, at->y - part->y, at->width, at->height};
     const double fraction = (index + 1.0) / r->plan->info.tile_count;
     enum weft_result res = load_tile(r, index);
     if (res == WEFT_OK)
         res = draw_tile(r, at);
-    if (res == WEFT_OK)
-        res = read_back(r, at, pixels, stride);
-    if (res == WEFT_OK && r->blocks.any_unfit) {
+    const bool paints = r->blocks.any_unfit;
+    if (res == WEFT_OK && paints)
+        res = weft_gl_delivery_room(r->log, to);
+    if (res == WEFT_OK && (to->reads || paints))
+        res = read_back(r, at, to->at, to->stride);
+    if (res == WEFT_OK && paints) {
         const struct weft_slice_tile tile = {
             .x = at->x, .y = at->y, .width = at->width, .height = at->height};
-        const struct weft_slice_pixels out = {.at = pixels, .stride = stride};
+        const struct weft_slice_pixels out = {.at = to->at, .stride = to->stride};
         res = weft_slice_exact_paint_from(r->plan->slice, &tile, r->store, &out, r->progress,
                                           fraction, &r->report.exact_pixels);
+    }
+    if (res != WEFT_OK)
+        return res;
+    return paints ? weft_gl_delivery_upload(to, &in)
+                  : weft_gl_delivery_draw(to, &(struct weft_gl_drawn){.texture = r->target.texture},
+                                          &in);
+}
+
+static enum weft_result run_tiles(struct weft_hardware *r, struct weft_gl_delivery *to)
+{
+    const int count = r->plan->info.tile_count;
+    enum weft_result res = WEFT_OK;
+    for (int i = 0; res == WEFT_OK && i < count; i++) {
+        if (go_on(r, (double)i / count)) {
+            res = run_tile(r, i, to);
+        } else {
+            weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
+            res = WEFT_ERR_CANCELLED;
+        }
     }
     return res;
 }
 
-enum weft_result weft_hardware_run(weft_hardware *r, float *pixels, int64_t stride,
+enum weft_result weft_hardware_run(weft_hardware *r, const struct weft_slice_pixels *pixels,
                                    const struct weft_progress *progress,
                                    struct weft_fused_report *report)
 {
-    const int count = r->plan->info.tile_count;
+    const struct weft_rectangle *part = &r->plan->slice->info.part;
+    struct weft_gl_delivery to = {.width = part->width,
+                                  .height = part->height,
+                                  .outputs = 1,
+                                  .at = pixels->at,
+                                  .stride = pixels->stride};
     enum weft_result res = weft_context_enter(r->context);
     if (res != WEFT_OK)
         return res;
     r->progress = progress;
     r->report = (struct weft_fused_report){0};
     r->blocks.cells_constant = 0;
-    for (int i = 0; res == WEFT_OK && i < count; i++) {
-        if (go_on(r, (double)i / count)) {
-            res = run_tile(r, i, pixels, stride);
-        } else {
-            weft_note(r->log, "the slice was cancelled at tile %d of %d", i, count);
-            res = WEFT_ERR_CANCELLED;
-        }
-    }
+    res = weft_gl_delivery_begin(r->context, r->log, pixels->texture, &to);
+    if (res == WEFT_OK)
+        res = run_tiles(r, &to);
+    weft_gl_delivery_end(&to);
     r->report.cells_constant = r->blocks.cells_constant;
     *report = r->report;
     weft_context_leave(r->context);

@@ -20,7 +20,7 @@ enum weft_result weft_hardware_compile(weft_context *context, const weft_hardwar
 void weft_hardware_destroy(weft_hardware **hardware); // accepts &NULL
 
 // As weft_fused_run, with the same report.
-enum weft_result weft_hardware_run(weft_hardware *hardware, float *pixels, int64_t stride,
+enum weft_result weft_hardware_run(weft_hardware *hardware, const struct weft_slice_pixels *pixels,
                                    const struct weft_progress *progress,
                                    struct weft_fused_report *report);
 

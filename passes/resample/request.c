@@ -133,7 +133,7 @@ enum weft_result weft_resample_check_request(const struct weft_log *log,
                    (long long)*stride, part->width);
         goto fail;
     }
-    for (int c = 0; c < source->info.channels; c++)
+    for (int c = 0; plane && c < source->info.channels; c++)
         weft_require(log, plane[c]);
     res = WEFT_OK;
 fail:

@@ -34,6 +34,7 @@
 #include "../../filter/rectangle.h"
 #include "../../filter/statistics.h"
 #include "../gl/context.h"
+#include "../gl/textures/texture.h"
 #include "../multipass/multipass.h"
 #include "../plan/plan.h"
 #include "../positions/window_map.h"
@@ -177,9 +178,15 @@ struct weft_resample_source_params {
     // The samples that planes have (default: all), of kernels that are not prefiltered. A run needs
     // those that its part reaches (weft_resample_reach).
     struct weft_rectangle window;
-    // As many as channels (required): sample (x, y) is plane[c][(y - window.y) * stride + x -
-    // window.x]. Borrowed for the source's life; may overlap each other, but not a run's pixels.
+    // As many as channels (required without a texture): sample (x, y) is plane[c][(y - window.y) *
+    // stride + x - window.x]. Borrowed for the source's life; may overlap each other, but not a
+    // run's pixels.
     const float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
+    // In their place, the window's samples as texels of a texture, and the context that has it,
+    // both required: they are read once, when the source is made, and are the source's own then,
+    // as they have to be measured (default NULL: planes).
+    weft_context *context;
+    const struct weft_texture *texture;
     int64_t stride; // floats from row to row, at least the window's width (default that)
     // What stands beyond the samples (default clamp), the plan's; and of a border the value, finite
     // (default 0). Coefficients of prefiltered kernels are those of the samples continued so.
@@ -225,8 +232,8 @@ struct weft_resample_source_info {
 // as much memory as the planes and the kernel's overlap around them. Coefficients that depend on
 // samples that are not finite are missing, as filter/kernels/prefilter.h says. Returns
 // WEFT_ERR_ARGUMENT (sizes, stride, range, pointers, kernel), WEFT_ERR_LIMIT (coefficients leave
-// the range of floats), WEFT_ERR_UNSUPPORTED (a window, and a kernel that is prefiltered) or
-// WEFT_ERR_MEMORY; *out is then NULL.
+// the range of floats), WEFT_ERR_UNSUPPORTED (a window, and a kernel that is prefiltered),
+// WEFT_ERR_MEMORY or what weft_texture_read returns; *out is then NULL.
 WEFT_API enum weft_result
 weft_resample_source_create(const struct weft_resample_source_params *params,
                             weft_resample_source **out);
@@ -235,7 +242,7 @@ WEFT_API const struct weft_resample_source_info *
 weft_resample_source_get_info(const weft_resample_source *source);
 
 // Measures `rows` rows of samples from row `first` of the image on, which the params' planes have
-// whole. Differences, where they are asked for, are those that begin in these rows: the window must
+// whole; a texture has to be read before (weft_texture_read). Differences, where they are asked for, are those that begin in these rows: the window must
 // have as many rows past them as the kernel's order, but where the image ends. Returns
 // WEFT_ERR_ARGUMENT, and WEFT_ERR_UNSUPPORTED as weft_resample_source_create.
 WEFT_API enum weft_result weft_resample_measure(const struct weft_resample_source_params *params,
@@ -280,11 +287,16 @@ struct weft_resample_run_params {
     // Required of separable plans where the source lacks samples that any pixel reaches; default
     // (NULL): made for this run, which a caller of many parts does once.
     const struct weft_resample_survey *survey;
-    // As many as the source's channels (required): pixel (x, y) is plane[c][(y - part.y) * stride +
-    // x - part.x]. What lies between rows is left as it is. They may not overlap each other or the
-    // source's planes.
+    // As many as the source's channels (required without a texture): pixel (x, y) is plane[c][(y -
+    // part.y) * stride + x - part.x]. What lies between rows is left as it is. They may not overlap
+    // each other or the source's planes.
     float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
     int64_t stride; // floats from row to row, at least the part's width (default that)
+    // Of plans that are compiled with a context: where pixels are drawn to, in the place of planes
+    // or as well, channel c to channel `channel` + c (default NULL: none). Separable plans without
+    // clamp read nothing back for it, with what passes/separable/separable.h says of -0; others
+    // make pixels in memory, from where they are uploaded. Borrowed until the call returns.
+    const struct weft_texture *texture;
     const struct weft_progress *progress; // may be NULL
     const struct weft_log *log;           // may be NULL
 };
@@ -313,7 +325,7 @@ WEFT_API void weft_resample_work_add(struct weft_resample_work *sum,
                                      const struct weft_resample_work *one);
 
 struct weft_resample_report {
-    struct weft_statistics pixels; // of all channels; no differences
+    struct weft_statistics pixels; // of all channels; no differences; count 0 without planes
     struct weft_resample_work work;
 };
 

@@ -28,6 +28,7 @@ struct weft_resample_source {
     // every side, or samples whose rows lay apart; NULL where planes themselves are read.
     float *own[WEFT_RESAMPLE_MAX_CHANNELS];
     int overlap;
+    float *texels; // planes that were read from a texture; else NULL
 };
 
 struct weft_resample_compiled {
@@ -57,8 +58,8 @@ static inline const float *weft_resample_values(const weft_resample_source *sour
 enum weft_result weft_resample_check_source(const struct weft_log *log,
                                             const weft_resample_plan *plan,
                                             const weft_resample_source *source);
-// Whether it, a part, planes and a stride suit a plan; part and stride get their defaults. Returns
-// WEFT_ERR_ARGUMENT.
+// Whether it, a part, planes (NULL: none are needed) and a stride suit a plan; part and stride get
+// their defaults. Returns WEFT_ERR_ARGUMENT.
 enum weft_result weft_resample_check_request(const struct weft_log *log,
                                              const weft_resample_plan *plan,
                                              const weft_resample_source *source,

@@ -69,6 +69,8 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
     struct weft_separable_survey known;
     const bool knows = weft_resample_knows_survey(params->source, &known);
     for (int c = 0; res == WEFT_OK && c < channels; c++, steps.step++) {
+        struct weft_texture texture = params->texture ? *params->texture : (struct weft_texture){0};
+        texture.channel += c;
         const struct weft_separable_run_params run = {
             .samples = weft_resample_values(params->source, c),
             .border = params->source->info.border,
@@ -79,6 +81,7 @@ enum weft_result weft_resample_run_separable(weft_resample_compiled *compiled,
                                      : NULL,
             .pixels = params->plane[c],
             .stride = params->stride,
+            .texture = params->texture ? &texture : NULL,
             .progress = &progress,
             .log = params->log,
         };

@@ -68,7 +68,8 @@ static enum weft_result check(struct weft_resample_source_params *p)
                    p->low, p->high);
         goto fail;
     }
-    for (int c = 0; c < (p->channels ? p->channels : 1); c++)
+    weft_require(p->log, !p->texture || p->context);
+    for (int c = 0; !p->texture && c < (p->channels ? p->channels : 1); c++)
         weft_require(p->log, p->plane[c]);
     res = weft_kernel_check(p->log, &p->kernel);
     if (res == WEFT_OK && p->kernel.prefiltered && is_part(p)) {
@@ -286,6 +287,25 @@ static void measure(weft_resample_source *s, const struct weft_resample_source_p
     include_border(s, has_range(p));
 }
 
+// Planes in the place of a texture.
+static enum weft_result read_texture(struct weft_resample_source_params *p, weft_resample_source *s)
+{
+    const int channels = p->channels ? p->channels : 1;
+    const size_t count = (size_t)p->window.width * (size_t)p->window.height;
+    float *plane[WEFT_RESAMPLE_MAX_CHANNELS];
+    s->texels = malloc(count * (size_t)channels * sizeof *s->texels);
+    if (!s->texels) {
+        weft_error(p->log, "out of memory for a texture of %d x %d texels", p->window.width,
+                   p->window.height);
+        return WEFT_ERR_MEMORY;
+    }
+    for (int c = 0; c < channels; c++)
+        p->plane[c] = plane[c] = s->texels + (size_t)c * count;
+    p->stride = p->window.width;
+    return weft_texture_read(p->context, p->texture, p->window.width, p->window.height, channels,
+                             plane, 0);
+}
+
 enum weft_result weft_resample_source_create(const struct weft_resample_source_params *params,
                                              weft_resample_source **out)
 {
@@ -303,6 +323,9 @@ enum weft_result weft_resample_source_create(const struct weft_resample_source_p
         weft_error(p.log, "out of memory for a source");
         goto fail;
     }
+    res = p.texture ? read_texture(&p, source) : WEFT_OK;
+    if (res != WEFT_OK)
+        goto fail;
     take_planes(source, &p);
     res = p.kernel.prefiltered               ? prefilter(p.log, source)
           : source->stride != p.window.width ? pack(p.log, source)
@@ -323,6 +346,7 @@ void weft_resample_source_destroy(weft_resample_source **source)
         return;
     for (int c = 0; c < WEFT_RESAMPLE_MAX_CHANNELS; c++)
         free((*source)->own[c]);
+    free((*source)->texels);
     free(*source);
     *source = NULL;
 }
@@ -355,6 +379,7 @@ enum weft_result weft_resample_measure(const struct weft_resample_source_params 
     res = WEFT_ERR_ARGUMENT;
     const bool ordered = p.kernel.order >= 1 && p.kernel.order <= WEFT_STATISTICS_DIFFERENCES;
     const int order = differences && ordered ? p.kernel.order : 0;
+    weft_require(p.log, !p.texture);
     weft_require(p.log, first >= 0 && rows >= 1 && rows <= p.height - first);
     weft_require(p.log, p.window.width == p.width && has_rows_for(&p, order, first, first + rows));
     take_planes(&view, &p);

@@ -159,7 +159,8 @@ enum weft_result weft_separable_check_run(const weft_separable_plan *plan,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     *out = *params;
-    weft_require(params->log, params->pixels);
+    weft_require(params->log, params->pixels || params->texture);
+    weft_require(params->log, !params->texture || plan->info.engine == WEFT_ENGINE_GL);
     res = weft_separable_check_samples(plan, out);
     if (res == WEFT_OK)
         res = weft_rectangle_within(params->log, &params->part, plan->info.width, plan->info.height,

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "passes/gl/textures/delivery.h"
 #include "passes/separable/gl.h"
 
 enum { LANES = WEFT_SEPARABLE_LANES };
@@ -20,6 +21,7 @@ struct runner {
     struct weft_separable_run_params params; // with defaults filled in
     struct weft_separable_care care;
     struct weft_separable_report report;
+    struct weft_gl_delivery to;
 };
 
 static int smaller(int a, int b)
@@ -223,13 +225,26 @@ static enum weft_result read_back(struct runner *r, const struct rectangle *rect
     return res;
 }
 
+static enum weft_result hand_over(struct runner *r, const struct rectangle *rectangle)
+{
+    const struct weft_rectangle at = {rectangle->from[0] - r->params.part.x,
+                                      rectangle->from[1] - r->params.part.y, rectangle->size[0],
+                                      rectangle->size[1]};
+    const struct weft_gl_drawn drawn = {.texture = r->c->target.texture,
+                                        .texels = WEFT_TEXELS_PACKED};
+    return r->care.scale_bits ? weft_gl_delivery_upload(&r->to, &at)
+                              : weft_gl_delivery_draw(&r->to, &drawn, &at);
+}
+
 static enum weft_result run_rectangle(struct runner *r, const struct rectangle *rectangle)
 {
     enum weft_result res = load_samples(r);
     if (res == WEFT_OK)
         res = draw_rectangle(r, rectangle->size[0], rectangle->size[1]);
-    if (res == WEFT_OK)
+    if (res == WEFT_OK && r->params.pixels)
         res = read_back(r, rectangle);
+    if (res == WEFT_OK)
+        res = hand_over(r, rectangle);
     r->report.rectangles++;
     return res;
 }
@@ -275,6 +290,23 @@ static enum weft_result run_rectangles(struct runner *r)
 
 // ---- the whole ----------------------------------------------------------------------------------
 
+// Pixels of sums that were scaled are not as they were drawn.
+static enum weft_result begin_delivery(struct runner *r)
+{
+    const struct weft_separable_run_params *p = &r->params;
+    r->to = (struct weft_gl_delivery){.width = p->part.width,
+                                      .height = p->part.height,
+                                      .outputs = 1,
+                                      .at = p->pixels,
+                                      .stride = p->stride};
+    enum weft_result res = weft_gl_delivery_begin(r->c->context, p->log, p->texture, &r->to);
+    if (res == WEFT_OK && r->care.scale_bits)
+        res = weft_gl_delivery_room(p->log, &r->to);
+    r->params.pixels = r->to.at;
+    r->params.stride = r->to.stride;
+    return res;
+}
+
 static enum weft_result run(struct runner *r)
 {
     const double start = weft_now_seconds();
@@ -282,7 +314,10 @@ static enum weft_result run(struct runner *r)
     enum weft_result res = weft_separable_find_programs(r->c, r->care.skips_zeros);
     r->report.prepare_seconds = weft_now_seconds() - start;
     if (res == WEFT_OK)
+        res = begin_delivery(r);
+    if (res == WEFT_OK)
         res = run_rectangles(r);
+    weft_gl_delivery_end(&r->to);
     r->gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
     return res;
 }

@@ -16,6 +16,7 @@
 #include "../../filter/statistics.h"
 #include "../cpu/cpu.h"
 #include "../gl/context.h"
+#include "../gl/textures/texture.h"
 
 WEFT_BEGIN_DECLS
 
@@ -128,8 +129,15 @@ struct weft_separable_run_params {
     // Required where the window lacks samples that any of the plan's pixels reach; default (NULL):
     // of the samples in reach of all pixels, which a caller of many parts surveys once.
     const struct weft_separable_survey *survey;
-    float *pixels;  // pixel (x, y) is [(y - part.y) * stride + x - part.x] (required)
+    // Pixel (x, y) is [(y - part.y) * stride + x - part.x] (required without a texture).
+    float *pixels;
     int64_t stride; // floats from row to row (default the part's width)
+    // Of plans for OpenGL: where pixels are drawn to, in the place of memory or as well, pixel (x,
+    // y) to texel (x - part.x, y - part.y) of the rectangle. Nothing is read back for it, unless
+    // samples are so large that sums are scaled (2^64 and more). Of pixels that are samples -0 may
+    // have become 0, and what is below 2^-126 too (default NULL: none). Borrowed until the call
+    // returns.
+    const struct weft_texture *texture;
     // May be NULL. Asked by the calling thread, before every rectangle that is its own.
     const struct weft_progress *progress;
     const struct weft_log *log; // may be NULL
@@ -150,7 +158,7 @@ struct weft_separable_report {
     // 0, and 2 where samples that are not finite come for the first time.
     int programs_linked;
     struct weft_cpu cpu;           // what the CPU engine ran with; threads 0: OpenGL did
-    struct weft_statistics pixels; // range and counts; no differences
+    struct weft_statistics pixels; // range and counts; no differences; count 0 without memory
 };
 
 // Returns the samples that a part of a plan's pixels (all 0: all of them) reads; all 0 for a part
@@ -183,8 +191,8 @@ static inline bool weft_separable_is_safe(double largest)
 // where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
 // the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit. Returns
 // WEFT_ERR_ARGUMENT (stride, pointers, a part, a window without what the part or the survey needs),
-// WEFT_ERR_MEMORY, WEFT_ERR_GL or WEFT_ERR_CANCELLED; pixels may then be written in part. report
-// may be NULL.
+// a texture that does not do, or one for the CPU engine), WEFT_ERR_MEMORY, WEFT_ERR_GL or
+// WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
 WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,
                                              const struct weft_separable_run_params *params,
                                              struct weft_separable_report *report);

@@ -103,13 +103,12 @@ void weft_slice_destroy(weft_slice **slice)
 static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run_params *p,
                                   struct weft_slice_report *out, struct weft_statistics *measured)
 {
-    const struct weft_slice_pixels pixels = {p->pixels, p->stride, p->plane_stride};
+    const struct weft_slice_pixels pixels = {p->pixels, p->stride, p->plane_stride, p->texture};
     struct weft_fused_report r = {0};
     const enum weft_result res =
-        slice->fused ? weft_fused_run(slice->fused, &pixels, p->progress, &r)
-        : slice->hardware
-            ? weft_hardware_run(slice->hardware, p->pixels, p->stride, p->progress, &r)
-            : weft_fused_cpu_run(slice->fused_cpu, &pixels, p->progress, &r);
+        slice->fused      ? weft_fused_run(slice->fused, &pixels, p->progress, &r)
+        : slice->hardware ? weft_hardware_run(slice->hardware, &pixels, p->progress, &r)
+                          : weft_fused_cpu_run(slice->fused_cpu, &pixels, p->progress, &r);
     *out = (struct weft_slice_report){
         .read_seconds = r.read_seconds,
         .layout_seconds = r.layout_seconds,
@@ -129,12 +128,37 @@ static enum weft_result run_fused(weft_slice *slice, const struct weft_slice_run
     return res;
 }
 
+// Pixels of passes are made in memory, and uploaded.
+static enum weft_result run_multipass(weft_slice *slice, const struct weft_slice_run_params *p,
+                                      struct weft_slice_report *out)
+{
+    const struct weft_rectangle *part = &slice->plan->info.part;
+    struct weft_slice_run_params own = *p;
+    float *pixels = NULL;
+    if (!p->pixels) {
+        own.stride = part->width;
+        own.pixels = pixels = malloc((size_t)part->width * (size_t)part->height * sizeof *pixels);
+        if (!pixels) {
+            weft_error(slice->log, "not enough memory for %d x %d pixels", part->width,
+                       part->height);
+            return WEFT_ERR_MEMORY;
+        }
+    }
+    enum weft_result res = weft_slice_multipass_run(slice->multipass, &own, out);
+    const float *const plane[1] = {own.pixels};
+    if (res == WEFT_OK && p->texture)
+        res = weft_texture_write(slice->context, p->texture, part->width, part->height, 1, plane,
+                                 own.stride);
+    free(pixels);
+    return res;
+}
+
 // `pixels` stays empty where the engine has not measured them.
 static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_run_params *p,
                                    struct weft_slice_report *out, struct weft_statistics *pixels)
 {
     if (slice->multipass)
-        return weft_slice_multipass_run(slice->multipass, p, out);
+        return run_multipass(slice, p, out);
     if (slice->fused || slice->fused_cpu || slice->hardware)
         return run_fused(slice, p, out, pixels);
     return weft_slice_separable_run(slice->separable, p, out, pixels);
@@ -143,11 +167,11 @@ static enum weft_result run_engine(weft_slice *slice, const struct weft_slice_ru
 static void measure_pixels(const struct weft_rectangle *part, const struct weft_slice_run_params *p,
                            struct weft_statistics *pixels, struct weft_slice_report *out)
 {
-    const bool measured = pixels->count > 0;
+    const bool measured = pixels->count > 0 || !p->pixels;
     for (int y = 0; !measured && y < part->height; y++)
         weft_statistics_add(pixels, p->pixels + y * p->stride, (size_t)part->width);
-    out->minimum = (float)pixels->minimum;
-    out->maximum = (float)pixels->maximum;
+    out->minimum = p->pixels ? (float)pixels->minimum : (float)NAN;
+    out->maximum = p->pixels ? (float)pixels->maximum : (float)NAN;
     out->not_finite = pixels->not_finite;
 }
 
@@ -159,7 +183,8 @@ enum weft_result weft_slice_run(weft_slice *slice, const struct weft_slice_run_p
     struct weft_slice_report own = {0};
     struct weft_statistics pixels = WEFT_STATISTICS_NONE;
     enum weft_result res = WEFT_ERR_ARGUMENT;
-    weft_require(slice->log, p.pixels != NULL);
+    weft_require(slice->log, p.pixels || p.texture);
+    weft_require(slice->log, !p.texture || slice->context);
     weft_require(slice->log, p.stride == 0 || (p.stride >= part->width && p.stride <= INT32_MAX));
     if (p.stride == 0)
         p.stride = part->width;

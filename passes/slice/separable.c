@@ -116,6 +116,7 @@ struct weft_slice_separable {
     struct weft_separable_compile_params where;
     int first_axis;       // of all tiles; 0: there is one, of all pixels
     int threads;          // that sum voxels: the CPU engine's, or as many as there are
+    float *scratch;       // of all pixels, where some are painted on their way to a texture
     struct stage *stages; // by tile; NULL: not kept
     uint64_t kept_bytes;  // of all stages, or 0
 };
@@ -273,13 +274,28 @@ void weft_slice_separable_destroy(weft_slice_separable **separable)
     for (int i = 0; (*separable)->stages && i < (*separable)->plan->info.tile_count; i++)
         stage_destroy(&(*separable)->stages[i]);
     free((*separable)->stages);
+    free((*separable)->scratch);
     free(*separable);
     *separable = NULL;
 }
 
+// Pixels of a tile that are painted over go through memory: room for them, where the caller has
+// none.
+static enum weft_result make_scratch(weft_slice_separable *s, struct weft_slice_run_params *p)
+{
+    const struct weft_rectangle *part = &s->plan->info.part;
+    if (!s->scratch)
+        s->scratch = malloc((size_t)part->width * (size_t)part->height * sizeof *s->scratch);
+    p->pixels = s->scratch;
+    p->stride = part->width;
+    if (s->scratch)
+        return WEFT_OK;
+    weft_error(s->plan->log, "not enough memory for %d x %d pixels", part->width, part->height);
+    return WEFT_ERR_MEMORY;
+}
+
 // What a tile's samples are laid out in and filtered by is there, and bytes of others beside.
-static enum weft_result filter_tile(const weft_slice_separable *s,
-                                    const struct weft_slice_tile *tile,
+static enum weft_result filter_tile(weft_slice_separable *s, const struct weft_slice_tile *tile,
                                     const weft_brick_store *store, struct stage *stage,
                                     uint64_t beside, const struct weft_slice_run_params *params,
                                     struct weft_slice_report *report,
@@ -292,19 +308,28 @@ static enum weft_result filter_tile(const weft_slice_separable *s,
     const double start = weft_now_seconds();
     const bool fit = weft_slice_plane_fill(plan, store, s->threads, plane);
     report->layout_seconds += weft_now_seconds() - start;
-    enum weft_result res = weft_separable_run(
-        filter->compiled,
-        weft_separable_run_params(.samples = plane->samples, .wide = plane->wide,
-                                  .pixels = weft_slice_pixel(plan, params->pixels, params->stride,
-                                                             tile->x, tile->y),
-                                  .stride = params->stride, .progress = params->progress,
-                                  .log = plan->log),
-        &own);
+    struct weft_slice_run_params p = *params;
+    struct weft_texture texture = p.texture ? *p.texture : (struct weft_texture){0};
+    texture.x += tile->x - plan->info.part.x;
+    texture.y += tile->y - plan->info.part.y;
+    enum weft_result res = !fit && !p.pixels ? make_scratch(s, &p) : WEFT_OK;
+    float *at = p.pixels ? weft_slice_pixel(plan, p.pixels, p.stride, tile->x, tile->y) : NULL;
+    if (res == WEFT_OK)
+        res = weft_separable_run(
+            filter->compiled,
+            weft_separable_run_params(.samples = plane->samples, .wide = plane->wide, .pixels = at,
+                                      .stride = at ? p.stride : 0,
+                                      .texture = p.texture && fit ? &texture : NULL,
+                                      .progress = p.progress, .log = plan->log),
+            &own);
     if (res == WEFT_OK && !fit)
-        res = weft_slice_exact_paint(
-            plan, (int)(tile - plan->tiles), beside,
-            &(struct weft_slice_pixels){.at = params->pixels, .stride = params->stride},
-            params->progress, 1.0, &report->exact_pixels);
+        res =
+            weft_slice_exact_paint(plan, (int)(tile - plan->tiles), beside,
+                                   &(struct weft_slice_pixels){.at = p.pixels, .stride = p.stride},
+                                   p.progress, 1.0, &report->exact_pixels);
+    if (res == WEFT_OK && !fit && p.texture)
+        res = weft_texture_write(s->where.context, &texture, tile->width, tile->height, 1,
+                                 (const float *const[]){at}, p.stride);
     if (res != WEFT_OK)
         return res;
     add_report(&own, report);
@@ -364,8 +389,10 @@ enum weft_result weft_slice_separable_run(weft_slice_separable *s,
 {
     struct part part = {params->progress, 0, s->plan->info.tile_count};
     const struct weft_progress progress = {report_part, &part};
-    const struct weft_slice_run_params own = {
-        .pixels = params->pixels, .stride = params->stride, .progress = &progress};
+    const struct weft_slice_run_params own = {.pixels = params->pixels,
+                                              .stride = params->stride,
+                                              .texture = params->texture,
+                                              .progress = &progress};
     struct weft_statistics all = WEFT_STATISTICS_NONE;
     enum weft_result res = WEFT_OK;
     for (; res == WEFT_OK && part.done < part.count; part.done++) {

@@ -12,6 +12,7 @@
 #include "../cpu/cpu.h"
 #include "../fused/fused.h"
 #include "../gl/context.h"
+#include "../gl/textures/texture.h"
 #include "../hardware/hardware.h"
 #include "../plan/plan.h"
 
@@ -66,11 +67,17 @@ WEFT_API void weft_slice_destroy(weft_slice **slice); // accepts &NULL, leaves N
 
 // Where the pixels of a run go.
 struct weft_slice_run_params {
-    // Required: output o of pixel (x, y) is pixels[o * plane_stride + y * stride + x]; x and y are
-    // from the plan's part's corner on.
+    // Required without a texture: output o of pixel (x, y) is pixels[o * plane_stride + y * stride +
+    // x]; x and y are from the plan's part's corner on.
     float *pixels;
     int64_t stride;       // floats from row to row (default the part's width)
     int64_t plane_stride; // from an output's plane to the next (default the part's height * stride)
+    // Of compiled slices that have a context: where pixels are drawn to, in the place of memory or
+    // as well, output o to channel `channel` + o, which are four at most (default NULL: none).
+    // Nothing is read back for it but tiles with a pixel that is computed exactly (exact_pixels of
+    // the report); plans of passes make pixels in memory, from where they are uploaded. Borrowed
+    // until the call returns.
+    const struct weft_texture *texture;
     const struct weft_progress *progress; // may be NULL
 };
 #define WEFT_SLICE_RUN_DEFAULTS
@@ -90,8 +97,8 @@ struct weft_slice_report {
         cells_smooth;       // found so in the voxels, beside the plan's constant ones
     uint64_t fetches;       // of the source, over all pixels: of texels, or of voxels on the CPU
                             // engine; 0 of plans of passes
-    float minimum, maximum; // of the finite pixels; NAN if there are none
-    uint64_t not_finite;    // pixels that are NaN or infinite
+    float minimum, maximum; // of the finite pixels; NAN if there are none, or no pixels in memory
+    uint64_t not_finite;    // pixels that are NaN or infinite; without pixels in memory 0
     uint64_t exact_pixels;  // computed in double on the CPU: near values that floats do not stand
     struct weft_cpu cpu; // of the CPU engine: the threads and instructions that made them; else 0
     // Of plans of passes only: the range that was mapped, in units of whose width bounds are;
@@ -113,7 +120,8 @@ WEFT_API void weft_slice_report_add(struct weft_slice_report *sum,
 // Runs a compiled slice into the caller's memory. The same plan and volume give the same bytes,
 // in every run and whatever the number of threads; a second run reads what the footprint has not
 // kept, and makes nothing anew. The values of a plan of passes with a derivative are per voxel.
-// report may be NULL. Returns WEFT_ERR_ARGUMENT (pixels, stride), WEFT_ERR_CANCELLED,
+// report may be NULL. Returns WEFT_ERR_ARGUMENT (pixels, stride, a texture that does not do, or one
+// without a context), WEFT_ERR_CANCELLED,
 // WEFT_ERR_UNSUPPORTED (a unorm source and a voxel that is not finite), WEFT_ERR_GL,
 // WEFT_ERR_MEMORY, and what weft_volume_read and weft_multipass_run return; pixels may then be
 // written in part.

@@ -299,6 +299,9 @@ static void accumulations(void)
     REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 1, out, 0));
     REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 1));
     REFUSED(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, NULL, 0));
+    REFUSED(weft_accumulator_current_texture(a, WEFT_ACCUMULATED_MEAN, 0, 1, NULL));
+    REFUSED(weft_accumulator_current_texture(a, WEFT_ACCUMULATED_MEAN, 0, 1, // no context
+                                             &(struct weft_texture){.name = 1}));
     TRUE(weft_accumulator_finish(a) == WEFT_OK && weft_accumulator_finish(a) == WEFT_OK);
     REFUSED(weft_accumulator_add(a, &frame, 1.0));
     TRUE(weft_accumulator_current(a, WEFT_ACCUMULATED_MEAN, 0, out, 0) == WEFT_OK);
@@ -399,8 +402,8 @@ const struct caller_case callers_accumulate[] = {
       F(accum_buffer_add), F(accum_buffer_mult), F(accum_buffer_return), F(accum_buffer_read)}},
     {accumulators, {F(accumulator_create), F(accumulator_destroy)}},
     {accumulations,
-     {F(accumulator_add), F(accumulator_current), F(accumulator_finish),
-      F(accumulator_get_report)}},
+     {F(accumulator_add), F(accumulator_current), F(accumulator_current_texture),
+      F(accumulator_finish), F(accumulator_get_report)}},
     {accumulator_judgements, {F(accumulator_judge)}},
     {accumulator_states, {F(accumulator_save), F(accumulator_load), F(accumulator_join)}},
     {trees, {F(tree_create), F(tree_destroy), F(tree_get_info), F(tree_run_codes)}},

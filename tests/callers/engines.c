@@ -69,6 +69,31 @@ static void samplers(void)
     weft_context_destroy(&context);
 }
 
+static void textures(void)
+{
+    float values[4] = {0.0f};
+    float *planes[4] = {values, values, values, values};
+    const float *const *from = (const float *const *)planes;
+    weft_context *context = NULL;
+    struct weft_texture good = {.name = 1};
+    if (weft_context_create(weft_context_params(.log = &logger), &context) != WEFT_OK)
+        exit(CALLERS_SKIPPED);
+    callers_lines = 0;
+    REFUSED(weft_texture_read(context, NULL, 1, 1, 1, planes, 0));
+    REFUSED(weft_texture_write(context, &good, 1, 1, 1, NULL, 0));
+    ANY_INT(good, name, weft_texture_write(context, &p, 1, 1, 1, from, 0));
+    for (size_t i = 0; i < WEFT_COUNT(ints); i++) {
+        REFUSED(weft_texture_read(context, &good, ints[i], 1, 1, planes, 0));
+        REFUSED(weft_texture_write(context, &good, 1, ints[i], 1, from, 0));
+        REFUSED(weft_texture_write(context, &good, 1, 1, ints[i], from, 0)); // there is none
+        REFUSED(weft_texture_read(context, &good, 1, 1, 1, planes, ints[i]));
+        SET_REFUSED(good, level, ints[i], weft_texture_read(context, &p, 1, 1, 1, planes, 0));
+        SET_REFUSED(good, x, ints[i], weft_texture_read(context, &p, 1, 1, 1, planes, 0));
+        SET_REFUSED(good, channel, ints[i], weft_texture_write(context, &p, 1, 1, 1, from, 0));
+    }
+    weft_context_destroy(&context);
+}
+
 static void stability(void)
 {
     struct weft_stability_result result;
@@ -83,6 +108,7 @@ const struct caller_case callers_engines[] = {
      {F(context_create), F(context_destroy), F(context_begin), F(context_await),
       F(context_abandon)}},
     {samplers, {F(sampler_assume), F(sampler_measure)}},
+    {textures, {F(texture_read), F(texture_write)}},
     {stability, {F(stability_run)}},
     {0},
 };

@@ -33,7 +33,7 @@ static const struct weft_slice_geometry engine_oblique = {
 static const struct weft_slice_geometry engine_across = {
     {1, 1, 5.3}, {9, 0, 0}, {0, 9, 0}, ENGINE_W, ENGINE_H};
 
-static inline weft_volume *engine_volume(float missing)
+static inline weft_volume *engine_volume_logged(float missing, const struct weft_log *log)
 {
     static float data[ENGINE_N * ENGINE_N * ENGINE_N];
     weft_volume *volume = NULL;
@@ -41,8 +41,14 @@ static inline weft_volume *engine_volume(float missing)
         data[i] = (float)sin(0.37 * i) + (float)(i * 7919 % 101) / 101.0f;
     data[5 + ENGINE_N * (6 + ENGINE_N * 6)] += missing;
     ENGINE_OK(weft_volume_create(
-        weft_volume_params(.size = {ENGINE_N, ENGINE_N, ENGINE_N}, .data = data), &volume));
+        weft_volume_params(.size = {ENGINE_N, ENGINE_N, ENGINE_N}, .data = data, .log = log),
+        &volume));
     return volume;
+}
+
+static inline weft_volume *engine_volume(float missing)
+{
+    return engine_volume_logged(missing, &log_to_stderr);
 }
 
 static inline void engine_slice(weft_context *context, const struct weft_slice_geometry *geometry,
@@ -136,6 +142,37 @@ static inline void engine_warp(weft_context *context, float *out)
     weft_resample_source_destroy(&source);
     weft_warp_compiled_destroy(&compiled);
     weft_warp_plan_destroy(&plan);
+}
+
+// A slice in a texture of weft's, read from there.
+static inline void engine_texture(weft_context *context, float *out)
+{
+    weft_volume *volume = engine_volume(0.0f);
+    weft_slice_plan *plan = NULL;
+    struct weft_texture texture = {.name = 0};
+    ENGINE_OK(weft_context_enter(context));
+    context->gl.GenTextures(1, &texture.name);
+    context->gl.BindTexture(GL_TEXTURE_2D, texture.name);
+    context->gl.TexImage2D(GL_TEXTURE_2D, 0, GL_R32F, ENGINE_W, ENGINE_H, 0, GL_RED, GL_FLOAT,
+                           NULL);
+    context->gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+    weft_context_leave(context);
+    ENGINE_OK(
+        weft_slice_plan_create(volume,
+                               weft_slice_params(.space = WEFT_SPACE_INDEX,
+                                                 .geometry = engine_oblique, .log = &log_to_stderr),
+                               &plan));
+    ENGINE_OK(weft_slice_run_once(plan, weft_slice_compile_params(.context = context),
+                                  weft_slice_run_params(.texture = &texture), NULL));
+    ENGINE_OK(
+        weft_texture_read(context, &texture, ENGINE_W, ENGINE_H, 1, (float *const[]){out}, 0));
+    ENGINE_OK(weft_texture_write(context, &texture, ENGINE_W, ENGINE_H, 1,
+                                 (const float *const[]){out}, 0));
+    ENGINE_OK(weft_context_enter(context));
+    context->gl.DeleteTextures(1, &texture.name);
+    weft_context_leave(context);
+    weft_slice_plan_destroy(&plan);
+    weft_volume_destroy(&volume);
 }
 
 // ---- drawing ------------------------------------------------------------------------------------
@@ -262,6 +299,8 @@ static inline void run_every_engine(weft_context *context, struct every_engine *
     engine_resample(context, false, engine_picture(e, "separable"));
     engine_resample(context, true, engine_picture(e, "passes"));
     engine_warp(context, engine_picture(e, "warp"));
+    engine_texture(context, engine_picture(e, "texture"));
+    assert_memory_equal(e->pixels[0], e->pixels[e->count - 1], sizeof e->pixels[0]); // fused
     for (size_t i = 0; i < WEFT_COUNT(methods); i++)
         engine_accumulate(context, methods[i],
                           engine_picture(e, weft_accumulate_method_names[methods[i]]));
