@@ -592,6 +592,22 @@ static void without_memory_calls_end(void **state)
     stop();
 }
 
+// ---- docs/contexts.md ---------------------------------------------------------------------------
+
+static void the_example_prints_what_it_should(void **state)
+{
+    char line[64] = "";
+    (void)state;
+    if (!start(0))
+        skip();
+    stop();
+    FILE *out = popen(WEFT_BINARY_DIR "/contexts_example", "r");
+    assert_non_null(out);
+    assert_non_null(fgets(line, sizeof line, out));
+    assert_int_equal(pclose(out), 0);
+    assert_string_equal(line, "2.0625 4.5625\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -602,6 +618,7 @@ int main(void)
         cmocka_unit_test(formats_round_as_gl_does),
         cmocka_unit_test(textures_that_are_refused),
         cmocka_unit_test(without_memory_calls_end),
+        cmocka_unit_test(the_example_prints_what_it_should),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
