@@ -161,7 +161,8 @@ TAIL = """
 
 `table:FILE` reads samples of a kernel: a half-width and numbers at equal steps, as `support 1  1 0.5 0` (that is
 `linear`), with `cubic` for cubic instead of linear interpolation between them, and `whole` where it is not even. In C fill a
-`struct weft_kernel_info`: [kernel.h](../filter/kernels/kernel.h); CONTRIBUTING.md shows how to add one to the catalogue.
+`struct weft_kernel_info`: [kernel.h](../filter/kernels/kernel.h); [CONTRIBUTING.md](../CONTRIBUTING.md) shows how to add
+one to the catalogue.
 
 `NAME+unit` divides the weights at each position by their sum. `NAME+radial` is h of the distance in place of a product, for
 tiles and the reference only. `NAME:p,q` sets parameters, and trailing ones may be left out.
