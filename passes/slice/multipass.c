@@ -383,7 +383,7 @@ static void fill_cell(const struct filler *f, struct weft_brick_memo *memo, size
     const struct weft_float_range range = weft_float_range(low, high);
     const size_t count = f->holds ? count_voxels(box->size) : 0;
     for (size_t i = 0; i < count; i++)
-        out[i] = (out[i] >= range.least) & (out[i] <= range.most) ? out[i] : unused;
+        out[i] = ((out[i] >= range.least) & (out[i] <= range.most)) ? out[i] : unused;
 }
 
 static bool fill_cells(void *priv, int thread, size_t part)
