@@ -291,7 +291,7 @@ static double find_reference(const struct reference *list, size_t count, const j
 static void default_has_72_cells(void **state)
 {
     (void)state;
-    json_t *root = parse(command_succeeds("table", "--grid", "16", "--format", "json"));
+    json_t *root = parse(command_succeeds("table", "--locations", "16", "--format", "json"));
     const json_t *cells = json_object_get(root, "cells");
     int named = 0;
     assert_int_equal(json_array_size(cells), 72);
@@ -383,7 +383,7 @@ static void scale_full_uses_all_bits(void **state)
         // The largest weight in 2D is 4/9: scales 2 and 2.25.
         json_t *root = parse(command_succeeds("table", "--kernels", "bspline", "--dims", "2",
                                               "--resolutions", "4096", "--lookup", "linear",
-                                              "--format", "json", "--grid", "128", scales[i]));
+                                              "--format", "json", "--locations", "128", scales[i]));
         const json_t *cell = json_array_get(json_object_get(root, "cells"), 0);
         error[i] = number(cell, "error");
         assert_true(fabs(number(cell, "scale") - (i == 0 ? 1 : i == 1 ? 2 : 2.25)) < 1e-12);
@@ -397,7 +397,7 @@ static void statistics_are_consistent(void **state)
     (void)state;
     json_t *root = parse(command_succeeds(
         "table", "--kernels", "mitchell,kaiser-sinc:2,5.36", "--dims", "1,2", "--resolutions",
-        "16,64", "--statistics", "--format", "json", "--grid", "64", "--rounding", "truncated"));
+        "16,64", "--statistics", "--format", "json", "--locations", "64", "--rounding", "truncated"));
     const json_t *cells = json_object_get(root, "cells");
     assert_int_equal(json_array_size(cells), 16);
     assert_string_equal(text(root, "rounding"), "truncated");
@@ -733,9 +733,9 @@ static void bad_table_options(void **state)
         {"--lookup=cubic", "nearest, linear, both"},
         {"--convention=paper", "eq4, wscg2003"},
         {"--format=html", "text, markdown, csv, json, latex"},
-        {"--grid=0", "from 1 to 4096"},
-        {"--grid=4097", "from 1 to 4096"},
-        {"--grid=1,2", "more than 1"},
+        {"--locations=0", "from 1 to 4096"},
+        {"--locations=4097", "from 1 to 4096"},
+        {"--locations=1,2", "more than 1"},
         {"--scale=0", "above 0"},
         {"--scale=-1", "above 0"},
         {"--scale=nan", "above 0"},
@@ -774,12 +774,12 @@ static void an_interrupt_leaves_nothing(void **state)
         const int before = command_folder_size();
         assert_int_equal(command_interrupt(0.5, signals[i],
                                            (const char *[]){"weft", "table", "--dims", "3",
-                                                            "--grid", "2048", "-o", "t.txt", NULL}),
+                                                            "--locations", "2048", "-o", "t.txt", NULL}),
                          128 + signals[i]);
         assert_int_equal(command_folder_size(), before);
     }
     assert_int_equal(command_interrupt(0.5, SIGINT,
-                                       (const char *[]){"weft", "table", "--dims", "3", "--grid",
+                                       (const char *[]){"weft", "table", "--dims", "3", "--locations",
                                                         "2048", "--target-error", "0.001", NULL}),
                      128 + SIGINT);
 }

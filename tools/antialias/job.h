@@ -37,6 +37,7 @@ enum antialias_option {
     ASK_PATTERN,
     ASK_VERIFY,
     ASK_CONTEXT,
+    ASK_THREADS,
     ASK_TYPE,
     ASK_COMPRESSION,
     ASK_RANGE,

@@ -37,17 +37,17 @@ static const struct {
     unsigned effects;
 } effect_options[] = {
     {ASK_WEIGHTS, "--weights", EFFECT_FADE},
-    {ASK_AT, "--at", EFFECT_FADE},
+    {ASK_AT, "--fade", EFFECT_FADE},
     {ASK_SHUTTER, "--shutter", EFFECT_MOTION_BLUR},
     {ASK_JITTER, "--jitter", EFFECT_ANTIALIAS | EFFECT_DOF | EFFECT_SOFT_SHADOW},
     {ASK_CENTRE, "--centre", EFFECT_ANTIALIAS | EFFECT_DOF | EFFECT_SOFT_SHADOW},
-    {ASK_FILTER, "--filter", EFFECT_ANTIALIAS},
-    {ASK_FILTER_WIDTH, "--filter-width", EFFECT_ANTIALIAS},
+    {ASK_FILTER, "--kernel", EFFECT_ANTIALIAS},
+    {ASK_FILTER_WIDTH, "--kernel-width", EFFECT_ANTIALIAS},
     {ASK_APERTURE, "--aperture", EFFECT_DOF},
     {ASK_FOCUS, "--focus", EFFECT_DOF},
     {ASK_LIGHT_SIZE, "--light-size", EFFECT_SOFT_SHADOW | EFFECT_RADIOSITY},
     {ASK_PATHS, "--paths", EFFECT_RADIOSITY},
-    {ASK_CLAMP, "--clamp", EFFECT_RADIOSITY},
+    {ASK_CLAMP, "--light-clamp", EFFECT_RADIOSITY},
 };
 
 // An option of effects that were not named.
@@ -91,7 +91,7 @@ static const char *output_conflict(const struct effect_job *job)
 static const char *plan_conflict(const struct effect_job *job)
 {
     if (is_given(job, ASK_WEIGHTS) && is_given(job, ASK_AT))
-        return "--weights and --at exclude each other";
+        return "--weights and --fade exclude each other";
     if (is_given(job, ASK_PATHS) && is_given(job, ASK_FRAMES))
         return "--paths and --frames exclude each other: paths, or the virtual lights on them, are "
                "counted";
@@ -173,7 +173,8 @@ static enum weft_result read_clamp(const struct option_value *o, double *out)
     *out = strtod(o->text, &end);
     if (end != o->text && !*end && *out > 0.0 && isfinite(*out))
         return WEFT_OK;
-    report_error("--clamp %s: not auto, off, or a factor above 0, in 1 / (unit of the scene)^2",
+    report_error("--light-clamp %s: not auto, off, or a factor above 0, in 1 / (unit of the "
+                 "scene)^2",
                  o->text);
     return WEFT_ERR_ARGUMENT;
 }
@@ -304,7 +305,7 @@ static enum weft_result read_place(struct effect_job *job)
     const struct option_value *o = &job->option[ASK_AT];
     double t = 0.0;
     const enum weft_result res =
-        options_read_number(o, "at", 0.0, 1.0, "not from 0, the first scene, to 1, the last", &t);
+        options_read_number(o, "fade", 0.0, 1.0, "not from 0, the first scene, to 1, the last", &t);
     if (!o->given || res != WEFT_OK)
         return res;
     const double at = t * (job->scene_count - 1);

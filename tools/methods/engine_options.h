@@ -30,13 +30,7 @@ extern const char *const engine_choices[]; // "auto", and then as weft_engine_na
                                engine_choices,                                                     \
                                .group = OPTION_METHOD},                                            \
              [first + ENGINE_CONTEXT] = ENGINE_SPEC_CONTEXT,                                       \
-             [first + ENGINE_THREADS] = {.name = "threads",                                        \
-                                         'j',                                                      \
-                                         OPTION_NUMBER,                                            \
-                                         "N",                                                      \
-                                         "of the CPU engine (default: one a core); pixels do not " \
-                                         "depend on them",                                         \
-                                         .group = OPTION_RESOURCES},                               \
+             [first + ENGINE_THREADS] = OPTIONS_THREADS,                                           \
              [first + ENGINE_SUMS] = {.name = "sums",                                              \
                                       0,                                                           \
                                       OPTION_CHOICE,                                               \

@@ -65,7 +65,7 @@ enum weft_result kernels_read_filter(const struct option_value *filter,
 {
     const enum weft_result res =
         filter->given ? kernels_load_filter(filter->text, 2, kernel, file) : WEFT_OK;
-    return res == WEFT_OK ? options_read_number(width, "filter-width", 0x1p-20, 0x1p20,
+    return res == WEFT_OK ? options_read_number(width, "kernel-width", 0x1p-20, 0x1p20,
                                                 "not a width in pixels, from 2^-20 to 2^20", pixels)
                           : res;
 }

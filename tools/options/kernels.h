@@ -18,7 +18,7 @@ enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_ke
 enum weft_result kernels_load_filter(const char *text, int axes, struct weft_kernel *out,
                                      weft_kernel_file **file);
 
-// The filter of a pixel, --filter and --filter-width in pixels, where they are given; otherwise
+// The filter of a pixel, --kernel and --kernel-width in pixels, where they are given; otherwise
 // what the pointers lead to stays. Returns WEFT_ERR_ARGUMENT after an error line, and as above.
 enum weft_result kernels_read_filter(const struct option_value *filter,
                                      const struct option_value *width, struct weft_kernel *kernel,

@@ -61,8 +61,8 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                      .group = OPTION_TASK,
                      .brief = "of a pixel"},
     [ASK_FILTER] =
-        {.name = "filter",
-         0,
+        {.name = "kernel",
+         'k',
          OPTION_TEXT,
          "KERNEL",
          "acaa, adaptive, supersample: what a pixel sees, a product of two kernels; help "
@@ -70,7 +70,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
          .group = OPTION_FILTER,
          .brief = "pixel filter",
          .names = OPTION_NAMES_KERNEL},
-    [ASK_FILTER_WIDTH] = {.name = "filter-width",
+    [ASK_FILTER_WIDTH] = {.name = "kernel-width",
                           0,
                           OPTION_NUMBER,
                           "PIXELS",
@@ -130,7 +130,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    "acaa, msaa, none: bits of depths, 32 are floats (default 24)",
                    antialias_depth_choices,
                    .group = OPTION_METHOD},
-    [ASK_FORMAT] = {.name = "format",
+    [ASK_FORMAT] = {.name = "sample-format",
                     0,
                     OPTION_CHOICE,
                     NULL,
@@ -192,6 +192,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                     .group = OPTION_METHOD,
                     .brief = "against exact coverage"},
     [ASK_CONTEXT] = ENGINE_SPEC_CONTEXT,
+    [ASK_THREADS] = OPTIONS_THREADS,
     [ASK_TYPE] =
         SAVED_TYPE_OPTION("of the picture's channels (default float)", WEFT_PIXEL_HALF + 1),
     [ASK_COMPRESSION] = SAVED_COMPRESSION_OPTION("of the EXR files (default zip)"),
@@ -292,7 +293,7 @@ static const char *const epilogue[] = {
 };
 
 static const char *const examples[] = {
-    "weft antialias acaa --samples 16 --filter mitchell -o edges.exr --preview edges.png",
+    "weft antialias acaa --samples 16 -k mitchell -o edges.exr --preview edges.png",
     "weft antialias adaptive --scene model.obj --max-edge-share 20% -o model.exr --json",
     "weft antialias msaa --frames 20",
     NULL,

@@ -38,12 +38,13 @@ static const struct option_spec options[CONVERT_OPTION_COUNT] = {
                             "and bricks of nothing else are left out (default: all voxels of the "
                             "box are kept and active, and the background is 0)",
                             .group = OPTION_FILES},
-    [CONVERT_TOLERANCE] = {.name = "tolerance",
+    [CONVERT_PRUNE] = {.name = "prune",
                            0,
                            OPTION_NUMBER,
                            "T",
                            "with --background: so are those within T of it (default 0)",
                            .group = OPTION_METHOD},
+    [CONVERT_THREADS] = OPTIONS_THREADS,
     [CONVERT_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
     [CONVERT_QUIET] = OPTIONS_QUIET,
     [CONVERT_VERBOSE] = OPTIONS_VERBOSE,
@@ -57,13 +58,13 @@ static bool ends_with(const char *text, const char *end)
 
 static enum weft_result check(const struct convert_job *job)
 {
-    const struct option_value *tolerance = &job->option[CONVERT_TOLERANCE];
+    const struct option_value *tolerance = &job->option[CONVERT_PRUNE];
     if (tolerance->given && !job->option[CONVERT_BACKGROUND].given) {
-        report_error("--tolerance says how near to --background V voxels are; it is missing");
+        report_error("--prune says how near to --background V voxels are; it is missing");
         return WEFT_ERR_ARGUMENT;
     }
     if (tolerance->number[0] < 0.0) {
-        report_error("--tolerance %s: it is 0 or more", tolerance->text);
+        report_error("--prune %s: it is 0 or more", tolerance->text);
         return WEFT_ERR_ARGUMENT;
     }
     if (!ends_with(job->output, ".vdb") && !ends_with(job->output, ".nrrd")) {

@@ -133,6 +133,7 @@ static const struct option_spec options[LATTICE_OPTION_COUNT] = {
                         "that takes less than about 10 s; fails where one is beyond its bound",
                         .group = OPTION_METHOD,
                         .brief = "measure the error against double precision"},
+    [LATTICE_THREADS] = OPTIONS_THREADS,
     [LATTICE_JSON] = OPTIONS_JSON("plan, counts, memory and times"),
     [LATTICE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
     [LATTICE_QUIET] = OPTIONS_QUIET,

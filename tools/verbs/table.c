@@ -75,7 +75,7 @@ static const struct option_spec options[TABLE_OPTION_COUNT] = {
                      "after the look-up (default 1); full: so that the largest is 1; "
                      "power-of-two: the largest power of two below that",
                      .group = OPTION_GEOMETRY},
-    [TABLE_GRID] = {.name = "grid",
+    [TABLE_GRID] = {.name = "locations",
                     0,
                     OPTION_TEXT,
                     "L",

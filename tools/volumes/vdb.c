@@ -146,7 +146,7 @@ static enum weft_result add_all(struct convert_job *job, weft_volume_writer *wri
     const size_t bytes = (size_t)LOT * WEFT_BRICK_VOXELS * sizeof(float);
     struct target t = {.writer = writer,
                        .sparse = job->option[CONVERT_BACKGROUND].given,
-                       .tolerance = job->option[CONVERT_TOLERANCE].number[0],
+                       .tolerance = job->option[CONVERT_PRUNE].number[0],
                        .values = malloc(bytes),
                        .joined = malloc(3 * bytes),
                        .origin = malloc(LOT * sizeof *t.origin)};

@@ -265,7 +265,7 @@ static void test_effects(void **state)
 {
     static const struct request requests[] = {
         {.argument = {"effect", "dof+antialias+motion-blur", "--frames", "14", "--size", "20x16",
-                      "--filter", "mitchell", "--batch", "3"}},
+                      "--kernel", "mitchell", "--batch", "3"}},
         {.argument = {"effect", "radiosity", "--frames", "5", "--size", "20x16", "--shadow-size",
                       "64"}},
         {.argument = {"effect", "soft-shadow", "--frames", "40", "--size", "20x16", "--until",

@@ -96,7 +96,7 @@ static void row_0_is_on_top(void **state)
 {
     (void)state;
     for (size_t w = 0; w < WAYS; w++) {
-        antialias(ways[w], SIZE, "--scene", "plane", w == 4 ? "--format=16f" : "--samples=4", "-o",
+        antialias(ways[w], SIZE, "--scene", "plane", w == 4 ? "--sample-format=16f" : "--samples=4", "-o",
                   "p.exr");
         check_sky("p.exr");
     }
@@ -302,7 +302,7 @@ static void filters_reach_further(void **state)
     for (size_t i = 0; i < COUNT(some); i++) {
         double least = 0.0;
         json_t *root =
-            parse(antialias(some[i], SIZE, FEW, "--filter", "mitchell", "-o", "b.exr", "--json"));
+            parse(antialias(some[i], SIZE, FEW, "--kernel", "mitchell", "-o", "b.exr", "--json"));
         assert_true(number(json_object_get(root, "filter"), "radius") == 2.0);
         json_decref(root);
         load("b.exr", &image);
@@ -310,7 +310,7 @@ static void filters_reach_further(void **state)
             least = fmin(least, (double)plane_of(&image, "R")[k]);
         assert_true(least < -1e-4);
         weft_image_clear(&image);
-        antialias(some[i], SIZE, FEW, "--filter-width", "2", "-o", "c.exr");
+        antialias(some[i], SIZE, FEW, "--kernel-width", "2", "-o", "c.exr");
         assert_true(different_files("b.exr", "c.exr") > PIXELS / 10);
     }
 }
@@ -428,7 +428,7 @@ static double rms_of(const char *way, const char *option, const char *value)
 static void edges_are_verified(void **state)
 {
     (void)state;
-    const double one = rms_of("none", "--format", "32f"), four = rms_of("msaa", "--samples", "4"),
+    const double one = rms_of("none", "--sample-format", "32f"), four = rms_of("msaa", "--samples", "4"),
                  accumulated = rms_of("acaa", "--samples", "4"),
                  sixteen = rms_of("acaa", "--samples", "16"),
                  adaptive = rms_of("adaptive", "--samples", "16"),
@@ -437,14 +437,14 @@ static void edges_are_verified(void **state)
     assert_true(four < 0.6 * one && sixteen < 0.6 * four);
     assert_true(fabs(accumulated - four) < 1e-6);
     assert_true(fabs(adaptive - full) < 1e-9 && full < 0.6 * four);
-    assert_true(rms_of("acaa", "--filter", "mitchell") < 0.6 * one);
+    assert_true(rms_of("acaa", "--kernel", "mitchell") < 0.6 * one);
 }
 
 // ---- formats ------------------------------------------------------------------------------------
 
 static double brightest(const char *way, const char *format)
 {
-    json_t *root = parse(antialias(way, SIZE, "--scene", "cornell", "--json", "--format", format));
+    json_t *root = parse(antialias(way, SIZE, "--scene", "cornell", "--json", "--sample-format", format));
     const double most = number(json_array_get(json_object_get(root, "channels"), 0), "maximum");
     json_decref(root);
     return most;
@@ -495,7 +495,7 @@ static void lists_are_printed(void **state)
     (void)state;
     assert_non_null(strstr(antialias("--scene", "help"), "  cornell "));
     assert_non_null(strstr(antialias("adaptive", "--pattern", "help"), "  j66 "));
-    assert_non_null(strstr(antialias("--filter", "help"), "mitchell"));
+    assert_non_null(strstr(antialias("--kernel", "help"), "mitchell"));
 }
 
 static void plans_are_explained_and_nothing_drawn(void **state)

@@ -44,8 +44,8 @@ static void options_of_other_ways_are_refused(void **state)
     } cases[] = {
         {{"--weight-map", "m.exr"}, "acaa"},
         {{"--samples", "4"}, "acaa, msaa, adaptive and supersample"},
-        {{"--filter", "mitchell"}, "acaa, adaptive and supersample"},
-        {{"--filter-width", "2"}, "acaa, adaptive and supersample"},
+        {{"--kernel", "mitchell"}, "acaa, adaptive and supersample"},
+        {{"--kernel-width", "2"}, "acaa, adaptive and supersample"},
         {{"--form", "auto"}, "acaa"},
         {{"--coincident", "mask"}, "acaa"},
         {{"--sums", "float"}, "acaa"},
@@ -53,7 +53,7 @@ static void options_of_other_ways_are_refused(void **state)
         {{"--allow-weight", NULL}, "acaa"},
         {{"--resolve", "sum"}, "msaa"},
         {{"--depth", "32"}, "acaa, msaa and none"},
-        {{"--format", "8"}, "msaa, adaptive, supersample and none"},
+        {{"--sample-format", "8"}, "msaa, adaptive, supersample and none"},
         {{"--mark", "visible"}, "adaptive"},
         {{"--contrast", "0.1"}, "adaptive"},
         {{"--max-edge-share", "0.5"}, "adaptive"},
@@ -101,7 +101,7 @@ static void bad_values_are_refused(void **state)
         {"msaa", {"--time", "0.5..0.2"}, "--time 0.5..0.2: not a time from 0 to 1"},
         {"msaa", {"--time", "nan"}, "nan"},
         {"msaa", {"--depth", "16"}, "'16' is not one of: 24, 32"},
-        {"msaa", {"--format", "9"}, "'9' is not one of: 8, 16f, 32f"},
+        {"msaa", {"--sample-format", "9"}, "'9' is not one of: 8, 16f, 32f"},
         {"msaa", {"--resolve", "mean"}, "'mean' is not one of: blit, sum"},
         {"msaa", {"--sum-range", "2"}, "--sum-range needs --resolve sum"},
         {"msaa", {"--sum-range", "0", "--resolve", "sum"}, "--sum-range 0: the largest component"},
@@ -112,10 +112,10 @@ static void bad_values_are_refused(void **state)
         {"acaa", {"--form", "jitter", "--coincident", "mask"}, "--coincident makes no sense with"},
         {"acaa", {"--form", "jitter", "--sums", "float"}, "--sums makes no sense with --form"},
         {"acaa", {"--form", "jitter", "--depth", "32"}, "--depth makes no sense with --form"},
-        {"acaa", {"--filter", "mitchel"}, "did you mean mitchell?"},
-        {"acaa", {"--filter", "d-bspline3"}, "d-bspline3"},
-        {"acaa", {"--filter-width", "0"}, "--filter-width 0: not a width in pixels"},
-        {"acaa", {"--filter-width", "inf"}, "inf"},
+        {"acaa", {"--kernel", "mitchel"}, "did you mean mitchell?"},
+        {"acaa", {"--kernel", "d-bspline3"}, "d-bspline3"},
+        {"acaa", {"--kernel-width", "0"}, "--kernel-width 0: not a width in pixels"},
+        {"acaa", {"--kernel-width", "inf"}, "inf"},
         {"adaptive", {"--mark", "some"}, "'some' is not one of: complete, visible"},
         {"adaptive", {"--contrast", "0"}, "--contrast 0: a difference of neighbouring pixels"},
         {"adaptive", {"--contrast", "nan"}, "nan"},
@@ -153,7 +153,7 @@ static void what_a_device_has_not_is_refused(void **state)
     (void)state;
     if (!command_has_gl())
         skip();
-    fails(3, "prefiltered", "acaa", "--filter", "bspline3i", "-o", "p.exr");
+    fails(3, "prefiltered", "acaa", "--kernel", "bspline3i", "-o", "p.exr");
     fails(3, "256", "msaa", "--samples", "256", "-o", "p.exr");
     fails(3, "", "none", "--verify", "--scene", "cornell", "--size", "16x16");
     fails(3, "", "none", "--verify", "--scene", "plane", "--size", "16x16", "-o", "p.exr");

@@ -117,7 +117,7 @@ static void fades_are_their_weights(void **state)
         weft_image_clear(&mean);
     }
     assert_int_equal(compared, 2 * 4 * PIXELS);
-    command_succeeds("effect", "fade", SIZE, "--at", "0.75", "-o", "n.exr", "--type", "half");
+    command_succeeds("effect", "fade", SIZE, "--fade", "0.75", "-o", "n.exr", "--type", "half");
     load("n.exr", &mean);
     assert_int_equal(mean.channels[0].type, WEFT_PIXEL_HALF);
     for (int i = 0; i < PIXELS; i++) {
@@ -327,7 +327,7 @@ static void frames_are_as_many_as_the_picture_needs(void **state)
     }
     // Of a fade they are of each scene.
     json_t *root = parse(
-        command_succeeds("effect", "fade+antialias", SIZE, "--json", "--explain", "--at", "0.3"));
+        command_succeeds("effect", "fade+antialias", SIZE, "--json", "--explain", "--fade", "0.3"));
     assert_true(number(root, "frames") == 32.0 && number(root, "needed") == 16.0);
     json_decref(root);
     root = parse(command_succeeds("effect", "fade+antialias", SIZE, "--json", "--explain"));
@@ -391,7 +391,7 @@ static void radiosity_says_what_clamping_takes(void **state)
     static const char *const clamps[] = {"off", "auto", "0.00002"};
     for (size_t i = 0; i < COUNT(clamps); i++) {
         json_t *root =
-            parse(command_succeeds("effect", "radiosity", SIZE, "--frames", "64", "--clamp",
+            parse(command_succeeds("effect", "radiosity", SIZE, "--frames", "64", "--light-clamp",
                                    clamps[i], "--json", "--preview", "p.png"));
         const json_t *radiosity = json_object_get(root, "radiosity");
         assert_true(number(radiosity, "lights") == 64.0);
@@ -420,7 +420,7 @@ static void lists_are_printed(void **state)
     (void)state;
     assert_non_null(strstr(command_succeeds("effect", "--scene", "help"), "  cornell "));
     assert_non_null(strstr(command_succeeds("effect", "dof", "--jitter", "help"), "  j66 "));
-    assert_non_null(strstr(command_succeeds("effect", "--filter", "help"), "mitchell"));
+    assert_non_null(strstr(command_succeeds("effect", "--kernel", "help"), "mitchell"));
 }
 
 static void the_plan_is_explained_and_nothing_drawn(void **state)
@@ -428,7 +428,7 @@ static void the_plan_is_explained_and_nothing_drawn(void **state)
     (void)state;
     const int before = command_folder_size();
     const char *text =
-        command_succeeds("effect", "antialias+dof", SIZE, "--jitter", "j66", "--filter", "mitchell",
+        command_succeeds("effect", "antialias+dof", SIZE, "--jitter", "j66", "--kernel", "mitchell",
                          "--explain", "-o", "never.exr", "--method", "float");
     static const char *const parts[] = {"antialias+dof of plane, 48 x 32: 66 frames",
                                         "pixel: j66 of 66 points on a square of 4",

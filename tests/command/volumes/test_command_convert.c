@@ -183,7 +183,7 @@ static void background_makes_it_sparse(void **state)
     command_succeeds("convert", "v.raw", "some.vdb", "--raw", "32x32x32:uint8", "--background",
                      "0");
     command_succeeds("convert", "v.raw", "few.vdb", "--raw", "32x32x32:uint8", "--background", "0",
-                     "--tolerance", "3");
+                     "--prune", "3");
     static const struct {
         const char *path;
         uint64_t bricks, active;
@@ -307,7 +307,7 @@ static void bad_input_is_one_line(void **state)
     command_fails(3, "neither a VDB, an NRRD nor a NIfTI file", "convert", "v.raw", "v.nrrd");
     command_fails(3, "970299 bytes of samples", "convert", "lie.nrrd", "v.vdb");
     command_fails(3, "970299 bytes of samples", "slice", "lie.nrrd", "-o", "s.exr");
-    command_fails(2, "missing", "convert", "v.raw", "v.vdb", "--tolerance", "1");
+    command_fails(2, "missing", "convert", "v.raw", "v.vdb", "--prune", "1");
     command_fails(4, "no/such", "convert", "v.raw", "no/such/v.vdb", "--raw", "2x2x2:uint8");
     unlink("v.raw");
     unlink("lie.nrrd");
