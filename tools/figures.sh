@@ -155,7 +155,7 @@ figure_orders() {
 # ---- effects and anti-aliasing -------------------------------------------------------------------
 
 figure_effects() {
-    weft effect fade --at 0.5 --size 256x256 --preview "$out/effect_fade.png" -q
+    weft effect fade --fade 0.5 --size 256x256 --preview "$out/effect_fade.png" -q
     weft effect motion-blur+antialias --size 256x256 --preview "$out/effect_motion_blur.png" -q
     weft effect antialias --scene polygons:150,600 --size 192x192 --frames 66 --preview "$out/effect_antialias.png" -q
     weft effect dof+antialias --size 256x256 --preview "$out/effect_dof.png" -q

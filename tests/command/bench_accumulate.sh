@@ -80,7 +80,7 @@ for ((run = 1; run <= runs; run++)); do
     # The state's part of the report: its own seconds are the last ones before the preview.
     sed -n '/"state": {/,/}/p' report.json >state.json && mv state.json report.json
     echo "--resume: $seconds s, $(rate "$seconds") frames/s, peak $peak MB," \
-        "saved $(figure saves) times in $(figure seconds) s, $(figure bytes) bytes," \
+        "saved $(figure saves) times in $(figure total) s, $(figure bytes) bytes," \
         "$(awk "BEGIN { printf \"%+.1f\", 100 * ($seconds / $alone - 1) }") %"
 
     peak=0

@@ -18,7 +18,7 @@ figures() { # NAME WAY WALL
         FNR == 1 { take() }
         /"(open|plan|context|read|layout|upload|passes|readback|write)": [0-9.e-]+,?$/ {
             gsub(/[",:]/, ""); now[$1] = $2 }
-        /"process_peak_bytes"/ { gsub(/,/, ""); if ($2 > peak) peak = $2 }
+        /"process_peak"/ { gsub(/,/, ""); if ($2 > peak) peak = $2 }
         END { take(); for (key in sum) all += sum[key]
               printf "%-14s %-13s %8.4f s", name, way, wall / frames
               count = split("open plan context read layout upload passes readback write", keys, " ")

@@ -19,6 +19,13 @@
 #include "tests/support/command.h"
 #include "weft.h"
 
+// The output.
+static const char *path_of(const json_t *root)
+{
+    const json_t *file = json_array_get(json_object_get(root, "output"), 0);
+    return json_string_value(json_object_get(file, "path"));
+}
+
 static void wrong_requests_are_refused(void **state)
 {
     (void)state;
@@ -69,7 +76,7 @@ static void costs_are_kept(void **state)
     json_error_t error;
     json_t *root = json_loads(command_succeeds("calibrate", "--json"), 0, &error);
     assert_non_null(root);
-    const char *path = json_string_value(json_object_get(root, "file"));
+    const char *path = path_of(root);
     assert_non_null(path);
     assert_non_null(strstr(path, "/cache/deep/weft/cost-"));
     assert_null(strchr(strrchr(path, '/'), ' '));
@@ -81,7 +88,8 @@ static void costs_are_kept(void **state)
     assert_int_equal(weft_cost_parse(NULL, text, &model), WEFT_OK);
     free(text);
     assert_all_positive(&model);
-    assert_string_equal(model.renderer, json_string_value(json_object_get(root, "renderer")));
+    assert_string_equal(model.renderer, json_string_value(json_object_get(
+                                            json_object_get(root, "context"), "renderer")));
     assert_string_equal(weft_instruction_set_names[model.instructions],
                         json_string_value(json_object_get(root, "instructions")));
     assert_int_equal(model.threads, json_integer_value(json_object_get(root, "threads")));
@@ -111,19 +119,19 @@ static void the_cpu_is_measured_alone(void **state)
     json_error_t error;
     json_t *root = json_loads(r.out, 0, &error);
     assert_non_null(root);
-    assert_true(json_is_null(json_object_get(root, "renderer")));
+    assert_true(json_is_null(json_object_get(root, "context")));
     command_succeeds("make", "sphere", "-o", "s.vdb", "--size", "24");
     json_t *slice =
         json_loads(command_succeeds("slice", "s.vdb", "--json", "--size", "64x64"), 0, &error);
     assert_string_equal(json_string_value(json_object_get(slice, "engine")), "cpu");
     // What an older weft kept is refused, and said to be measured anew.
-    command_write_file(json_string_value(json_object_get(root, "file")), "weft-cost 1\n", 12);
+    command_write_file(path_of(root), "weft-cost 1\n", 12);
     command_run(&r, "weft", "slice", "s.vdb", "--explain", "--size", "64x64");
     assert_int_equal(r.code, 0);
     assert_non_null(strstr(r.err, "another version of weft"));
     assert_non_null(strstr(r.err, "weft calibrate makes it anew"));
     assert_ptr_equal(strstr(r.out, "OpenGL\n"), r.out);
-    unlink(json_string_value(json_object_get(root, "file")));
+    unlink(path_of(root));
     unlink("s.vdb");
     rmdir("cache/weft");
     assert_int_equal(rmdir("cache"), 0);

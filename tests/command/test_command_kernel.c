@@ -313,7 +313,7 @@ static int count_as_eq4(const char *dims, const char *resolutions)
         const json_t *cell = json_array_get(cells, i);
         const double expected = find_reference(plain, COUNT(plain), cell);
         const double scaled = number(cell, "scaled");
-        assert_true(fabs(scaled - 255 * number(cell, "error")) < 1e-12 * scaled);
+        assert_true(fabs(scaled - 255 * number(cell, "eps_h")) < 1e-12 * scaled);
         assert_null(json_object_get(cell, "published"));
         if (isnan(expected))
             continue;
@@ -385,7 +385,7 @@ static void scale_full_uses_all_bits(void **state)
                                               "--resolutions", "4096", "--lookup", "linear",
                                               "--format", "json", "--locations", "128", scales[i]));
         const json_t *cell = json_array_get(json_object_get(root, "cells"), 0);
-        error[i] = number(cell, "error");
+        error[i] = number(cell, "eps_h");
         assert_true(fabs(number(cell, "scale") - (i == 0 ? 1 : i == 1 ? 2 : 2.25)) < 1e-12);
         json_decref(root);
     }
@@ -407,10 +407,10 @@ static void statistics_are_consistent(void **state)
         assert_true(number(c, "mean") <= number(c, "rms"));
         assert_true(number(c, "median") <= number(c, "p90"));
         assert_true(number(c, "p90") <= number(c, "p99"));
-        assert_true(number(c, "p99") <= number(c, "error") * 1.001);
+        assert_true(number(c, "p99") <= number(c, "eps_h") * 1.001);
         assert_true(number(c, "signed_min") <= number(c, "signed_mean"));
         assert_true(number(c, "signed_mean") <= number(c, "signed_max"));
-        assert_true(number(c, "single") <= number(c, "error"));
+        assert_true(number(c, "single") <= number(c, "eps_h"));
         const json_t *position = json_object_get(c, "position");
         assert_int_equal(json_array_size(position), (size_t)number(c, "dims"));
         assert_true(element(position, 0) > 0 && element(position, 0) < 1);
@@ -494,10 +494,10 @@ static void target_error_is_met(void **state)
                                                "--dims", dims, "--bits", bits, "--resolutions",
                                                samples, "--lookup", text(c, "lookup")));
         const json_t *both = json_object_get(check, "cells");
-        assert_true(number(json_array_get(both, 0), "error") == number(c, "error"));
-        assert_true(number(c, "error") <= 0.03);
+        assert_true(number(json_array_get(both, 0), "eps_h") == number(c, "eps_h"));
+        assert_true(number(c, "eps_h") <= 0.03);
         if (m > 1)
-            assert_true(number(json_array_get(both, 1), "error") > 0.03);
+            assert_true(number(json_array_get(both, 1), "eps_h") > 0.03);
         json_decref(check);
     }
     assert_true(reached >= 12);

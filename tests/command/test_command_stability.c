@@ -82,7 +82,7 @@ static void json_has_it_all(void **state)
                               0, &error);
     assert_non_null(root);
     assert_int_equal(json_integer_value(json_object_get(root, "failed")), 0);
-    assert_true(json_is_string(json_object_get(root, "renderer")));
+    assert_true(json_is_string(json_object_get(json_object_get(root, "context"), "renderer")));
     const json_t *cases = json_object_get(root, "cases");
     assert_int_equal(json_array_size(cases), 2);
     const json_t *order = json_array_get(cases, 0), *no_data = json_array_get(cases, 1);

@@ -111,7 +111,9 @@ static void json_has_all_numbers(void **state)
     assert_int_equal(json_array_size(json_object_get(costs, "cpu_row")), 8);
     assert_string_equal(json_string_value(json_object_get(root, "instructions")), "sse2");
     assert_int_equal(json_integer_value(json_object_get(root, "threads")), 3);
-    assert_string_equal(json_string_value(json_object_get(root, "file")), test_path("costs.txt"));
+    assert_string_equal(json_string_value(json_object_get(
+                            json_array_get(json_object_get(root, "output"), 0), "path")),
+                        test_path("costs.txt"));
     json_decref(root);
     free(text);
 }

@@ -89,7 +89,7 @@ static json_t *skipped_json(const struct accumulate_job *job)
     for (int64_t i = 0; i < job->frame_count; i++)
         if (job->frame[i].problem)
             json_array_append_new(list, json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)i, "path",
-                                                  json_text(job->frame[i].path), "error",
+                                                  json_text(job->frame[i].path), "problem",
                                                   json_text(job->frame[i].problem)));
     return list;
 }
@@ -126,27 +126,24 @@ static json_t *seconds_json(const struct accumulate_job *job)
 static json_t *state_json(const struct accumulate_job *job)
 {
     const struct accumulate_kept *kept = &job->kept;
-    return json_pack("{s:o,s:I,s:I,s:I,s:I,s:o,s:o}", "file",
-                     json_text(job->option[ACCUMULATE_RESUME].text), "bytes",
-                     (json_int_t)state_file_stamp(job->option[ACCUMULATE_RESUME].text).size, "held",
-                     (json_int_t)kept->held, "resumed", (json_int_t)kept->resumed, "saves",
-                     (json_int_t)kept->saves, "seconds", json_number(kept->seconds), "last_seconds",
-                     json_number(kept->saves ? kept->cost : 0.0));
+    const struct run_stage last = {"last", kept->saves ? kept->cost : 0.0};
+    return json_pack("{s:[o],s:I,s:I,s:I,s:o}", "output",
+                     json_file(job->option[ACCUMULATE_RESUME].text), "held", (json_int_t)kept->held,
+                     "resumed", (json_int_t)kept->resumed, "saves", (json_int_t)kept->saves,
+                     "seconds", run_report_seconds(&last, 1, kept->seconds));
 }
 
 static void set_outputs(json_t *root, const struct accumulate_job *job)
 {
     const struct option_value *o = job->option;
     if (o[ACCUMULATE_OUTPUT].given)
-        json_object_update_new(root, json_pack("{s:o,s:o}", "output",
-                                               json_text(o[ACCUMULATE_OUTPUT].text), "file",
-                                               saved_json(&job->saved)));
+        json_object_set_new(root, "file", saved_json(&job->saved));
     if (o[ACCUMULATE_STDERR].given)
-        json_object_update_new(root, json_pack("{s:o,s:o}", "stderr",
-                                               json_text(o[ACCUMULATE_STDERR].text), "stderr_file",
-                                               saved_json(&job->error_saved)));
-    if (o[ACCUMULATE_RESUME].given)
+        json_object_set_new(root, "stderr_file", saved_json(&job->error_saved));
+    if (o[ACCUMULATE_RESUME].given) {
         json_object_set_new(root, "state", state_json(job));
+        json_add_output(o[ACCUMULATE_RESUME].text);
+    }
     if (o[ACCUMULATE_PREVIEW].given)
         json_object_set_new(root, "preview",
                             run_report_preview(o[ACCUMULATE_PREVIEW].text, job->preview_range));
@@ -155,29 +152,28 @@ static void set_outputs(json_t *root, const struct accumulate_job *job)
 enum weft_result accumulate_print_json(const struct accumulate_job *job)
 {
     const bool explain = is_given(job, ACCUMULATE_EXPLAIN);
+    const struct weft_accumulator_report *method = explain ? &job->planned : &job->report;
     const struct accumulation_stop stop = stop_of(job);
     char transfer[ACCUMULATE_TEXT];
     json_t *root = json_pack(
-        "{s:o,s:I,s:I,s:I,s:I,s:o,s:s,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()),
-        "frames", (json_int_t)job->frame_count, "counting", (json_int_t)job->counting, "added",
-        (json_int_t)job->added, "skipped_count", (json_int_t)job->skipped, "skipped",
-        skipped_json(job), "kind", weft_image_file_kind_names[job->kind], "width", job->image.width,
-        "height", job->image.height, "channels", channels_json(job), "weights", weights_json(job),
-        "method", accumulation_json(explain ? &job->planned : &job->report));
+        "{s:I,s:I,s:I,s:I,s:o,s:s,s:i,s:i,s:o,s:o,s:o,s:o}", "frames", (json_int_t)job->frame_count,
+        "counting", (json_int_t)job->counting, "added", (json_int_t)job->added, "skipped_count",
+        (json_int_t)job->skipped, "skipped", skipped_json(job), "kind",
+        weft_image_file_kind_names[job->kind], "width", job->image.width, "height",
+        job->image.height, "channels", channels_json(job), "weights", weights_json(job), "method",
+        accumulation_json(method), "bound", json_number(method->bound));
     if (!explain)
         json_object_update_new(
             root, json_pack("{s:o,s:o,s:o}", "transfer",
-                            json_text(accumulate_transfer_text(&job->transfer, transfer)),
-                            "process_peak_bytes", run_report_process_peak(), "seconds",
-                            seconds_json(job)));
+                            json_text(accumulate_transfer_text(&job->transfer, transfer)), "bytes",
+                            run_report_bytes("held", method->bytes), "seconds", seconds_json(job)));
     if (!explain && is_given(job, ACCUMULATE_UNTIL))
         json_object_set_new(root, "until", accumulation_stop_json(&stop));
     json_t *ranks = rank_frames_json(&job->divided.report);
     if (ranks)
         json_object_set_new(root, "ranks", ranks);
     if (!explain)
-        json_object_set_new(root, "context",
-                            job->context ? run_report_context(job->context) : json_null());
+        json_object_set_new(root, "context", run_report_context(job->context));
     if (!explain)
         set_outputs(root, job);
     return json_print(root);

@@ -174,6 +174,8 @@ enum weft_result antialias_job_save(struct antialias_job *job, int frame)
         res = antialias_job_name(job, outputs[i].option, frame, &path);
         if (path)
             res = save(job, outputs[i].option, frame, path);
+        if (path && res == WEFT_OK)
+            json_add_output(path);
         free(path);
     }
     job->seconds.write += report_now_seconds() - start;

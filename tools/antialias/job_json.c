@@ -127,18 +127,20 @@ static json_t *seconds_json(const struct antialias_job *job)
 static json_t *exactness_json(const struct antialias_job *job)
 {
     const struct antialias_exactness *e = &job->exactness;
-    return json_pack(
-        "{s:o,s:o,s:o,s:s,s:i,s:o}", "rms", json_number(sqrt(e->square / (double)e->values)),
-        "largest", json_number(e->largest), "at", place_json(e->at), "channel",
-        picture_channel_names[e->channel], "frame", e->frame, "known_to", json_number(e->known_to));
+    json_t *error =
+        run_report_error(e->largest, sqrt(e->square / (double)e->values), (uint64_t)e->values,
+                         "light", e->at[0] < 0 ? NULL : (const int32_t[]){e->at[0], e->at[1]}, 2);
+    json_object_update_new(error,
+                           json_pack("{s:s,s:i,s:o}", "channel", picture_channel_names[e->channel],
+                                     "frame", e->frame, "known_to", json_number(e->known_to)));
+    return error;
 }
 
 static void set_outputs(json_t *root, const struct antialias_job *job)
 {
     const struct option_value *o = job->option;
     if (o[ASK_OUTPUT].given)
-        json_object_update_new(root, json_pack("{s:o,s:o}", "output", json_text(o[ASK_OUTPUT].text),
-                                               "file", saved_json(&job->picture.saved)));
+        json_object_set_new(root, "file", saved_json(&job->picture.saved));
     if (o[ASK_WEIGHT_MAP].given)
         json_object_set_new(root, "weight_map", json_text(o[ASK_WEIGHT_MAP].text));
     if (o[ASK_PREVIEW].given)
@@ -148,13 +150,12 @@ static void set_outputs(json_t *root, const struct antialias_job *job)
 
 static void set_results(json_t *root, const struct antialias_job *job)
 {
-    json_object_update_new(root,
-                           json_pack("{s:{s:o,s:o},s:o,s:o,s:o,s:o}", "picture_seconds", "median",
-                                     json_number(antialias_job_median(job)), "first",
-                                     json_number(job->seconds_each[0]), "channels",
-                                     picture_json(job->statistics), "context",
-                                     run_report_context(job->context), "process_peak_bytes",
-                                     run_report_process_peak(), "seconds", seconds_json(job)));
+    json_object_update_new(root, json_pack("{s:{s:o,s:o},s:o,s:o,s:o}", "picture_seconds", "median",
+                                           json_number(antialias_job_median(job)), "first",
+                                           json_number(job->seconds_each[0]), "channels",
+                                           picture_json(job->statistics), "context",
+                                           run_report_context(job->context), "seconds",
+                                           seconds_json(job)));
     if (job->params.way == ANTIALIAS_ACAA)
         json_object_set_new(root, "weights", weights_json(job));
     if (job->report.marks)
@@ -165,7 +166,7 @@ static void set_results(json_t *root, const struct antialias_job *job)
     if (job->shadow.faces)
         json_object_set_new(root, "shadow", scene_options_shadow_json(&job->shadow));
     if (job->exactness.values)
-        json_object_set_new(root, "verify", exactness_json(job));
+        json_object_set_new(root, "error", exactness_json(job));
     set_outputs(root, job);
 }
 
@@ -173,12 +174,12 @@ enum weft_result antialias_job_print_json(const struct antialias_job *job)
 {
     const struct antialias_report *r = &job->report;
     json_t *root =
-        json_pack("{s:o,s:s,s:o,s:i,s:i,s:o,s:i,s:o,s:i,s:i,s:o,s:o,s:o}", "weft",
-                  json_text(weft_version()), "way", antialias_way_names[job->params.way], "scene",
+        json_pack("{s:s,s:o,s:i,s:i,s:o,s:i,s:o,s:i,s:i,s:o,s:o,s:o}", "way",
+                  antialias_way_names[job->params.way], "scene",
                   scene_options_json(job->scene_name, &job->scene), "width", job->params.size[0],
                   "height", job->params.size[1], "seed", json_count(job->params.seed), "frames",
                   job->frames, "time", json_numbers(job->request.time, 2), "samples", r->samples,
-                  "passes", r->passes, "discrepancy", json_number(r->discrepancy), "bound",
+                  "passes", r->passes, "discrepancy", json_number(r->discrepancy), "sums_bound",
                   json_number(r->bound), "bytes", bytes_json(job));
     set_way(root, job);
     if (!job->option[ASK_EXPLAIN].given)

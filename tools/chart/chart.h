@@ -11,7 +11,7 @@
 
 #include "tools/antialias/drawer.h"
 #include "tools/common/cells.h"
-#include "tools/common/json.h"
+#include "tools/common/run_report.h"
 #include "tools/options/options.h"
 #include "tools/common/report.h"
 #include "tools/methods/engine_options.h"
@@ -307,7 +307,7 @@ void chart_labels_place(struct chart_label *label, int count, const double (*poi
 // ---- chart_report.c -----------------------------------------------------------------------------
 
 enum weft_result chart_save_csv(const struct chart_job *job, const char *path);
-enum weft_result chart_save_json(const struct chart_job *job, const char *path);
+enum weft_result chart_print_json(const struct chart_job *job);
 // The points on the front, on stdout.
 enum weft_result chart_print(const struct chart_job *job);
 

@@ -102,15 +102,14 @@ static json_t *point_json(const struct chart *chart, const struct chart_point *p
         json_object_set_new(object, "reason", json_text(p->reason));
         return object;
     }
-    json_object_set_new(object, "seconds", json_number(p->seconds));
-    json_object_set_new(object, "read_seconds", json_number(p->read_seconds));
-    json_object_set_new(object, "pass_seconds", json_number(p->pass_seconds));
+    const struct run_stage stages[] = {{"read", p->read_seconds}, {"passes", p->pass_seconds}};
+    json_object_set_new(object, "seconds", run_report_seconds(stages, 2, p->seconds));
     json_object_set_new(object, "runs", json_integer(p->runs));
-    json_object_set_new(object, "bytes", json_count(p->bytes));
-    json_object_set_new(object, "max_error", json_number(p->max_error));
-    json_object_set_new(object, "rms_error", json_number(p->rms_error));
+    json_object_set_new(object, "bytes", run_report_bytes("held", p->bytes));
+    json_object_set_new(
+        object, "error",
+        run_report_error(p->max_error, p->rms_error, p->pixels_checked, "value", NULL, 0));
     json_object_set_new(object, "bound", json_number(p->bound));
-    json_object_set_new(object, "pixels_checked", json_count(p->pixels_checked));
     json_object_set_new(object, "front", json_boolean(p->front));
     return object;
 }
@@ -135,15 +134,13 @@ static json_t *slice_json(const struct chart_job *job)
                      json_number(job->statistics.voxel_high));
 }
 
-enum weft_result chart_save_json(const struct chart_job *job, const char *path)
+enum weft_result chart_print_json(const struct chart_job *job)
 {
-    json_t *root = json_pack("{s:o,s:o,s:b}", "weft", json_text(weft_version()), "machine",
-                             json_text(job->machine), "interrupted", job->interrupted);
+    json_t *root =
+        json_pack("{s:o,s:b}", "machine", json_text(job->machine), "interrupted", job->interrupted);
     if (job->has_methods || job->has_truth)
         json_object_set_new(root, "source", json_text(chart_source_name(job)));
-    json_object_set_new(root, "renderer",
-                        job->context ? json_text(weft_context_get_info(job->context)->renderer)
-                                     : json_null());
+    json_object_set_new(root, "context", run_report_context(job->context));
     json_object_set_new(root, "instructions",
                         json_text(weft_instruction_set_names[job->engine.cpu.instructions]));
     json_object_set_new(root, "threads", json_integer(job->engine.cpu.threads));
@@ -157,12 +154,7 @@ enum weft_result chart_save_json(const struct chart_job *job, const char *path)
         json_object_set_new(root, "frames", chart_frames_json(job));
     if (job->has_edges)
         json_object_set_new(root, "antialias", chart_edges_json(job));
-    char *text = json_format(root);
-    if (!text)
-        return WEFT_ERR_MEMORY;
-    enum weft_result res = weft_file_save(report_log(), path, false, text, strlen(text));
-    free(text);
-    return res;
+    return json_print(root);
 }
 
 // ---- text ---------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ bool chart_edges_fill_csv(const struct chart_job *job, struct cells *cells)
 
 // ---- JSON ---------------------------------------------------------------------------------------
 
-static json_t *point_json(const struct chart_edges_point *p)
+static json_t *point_json(const struct chart_edges_point *p, uint64_t samples)
 {
     json_t *object = json_pack("{s:o,s:s,s:i,s:s}", "label", json_text(p->label), "way",
                                antialias_way_names[p->way.way], "samples", p->way.samples, "filter",
@@ -54,14 +54,15 @@ static json_t *point_json(const struct chart_edges_point *p)
         json_object_set_new(object, "reason", json_text(p->reason));
         return object;
     }
-    json_object_set_new(object, "seconds", json_number(p->seconds));
+    json_object_set_new(object, "seconds", run_report_total_seconds(p->seconds));
     json_object_set_new(object, "runs", json_integer(p->runs));
-    json_object_set_new(object, "bytes", json_count(p->bytes));
-    json_object_set_new(object, "formula_bytes", json_count(p->formula_bytes));
+    json_object_set_new(object, "bytes",
+                        json_pack("{s:o,s:o}", "held", json_count(p->bytes), "formula",
+                                  json_count(p->formula_bytes)));
     if (!isnan(p->marked))
         json_object_set_new(object, "marked", json_number(p->marked));
-    json_object_set_new(object, "max_error", json_number(p->max_error));
-    json_object_set_new(object, "rms_error", json_number(p->rms_error));
+    json_object_set_new(object, "error",
+                        run_report_error(p->max_error, p->rms_error, samples, "light", NULL, 0));
     json_object_set_new(object, "front", json_boolean(p->front));
     return object;
 }
@@ -70,8 +71,10 @@ json_t *chart_edges_json(const struct chart_job *job)
 {
     const struct chart_edges *e = &job->edges;
     json_t *points = json_array(), *skipped = json_array();
+    const uint64_t samples = 3 * (uint64_t)e->width * (uint64_t)e->height; // R, G and B
     for (size_t i = 0; i < e->points; i++)
-        json_array_append_new(*e->point[i].reason ? skipped : points, point_json(&e->point[i]));
+        json_array_append_new(*e->point[i].reason ? skipped : points,
+                              point_json(&e->point[i], samples));
     return json_pack("{s:o,s:i,s:i,s:o,s:o,s:o}", "scene", json_text(e->scene), "width", e->width,
                      "height", e->height, "exact_error", json_number(e->exact_error), "points",
                      points, "skipped", skipped);

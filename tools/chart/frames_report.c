@@ -55,7 +55,7 @@ bool chart_frames_fill_csv(const struct chart_job *job, struct cells *cells)
 
 // ---- JSON ---------------------------------------------------------------------------------------
 
-static json_t *point_json(const struct chart_frames_point *p)
+static json_t *point_json(const struct chart_frames_point *p, uint64_t samples)
 {
     json_t *object = json_pack("{s:o,s:s,s:i,s:I}", "label", json_text(p->label), "method",
                                weft_accumulate_method_names[p->method.method], "bits",
@@ -68,14 +68,14 @@ static json_t *point_json(const struct chart_frames_point *p)
         json_object_set_new(object, "reason", json_text(p->reason));
         return object;
     }
-    json_object_set_new(object, "seconds", json_number(p->seconds));
-    json_object_set_new(object, "seconds_per_frame", json_number(p->seconds / (double)p->frames));
+    const struct run_stage frame = {"frame", p->seconds / (double)p->frames};
+    json_object_set_new(object, "seconds", run_report_seconds(&frame, 1, p->seconds));
     json_object_set_new(object, "runs", json_integer(p->runs));
-    json_object_set_new(object, "bytes", json_count(p->bytes));
+    json_object_set_new(object, "bytes", run_report_bytes("held", p->bytes));
     json_object_set_new(object, "passes", json_count(p->passes));
-    json_object_set_new(object, "max_error", json_number(p->max_error));
-    json_object_set_new(object, "rms_error", json_number(p->rms_error));
-    json_object_set_new(object, "mean_error", json_number(p->mean_error));
+    json_t *error = run_report_error(p->max_error, p->rms_error, samples, "value", NULL, 0);
+    json_object_set_new(error, "mean", json_number(p->mean_error));
+    json_object_set_new(object, "error", error);
     json_object_set_new(object, "bound", json_number(p->bound));
     json_object_set_new(object, "bias", json_number(p->bias));
     json_object_set_new(object, "front", json_boolean(p->front));
@@ -86,8 +86,10 @@ json_t *chart_frames_json(const struct chart_job *job)
 {
     const struct chart_frames *f = &job->frames;
     json_t *points = json_array(), *skipped = json_array();
+    const uint64_t samples = 4 * (uint64_t)f->width * (uint64_t)f->height; // channels
     for (size_t i = 0; i < f->points; i++)
-        json_array_append_new(*f->point[i].reason ? skipped : points, point_json(&f->point[i]));
+        json_array_append_new(*f->point[i].reason ? skipped : points,
+                              point_json(&f->point[i], samples));
     return json_pack("{s:i,s:i,s:o,s:o}", "width", f->width, "height", f->height, "points", points,
                      "skipped", skipped);
 }

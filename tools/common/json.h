@@ -31,15 +31,31 @@ json_t *json_attributes(const struct weft_image *image); // name: value in words
 // that is not whole.
 char *json_format(json_t *root);
 
-// Whose documents are printed, and to which file; NULL: standard output. Borrowed.
+// ---- the head, which every document has: docs/json.md; json_head.c ------------------------------
+
+// Whose documents are printed, and to which file; NULL: standard output. Borrowed. Names that were
+// added before are forgotten, and seconds count from here.
 void json_set_report(const char *verb, const char *path);
+// The document is what an output of the verb is to hold: it goes there, and is not in its own list.
+void json_report_to(const char *path);
+
+// A file that is read, as the user named it, or one that was written. Copied; each name counts
+// once.
+void json_add_input(const char *path);
+void json_add_output(const char *path);
 
 // Whether a document of every verb has this member, whatever it tells.
 bool json_is_head(const char *key);
 
-// Prints the object's text with a line end there, with "weft", the version, and "verb" first; a
-// file appears whole or not at all. Releases it. Returns WEFT_ERR_MEMORY or WEFT_ERR_WRITE, with a
-// log line.
+// "path" and "bytes" of a file that was written, which are null where it is a stream; a list of
+// it, or of nothing for NULL, for parts of a document that have outputs of their own.
+json_t *json_file(const char *path);
+json_t *json_files(const char *path);
+
+// Prints the object's text with a line end where the document belongs, with "weft", "verb",
+// "input", "output", "context", "seconds", "bytes", "error" and "bound" first; those after "output"
+// are the root's own where it has them. A file appears whole or not at all. Releases it. Returns
+// WEFT_ERR_MEMORY or WEFT_ERR_WRITE, with a log line.
 enum weft_result json_print(json_t *root);
 
 #endif

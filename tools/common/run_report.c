@@ -3,7 +3,6 @@
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <sys/resource.h>
 
 #include "tools/common/report.h"
 
@@ -31,6 +30,8 @@ void run_report_add_renderer(struct weft_metadata *list, size_t *count, const we
 
 json_t *run_report_context(const weft_context *context)
 {
+    if (!context)
+        return json_null();
     const struct weft_context_info *info = weft_context_get_info(context);
     return json_pack("{s:o,s:o,s:o,s:o,s:b}", "platform", json_text(info->platform), "vendor",
                      json_text(info->vendor), "renderer", json_text(info->renderer), "version",
@@ -46,11 +47,32 @@ json_t *run_report_seconds(const struct run_stage *stages, size_t count, double 
     return object;
 }
 
-json_t *run_report_process_peak(void)
+json_t *run_report_total_seconds(double total)
 {
-    struct rusage usage = {0};
-    getrusage(RUSAGE_SELF, &usage);
-    return json_count((uint64_t)usage.ru_maxrss * 1024);
+    return run_report_seconds(NULL, 0, total);
+}
+
+json_t *run_report_bytes(const char *what, uint64_t bytes)
+{
+    return json_pack("{s:o}", what, json_count(bytes));
+}
+
+json_t *run_report_error(double max, double rms, uint64_t samples, const char *unit,
+                         const int32_t *where, int dims)
+{
+    return json_pack("{s:o,s:o,s:o,s:o,s:s}", "max", json_number(max), "rms", json_number(rms),
+                     "where", where ? json_counts(where, dims) : json_null(), "samples",
+                     json_count(samples), "unit", unit);
+}
+
+json_t *run_report_verify_error(const struct weft_verify_report *verify, const int32_t *where,
+                                int dims)
+{
+    json_t *error = run_report_error(verify->maximum, verify->rms, verify->pixels_checked, "value",
+                                     where, dims);
+    json_object_set_new(error, "samples_total", json_count(verify->pixels_total));
+    json_object_set_new(error, "not_finite_mismatches", json_count(verify->not_finite_mismatches));
+    return error;
 }
 
 json_t *run_report_preview(const char *path, const float range[2])

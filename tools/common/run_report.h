@@ -12,6 +12,8 @@ void run_report_add(struct weft_metadata *list, size_t *count, const char *key, 
 void run_report_add_renderer(struct weft_metadata *list, size_t *count,
                              const weft_context *context);
 
+// What every document has, where verbs have it (docs/json.md); parts of documents have the same.
+// Where it ran; null for NULL, the CPU.
 json_t *run_report_context(const weft_context *context);
 
 struct run_stage {
@@ -21,8 +23,20 @@ struct run_stage {
 // An object of the stages' seconds, and of the total.
 json_t *run_report_seconds(const struct run_stage *stages, size_t count, double total);
 
-// The most memory that this process has had.
-json_t *run_report_process_peak(void);
+// The same of one number.
+json_t *run_report_total_seconds(double total);
+
+// An object of bytes by what holds them, of one. More are set beside it.
+json_t *run_report_bytes(const char *what, uint64_t bytes);
+
+// "error" of so many values: max, rms, samples, unit and, in `dims` coordinates, where the largest
+// is; NULL: it is not known. Verbs add what they know beside. run_report_verify_error: of what was
+// compared with double precision, in the input's values, with the number of pixels and those that
+// are finite on one side only.
+json_t *run_report_error(double max, double rms, uint64_t samples, const char *unit,
+                         const int32_t *where, int dims);
+json_t *run_report_verify_error(const struct weft_verify_report *verify, const int32_t *where,
+                                int dims);
 
 // The image that a preview was written to, and the values that are black and white in it.
 json_t *run_report_preview(const char *path, const float range[2]);

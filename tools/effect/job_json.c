@@ -124,11 +124,9 @@ static void set_outputs(json_t *root, const struct effect_job *job)
 {
     const struct option_value *o = job->option;
     if (o[ASK_OUTPUT].given)
-        json_object_update_new(root, json_pack("{s:o,s:o}", "output", json_text(o[ASK_OUTPUT].text),
-                                               "file", saved_json(&job->mean.saved)));
+        json_object_set_new(root, "file", saved_json(&job->mean.saved));
     if (o[ASK_STDERR].given)
-        json_object_update_new(root, json_pack("{s:o,s:o}", "stderr", json_text(o[ASK_STDERR].text),
-                                               "stderr_file", saved_json(&job->error.saved)));
+        json_object_set_new(root, "stderr_file", saved_json(&job->error.saved));
     if (o[ASK_PREVIEW].given)
         json_object_set_new(root, "preview",
                             run_report_preview(o[ASK_PREVIEW].text, job->preview_range));
@@ -139,8 +137,8 @@ static void set_results(json_t *root, const struct effect_job *job)
     const struct accumulation_stop stop = effect_job_stop(job);
     json_object_update_new(
         root, json_pack("{s:o,s:o,s:o,s:o,s:o}", "channels", picture_json(job->statistics),
-                        "context", run_report_context(job->context), "process_peak_bytes",
-                        run_report_process_peak(), "seconds", seconds_json(job),
+                        "context", run_report_context(job->context), "bytes",
+                        run_report_bytes("held", job->report.bytes), "seconds", seconds_json(job),
                         "frames_per_second", json_number((double)job->added / job->seconds.draw)));
     if (job->shadow.faces)
         json_object_set_new(root, "shadow", scene_options_shadow_json(&job->shadow));
@@ -155,16 +153,17 @@ static void set_results(json_t *root, const struct effect_job *job)
 enum weft_result effect_job_print_json(const struct effect_job *job)
 {
     const bool explain = job->option[ASK_EXPLAIN].given;
+    const struct weft_accumulator_report *method = explain ? &job->planned : &job->report;
     const struct effect_plan *plan = &job->plan;
-    json_t *root = json_pack(
-        "{s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o}", "weft",
-        json_text(weft_version()), "effects", effects_json(job), "scenes", scenes_json(job),
-        "width", plan->size[0], "height", plan->size[1], "seed", json_count(job->params.seed),
-        "frames", json_count((uint64_t)plan->count), "added", json_count((uint64_t)job->added),
-        "needed", json_count((uint64_t)plan->needed), "needs", needs_json(job), "sets",
-        sets_json(job), "extends", plan->extends, "time", json_numbers(job->params.time, 2),
-        "weights", weights_json(job), "method",
-        accumulation_json(explain ? &job->planned : &job->report));
+    json_t *root =
+        json_pack("{s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:o}", "effects",
+                  effects_json(job), "scenes", scenes_json(job), "width", plan->size[0], "height",
+                  plan->size[1], "seed", json_count(job->params.seed), "frames",
+                  json_count((uint64_t)plan->count), "added", json_count((uint64_t)job->added),
+                  "needed", json_count((uint64_t)plan->needed), "needs", needs_json(job), "sets",
+                  sets_json(job), "extends", plan->extends, "time",
+                  json_numbers(job->params.time, 2), "weights", weights_json(job), "method",
+                  accumulation_json(method), "bound", json_number(method->bound));
     set_effects(root, job);
     if (!explain)
         set_results(root, job);

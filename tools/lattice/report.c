@@ -73,16 +73,14 @@ static json_t *result_json(const struct lattice_grid *grid, int g)
                      "active_voxels", json_count(r->active_voxels[g]));
 }
 
-static json_t *verify_json(const struct lattice_job *job, const struct weft_lattice_report *r)
+static json_t *error_json(const struct lattice_job *job, const struct weft_lattice_report *r)
 {
     const struct weft_verify_report *v = &r->verify;
     if (!job->option[LATTICE_VERIFY].given)
         return json_null();
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "voxels", json_count(v->pixels_total),
-                     "checked", json_count(v->pixels_checked), "not_finite_mismatches",
-                     json_count(v->not_finite_mismatches), "maximum", json_number(v->maximum),
-                     "rms", json_number(v->rms), "share_of_bound", json_number(v->share), "at",
-                     json_counts(r->verify_at, 3));
+    json_t *error = run_report_verify_error(v, r->verify_at, 3);
+    json_object_set_new(error, "share_of_bound", json_number(v->share));
+    return error;
 }
 
 static json_t *grid_json(const struct lattice_job *job, const struct lattice_grid *grid)
@@ -108,10 +106,10 @@ static json_t *grid_json(const struct lattice_job *job, const struct lattice_gri
         json_counts(info->box_max, 3), "bricks_in", json_count(info->bricks_in), "tiles_in",
         json_count(info->tiles_in), "bricks_read", json_count(r->bricks_read), "bricks_computed",
         json_count(r->bricks_computed), "not_finite", json_count(r->not_finite), "clamped",
-        json_count(r->clamped), "band_voxels", json_number(info->band_voxels), "bound_relative",
-        json_number(info->bound[0].relative + info->bound[0].rounded_gain * 0x1p-24), "peak_bytes",
-        json_count(r->peak_bytes), "seconds", seconds, "results", results, "verify",
-        verify_json(job, r));
+        json_count(r->clamped), "band_voxels", json_number(info->band_voxels), "relative_bound",
+        json_number(info->bound[0].relative + info->bound[0].rounded_gain * 0x1p-24), "bytes",
+        run_report_bytes("peak", r->peak_bytes), "seconds", seconds, "results", results, "error",
+        error_json(job, r));
 }
 
 enum weft_result lattice_print_json(const struct lattice_job *job)
@@ -120,10 +118,6 @@ enum weft_result lattice_print_json(const struct lattice_job *job)
     for (size_t i = 0; i < job->grid_count; i++)
         json_array_append_new(grids, grid_json(job, &job->grid[i]));
     const struct run_stage stages[] = {{"plan", job->plan_seconds}, {"write", job->write_seconds}};
-    const char *output = job->option[LATTICE_OUTPUT].text;
-    return json_print(json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "input", json_text(job->input),
-                                "output", output ? json_text(output) : json_null(), "file_bytes",
-                                json_count(job->file_bytes), "grids", grids, "process_peak_bytes",
-                                run_report_process_peak(), "seconds",
+    return json_print(json_pack("{s:o,s:o}", "grids", grids, "seconds",
                                 run_report_seconds(stages, 2, report_now_seconds() - job->start)));
 }

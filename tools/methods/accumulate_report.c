@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 
 // ---- the method ---------------------------------------------------------------------------------
 
@@ -28,11 +29,12 @@ const char *accumulation_format(const struct option_value *first,
 
 json_t *accumulation_json(const struct weft_accumulator_report *r)
 {
-    return json_pack(
-        "{s:s,s:o,s:i,s:o,s:o,s:i,s:o,s:o,s:o}", "name", weft_accumulate_method_names[r->method],
-        "why", json_text(r->why ? r->why : ""), "bits", r->bits, "bound", json_number(r->bound),
-        "bias", json_number(r->bias), "textures", r->textures, "bytes", json_count(r->bytes),
-        "passes", json_count(r->passes), "not_finite", json_count(r->nonfinite));
+    return json_pack("{s:s,s:o,s:i,s:o,s:o,s:i,s:o,s:o,s:o}", "name",
+                     weft_accumulate_method_names[r->method], "why",
+                     json_text(r->why ? r->why : ""), "bits", r->bits, "bound",
+                     json_number(r->bound), "bias", json_number(r->bias), "textures", r->textures,
+                     "bytes", run_report_bytes("held", r->bytes), "passes", json_count(r->passes),
+                     "not_finite", json_count(r->nonfinite));
 }
 
 // ---- --until ------------------------------------------------------------------------------------

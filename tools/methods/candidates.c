@@ -4,14 +4,15 @@
 #include <math.h>
 
 #include "tools/common/cells.h"
+#include "tools/common/run_report.h"
 
 json_t *candidate_json(const struct weft_candidate *c)
 {
     const bool refused = c->state == WEFT_CANDIDATE_REFUSED;
-    json_t *object = json_pack("{s:s,s:s,s:b,s:o,s:o,s:o}", "name", c->name, "state",
-                               weft_candidate_state_names[c->state], "estimated", c->estimated,
-                               "seconds", json_number(refused ? NAN : c->seconds), "bytes",
-                               json_count(c->bytes), "bound", json_number(c->bound));
+    json_t *object = json_pack(
+        "{s:s,s:s,s:b,s:o,s:o,s:o}", "name", c->name, "state", weft_candidate_state_names[c->state],
+        "estimated", c->estimated, "seconds", run_report_total_seconds(refused ? NAN : c->seconds),
+        "bytes", run_report_bytes("held", c->bytes), "bound", json_number(c->bound));
     if (object && c->method.algorithm == WEFT_ALGORITHM_MULTIPASS) {
         json_object_set_new(object, "technique",
                             json_text(weft_technique_names[c->method.technique]));

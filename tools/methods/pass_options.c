@@ -7,6 +7,7 @@
 #include "tools/common/cells.h"
 #include "tools/options/kernels.h"
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 
 // ---- help ---------------------------------------------------------------------------------------
 
@@ -158,10 +159,10 @@ json_t *pass_plan_json(const weft_pass_plan *plan)
 {
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
     const struct weft_pass_plan_error *e = &info->error;
-    json_t *error =
+    json_t *bound =
         json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(e->source), "e2",
                   json_number(e->e2), "e3", json_number(e->e3), "clamp", json_number(e->clamp),
-                  "bound", json_number(e->bound), "bound_any", json_number(e->bound_any));
+                  "total", json_number(e->bound), "any", json_number(e->bound_any));
     return json_pack(
         "{s:o,s:s,s:s,s:s,s:i,s:i,s:i,s:i,s:i,s:i,s:i,s:b,s:o,s:o,s:o,s:o,s:o}", "profile",
         json_text(info->profile.name), "technique", weft_technique_names[info->technique],
@@ -169,8 +170,9 @@ json_t *pass_plan_json(const weft_pass_plan *plan)
         weft_order_names[info->order], "resolution", info->samples, "bits", info->bits, "channels",
         info->channels, "passes", info->passes->pass_count, "tiles", info->tile_count, "splits",
         info->split_count, "fetches", info->fetches, "valid", info->valid, "scale_bits",
-        json_number(info->scale_bits), "tile_bytes", json_count(info->tile_bytes), "relative_error",
-        error, "search_seconds", json_number(info->search_seconds), "text", json_text(info->text));
+        json_number(info->scale_bits), "bytes", run_report_bytes("tiles", info->tile_bytes),
+        "bound_parts", bound, "search_seconds", json_number(info->search_seconds), "text",
+        json_text(info->text));
 }
 
 const char *pass_plan_summary(const weft_pass_plan *plan, char text[PASS_TEXT])

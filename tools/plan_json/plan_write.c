@@ -32,11 +32,11 @@ static json_t *profile_json(const struct weft_profile *p)
                      "max_scale", p->max_scale, "ping_pong", p->ping_pong);
 }
 
-static json_t *error_json(const struct weft_pass_plan_error *e)
+static json_t *bound_json(const struct weft_pass_plan_error *e)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o}", "source", json_number(e->source), "e2",
                      json_number(e->e2), "e3", json_number(e->e3), "clamp", json_number(e->clamp),
-                     "bound", json_number(e->bound), "bound_any", json_number(e->bound_any));
+                     "total", json_number(e->bound), "any", json_number(e->bound_any));
 }
 
 static json_t *report_json(const struct weft_pass_plan_info *info)
@@ -195,7 +195,8 @@ static json_t *head_json(const struct weft_pass_plan_info *info)
 
 static void set_figures(json_t *root, const struct weft_pass_plan_info *info)
 {
-    json_object_set_new(root, "error", error_json(&info->error));
+    json_object_set_new(root, "bound", json_number(info->error.bound));
+    json_object_set_new(root, "bound_parts", bound_json(&info->error));
     json_object_set_new(root, "range", report_json(info));
     json_object_set_new(root, "tap_count", json_integer(info->tap_count));
     json_object_set_new(root, "tile_count", json_integer(info->tile_count));

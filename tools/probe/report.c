@@ -83,7 +83,7 @@ void probe_explain(const struct probe_job *job)
 
 // ---- in JSON ------------------------------------------------------------------------------------
 
-static json_t *outputs_json(const struct probe_job *job)
+static json_t *derivatives_json(const struct probe_job *job)
 {
     json_t *outputs = json_array();
     for (int d = 0; d < job->info.output_count; d++) {
@@ -96,12 +96,8 @@ static json_t *outputs_json(const struct probe_job *job)
                 json_number(weft_bound_compute(&job->info.bound[d], &job->report.values).total));
         if (job->option[PROBE_VERIFY].given) {
             const struct weft_verify_report *e = &job->error[d];
-            json_object_set_new(output, "error",
-                                json_pack("{s:o,s:o,s:o,s:o,s:o}", "points_checked",
-                                          json_count(e->pixels_checked), "maximum",
-                                          json_number(e->maximum), "rms", json_number(e->rms),
-                                          "bound", json_number(e->bound), "not_finite_mismatches",
-                                          json_count(e->not_finite_mismatches)));
+            json_object_set_new(output, "error", run_report_verify_error(e, NULL, 0));
+            json_object_set_new(output, "bound", json_number(e->bound));
         }
         json_array_append_new(outputs, output);
     }
@@ -131,11 +127,10 @@ enum weft_result probe_print_json(const struct probe_job *job)
     json_t *channels = json_array();
     for (int c = 0; c < job->channel_count; c++)
         json_array_append_new(channels, json_text(job->channel[c]));
-    json_t *root = json_pack("{s:s,s:o,s:o,s:o,s:s,s:s,s:o,s:o,s:o}", "weft", weft_version(),
-                             "volume", json_text(job->input), "grid", json_text(job->volume.name),
+    json_t *root = json_pack("{s:o,s:o,s:s,s:s,s:o,s:o,s:o}", "grid", json_text(job->volume.name),
                              "kernel", json_text(kernel), "space", space_of(job), "sums",
                              weft_sums_names[job->info.sums], "count", json_count(job->table.count),
-                             "channels", channels, "outputs", outputs_json(job));
+                             "channels", channels, "derivatives", derivatives_json(job));
     if (!planned) {
         const struct run_stage stages[] = {{"points", job->read_seconds},
                                            {"sort", r->sort_seconds},
@@ -147,7 +142,7 @@ enum weft_result probe_print_json(const struct probe_job *job)
         json_object_set_new(root, "not_finite", json_count(r->not_finite));
         json_object_set_new(root, "exact_points", json_count(r->exact_points));
         json_object_set_new(root, "bricks_read", json_count(r->bricks_read));
-        json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
+        json_object_set_new(root, "bytes", run_report_bytes("peak", r->peak_bytes));
         json_object_set_new(root, "seconds",
                             run_report_seconds(stages, sizeof stages / sizeof *stages,
                                                report_now_seconds() - job->start));

@@ -9,6 +9,7 @@
 
 #include "tools/common/ending.h"
 #include "tools/common/json.h"
+#include "tools/common/numbered.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 #include "tools/program/help.h"
@@ -28,27 +29,76 @@ void command_catch_signals(void)
     ending_start(clean_up);
 }
 
+static bool is_given(const struct verb *verb, const struct option_value *values, const char *name)
+{
+    for (int i = 0; i < verb->option_count; i++)
+        if (strcmp(verb->options[i].name, name) == 0)
+            return values[i].given;
+    return false;
+}
+
+// What documents tell of files: operands and options that name inputs, and outputs. Those of
+// numbered names are added where they are written.
+static void name_files(const struct verb *verb, const char *const *operands,
+                       const struct option_value *values)
+{
+    const bool writes = !is_given(verb, values, "explain");
+    for (int i = 0; operands[i]; i++) {
+        if (verb->writes_last && i && !operands[i + 1])
+            json_add_output(operands[i]);
+        else if (verb->operand_names & OPTION_NAMES_FILE)
+            json_add_input(operands[i]);
+    }
+    for (int i = 0; i < verb->option_count; i++) {
+        const struct option_spec *spec = &verb->options[i];
+        const char *text = values[i].text;
+        if (!text || spec->optional)
+            continue;
+        if (spec->type == OPTION_TEXT && spec->names & OPTION_NAMES_FILE)
+            json_add_input(text);
+        else if (spec->type == OPTION_OUTPUT && writes && !numbered_is(text))
+            json_add_output(text);
+    }
+}
+
+// --threads is of all that the process does, and of the programs that it starts.
+static enum weft_result limit_threads(const struct verb *verb, const struct option_value *values)
+{
+    char text[16];
+    int threads = 0;
+    for (int i = 0; i < verb->option_count; i++)
+        if (strcmp(verb->options[i].name, "threads") == 0 &&
+            options_read_whole(&values[i], "threads", 1, WEFT_CPU_MAX_THREADS, &threads) != WEFT_OK)
+            return WEFT_ERR_ARGUMENT;
+    snprintf(text, sizeof text, "%d", threads);
+    return threads && setenv("WEFT_THREADS", text, 1) != 0 ? WEFT_ERR_MEMORY : WEFT_OK;
+}
+
 // The file of --json=FILE: no other file of the command line, and one that could be written.
 static enum weft_result check_report(const struct verb *verb, const char *const *operands,
                                      const struct option_value *values)
 {
-    const char *path = NULL, *others[VERB_MAX_OPTIONS];
-    int count = 0;
+    struct paths_output output[VERB_MAX_OPTIONS];
+    char names[VERB_MAX_OPTIONS][40];
+    const char *path = NULL, *input[VERB_MAX_OPTIONS];
+    int outputs = 0, inputs = 0;
     for (int i = 0; i < verb->option_count; i++) {
         const struct option_spec *spec = &verb->options[i];
         if (spec->optional)
             path = values[i].text;
-        else if (values[i].text && (spec->type == OPTION_OUTPUT || spec->type == OPTION_TEXT))
-            others[count++] = values[i].text;
+        snprintf(names[i], sizeof names[i], "--%s", spec->name);
+        if (values[i].text && spec->type == OPTION_OUTPUT)
+            output[outputs++] = (struct paths_output){names[i], values[i].text};
+        else if (values[i].text && spec->type == OPTION_TEXT)
+            input[inputs++] = values[i].text;
     }
     json_set_report(verb->name, path);
-    const struct paths_output output = {"--json", path};
-    enum weft_result res = WEFT_OK;
-    for (int i = 0; path && operands[i] && res == WEFT_OK; i++)
-        res = paths_check_distinct(&output, 1, &operands[i], 1);
-    if (path && res == WEFT_OK)
-        res = paths_check_distinct(&output, 1, others, count);
-    return path && res == WEFT_OK ? paths_check_output(path, false) : res;
+    if (!path)
+        return WEFT_OK;
+    enum weft_result res = paths_check_distinct(output, outputs, input, inputs);
+    for (int i = 0; operands[i] && res == WEFT_OK; i++)
+        res = paths_check_distinct(output, outputs, &operands[i], 1);
+    return res == WEFT_OK ? paths_check_output(path, false) : res;
 }
 
 // Operands have room for all arguments and a NULL.
@@ -72,9 +122,12 @@ static int run_with(const struct verb *verb, int argc, char **argv, const char *
     if (parse.writes_stdout)
         report_keep_stdout();
     command_catch_signals();
-    const enum weft_result res = check_report(verb, operands, values);
+    enum weft_result res = check_report(verb, operands, values);
+    if (res == WEFT_OK)
+        res = limit_threads(verb, values);
     if (res != WEFT_OK)
         return report_finish(res);
+    name_files(verb, operands, values);
     const int code = verb->run(operands, values);
     ending_finish();
     return code;

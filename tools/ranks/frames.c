@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/ranks/load_report.h"
 #include "tools/ranks/ranks.h"
 
@@ -229,10 +230,11 @@ json_t *rank_frames_json(const struct rank_frames_report *report)
 {
     json_t *object = load_report_json(&report->work, true);
     if (object)
-        json_object_update_new(
-            object, json_pack("{s:I,s:{s:I,s:I,s:o}}", "rounds", (json_int_t)report->rounds,
-                              "joined", "states", (json_int_t)report->states, "bytes",
-                              (json_int_t)report->bytes, "seconds", json_number(report->seconds)));
+        json_object_update_new(object, json_pack("{s:I,s:{s:I,s:o,s:o}}", "rounds",
+                                                 (json_int_t)report->rounds, "joined", "states",
+                                                 (json_int_t)report->states, "bytes",
+                                                 run_report_bytes("sent", report->bytes), "seconds",
+                                                 run_report_total_seconds(report->seconds)));
     return object;
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/draw/plot.h"
 
 static int64_t count_items(const struct weft_load *load)
@@ -30,7 +31,7 @@ static json_t *json_of_rank(const struct weft_load *load, int rank)
     return json_pack("{s:i, s:o, s:i, s:f, s:f, s:f, s:I, s:o}", "rank", rank, "host",
                      json_text(r->host), "threads", r->threads, "busy", r->busy, "idle",
                      find_idle(load, rank), "taking", r->taking, "items", (json_int_t)r->items,
-                     "bytes", json_count(r->bytes));
+                     "bytes", run_report_bytes("sent", r->bytes));
 }
 
 static void add_items(const struct weft_items_report *work, json_t *root)
@@ -54,11 +55,11 @@ json_t *load_report_json(const struct weft_items_report *work, bool items)
     json_t *each = json_array();
     for (int i = 0; i < load->ranks; i++)
         json_array_append_new(each, json_of_rank(load, i));
-    json_t *root = json_pack("{s:i, s:s, s:I, s:o, s:o, s:o, s:o}", "count", load->ranks,
-                             "schedule", weft_schedule_names[work->schedule], "items",
-                             (json_int_t)count_items(load), "seconds", json_number(load->seconds),
-                             "idle_share", json_number(figures.idle_share), "imbalance",
-                             json_number(figures.imbalance), "each", each);
+    json_t *root = json_pack(
+        "{s:i, s:s, s:I, s:o, s:o, s:o, s:o}", "count", load->ranks, "schedule",
+        weft_schedule_names[work->schedule], "items", (json_int_t)count_items(load), "seconds",
+        run_report_total_seconds(load->seconds), "idle_share", json_number(figures.idle_share),
+        "imbalance", json_number(figures.imbalance), "each", each);
     if (root && items)
         add_items(work, root);
     return root;

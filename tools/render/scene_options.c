@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/scene/vector.h"
 
 enum { MOST_PIXELS = 16384, MOST_TEXELS = 16384 };
@@ -220,5 +221,5 @@ json_t *scene_options_json(const char *name, const struct scene *s)
 json_t *scene_options_shadow_json(const struct scene_shadow_info *shadow)
 {
     return json_pack("{s:i,s:i,s:o,s:o}", "faces", shadow->faces, "size", shadow->size, "bias",
-                     json_number(shadow->bias), "bytes", json_count(shadow->bytes));
+                     json_number(shadow->bias), "bytes", run_report_bytes("held", shadow->bytes));
 }

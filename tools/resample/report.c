@@ -117,10 +117,10 @@ static json_t *names_json(const struct resample_job *job, const struct resample_
 static json_t *error_json(const struct resample_job *job, const struct resample_group *group)
 {
     const struct weft_verify_report *e = &group->error;
-    return json_pack("{s:o,s:o,s:i,s:i,s:o,s:o}", "maximum", json_number(e->maximum), "rms",
-                     json_number(e->rms), "at_x", e->at_x, "at_y", e->at_y, "at_channel",
-                     json_text(job->result.channels[group->channel[e->at_channel]].name),
-                     "not_finite_mismatches", json_count(e->not_finite_mismatches));
+    json_t *error = run_report_verify_error(e, (const int32_t[]){e->at_x, e->at_y}, 2);
+    json_object_set_new(error, "channel",
+                        json_text(job->result.channels[group->channel[e->at_channel]].name));
+    return error;
 }
 
 // Without ranges and errors when only explained.
@@ -135,17 +135,18 @@ static json_t *groups_json(const struct resample_job *job)
         if (job->option[RESAMPLE_EXPLAIN].given)
             continue;
         json_object_update_new(
-            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(of->low),
+            one, json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "low", json_number(of->low),
                            "high", json_number(of->high), "sample_low", json_number(of->sample_low),
                            "sample_high", json_number(of->sample_high), "clamped",
                            json_count(of->clamped), "minimum", json_number(group->minimum),
                            "maximum", json_number(group->maximum), "not_finite",
-                           json_count(group->not_finite), "bound", pass_bound_json(&group->bound)));
+                           json_count(group->not_finite), "bound", json_number(group->bound.total),
+                           "bound_parts", pass_bound_json(&group->bound)));
         json_object_set_new(one, "e1", json_number(group->e1));
         if (job->option[RESAMPLE_MAX_ERROR].given)
             json_object_set_new(one, "max_error", json_number(group->max_error));
         if (job->option[RESAMPLE_VERIFY].given)
-            json_object_set_new(one, "verify", error_json(job, group));
+            json_object_set_new(one, "error", error_json(job, group));
     }
     return groups;
 }
@@ -168,9 +169,9 @@ static json_t *separable_json(const struct resample_job *job)
     if (!job->option[RESAMPLE_EXPLAIN].given)
         json_object_update_new(
             object,
-            json_pack("{s:i,s:o,s:i,s:o,s:o}", "first_axis", r->first_axis, "fetches_per_pixel",
-                      json_number(r->fetches_per_pixel), "passes", r->draws, "uploaded_bytes",
-                      json_count(r->uploaded_bytes), "peak_bytes", json_count(r->peak_bytes)));
+            json_pack("{s:i,s:o,s:i,s:{s:o,s:o}}", "first_axis", r->first_axis, "fetches_per_pixel",
+                      json_number(r->fetches_per_pixel), "passes", r->draws, "bytes", "uploaded",
+                      json_count(r->uploaded_bytes), "peak", json_count(r->peak_bytes)));
     return object;
 }
 
@@ -216,19 +217,17 @@ static void set_context(json_t *root, const struct resample_job *job)
 {
     json_object_set_new(root, "emulated",
                         json_boolean(!job->context && !job->separable && !job->warp.is));
-    if (job->context && !ran_on_cpu(job))
-        json_object_set_new(root, "context", run_report_context(job->context));
+    json_object_set_new(root, "context", run_report_context(ran_on_cpu(job) ? NULL : job->context));
 }
 
 static void set_run(json_t *root, const struct resample_job *job)
 {
     const struct weft_resample_work *r = &job->work;
     json_object_update_new(
-        root, json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "tiles_run", r->tiles, "source_bytes",
-                        json_count(r->source_bytes), "tile_bytes", json_count(r->tile_bytes),
-                        "target_bytes", json_count(r->target_bytes), "position_bytes",
-                        json_count(r->position_bytes), "process_peak_bytes",
-                        run_report_process_peak(), "seconds", seconds_json(job),
+        root, json_pack("{s:i,s:{s:o,s:o,s:o,s:o},s:o,s:o}", "tiles_run", r->tiles, "bytes",
+                        "source", json_count(r->source_bytes), "tiles", json_count(r->tile_bytes),
+                        "targets", json_count(r->target_bytes), "positions",
+                        json_count(r->position_bytes), "seconds", seconds_json(job),
                         "mpixels_per_second", json_number(mpixels_per_second(job))));
     set_context(root, job);
     json_t *ranks = load_report_json(&job->divided.work, true);
@@ -237,8 +236,6 @@ static void set_run(json_t *root, const struct resample_job *job)
     if (!job->context && !job->separable && !job->warp.is)
         json_object_update_new(root, json_pack("{s:o,s:o}", "clamps", json_count(r->clamps),
                                                "largest_clamp", json_number(r->largest_clamp)));
-    if (job->option[RESAMPLE_OUTPUT].given)
-        json_object_set_new(root, "output", json_text(job->option[RESAMPLE_OUTPUT].text));
     if (job->option[RESAMPLE_PREVIEW].given)
         json_object_set_new(
             root, "preview",
@@ -259,10 +256,9 @@ static json_t *job_json(const struct resample_job *job)
     if (job->together)
         json_array_append_new(plans, pass_plan_json(job->together));
     json_t *root =
-        json_pack("{s:o,s:s,s:o,s:o,s:o,s:o,s:o,s:o}", "weft", json_text(weft_version()), "method",
-                  method_name(job), "image", json_text(job->input), "kernel", json_text(kernel),
-                  "from", windows_json(&job->image), "to", windows_json(&job->result), "plans",
-                  plans, "groups", groups_json(job));
+        json_pack("{s:s,s:o,s:o,s:o,s:o,s:o}", "method", method_name(job), "kernel",
+                  json_text(kernel), "from", windows_json(&job->image), "to",
+                  windows_json(&job->result), "plans", plans, "groups", groups_json(job));
     if (job->warp.is) {
         engine_set_json(root, &job->engine, job->engine.engine, job->engine.sums);
         json_object_set_new(root, "warp", resample_warp_json(job));

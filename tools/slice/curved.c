@@ -168,23 +168,19 @@ json_t *slice_curve_json(const struct slice_job *job)
     char kernel[KERNELS_TEXT];
     weft_kernel_format(&job->slice_params.kernel, kernel, sizeof kernel);
     json_t *root = json_pack(
-        "{s:o,s:o,s:o,s:s,s:s,s:s,s:i,s:i,s:o,s:o,s:o,s:o,s:o,s:o}", "weft",
-        json_text(weft_version()), "volume", json_text(job->input), "kernel", json_text(kernel),
-        "space", weft_space_names[o[SLICE_SPACE].integer[0]], "engine", "cpu", "sums",
+        "{s:o,s:s,s:s,s:s,s:i,s:i,s:o,s:o,s:o,s:o,s:o}", "kernel", json_text(kernel), "space",
+        weft_space_names[o[SLICE_SPACE].integer[0]], "engine", "cpu", "sums",
         weft_sums_names[setup->engine.sums], "width", job->curve.width, "height", job->curve.height,
         "bad_positions", json_count(job->bad_positions), "outside", json_count(job->outside),
-        "bricks_read", json_count(job->report.bricks_read), "peak_bytes",
-        json_count(job->report.peak_bytes), "process_peak_bytes", json_null(), "seconds",
-        json_null());
+        "bricks_read", json_count(job->report.bricks_read), "bytes",
+        run_report_bytes("peak", job->report.peak_bytes), "seconds", json_null());
     json_object_set_new(root, o[SLICE_ALONG].given ? "along" : "positions",
                         json_text(o[o[SLICE_ALONG].given ? SLICE_ALONG : SLICE_POSITIONS].text));
     if (o[SLICE_ALONG].given)
         json_object_set_new(root, "length", json_number(job->curve.length));
     json_object_set_new(root, "channels", slice_channels_json(job));
-    if (job->output) {
-        json_object_set_new(root, "output", json_text(job->output));
+    if (job->output)
         json_object_set_new(root, "file", json_null());
-    }
     if (job->preview)
         json_object_set_new(root, "preview", json_null());
     return root;

@@ -147,10 +147,9 @@ static enum weft_result print_json(struct frames *f)
     json_t *array = f->array, *ranks = load_report_json(&f->setup->divided.work, false);
     f->array = NULL;
     json_t *root =
-        json_pack("{s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "weft", json_text(weft_version()), "volume",
-                  json_text(f->setup->input), "frames", array, "complete", f->complete, "skipped",
-                  f->skipped, "resident", slice_resident_json(f->setup), "process_peak_bytes",
-                  run_report_process_peak(), "seconds",
+        json_pack("{s:o,s:i,s:i,s:o,s:o,s:o}", "frames", array, "complete", f->complete, "skipped",
+                  f->skipped, "resident", slice_resident_json(f->setup), "context",
+                  run_report_context(f->setup->context), "seconds",
                   run_report_seconds(stages, SLICE_STAGES, report_now_seconds() - f->setup->start));
     if (ranks)
         json_object_set_new(root, "ranks", ranks);
@@ -159,12 +158,22 @@ static enum weft_result print_json(struct frames *f)
 
 // ---- saving -------------------------------------------------------------------------------------
 
+// What a frame has written, whoever wrote it, is in the list of all.
+static void add_outputs(const json_t *frame)
+{
+    size_t i;
+    json_t *file;
+    json_array_foreach(json_object_get(frame, "output"), i, file)
+        json_add_output(json_string_value(json_object_get(file, "path")));
+}
+
 // What is told of one slice by itself: its JSON, or text.
 static enum weft_result tell_made(struct frames *f, struct slice_job *job)
 {
     json_t *json = job->json;
     job->json = NULL;
     if (f->json && f->setup->sweep.given) {
+        add_outputs(json);
         json_array_append_new(f->array, json);
         return WEFT_OK;
     }
@@ -182,8 +191,8 @@ static void tell_skipped(struct frames *f, const struct slice_job *job)
 {
     if (f->json)
         json_array_append_new(f->array,
-                              json_pack("{s:I,s:o,s:o}", "frame", (json_int_t)job->frame, "volume",
-                                        json_text(job->input), "error", json_text(job->problem)));
+                              json_pack("{s:I,s:[o],s:o}", "frame", (json_int_t)job->frame, "input",
+                                        json_text(job->input), "problem", json_text(job->problem)));
     f->skipped++;
 }
 

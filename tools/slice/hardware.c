@@ -51,7 +51,7 @@ json_t *slice_hardware_json(const struct weft_hardware_plan_info *info)
                      info->fetches_per_axis, "pairs_per_axis", info->pairs_per_axis,
                      "fetches_per_pixel", info->fetches_per_pixel, "texture_size", size[0], size[1],
                      size[2], "sampler", "fraction", json_number(sampler->fraction), "rounding",
-                     json_number(sampler->rounding), "bound", "of_range",
+                     json_number(sampler->rounding), "bound_parts", "of_range",
                      json_number(info->bound.e3), "of_largest", json_number(info->bound.relative),
                      "absolute", json_number(info->bound.absolute));
 }

@@ -159,8 +159,8 @@ static json_t *tiles_json(const struct weft_slice_plan_info *plan)
                               json_pack("{s:i,s:i,s:i,s:i,s:o,s:o,s:o,s:o}", "x", t->x, "y", t->y,
                                         "width", t->width, "height", t->height, "bricks_read",
                                         json_count(t->bricks_read), "cells", json_count(t->cells),
-                                        "cells_laid_out", json_count(t->cells_laid_out),
-                                        "memory_bytes", json_count(t->memory_bytes)));
+                                        "cells_laid_out", json_count(t->cells_laid_out), "bytes",
+                                        run_report_bytes("memory", t->memory_bytes)));
     }
     return tiles;
 }
@@ -194,8 +194,6 @@ static void set_plan(json_t *root, const struct slice_job *job)
     const struct weft_slice_plan_info *plan = weft_slice_plan_get_info(job->plan);
     char kernel[KERNELS_TEXT];
     weft_kernel_format(&plan->kernel, kernel, sizeof kernel);
-    json_object_set_new(root, "weft", json_text(weft_version()));
-    json_object_set_new(root, "volume", json_text(job->input));
     json_object_set_new(root, "grid", json_text(weft_volume_get_info(job->volume)->name));
     set_values(root, weft_volume_get_info(job->volume));
     json_object_set_new(root, "kernel", json_text(kernel));
@@ -223,11 +221,11 @@ static void set_plan(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "error_beyond", json_number(plan->output[0].error_beyond));
     json_object_set_new(root, "layout", json_text(weft_layout_name(plan->layout)));
     json_object_set_new(root, "fetches_per_pixel", json_integer(plan->fetches_per_pixel));
-    json_object_set_new(root, "error_bound", json_number(plan->output[0].error_bound));
+    json_object_set_new(root, "relative_bound", json_number(plan->output[0].error_bound));
     json_object_set_new(root, "bricks_read", json_count(plan->bricks_read));
     json_object_set_new(root, "cells", json_count(sum_cells(plan, false)));
     json_object_set_new(root, "cells_laid_out", json_count(sum_cells(plan, true)));
-    json_object_set_new(root, "tile_memory_bytes", json_count(plan->memory_bytes));
+    json_object_set_new(root, "bytes", run_report_bytes("tiles", plan->memory_bytes));
     json_object_set_new(root, "tiles", tiles_json(plan));
 }
 
@@ -250,20 +248,15 @@ void slice_stages(const struct slice_job *job, struct run_stage out[SLICE_STAGES
     memcpy(out, stages, sizeof stages);
 }
 
-// The bound of passes is told beside.
 static json_t *error_json(const struct slice_job *job)
 {
     const struct weft_verify_report *e = &job->error;
-    json_t *object =
-        json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o}", "pixels_checked",
-                  json_count(e->pixels_checked), "pixels_total", json_count(e->pixels_total),
-                  "maximum", json_number(e->maximum), "rms", json_number(e->rms),
-                  "relative_maximum", json_number(e->relative_maximum), "magnitude",
-                  json_number(e->magnitude), "at_x", e->at_x, "at_y", e->at_y, "at_value",
-                  json_number(e->at_value), "at_reference", json_number(e->at_reference),
-                  "not_finite_mismatches", json_count(e->not_finite_mismatches));
-    if (!job->passes)
-        json_object_set_new(object, "bound", json_number(e->bound));
+    json_t *object = run_report_verify_error(
+        e, e->pixels_checked ? (const int32_t[]){e->at_x, e->at_y} : NULL, 2);
+    json_object_update_new(
+        object, json_pack("{s:o,s:o,s:o,s:o}", "relative_max", json_number(e->relative_maximum),
+                          "magnitude", json_number(e->magnitude), "value", json_number(e->at_value),
+                          "reference", json_number(e->at_reference)));
     return object;
 }
 
@@ -273,7 +266,8 @@ static void set_passes_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "source_range",
                         json_pack("{s:o,s:o,s:o}", "low", json_number(r->low), "high",
                                   json_number(r->high), "clamped", json_count(r->clamped)));
-    json_object_set_new(root, "bound", pass_bound_json(&job->bound));
+    json_object_set_new(root, "bound", json_number(job->bound.total));
+    json_object_set_new(root, "bound_parts", pass_bound_json(&job->bound));
     json_object_set_new(root, "rectangles", json_integer(r->rectangles));
 }
 
@@ -292,9 +286,11 @@ static void set_run(json_t *root, const struct slice_job *job)
         set_passes_run(root, job);
     else
         json_object_set_new(root, "exact_pixels", json_count(r->exact_pixels));
-    json_object_set_new(root, "uploaded_bytes", json_count(r->uploaded_bytes));
-    json_object_set_new(root, "peak_bytes", json_count(r->peak_bytes));
-    json_object_set_new(root, "process_peak_bytes", json_null());
+    json_t *bytes = json_object_get(root, "bytes");
+    if (!bytes)
+        json_object_set_new(root, "bytes", bytes = json_object());
+    json_object_set_new(bytes, "uploaded", json_count(r->uploaded_bytes));
+    json_object_set_new(bytes, "peak", json_count(r->peak_bytes));
     json_object_set_new(root, "seconds", json_null());
     json_object_set_new(root, "mpixels_per_second", json_number(mpixels_per_second(job)));
     json_object_set_new(root, "minimum", json_number(r->minimum));
@@ -302,14 +298,15 @@ static void set_run(json_t *root, const struct slice_job *job)
     json_object_set_new(root, "not_finite", json_count(r->not_finite));
     if (job->setup->context)
         json_object_set_new(root, "context", run_report_context(job->setup->context));
-    if (job->output) {
-        json_object_set_new(root, "output", json_text(job->output));
+    if (job->output)
         json_object_set_new(root, "file", json_null());
-    }
     if (job->preview)
         json_object_set_new(root, "preview", json_null());
-    if (job->setup->option[SLICE_VERIFY].given)
-        json_object_set_new(root, "verify", error_json(job));
+    if (!job->setup->option[SLICE_VERIFY].given)
+        return;
+    json_object_set_new(root, "error", error_json(job));
+    if (!job->passes)
+        json_object_set_new(root, "bound", json_number(job->error.bound));
 }
 
 // "value", "x", "xy": a derivative along the axes of index space.
@@ -334,13 +331,11 @@ static json_t *output_json(const struct slice_job *job, int index)
         derivative_name(job->derived_count ? &job->setup->quantities.derivative[index] : &value,
                         name));
     if (!job->passes)
-        json_object_set_new(out, "error_bound", json_number(plan->output[index].error_bound));
+        json_object_set_new(out, "relative_bound", json_number(plan->output[index].error_bound));
     if (job->verified) {
         const struct weft_verify_report *e = &job->output_error[index];
-        json_object_set_new(out, "maximum", json_number(e->maximum));
-        json_object_set_new(out, "rms", json_number(e->rms));
+        json_object_set_new(out, "error", run_report_verify_error(e, NULL, 0));
         json_object_set_new(out, "bound", json_number(job->output_bound[index]));
-        json_object_set_new(out, "not_finite_mismatches", json_count(e->not_finite_mismatches));
     }
     return out;
 }
@@ -371,7 +366,8 @@ static json_t *slice_json(struct slice_job *job)
         return slice_curve_json(job);
     json_t *root = json_object();
     if (job->setup->sweep.given)
-        json_object_set_new(root, "frame", json_integer(job->frame));
+        json_object_update_new(root, json_pack("{s:o,s:[o]}", "frame", json_integer(job->frame),
+                                               "input", json_text(job->input)));
     set_plan(root, job);
     if (job->slab.cuts)
         json_object_set_new(root, "slab", slab_json(job));
@@ -401,6 +397,15 @@ void slice_list_attributes(struct slice_job *job)
         job->attribute_count = list_attributes(job, job->attributes);
 }
 
+// Of a frame, whose names have its number.
+static json_t *outputs_json(const struct slice_job *job)
+{
+    json_t *list = json_files(job->output);
+    if (job->preview)
+        json_array_append_new(list, json_file(job->preview));
+    return list;
+}
+
 void slice_tell_saved(struct slice_job *job)
 {
     struct run_stage stages[SLICE_STAGES];
@@ -408,7 +413,6 @@ void slice_tell_saved(struct slice_job *job)
     job->seconds = report_now_seconds() - job->start;
     if (!job->json || !job->made)
         return;
-    json_object_set_new(job->json, "process_peak_bytes", run_report_process_peak());
     json_object_set_new(job->json, "seconds",
                         run_report_seconds(stages, SLICE_STAGES, job->seconds));
     if (job->output)
@@ -420,6 +424,8 @@ void slice_tell_saved(struct slice_job *job)
         json_object_set_new(
             job->json, "error_image",
             run_report_preview(job->setup->option[SLICE_ERROR_IMAGE].text, job->errors_range));
+    if (job->setup->sweep.given)
+        json_object_set_new(job->json, "output", outputs_json(job));
 }
 
 // ---- text ---------------------------------------------------------------------------------------

@@ -96,7 +96,8 @@ enum weft_result table_cell_compute(const struct table_job *job, struct table_ce
 // For every kernel, dimension and look-up the smallest resolution for each number of bits.
 enum weft_result table_target_compute(struct table_job *job);
 
-// The table in the format asked for.
+// As JSON, where -o says or on standard output; and in the other formats.
+enum weft_result table_print_json(const struct table_job *job);
 enum weft_result table_print(const struct table_job *job, FILE *out);
 
 // eps_h over M.

@@ -297,8 +297,8 @@ static json_t *target_json(const struct table_job *job, const struct table_cell 
     return json_pack("{s:o,s:i,s:s,s:i,s:b,s:o,s:o,s:o,s:b}", "kernel",
                      json_text(kernel_name(job, c)), "dims", c->dims, "lookup",
                      weft_error_lookup_names[c->lookup], "bits", c->bits, "reached", !c->missed,
-                     "samples", c->missed ? json_null() : json_integer(c->samples), "error",
-                     c->missed ? json_null() : json_number(c->error.maximum), "bytes",
+                     "samples", c->missed ? json_null() : json_integer(c->samples), "eps_h",
+                     c->missed ? json_null() : json_number(c->error.maximum), "tile_bytes",
                      c->missed ? json_null() : json_number(bytes_of(job, c)), "least", c->least);
 }
 
@@ -308,7 +308,7 @@ static json_t *cell_json(const struct table_job *job, const struct table_cell *c
         "{s:o,s:i,s:i,s:s,s:i,s:i,s:o,s:o,s:o}", "kernel", json_text(kernel_name(job, c)), "dims",
         c->dims, "samples", c->samples, "lookup", weft_error_lookup_names[c->lookup], "bits",
         c->bits, "locations", locations_of(job, c), "scale", json_number(factor_of(job, c)),
-        "error", json_number(c->error.maximum), "scaled",
+        "eps_h", json_number(c->error.maximum), "scaled",
         json_number(c->error.scale * c->error.maximum));
     if (!isnan(c->published))
         json_object_set_new(object, "published", json_number(c->published));
@@ -322,10 +322,10 @@ static json_t *cell_json(const struct table_job *job, const struct table_cell *c
     return object;
 }
 
-static enum weft_result print_json(const struct table_job *job, FILE *out)
+enum weft_result table_print_json(const struct table_job *job)
 {
-    json_t *root = json_pack("{s:s,s:s,s:s}", "weft", weft_version(), "convention",
-                             convention_name(job), "rounding", rounding_name(job));
+    json_t *root =
+        json_pack("{s:s,s:s}", "convention", convention_name(job), "rounding", rounding_name(job));
     json_t *list = json_array();
     for (int i = 0; i < job->cell_count; i++)
         json_array_append_new(list, (is_target(job) ? target_json : cell_json)(job, &job->cell[i]));
@@ -335,18 +335,12 @@ static enum weft_result print_json(const struct table_job *job, FILE *out)
     else
         json_object_set_new(root, "factor", json_number(job->cell[0].error.scale));
     json_object_set_new(root, "cells", list);
-    char *text = json_format(root);
-    if (!text)
-        return WEFT_ERR_MEMORY;
-    fprintf(out, "%s\n", text); // a full device shows when the stream is flushed
-    free(text);
-    return WEFT_OK;
+    json_report_to(job->option[TABLE_OUTPUT].text);
+    return json_print(root);
 }
 
 enum weft_result table_print(const struct table_job *job, FILE *out)
 {
-    if (job->format == TABLE_JSON)
-        return print_json(job, out);
     struct cells cells;
     bool (*fill)(const struct table_job *, struct cells *) = is_target(job) ? fill_target
                                                              : job->format == TABLE_CSV ? fill_csv

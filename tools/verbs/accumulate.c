@@ -352,5 +352,6 @@ const struct verb verb_accumulate = {
     .option_count = ACCUMULATE_OPTION_COUNT,
     .many = true,
     .distributes = true,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

@@ -7,9 +7,9 @@
 #include "tools/common/cells.h"
 #include "tools/methods/cost_file.h"
 #include "tools/methods/engine_options.h"
-#include "tools/common/json.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/verbs/verb.h"
 
 enum {
@@ -227,16 +227,12 @@ static enum weft_result print_json(const struct calibration *c)
         if (i >= 3) // behind the heading, the renderer and the CPU
             add_line(model, line);
     free(text);
-    json_t *root = json_pack("{s:s,s:s,s:i,s:o,s:o,s:o}", "weft", weft_version(), "instructions",
+    json_t *root = json_pack("{s:s,s:i,s:o,s:o,s:o}", "instructions",
                              weft_instruction_set_names[c->model.instructions], "threads",
-                             c->model.threads, "file", json_text(c->path), "seconds",
-                             json_number(c->seconds), "nanoseconds", model);
-    // Without OpenGL its numbers are the defaults.
-    json_object_set_new(root, "platform",
-                        c->context ? json_text(weft_context_get_info(c->context)->platform)
-                                   : json_null());
-    json_object_set_new(root, "renderer", c->context ? json_text(c->model.renderer) : json_null());
-    return json_print(root);
+                             c->model.threads, "context", run_report_context(c->context), "seconds",
+                             run_report_total_seconds(c->seconds), "nanoseconds", model);
+    json_add_output(c->path);
+    return json_print(root); // without OpenGL its numbers are the defaults
 }
 
 // ---- the verb -----------------------------------------------------------------------------------

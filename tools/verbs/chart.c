@@ -17,7 +17,6 @@ static const char default_kernels[] = "catmull-rom;linear;mitchell;bspline3;lanc
 static const char default_truth_kernels[] =
     "nearest;linear;mitchell;catmull-rom;keys6;lanczos:3+unit;bspline3;bspline3i";
 
-static const char *const json_ending[] = {".json", NULL};
 static const char *const csv_ending[] = {".csv", NULL};
 static const char *const png_ending[] = {".png", NULL};
 static const struct option_spec options[CHART_OPTION_COUNT] = {
@@ -46,20 +45,13 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
                    csv_ending,
                    .group = OPTION_FILES,
                    .brief = "its points as a table"},
-    [CHART_JSON] = {.name = "json",
-                    0,
-                    OPTION_OUTPUT,
-                    "FILE.json",
-                    "the points, what was skipped and why, the slice and the machine",
-                    json_ending,
-                    .group = OPTION_REPORTS},
+    [CHART_JSON] = OPTIONS_JSON("the points, what was skipped and why, the slice and the machine"),
     [CHART_SCRIPT] = {.name = "script",
                       0,
                       OPTION_FLAG,
                       NULL,
                       "keep gnuplot's script and data beside each chart, as CHART.svg.gp",
-                      .group = OPTION_PICTURES,
-                      .names = OPTION_NAMES_FILE},
+                      .group = OPTION_PICTURES},
     [CHART_TRUTH] = {.name = "truth",
                      0,
                      OPTION_FLAG,
@@ -351,6 +343,8 @@ static enum exit_code draw(const struct chart_job *job, const struct chart *char
     if (!name)
         return (enum exit_code)report_finish(WEFT_ERR_MEMORY);
     enum exit_code code = chart_draw(job, chart, name, job->option[CHART_SCRIPT].given);
+    if (code == EXIT_CODE_DONE)
+        json_add_output(name);
     free(name);
     return code;
 }
@@ -358,6 +352,7 @@ static enum exit_code draw(const struct chart_job *job, const struct chart *char
 static enum exit_code draw_all(const struct chart_job *job, const char *path)
 {
     const bool script = job->option[CHART_SCRIPT].given;
+    json_add_output(path);
     if (job->has_frames)
         return job->frames.measured ? chart_frames_draw(job, path, script) : EXIT_CODE_DONE;
     if (job->has_edges)
@@ -374,9 +369,8 @@ static enum exit_code write_outputs(const struct chart_job *job)
     enum weft_result res = WEFT_OK;
     if (o[CHART_CSV].given)
         res = chart_save_csv(job, o[CHART_CSV].text);
-    if (o[CHART_JSON].given && res == WEFT_OK)
-        res = chart_save_json(job, o[CHART_JSON].text);
-    if (!report_is_quiet() && res == WEFT_OK)
+    const bool json_is_printed = o[CHART_JSON].given && !o[CHART_JSON].text;
+    if (!report_is_quiet() && !json_is_printed && res == WEFT_OK)
         res = chart_print(job);
     if (res != WEFT_OK)
         return (enum exit_code)report_finish(res);
@@ -386,7 +380,9 @@ static enum exit_code write_outputs(const struct chart_job *job)
         const enum exit_code drawn = paths[i] ? draw_all(job, paths[i]) : EXIT_CODE_DONE;
         code = code ? code : drawn;
     }
-    return code;
+    if (o[CHART_JSON].given)
+        res = chart_print_json(job); // with the charts' bytes
+    return res == WEFT_OK ? code : (enum exit_code)report_finish(res);
 }
 
 static bool all_within_bounds(const struct chart_job *job)
@@ -533,5 +529,6 @@ const struct verb verb_chart = {
     .epilogue = epilogue,
     .options = options,
     .option_count = CHART_OPTION_COUNT,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

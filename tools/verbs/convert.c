@@ -4,6 +4,7 @@
 
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/json.h"
 #include "tools/volumes/convert.h"
 #include "tools/verbs/verb.h"
 #include "tools/volumes/raw.h"
@@ -39,12 +40,13 @@ static const struct option_spec options[CONVERT_OPTION_COUNT] = {
                             "box are kept and active, and the background is 0)",
                             .group = OPTION_FILES},
     [CONVERT_PRUNE] = {.name = "prune",
-                           0,
-                           OPTION_NUMBER,
-                           "T",
-                           "with --background: so are those within T of it (default 0)",
-                           .group = OPTION_METHOD},
+                       0,
+                       OPTION_NUMBER,
+                       "T",
+                       "with --background: so are those within T of it (default 0)",
+                       .group = OPTION_METHOD},
     [CONVERT_THREADS] = OPTIONS_THREADS,
+    [CONVERT_JSON] = OPTIONS_JSON("grids, files and times"),
     [CONVERT_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
     [CONVERT_QUIET] = OPTIONS_QUIET,
     [CONVERT_VERBOSE] = OPTIONS_VERBOSE,
@@ -82,6 +84,20 @@ static enum weft_result check(const struct convert_job *job)
     return paths_check_output(job->output, job->option[CONVERT_NO_CLOBBER].given);
 }
 
+static enum weft_result print_json(const struct convert_job *job)
+{
+    json_t *grids = json_array();
+    for (size_t i = 0; i < job->grid_count; i++) {
+        const struct weft_volume_info *info = weft_volume_get_info(job->grid[i].volume[0]);
+        json_array_append_new(grids, json_pack("{s:o,s:i,s:o,s:o}", "name", json_text(info->name),
+                                               "components", info->components, "active_min",
+                                               json_counts(info->active_min, 3), "active_max",
+                                               json_counts(info->active_max, 3)));
+    }
+    return json_print(
+        json_pack("{s:s,s:o}", "format", job->whole ? "nrrd" : "vdb", "grids", grids));
+}
+
 static enum weft_result convert(struct convert_job *job)
 {
     enum weft_result res = check(job);
@@ -92,6 +108,8 @@ static enum weft_result convert(struct convert_job *job)
         res = convert_open(job);
     if (res == WEFT_OK)
         res = !job->whole ? convert_write_vdb(job) : convert_write_nrrd(job);
+    if (res == WEFT_OK && job->option[CONVERT_JSON].given)
+        res = print_json(job);
     convert_clear(job);
     return res;
 }
@@ -128,5 +146,7 @@ const struct verb verb_convert = {
     .options = options,
     .option_count = CONVERT_OPTION_COUNT,
     .many = true,
+    .operand_names = OPTION_NAMES_FILE,
+    .writes_last = true,
     .run = run,
 };

@@ -132,8 +132,7 @@ static const struct option_spec options[ASK_OPTION_COUNT] = {
                    "N",
                    "radiosity: paths from the lamps, in place of --frames: each makes several "
                    "virtual lights",
-                   .group = OPTION_TASK,
-                   .names = OPTION_NAMES_FILE},
+                   .group = OPTION_TASK},
     [ASK_CLAMP] = {.name = "light-clamp",
                    0,
                    OPTION_TEXT,

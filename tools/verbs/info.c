@@ -180,8 +180,8 @@ static enum weft_result print_grids(const char *path, const struct weft_volume_l
             print_grid(&list->grids[i]);
     if (!json)
         return WEFT_OK;
-    return json_print(json_pack("{s:o,s:s,s:o}", "file", json_text(path), "format",
-                                weft_volume_format_names[list_format(list)], "grids", grids));
+    return json_print(json_pack("{s:s,s:o}", "format", weft_volume_format_names[list_format(list)],
+                                "grids", grids));
 }
 
 static void keep_error(void *priv, enum weft_log_level level, const char *message)
@@ -296,10 +296,10 @@ static json_t *image_json(const struct weft_image *image)
 }
 
 // Of one part directly, as of the first of several, which are all in a list.
-static json_t *images_json(const char *path, const struct weft_image_list *list)
+static json_t *images_json(const struct weft_image_list *list)
 {
     const bool tiff = list->images[0].kind == WEFT_IMAGE_FILE_TIFF;
-    json_t *root = json_pack("{s:o,s:s}", "file", json_text(path), "format", tiff ? "tiff" : "exr");
+    json_t *root = json_pack("{s:s}", "format", tiff ? "tiff" : "exr");
     json_object_update_new(root, image_json(&list->images[0]));
     json_t *parts = list->count > 1 ? json_array() : NULL;
     for (size_t p = 0; parts && p < list->count; p++)
@@ -369,7 +369,7 @@ static enum weft_result inform_image(const char *path, bool json)
     if (res != WEFT_OK)
         return res;
     if (json)
-        res = json_print(images_json(path, &list));
+        res = json_print(images_json(&list));
     else
         print_images(path, &list);
     weft_image_list_clear(&list);
@@ -384,7 +384,7 @@ static const char *only_name(void *priv, int64_t i)
     return priv;
 }
 
-static json_t *png_json(const char *path, const struct weft_image_frame *frame)
+static json_t *png_json(const struct weft_image_frame *frame)
 {
     const struct weft_code_info *png = &frame->codes;
     const int32_t cicp[] = {png->cicp[0], png->cicp[1], png->cicp[2], png->cicp[3]};
@@ -392,11 +392,10 @@ static json_t *png_json(const char *path, const struct weft_image_frame *frame)
     json_t *channels = json_array();
     for (size_t c = 0; c < frame->image.channel_count; c++)
         json_array_append_new(channels, json_text(frame->image.channels[c].name));
-    return json_pack("{s:o,s:s,s:i,s:i,s:o,s:i,s:b,s:b,s:b,s:b,s:b,s:o,s:o}", "file",
-                     json_text(path), "format", "png", "width", frame->image.width, "height",
-                     frame->image.height, "channels", channels, "bits", png->bits, "palette",
-                     png->palette, "alpha", png->alpha, "interlaced", png->interlaced, "srgb",
-                     png->srgb, "icc", png->icc, "gamma",
+    return json_pack("{s:s,s:i,s:i,s:o,s:i,s:b,s:b,s:b,s:b,s:b,s:o,s:o}", "format", "png", "width",
+                     frame->image.width, "height", frame->image.height, "channels", channels,
+                     "bits", png->bits, "palette", png->palette, "alpha", png->alpha, "interlaced",
+                     png->interlaced, "srgb", png->srgb, "icc", png->icc, "gamma",
                      png->gamma > 0.0 ? json_number(png->gamma) : json_null(), "cicp",
                      points ? json_counts(cicp, 4) : json_null());
 }
@@ -434,7 +433,7 @@ static enum weft_result inform_png(const char *path, bool json)
         res = frame->result;
         report_error("%s", frame->message);
     } else if (res == WEFT_OK && json) {
-        res = json_print(png_json(path, frame));
+        res = json_print(png_json(frame));
     } else if (res == WEFT_OK) {
         print_png(path, frame);
     }
@@ -505,5 +504,6 @@ const struct verb verb_info = {
                    "its content, not by its name.",
     .options = options,
     .option_count = INFO_OPTION_COUNT,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

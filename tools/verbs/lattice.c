@@ -259,5 +259,6 @@ const struct verb verb_lattice = {
     .epilogue = epilogue,
     .options = options,
     .option_count = LATTICE_OPTION_COUNT,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

@@ -7,6 +7,7 @@
 
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/run_report.h"
 #include "tools/verbs/verb.h"
 
 enum make_option {
@@ -14,6 +15,7 @@ enum make_option {
     MAKE_SIZE,
     MAKE_VOXEL,
     MAKE_OFFSET,
+    MAKE_JSON,
     MAKE_NO_CLOBBER,
     MAKE_QUIET,
     MAKE_VERBOSE,
@@ -56,6 +58,7 @@ static const struct option_spec options[MAKE_OPTION_COUNT] = {
                      "index of the first voxel (default 0,0,0); it moves the volume in the world, "
                      "too",
                      .group = OPTION_GEOMETRY},
+    [MAKE_JSON] = OPTIONS_JSON("what was made, its file and times"),
     [MAKE_NO_CLOBBER] = OPTIONS_NO_CLOBBER,
     [MAKE_QUIET] = OPTIONS_QUIET,
     [MAKE_VERBOSE] = OPTIONS_VERBOSE,
@@ -71,7 +74,8 @@ struct make_job {
     int32_t (*origin)[3];
     float *values;
     const struct weft_progress *progress;
-    double done, total; // of the progress, in bricks looked at
+    double done, total;    // of the progress, in bricks looked at
+    double start, seconds; // of sampling
 };
 
 static enum weft_result unknown_signal(const char *name)
@@ -373,6 +377,21 @@ static enum weft_result save_volume(const weft_volume *volume, const struct opti
     return WEFT_ERR_WRITE;
 }
 
+static enum weft_result print_json(const struct make_job *job, const weft_volume *volume)
+{
+    const struct weft_volume_info *info = weft_volume_get_info(volume);
+    const struct run_stage sampling = {"sampling", job->seconds};
+    json_t *root =
+        json_pack("{s:s,s:[i,i,i],s:o,s:o,s:o,s:o}", "signal", job->signal->name, "size",
+                  (int)job->size[0], (int)job->size[1], (int)job->size[2], "voxel",
+                  json_numbers(job->voxel, 3), "bricks", json_count(job->count), "active_min",
+                  json_counts(info->active_min, 3), "active_max", json_counts(info->active_max, 3));
+    json_object_set_new(root, "bytes", run_report_bytes("voxels", job->count * BRICK_BYTES));
+    json_object_set_new(root, "seconds",
+                        run_report_seconds(&sampling, 1, report_now_seconds() - job->start));
+    return json_print(root);
+}
+
 static int run(const char *const *operands, const struct option_value *values)
 {
     const char *operand = operands[0];
@@ -381,15 +400,18 @@ static int run(const char *const *operands, const struct option_value *values)
         print_signals();
         return report_finish(WEFT_OK);
     }
-    struct make_job job = {0};
+    struct make_job job = {.start = report_now_seconds()};
     weft_volume *volume = NULL;
     enum weft_result res = read_options(&job, operand, values);
     if (res == WEFT_OK)
         res = build_volume(&job, &volume);
+    job.seconds = report_now_seconds() - job.start;
     free(job.origin);
     free(job.values);
     if (res == WEFT_OK)
         res = save_volume(volume, values);
+    if (res == WEFT_OK && values[MAKE_JSON].given)
+        res = print_json(&job, volume);
     if (res == WEFT_OK)
         report_note("%s: %zu bricks, %llu bytes of voxels", values[MAKE_OUTPUT].text, job.count,
                     (unsigned long long)job.count * BRICK_BYTES);

@@ -276,5 +276,6 @@ const struct verb verb_probe = {
     .epilogue = epilogue,
     .options = options,
     .option_count = PROBE_OPTION_COUNT,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

@@ -772,5 +772,6 @@ const struct verb verb_resample = {
     .options = options,
     .option_count = RESAMPLE_OPTION_COUNT,
     .distributes = true,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

@@ -557,5 +557,6 @@ const struct verb verb_slice = {
     .options = options,
     .option_count = SLICE_OPTION_COUNT,
     .distributes = true,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 
 #include "tools/common/cells.h"
-#include "tools/common/json.h"
+#include "tools/common/run_report.h"
 #include "tools/common/report.h"
 #include "tools/verbs/verb.h"
 
@@ -212,14 +212,12 @@ static json_t *result_json(const struct weft_stability_case *c,
 static enum weft_result print_json(const struct suite *s)
 {
     const bool list = s->option[STABILITY_LIST].given;
-    json_t *root = json_pack("{s:s}", "weft", weft_version()), *cases = json_array();
+    json_t *root = json_object(), *cases = json_array();
     for (int i = 0; i < s->count; i++)
         json_array_append_new(cases, list ? case_json(s->cases[i])
                                           : result_json(s->cases[i], &s->results[i]));
     if (!list) {
-        const struct weft_context_info *info = weft_context_get_info(s->context);
-        json_object_set_new(root, "platform", json_text(info->platform));
-        json_object_set_new(root, "renderer", json_text(info->renderer));
+        json_object_set_new(root, "context", run_report_context(s->context));
         json_object_set_new(root, "failed",
                             json_integer(count_verdicts(s, WEFT_STABILITY_OURS_FAILS)));
     }

@@ -303,6 +303,8 @@ static enum weft_result check_outputs(const struct option_value *o)
 
 static enum weft_result write_table(const struct table_job *job)
 {
+    if (job->format == TABLE_JSON)
+        return table_print_json(job);
     if (!job->option[TABLE_OUTPUT].given)
         return table_print(job, stdout);
     char *text = NULL;

@@ -386,5 +386,6 @@ const struct verb verb_validate = {
     .epilogue = epilogue,
     .options = options,
     .option_count = VALIDATE_OPTION_COUNT,
+    .operand_names = OPTION_NAMES_FILE,
     .run = run,
 };

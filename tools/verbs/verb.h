@@ -22,7 +22,8 @@ struct verb {
     const struct option_spec *options;
     int option_count;
     bool many;              // operands: any number of them; otherwise one at most
-    unsigned operand_names; // enum option_names, for completion
+    unsigned operand_names; // enum option_names, for completion and reports
+    bool writes_last;       // the last of several operands is an output
     // Its work is divided among the ranks of a launcher: all of them run it (tools/ranks/ranks.h).
     // Otherwise rank 0 alone does.
     bool distributes;

@@ -208,8 +208,8 @@ static void test_told(void **state)
            "--verify", "--json");
     assert_int_equal(result.code, 0);
     for (const char *const *key =
-             (const char *[]){"\"ranks\": {", "\"item_seconds\": [", "\"count\": 2",
-                              "\"verify\": {", "\"marks\": {", NULL};
+             (const char *[]){"\"ranks\": {", "\"item_seconds\": [", "\"count\": 2", "\"error\": {",
+                              "\"marks\": {", NULL};
          *key; key++)
         if (!strstr(result.out, *key))
             fail_msg("there is no %s: %s", *key, result.out);

@@ -96,10 +96,10 @@ static void test_json(void **state)
         for (size_t g = 0; g < 2; g++) {
             const json_t *group = json_array_get(groups, g);
             const json_t *bound = json_object_get(group, "bound");
-            const json_t *error = json_object_get(group, "verify");
+            const json_t *error = json_object_get(group, "error");
             assert_int_equal(json_array_size(json_object_get(group, "channels")), g ? 1 : 4);
-            assert_true(json_number_value(json_object_get(error, "maximum")) <=
-                        json_number_value(json_object_get(bound, "total")));
+            assert_true(json_number_value(json_object_get(error, "max")) <=
+                        json_number_value(bound));
         }
         json_decref(root);
     }

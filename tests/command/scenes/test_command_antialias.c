@@ -417,9 +417,9 @@ static void pictures_show_the_middles_of_their_times(void **state)
 static double rms_of(const char *way, const char *option, const char *value)
 {
     json_t *root = parse(antialias(way, SIZE, FEW, "--verify", "--json", option, value));
-    const json_t *verify = json_object_get(root, "verify");
+    const json_t *verify = json_object_get(root, "error");
     const double rms = number(verify, "rms");
-    assert_true(number(verify, "largest") >= rms && number(verify, "known_to") < 1e-6);
+    assert_true(number(verify, "max") >= rms && number(verify, "known_to") < 1e-6);
     json_decref(root);
     return rms;
 }

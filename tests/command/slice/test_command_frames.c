@@ -265,9 +265,9 @@ static void what_stays_is_within_the_bound(void **state)
     const json_t *resident = json_object_get(root, "resident");
     assert_int_equal(json_array_size(frames), 10);
     for (size_t i = 0; i < 10; i++) {
-        const json_t *verify = json_object_get(json_array_get(frames, i), "verify");
-        assert_true(number(verify, "pixels_checked") == 1600.0);
-        assert_true(number(verify, "maximum") <= number(verify, "bound"));
+        const json_t *verify = json_object_get(json_array_get(frames, i), "error");
+        assert_true(number(verify, "samples") == 1600.0);
+        assert_true(number(verify, "max") <= number(json_array_get(frames, i), "bound"));
     }
     assert_true(number(resident, "laid_out") > 0.0);
     assert_true(number(resident, "reused") > number(resident, "laid_out"));
@@ -319,10 +319,12 @@ static void json_lists_every_frame(void **state)
         char output[16];
         snprintf(output, sizeof output, "a%02d.exr", 8 + 4 * (int)i);
         assert_int_equal((int)number(frame, "frame"), 8 + 4 * (int)i);
-        assert_string_equal(json_string_value(json_object_get(frame, "output")), output);
+        assert_string_equal(json_string_value(json_object_get(
+                                json_array_get(json_object_get(frame, "output"), 0), "path")),
+                            output);
         assert_true(json_number_value(json_array_get(origin, 2)) == 1.0 + 4.0 * (double)i);
         assert_true(number(json_object_get(frame, "file"), "verified") == 256.0);
-        assert_true(number(json_object_get(frame, "verify"), "pixels_checked") == 256.0);
+        assert_true(number(json_object_get(frame, "error"), "samples") == 256.0);
         writing += number(json_object_get(frame, "seconds"), "write");
         assert_true(exists(output));
     }
@@ -429,9 +431,9 @@ static void bad_frames_can_be_skipped(void **state)
     const json_t *frames = json_object_get(root, "frames");
     assert_int_equal(json_array_size(frames), 5);
     for (size_t i = 0; i < 5; i++) {
-        const json_t *error = json_object_get(json_array_get(frames, i), "error");
+        const json_t *problem = json_object_get(json_array_get(frames, i), "problem");
         assert_int_equal((int)number(json_array_get(frames, i), "frame"), (int)i);
-        assert_int_equal(json_is_string(error), i == 2 || i == 3);
+        assert_int_equal(json_is_string(problem), i == 2 || i == 3);
     }
     assert_int_equal((int)number(root, "complete"), 3);
     assert_int_equal((int)number(root, "skipped"), 2);

@@ -123,9 +123,9 @@ static void test_report(void **state)
     json_t *root = parse(command_succeeds("lattice", "ml.vdb", "--voxel", "0.4", "--verify",
                                           "--json", "-o", "finer.vdb"));
     const json_t *grid = json_array_get(json_object_get(root, "grids"), 0);
-    const json_t *verify = json_object_get(grid, "verify");
+    const json_t *verify = json_object_get(grid, "error");
     assert_true(json_number_value(json_object_get(verify, "share_of_bound")) <= 1.0);
-    assert_true(json_integer_value(json_object_get(verify, "checked")) > 1000);
+    assert_true(json_integer_value(json_object_get(verify, "samples")) > 1000);
     assert_true(json_is_true(json_object_get(grid, "separable")));
     const json_t *out = json_array_get(json_object_get(grid, "results"), 0);
     // What it told is what the file has.

@@ -65,9 +65,8 @@ static void check_run(const weft_pass_plan *plan, const json_t *root, bool const
 {
     static float plane[SIDE * SIDE * SIDE], pixels[PIXELS * PIXELS];
     const struct weft_pass_plan_info *info = weft_pass_plan_get_info(plan);
-    const json_t *error = json_object_get(root, "error");
-    const double bound =
-        json_number_value(json_object_get(error, constant ? "bound" : "bound_any"));
+    const json_t *error = json_object_get(root, "bound_parts");
+    const double bound = json_number_value(json_object_get(error, constant ? "total" : "any"));
     const bool declared = constant || info->worst_case == WEFT_WORST_ANY;
     const float level = (float)random_below(256) / 255.0f;
     for (size_t i = 0; i < WEFT_COUNT(plane); i++)
