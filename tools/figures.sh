@@ -36,10 +36,12 @@ ranks-load           measured ranks-load.png
 '
 
 weft() { "$build/weft" "$@"; }
+# Pictures side by side. Dithering would be taken for noise where colours are the subject.
 panels() {
-    sh "$root/tools/figures/panels.sh" "$@"
+    panels_whole "$@"
     squeeze "$1"
 }
+panels_whole() { sh "$root/tools/figures/panels.sh" "$@"; }
 # 256 colours are enough for most pictures.
 squeeze() {
     ! command -v pngquant >/dev/null || pngquant --skip-if-larger --quality 70-97 --force --output "$1" "$1" || [ $? -ge 98 ]
@@ -98,13 +100,11 @@ figure_lattice() {
 
 figure_derivatives() {
     weft make marschner-lobb -o ml.vdb --size 64 -q
-    set -- --space index --origin 6,6,31.5 --u 52,0,0 --v 0,52,0 --size 224x224 --kernel bspline3i
+    set -- --space index --origin 6,6,31.5 --u 52,0,0 --v 0,52,0 --size 192x192 --kernel bspline3i
     weft slice ml.vdb "$@" --preview value.png -q
     weft slice ml.vdb "$@" --quantity normal --preview normal.png -q
-    weft slice ml.vdb "$@" --quantity gradient-magnitude --colour-map viridis --preview magnitude.png -q
     weft slice ml.vdb "$@" --quantity laplacian --colour-map cool-warm --preview laplacian.png -q
-    panels "$out/derivatives.png" 4 'value=value.png' 'normal=normal.png' 'gradient-magnitude=magnitude.png' \
-        'laplacian=laplacian.png'
+    panels_whole "$out/derivatives.png" 3 'value=value.png' 'normal=normal.png' 'laplacian=laplacian.png'
 }
 
 figure_quantities() {
@@ -114,7 +114,7 @@ figure_quantities() {
     weft slice "$@" --quantity normal --preview normal.png
     weft slice "$@" --quantity mean-curvature --range -0.5,0.5 --colour-map cool-warm --preview curvature.png
     weft slice "$@" --slab 40 --combine max --preview slab.png
-    panels "$out/quantities.png" 4 'value=value.png' 'normal=normal.png' 'mean-curvature=curvature.png' \
+    panels_whole "$out/quantities.png" 4 'value=value.png' 'normal=normal.png' 'mean-curvature=curvature.png' \
         '--slab 40 --combine max=slab.png'
 }
 
@@ -137,7 +137,7 @@ figure_table() {
 figure_orders() {
     weft make marschner-lobb -o ml.vdb --size 40 -q
     weft make constant -o one.vdb --size 40 -q
-    set -- --space index --origin 4,4,19.5 --u 31,0,0 --v 0,31,0 --size 216x216 -q
+    set -- --space index --origin 4,4,19.5 --u 31,0,0 --v 0,31,0 --size 176x176 -q
     weft slice ml.vdb "$@" -o exact.exr --range 0,0.65 --preview exact.png
     weft slice one.vdb "$@" -o one.exr
     printf '8\n-8\n1\n' >weights
@@ -147,7 +147,7 @@ figure_orders() {
         weft accumulate $order.exr exact.exr one.exr --weights weights --range 0.4,1.6 \
             --colour-map cool-warm -o error.exr --preview error-$order.png -q
     done
-    panels "$out/orders.png" 5 'exact|single precision=exact.png' 'planned order|8 bits=planned.png' \
+    panels_whole "$out/orders.png" 5 'exact|single precision=exact.png' 'planned order|8 bits=planned.png' \
         'its error|full colour: 0.075=error-planned.png' 'order of the taps|8 bits=natural.png' \
         'its error|full colour: 0.075=error-natural.png'
 }
@@ -202,7 +202,8 @@ figure_antialias_crops() {
 # ---- measured ------------------------------------------------------------------------------------
 
 figure_chart() {
-    "$build/bench_peers" marschner-lobb:128 --csv peers.csv >/dev/null
+    "$build/bench_peers" marschner-lobb:128 --csv all.csv >/dev/null
+    grep -v '^weft,' all.csv >peers.csv # those of weft the chart measures itself
     weft chart marschner-lobb --size 1024x1024 --points peers.csv --png "$out/chart.png" -q
 }
 
@@ -219,7 +220,7 @@ figure_ranks_load() {
     command -v mpirun >/dev/null || { left_out "no mpirun"; return 0; }
     OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 \
         mpirun -n 4 "$build/weft" antialias supersample --samples 64 --scene polygons:4000,50 \
-        --schedule static --granularity 2 --load-chart "$out/ranks-load.png" -q
+        --schedule static --granularity 2 -o ranks.exr --load-chart "$out/ranks-load.png" -q
 }
 
 # ---- the command ---------------------------------------------------------------------------------
