@@ -89,16 +89,15 @@ fail:
     return res;
 }
 
-enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft_volume *volume,
-                                          enum weft_space space, int axis, double coordinate,
-                                          int width, int height, struct weft_slice_geometry *out)
+enum weft_result weft_slice_box_geometry(const struct weft_log *log, const weft_volume *volume,
+                                         enum weft_space space, const double low[3],
+                                         const double high[3], int axis, double coordinate,
+                                         int width, int height, struct weft_slice_geometry *out)
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(log, axis >= 0 && axis < 3);
     weft_require_enum(log, space, WEFT_SPACE_INDEX);
     weft_require(log, !isinf(coordinate));
-    double low[3], high[3];
-    weft_slice_active_box(weft_volume_get_info(volume), space, low, high);
     int along_u = axis == 0 ? 1 : 0, along_v = axis == 2 ? 1 : 2;
     *out = (struct weft_slice_geometry){
         .origin = {low[0], low[1], low[2]}, .width = width, .height = height};
@@ -115,4 +114,14 @@ enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft
     res = weft_slice_size_compute(log, volume, space, out);
 fail:
     return res;
+}
+
+enum weft_result weft_slice_axis_geometry(const struct weft_log *log, const weft_volume *volume,
+                                          enum weft_space space, int axis, double coordinate,
+                                          int width, int height, struct weft_slice_geometry *out)
+{
+    double low[3], high[3];
+    weft_slice_active_box(weft_volume_get_info(volume), space, low, high);
+    return weft_slice_box_geometry(log, volume, space, low, high, axis, coordinate, width, height,
+                                   out);
 }

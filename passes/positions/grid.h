@@ -79,12 +79,9 @@ typedef bool (*weft_span_visitor)(void *priv, const struct weft_span *run);
 bool weft_slice_grid_walk(const struct weft_slice_grid *grid, int x, int y, int width, int height,
                           weft_span_visitor visit, void *priv);
 
-// The box of the active voxels' cells (half a voxel around them) in the given space.
-void weft_slice_active_box(const struct weft_volume_info *volume, enum weft_space space,
-                           double low[3], double high[3]);
 // Warns of a cut that sees the background alone: whether it passes the active voxels or only its
-// pixels do, where they lie, and whether the same numbers, which are of `space`, would meet them in
-// index space.
+// pixels do, where they lie, the nearest plane across the same axis that meets them, and whether the
+// same numbers, which are of `space`, would meet them in the other one.
 void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_grid *grid,
                             const struct weft_slice_geometry *geometry, enum weft_space space,
                             int taps, const struct weft_volume_info *volume);

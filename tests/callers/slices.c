@@ -45,6 +45,36 @@ static void slice_geometry(void)
     weft_volume_destroy(&v);
 }
 
+static void slice_frames(void)
+{
+    weft_volume *v = volume();
+    const struct weft_slice_geometry good = slice_params(v).geometry;
+    struct weft_slice_geometry out;
+    double low[3], high[3];
+    weft_slice_active_box(weft_volume_get_info(v), WEFT_SPACE_INDEX, low, high);
+    for (size_t i = 0; i < WEFT_COUNT(bad_enums); i++) {
+        out = good;
+        REFUSED(weft_slice_turn(&logger, v, (enum weft_space)bad_enums[i], (double[]){0, 1, 0},
+                                true, &out));
+        REFUSED(weft_slice_box_geometry(&logger, v, (enum weft_space)bad_enums[i], low, high, 2,
+                                        1.5, 4, 4, &out));
+        REFUSED(weft_slice_box_geometry(&logger, v, WEFT_SPACE_INDEX, low, high, bad_enums[i], 1.5,
+                                        4, 4, &out));
+    }
+    for (size_t n = 0; n < WEFT_COUNT(numbers); n++) {
+        const double up[3] = {numbers[n], numbers[n], 0.0}, box[3] = {0.0, numbers[n], 0.0};
+        out = good;
+        SURVIVED(weft_slice_turn(&logger, v, WEFT_SPACE_INDEX, up, true, &out));
+        SURVIVED(weft_slice_box_geometry(&logger, v, WEFT_SPACE_WORLD, box, high, 2, numbers[n], 4,
+                                         0, &out));
+    }
+    out = good;
+    REFUSED(weft_slice_turn(&logger, v, WEFT_SPACE_INDEX, (double[]){0, 0, 0}, false, &out));
+    REFUSED(weft_slice_turn(&logger, v, WEFT_SPACE_INDEX, (double[]){0, 0, -2}, true, &out));
+    weft_slice_mirror(true, true, &out);
+    weft_volume_destroy(&v);
+}
+
 static void slices(void)
 {
     weft_volume *v = volume();
@@ -651,6 +681,7 @@ const struct caller_case callers_slices[] = {
       F(footprint_part_statistics), F(slice_statistics_join), F(footprint_set_statistics)}},
     {residents, {F(resident_create), F(resident_destroy), F(resident_get_info)}},
     {slice_geometry, {F(slice_size_compute), F(slice_axis_geometry)}},
+    {slice_frames, {F(slice_active_box), F(slice_box_geometry), F(slice_turn), F(slice_mirror)}},
     {slabs, {F(slab_place), F(slab_run)}},
     {slices, {F(slice_plan_create), F(slice_plan_destroy)}},
     {methods, {F(method_plan_create), F(method_plan_destroy), F(method_format), F(method_list)}},
