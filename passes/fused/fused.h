@@ -89,6 +89,7 @@ struct weft_slice_params {
                            // no such pieces)
     bool clamp_to_samples; // each pixel to the range of the samples next to it (2 along each axis,
                            // 3 for kernels of odd width): no ringing. Not with savings along axes
+    bool may_miss;         // no warning where all pixels are background (default: there is one)
     uint64_t memory_bytes; // voxels, layouts and GL memory while running (default 1 GiB); the
                            // caller's pixels are not counted
     int max_target_size;   // of the GL to run on, pixels along a side (default 4096)

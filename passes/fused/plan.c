@@ -802,7 +802,7 @@ enum weft_result weft_slice_plan_create(weft_volume *volume, const struct weft_s
     res = weft_slice_text_print(plan, info);
     if (res != WEFT_OK)
         goto fail;
-    if (plan->info.misses_volume && weft_slice_is_whole(plan))
+    if (plan->info.misses_volume && weft_slice_is_whole(plan) && !p->may_miss)
         weft_slice_miss_report(p->log, &plan->footprint->grid, &plan->info.geometry,
                                plan->info.space, plan->info.kernel.width, info);
     *out = plan;

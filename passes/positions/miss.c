@@ -28,6 +28,69 @@ static bool meets(const struct weft_slice_geometry *cut, const double low[3], co
     return nearest <= margin && farthest >= -margin;
 }
 
+// Whether the numbers of a cut, taken for those of the other space, meet the box of index space.
+static bool meets_otherwise(const struct weft_slice_geometry *cut, enum weft_space space,
+                            const struct weft_volume_info *volume, const double low[3],
+                            const double high[3], double reach)
+{
+    struct weft_slice_geometry index = *cut;
+    double inverse[3][4];
+    if (space == WEFT_SPACE_WORLD)
+        return meets(cut, low, high, reach);
+    if (!weft_affine_invert(volume->index_to_world, inverse))
+        return false;
+    for (int r = 0; r < 3; r++) {
+        const double *m = inverse[r];
+        index.origin[r] =
+            m[0] * cut->origin[0] + m[1] * cut->origin[1] + m[2] * cut->origin[2] + m[3];
+        index.u[r] = m[0] * cut->u[0] + m[1] * cut->u[1] + m[2] * cut->u[2];
+        index.v[r] = m[0] * cut->v[0] + m[1] * cut->v[1] + m[2] * cut->v[2];
+    }
+    return meets(&index, low, high, reach);
+}
+
+// Where a plane across an axis comes to the outermost voxels' centres, if it does by moving along
+// that axis; NAN: it does not.
+static double nearest_plane(const struct weft_slice_geometry *cut, enum weft_space space,
+                            const struct weft_volume_info *volume, const double low[3],
+                            const double high[3], int *axis)
+{
+    int a = 0;
+    while (a < 3 && (cut->u[a] != 0.0 || cut->v[a] != 0.0))
+        a++;
+    if (a == 3)
+        return NAN;
+    double half = 0.5;
+    if (space == WEFT_SPACE_WORLD)
+        half = 0.5 * (fabs(volume->index_to_world[a][0]) + fabs(volume->index_to_world[a][1]) +
+                      fabs(volume->index_to_world[a][2]));
+    struct weft_slice_geometry moved = *cut;
+    moved.origin[a] = fmin(fmax(cut->origin[a], low[a] + half), high[a] - half);
+    *axis = a;
+    return moved.origin[a] != cut->origin[a] && meets(&moved, low, high, 0.0) ? moved.origin[a]
+                                                                              : NAN;
+}
+
+// What would meet the volume.
+static void advise(const struct weft_slice_geometry *cut, enum weft_space space, double reach,
+                   const struct weft_volume_info *volume, char *text, size_t size)
+{
+    const enum weft_space other = space == WEFT_SPACE_WORLD ? WEFT_SPACE_INDEX : WEFT_SPACE_WORLD;
+    double low[3], high[3];
+    int axis = 0;
+    weft_slice_active_box(volume, space, low, high);
+    const double at = nearest_plane(cut, space, volume, low, high, &axis);
+    size_t used = 0;
+    *text = 0;
+    if (!isnan(at))
+        used = (size_t)snprintf(
+            text, size, "; the nearest plane across %c that meets it is at %.7g", "xyz"[axis], at);
+    weft_slice_active_box(volume, WEFT_SPACE_INDEX, low, high);
+    if (meets_otherwise(cut, space, volume, low, high, reach))
+        snprintf(text + used, size - used, "; in %s space the same numbers would meet it",
+                 weft_space_names[other]);
+}
+
 void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_grid *grid,
                             const struct weft_slice_geometry *geometry, enum weft_space space,
                             int taps, const struct weft_volume_info *volume)
@@ -36,8 +99,9 @@ void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_
     double low[3], high[3];
     weft_slice_active_box(volume, WEFT_SPACE_INDEX, low, high);
     const bool met = !volume->empty && meets(&grid->index, low, high, reach);
-    const bool other =
-        !volume->empty && !met && space == WEFT_SPACE_WORLD && meets(geometry, low, high, reach);
+    char advice[160] = "";
+    if (!volume->empty && !met)
+        advise(geometry, space, reach, volume, advice, sizeof advice);
     weft_slice_active_box(volume, space, low, high);
     char box[200] = "which has no active voxels";
     if (!volume->empty)
@@ -51,6 +115,5 @@ void weft_slice_miss_report(const struct weft_log *log, const struct weft_slice_
                   volume->name, box, volume->background);
     else
         weft_warn(log, "the slice misses grid %s, %s: every pixel is the background, %g%s",
-                  volume->name, box, volume->background,
-                  other ? "; in index space the same numbers would meet it" : "");
+                  volume->name, box, volume->background, advice);
 }

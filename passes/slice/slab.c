@@ -131,6 +131,7 @@ struct slab {
     int made;                // planes that a cut has
     float *planes;           // these, and channels of them
     double *sums;            // of outputs, by pixel
+    int missed;              // cuts that see the background alone
     struct weft_slice_report report;
 };
 
@@ -207,6 +208,7 @@ static enum weft_result make_cut(struct slab *s, int index)
     if (res == WEFT_OK)
         res = weft_slice_run_once(plan, s->where, weft_slice_run_params(.pixels = s->planes),
                                   &report);
+    s->missed += res == WEFT_OK && weft_slice_plan_get_info(plan)->misses_volume;
     weft_slice_plan_destroy(&plan);
     if (res != WEFT_OK)
         return res;
@@ -280,6 +282,16 @@ static enum weft_result try_plane(const struct slab *s)
     return res;
 }
 
+// Where no cut meets the volume, what is told of the plane in the middle.
+static enum weft_result warn_of_miss(struct slab *s)
+{
+    if (s->missed < s->info.cuts || s->params->slice.may_miss)
+        return WEFT_OK;
+    s->slice.geometry = s->params->slice.geometry;
+    s->slice.may_miss = false;
+    return try_plane(s);
+}
+
 static enum weft_result start(struct slab *s)
 {
     const struct weft_slab_params *p = s->params;
@@ -292,6 +304,7 @@ static enum weft_result start(struct slab *s)
     s->slice = p->slice;
     s->slice.footprint = NULL;
     s->slice.progress = NULL;
+    s->slice.may_miss = true;
     if (p->quantities) {
         s->slice.derivative = p->quantities->derivative;
         s->slice.derivative_count = p->quantities->derivative_count;
@@ -323,6 +336,8 @@ enum weft_result weft_slab_run(const struct weft_slab_params *params,
         if (res == WEFT_OK && !tell(run->progress, (double)(i + 1) / s.info.cuts))
             res = WEFT_ERR_CANCELLED;
     }
+    if (res == WEFT_OK)
+        res = warn_of_miss(&s);
     if (res == WEFT_OK)
         write_outputs(&s, run);
     if (res == WEFT_OK && report)

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <strings.h>
 #include <memory>
 #include <new>
 
+#include "filter/closest.h"
 #include "tiles/process/server.h"
 #include "tiles/readers/vdb_file.h"
 #include "tiles/readers/vdb_guard.h"
@@ -240,13 +242,27 @@ std::string all_names(const Reader &reader)
     return names.empty() ? "no grids" : names;
 }
 
+// What was meant, if it is near: capitals and small letters differ in names of grids.
+std::string suggestion(const Reader &reader, const std::string &name)
+{
+    std::vector<const char *> names;
+    for (const weft::GridEntry &entry : reader.file->entries())
+        names.push_back(entry.label.c_str());
+    names.push_back(nullptr);
+    const char *meant = weft_closest_find(name.c_str(), name.size(), names.data());
+    if (!meant)
+        return "";
+    const bool capitals = strcasecmp(meant, name.c_str()) == 0;
+    return std::string("; did you mean '") + meant + (capitals ? "', with its capitals?" : "'?");
+}
+
 const weft::GridEntry &choose_grid(const Reader &reader, const std::string *name)
 {
     if (name) {
         const weft::GridEntry *found = find_grid(reader, *name);
         if (!found)
-            fail(WEFT_ERR_ARGUMENT, "no grid '%.64s'; the file has %.300s", name->c_str(),
-                 all_names(reader).c_str());
+            fail(WEFT_ERR_ARGUMENT, "no grid '%.64s'; the file has %.300s%s", name->c_str(),
+                 all_names(reader).c_str(), suggestion(reader, *name).c_str());
         return *found;
     }
     for (int components : {1, 3})

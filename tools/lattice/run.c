@@ -26,6 +26,22 @@ static enum weft_result open_like(struct lattice_job *job)
     return WEFT_ERR_ARGUMENT;
 }
 
+// Both boxes in the world, the grid's before --matrix moves it.
+static enum weft_result report_apart(const struct lattice_job *job,
+                                     const struct weft_volume_info *grid)
+{
+    const struct weft_volume_info *like = weft_volume_get_info(job->like);
+    double a[2][3], b[2][3];
+    weft_slice_active_box(like, WEFT_SPACE_WORLD, a[0], a[1]);
+    weft_slice_active_box(grid, WEFT_SPACE_WORLD, b[0], b[1]);
+    report_error("--like %s: its box and grid '%s' of %s do not overlap: in world space it is "
+                 "(%g, %g, %g) to (%g, %g, %g), and the grid's%s (%g, %g, %g) to (%g, %g, %g)",
+                 job->option[LATTICE_LIKE].text, grid->name, job->input, a[0][0], a[0][1], a[0][2],
+                 a[1][0], a[1][1], a[1][2], job->moved ? " before --matrix" : "", b[0][0], b[0][1],
+                 b[0][2], b[1][0], b[1][1], b[1][2]);
+    return WEFT_ERR_ARGUMENT;
+}
+
 static enum weft_result plan_grid(struct lattice_job *job, const char *name,
                                   struct lattice_grid *grid)
 {
@@ -59,9 +75,7 @@ static enum weft_result plan_grid(struct lattice_job *job, const char *name,
     const struct weft_volume_info *info = weft_volume_get_info(grid->volume);
     if (!job->like || info->empty)
         return WEFT_OK;
-    report_error("--like %s: its box and grid '%s' of %s do not overlap", o[LATTICE_LIKE].text,
-                 info->name, job->input);
-    return WEFT_ERR_ARGUMENT;
+    return report_apart(job, info);
 }
 
 // All that weft reads, of whose vectors that would be one component alone: those are told.

@@ -14,26 +14,59 @@ static const char *space_of(const struct probe_job *job)
 
 // ---- in words -----------------------------------------------------------------------------------
 
-static void warn(const struct probe_job *job)
+// Points whose numbers would lie among the active voxels if they were of the other space.
+static size_t count_otherwise(const struct probe_job *job)
+{
+    const struct weft_volume_info *v = &job->volume;
+    const bool world = job->option[PROBE_SPACE].integer[0] == WEFT_SPACE_WORLD;
+    struct weft_quantity_transform transform;
+    double low[3], high[3];
+    size_t inside = 0;
+    weft_slice_active_box(v, WEFT_SPACE_INDEX, low, high);
+    if (v->empty || weft_quantity_transform_create(NULL, v->index_to_world, &transform) != WEFT_OK)
+        return 0;
+    for (size_t i = 0; i < job->table.count; i++) {
+        const double *p = job->table.position[i];
+        bool in = true;
+        for (int r = 0; r < 3; r++) {
+            double at = world ? p[r] : 0.0;
+            for (int c = 0; c < 3 && !world; c++)
+                at += transform.inverse[r][c] * (p[c] - v->index_to_world[c][3]);
+            in = in && at >= low[r] && at <= high[r];
+        }
+        inside += in;
+    }
+    return inside;
+}
+
+// Where the grid is, in the points' space, and whether the other one may be meant.
+static void warn_of_outside(const struct probe_job *job)
 {
     const struct weft_points_report *r = &job->report;
     const struct weft_volume_info *v = &job->volume;
+    double low[3], high[3];
+    char values[80] = "its edge", other[100] = "";
+    weft_slice_active_box(v, (enum weft_space)job->option[PROBE_SPACE].integer[0], low, high);
+    if (!v->clamp_to_edge)
+        snprintf(values, sizeof values, "its background, %g", (double)v->background);
+    if (r->outside + r->bad_positions == job->table.count && count_otherwise(job))
+        snprintf(other, sizeof other, "; in %s space %zu of them would lie inside",
+                 weft_space_names[!job->option[PROBE_SPACE].integer[0]], count_otherwise(job));
+    report_warning("%llu of %zu points lie outside of the active voxels of grid %s, (%g, %g, %g) "
+                   "to (%g, %g, %g) in %s space: their values are those of %s%s",
+                   (unsigned long long)r->outside, job->table.count, v->name, low[0], low[1],
+                   low[2], high[0], high[1], high[2], space_of(job), values, other);
+}
+
+static void warn(const struct probe_job *job)
+{
+    const struct weft_points_report *r = &job->report;
     if (r->bad_positions)
         report_warning("%llu of %zu points have no position that can be sampled (NaN, infinite, or "
                        "beyond +-2^30 voxels): their values are nan",
                        (unsigned long long)r->bad_positions, job->table.count);
-    if (r->outside && v->clamp_to_edge)
-        report_warning("%llu of %zu points lie outside of grid %s, voxels (%d, %d, %d) to (%d, %d, "
-                       "%d): their values are those of its edge",
-                       (unsigned long long)r->outside, job->table.count, v->name, v->active_min[0],
-                       v->active_min[1], v->active_min[2], v->active_max[0], v->active_max[1],
-                       v->active_max[2]);
-    else if (r->outside)
-        report_warning("%llu of %zu points lie outside of the active voxels of grid %s, (%d, %d, "
-                       "%d) to (%d, %d, %d): their values are those of its background, %g",
-                       (unsigned long long)r->outside, job->table.count, v->name, v->active_min[0],
-                       v->active_min[1], v->active_min[2], v->active_max[0], v->active_max[1],
-                       v->active_max[2], (double)v->background);
+    if (r->outside)
+        warn_of_outside(job);
 }
 
 static void print_error(const struct probe_job *job, int output)

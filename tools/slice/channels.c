@@ -213,6 +213,7 @@ struct weft_slab_params slice_slab_params(const struct slice_job *job)
                                       .slice = job->slice_params,
                                       .thickness = o[SLICE_SLAB].number[0],
                                       .combine = (enum weft_combine)o[SLICE_COMBINE].integer[0]};
+    params.slice.may_miss = false;
     if (job->derived_count) {
         params.slice.derivative = NULL;
         params.slice.derivative_count = 0;

@@ -69,6 +69,7 @@ static enum weft_result make_plan(struct slice_job *job)
         .samples = (int)o[SLICE_PASSES + PASS_RESOLUTION].number[0],
         .clamp_to_samples = o[SLICE_CLAMP].given,
         .without = job->setup->without,
+        .may_miss = o[SLICE_SLAB].given && !o[SLICE_EXPLAIN].given,
         .resident = job->setup->resident,
         .memory_bytes = plan_memory(job->setup),
         .progress = report_progress("planning"),

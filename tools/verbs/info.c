@@ -64,6 +64,40 @@ static json_t *if_counted(const struct weft_volume_info *info, json_t *value)
     return json_null();
 }
 
+// Whether the world's axes run along the grid's, in any order and direction.
+static bool is_aligned(const struct weft_volume_info *info)
+{
+    int along = 0;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            along += info->index_to_world[r][c] != 0.0;
+    return along == 3;
+}
+
+// The cells of the active voxels in world space; false where they are not known.
+static bool find_world_box(const struct weft_volume_info *info, double low[3], double high[3],
+                           double size[3])
+{
+    bool finite = info->counted && !info->empty;
+    weft_slice_active_box(info, WEFT_SPACE_WORLD, low, high);
+    for (int a = 0; a < 3; a++) {
+        size[a] = high[a] - low[a];
+        finite = finite && isfinite(low[a]) && isfinite(size[a]);
+    }
+    return finite;
+}
+
+static void set_world_box(json_t *root, const struct weft_volume_info *info)
+{
+    double low[3], high[3], size[3];
+    json_t *box = json_null();
+    if (find_world_box(info, low, high, size))
+        box = json_pack("{s:o,s:o,s:o,s:b}", "min", json_numbers(low, 3), "max",
+                        json_numbers(high, 3), "size", json_numbers(size, 3), "encloses",
+                        !is_aligned(info));
+    json_object_set_new(root, "world_box", box);
+}
+
 static json_t *grid_json(const struct weft_volume_info *info)
 {
     double spacing[3];
@@ -73,7 +107,7 @@ static json_t *grid_json(const struct weft_volume_info *info)
     json_t *transform = json_array();
     for (int r = 0; r < 3; r++)
         json_array_append_new(transform, json_numbers(info->index_to_world[r], 4));
-    return json_pack(
+    json_t *root = json_pack(
         "{s:o,s:o,s:i,s:o,s:b,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}",
         "name", json_text(info->name), "type", json_text(info->type), "components",
         info->components, "class", json_text(info->grid_class), "supported", info->supported,
@@ -89,6 +123,8 @@ static json_t *grid_json(const struct weft_volume_info *info)
         "values_infinite", json_count(info->values_infinite), "values_tiny",
         json_count(info->values_tiny), "metadata",
         json_metadata(info->metadata, info->metadata_count));
+    set_world_box(root, info);
+    return root;
 }
 
 static void print_metadata(const struct weft_metadata *metadata, size_t count)
@@ -128,6 +164,17 @@ static void print_transform(const struct weft_volume_info *info)
                info -> index_to_world[r][3]);
 }
 
+// That of cells, where that of voxels' centres is the active box.
+static void print_world_box(const struct weft_volume_info *info)
+{
+    double low[3], high[3], size[3];
+    if (!find_world_box(info, low, high, size))
+        return;
+    printf("  world box      (%.9g, %.9g, %.9g) to (%.9g, %.9g, %.9g): %.6g x %.6g x %.6g%s\n",
+           low[0], low[1], low[2], high[0], high[1], high[2], size[0], size[1], size[2],
+           is_aligned(info) ? "" : ", around the grid, whose axes are not the world's");
+}
+
 static void print_grid(const struct weft_volume_info *info)
 {
     report_line("grid '%s': %s%s, %s", info->name, info->type,
@@ -149,6 +196,7 @@ static void print_grid(const struct weft_volume_info *info)
     if (info->values_infinite + info->values_tiny)
         printf("  not in floats  %llu values too large, %llu too small\n",
                (unsigned long long)info->values_infinite, (unsigned long long)info->values_tiny);
+    print_world_box(info);
     print_transform(info);
     print_metadata(info->metadata, info->metadata_count);
 }

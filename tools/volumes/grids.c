@@ -2,6 +2,7 @@
 // Which grids are converted.
 #include "tools/volumes/convert.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -89,6 +90,25 @@ static enum weft_result add_all(struct convert_job *job, bool first_only)
     return res;
 }
 
+enum { LINE = 300 };
+
+// "; did you mean 'density'?", and the names that there are.
+static void tell_names(const struct convert_job *job, const char *name, size_t length,
+                       char out[LINE])
+{
+    const char **names = calloc(job->list.count + 1, sizeof *names);
+    size_t used = (size_t)snprintf(out, LINE, "the file has");
+    for (size_t i = 0; i < job->list.count && used < LINE - 100; i++)
+        used += (size_t)snprintf(out + used, LINE - used, "%s '%.60s'", i ? "," : "",
+                                 job->list.grids[i].name);
+    for (size_t i = 0; names && i < job->list.count; i++)
+        names[i] = job->list.grids[i].name;
+    const char *meant = names ? weft_closest_find(name, length, names) : NULL;
+    if (meant)
+        snprintf(out + used, LINE - used, "; did you mean '%s'?", meant);
+    free(names);
+}
+
 static enum weft_result add_listed(struct convert_job *job, const char *text)
 {
     enum weft_result res = WEFT_OK;
@@ -99,9 +119,11 @@ static enum weft_result add_listed(struct convert_job *job, const char *text)
         for (size_t i = 0; i < job->grid_count; i++)
             twice = twice || job->grid[i].info == info;
         if (!info || twice) {
-            report_error("--grid %s: '%.*s' is %s (weft info %s lists its grids)", text,
-                         (int)length, name, info ? "there twice" : "no grid of the file",
-                         job->input);
+            char names[LINE] = "";
+            if (!info)
+                tell_names(job, name, length, names);
+            report_error("--grid %s: '%.*s' is %s%s", text, (int)length, name,
+                         info ? "there twice" : "no grid of the file; ", names);
             return WEFT_ERR_ARGUMENT;
         }
         res = add_grid(job, info);
