@@ -4,6 +4,7 @@
 #define WEFT_TOOLS_RESAMPLE_JOB_H
 
 #include "tools/draw/error_image.h"
+#include "tools/framing/framing.h"
 #include "tools/methods/budget.h"
 #include "tools/methods/engine_options.h"
 #include "tools/methods/pass_options.h"
@@ -93,6 +94,7 @@ struct resample_divided {
 // --size: pixels of the display window, or how many times the input's.
 struct resample_size {
     int64_t pixels[2]; // 0: by the other side and the display window's aspect; both: by the factor
+    int64_t longer;    // side, by which the other follows; 0: not given
     double factor;
 };
 
@@ -101,6 +103,7 @@ struct resample_job {
     int part;                          // of the input
     const struct option_value *option; // [RESAMPLE_OPTION_COUNT]
     struct resample_size size;         // of the display window
+    char aspect[FRAMING_TEXT];         // what is told in the end of pixels that are not square
     enum weft_boundary boundary;
     double border; // of the boundary of that name
     struct weft_kernel kernel;

@@ -41,7 +41,7 @@ static bool read_factor(const char *text, char **end, double *out)
     return (isdigit((unsigned char)*text) || *text == '.') && isfinite(*out);
 }
 
-// "x2", "50%" or "640x480", of which one may be 0.
+// "x2", "50%", "640", the longer side, or "640x480", of which one may be 0.
 static bool read_size(const char *text, struct resample_size *out)
 {
     char *end;
@@ -52,6 +52,9 @@ static bool read_size(const char *text, struct resample_size *out)
         out->factor /= 100.0;
         return true;
     }
+    if (read_whole(text, &end, &out->longer) && *end == '\0')
+        return true;
+    out->longer = 0;
     return read_whole(text, &end, &out->pixels[0]) && *end == 'x' &&
            read_whole(end + 1, &end, &out->pixels[1]) && *end == '\0';
 }
@@ -64,12 +67,12 @@ enum weft_result resample_read_size(struct resample_job *job)
     if (!given->given)
         return WEFT_OK;
     if (!read_size(given->text, &job->size)) {
-        report_error("--size %s: needs WxH, as 1024x768, Wx0 or 0xH, a factor, as x2, or a "
-                     "percentage, as 50%%",
+        report_error("--size %s: needs WxH, as 1024x768, Wx0 or 0xH, N, the longer side, a factor, "
+                     "as x2, or a percentage, as 50%%",
                      given->text);
         return WEFT_ERR_ARGUMENT;
     }
-    const bool factor = size->pixels[0] == 0 && size->pixels[1] == 0;
+    const bool factor = size->pixels[0] == 0 && size->pixels[1] == 0 && !size->longer;
     if (factor && !(size->factor > 0.0)) {
         report_error("--size %s: %s", given->text,
                      strchr(given->text, '%') || *given->text == 'x'
@@ -77,7 +80,8 @@ enum weft_result resample_read_size(struct resample_job *job)
                          : "one of width and height must be more than 0");
         return WEFT_ERR_ARGUMENT;
     }
-    if (size->pixels[0] <= WEFT_RESAMPLE_MAX_SIZE && size->pixels[1] <= WEFT_RESAMPLE_MAX_SIZE)
+    if (size->pixels[0] <= WEFT_RESAMPLE_MAX_SIZE && size->pixels[1] <= WEFT_RESAMPLE_MAX_SIZE &&
+        size->longer <= WEFT_RESAMPLE_MAX_SIZE)
         return WEFT_OK;
     report_error("--size %s: width and height must be from 1 to %d", given->text,
                  WEFT_RESAMPLE_MAX_SIZE);
@@ -119,7 +123,9 @@ static int64_t side_of(const struct resample_size *size, const int64_t from[2], 
 {
     if (size->pixels[a])
         return size->pixels[a];
-    const int64_t other = size->pixels[!a];
+    const int64_t other = size->pixels[!a], longest = from[0] > from[1] ? from[0] : from[1];
+    if (size->longer)
+        return scaled(from[a], (double)size->longer / (double)longest);
     return scaled(from[a], other ? (double)other / (double)from[!a] : size->factor);
 }
 
@@ -148,6 +154,18 @@ static enum weft_result check_smaller(const struct resample_job *job, const int6
     return WEFT_ERR_UNSUPPORTED;
 }
 
+// Where the input's pixels are square, and both sides make those of the result something else.
+static void find_aspect(struct resample_job *job, const int64_t from[2])
+{
+    const struct weft_image_attribute *aspect = weft_image_find(&job->image, "pixelAspectRatio");
+    float ratio = 1.0f;
+    if (aspect && aspect->size == sizeof ratio)
+        memcpy(&ratio, aspect->data, sizeof ratio);
+    if (job->size.pixels[0] && job->size.pixels[1] && !job->warp.is && ratio == 1.0f)
+        framing_format_aspect((double[]){(double)from[0], (double)from[1]},
+                              (int)job->size.pixels[0], (int)job->size.pixels[1], "", job->aspect);
+}
+
 enum weft_result resample_choose_size(struct resample_job *job)
 {
     int64_t from[2], to[2];
@@ -158,6 +176,8 @@ enum weft_result resample_choose_size(struct resample_job *job)
         job->map[a] = (struct weft_window_map){.from = from[a], .to = to[a]};
     }
     const enum weft_result res = check_size(to[0], to[1], "");
+    if (res == WEFT_OK)
+        find_aspect(job, from);
     return res == WEFT_OK ? check_smaller(job, from, to) : res;
 }
 

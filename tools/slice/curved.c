@@ -28,6 +28,9 @@ static const char *find_plane_option(const struct option_value *o)
                    {SLICE_ORIGIN, "--origin"},
                    {SLICE_U, "--u"},
                    {SLICE_V, "--v"},
+                   {SLICE_UP, "--up"},
+                   {SLICE_FLIP, "--flip"},
+                   {SLICE_BOX, "--box"},
                    {SLICE_FRAMES, "--frames"},
                    {SLICE_SLAB, "--slab"},
                    {SLICE_LAYOUT, "--layout"},
@@ -65,6 +68,9 @@ enum weft_result slice_check_curve(const struct slice_setup *setup)
         report_error("--along FILE and --width W go together");
     else if (o[SLICE_WIDTH].given && !(o[SLICE_WIDTH].number[0] > 0.0))
         report_error("--width %s: a length above 0", o[SLICE_WIDTH].text);
+    else if (o[SLICE_POSITIONS].given && setup->framing.size.longer)
+        report_error("--size %s: of --positions it is WxH, and tells what their image must be",
+                     o[SLICE_SIZE].text);
     else if (plane)
         report_error("%s is of planes, and not of %s", plane, which);
     else if (engine->given && engine->integer[0] == 1 + WEFT_ENGINE_GL)
@@ -78,17 +84,30 @@ enum weft_result slice_check_curve(const struct slice_setup *setup)
 
 // ---- the pixels ---------------------------------------------------------------------------------
 
+static enum weft_result load_line(struct slice_job *job)
+{
+    const struct option_value *o = job->setup->option;
+    const struct framing_size *size = &job->setup->framing.size;
+    const int width = size->longer ? size->longer : size->side[0];
+    enum weft_result res = curve_load_line(o[SLICE_ALONG].text, o[SLICE_WIDTH].number[0], width,
+                                           size->side[1], &job->curve);
+    if (res != WEFT_OK || !size->longer || job->curve.height <= size->longer)
+        return res;
+    curve_clear(&job->curve);
+    return curve_load_line(o[SLICE_ALONG].text, o[SLICE_WIDTH].number[0], 0, size->longer,
+                           &job->curve);
+}
+
 enum weft_result slice_load_curve(struct slice_job *job)
 {
-    const struct option_value *o = job->setup->option, *size = &o[SLICE_SIZE];
-    const int width = (int)size->integer[0], height = (int)size->integer[1];
+    const struct option_value *o = job->setup->option;
+    const struct framing_size *size = &job->setup->framing.size;
     const double start = report_now_seconds();
     const enum weft_result res =
         o[SLICE_ALONG].given
-            ? curve_load_line(o[SLICE_ALONG].text, o[SLICE_WIDTH].number[0], width, height,
-                              &job->curve)
-            : curve_load_positions(o[SLICE_POSITIONS].text, job->setup->engine.cpu.threads, width,
-                                   height, &job->curve);
+            ? load_line(job)
+            : curve_load_positions(o[SLICE_POSITIONS].text, job->setup->engine.cpu.threads,
+                                   size->side[0], size->side[1], &job->curve);
     job->geometry =
         (struct weft_slice_geometry){.width = job->curve.width, .height = job->curve.height};
     job->plan_seconds += report_now_seconds() - start;

@@ -31,13 +31,14 @@ struct choices {
     bool automatic, preferred, loaded, calibrated;
     struct weft_cost_model model;
     struct weft_slice_geometry plane;
+    struct slice_frame frame;
 };
 
 static enum weft_result share_choices(struct slice_setup *setup)
 {
     struct engine *e = &setup->engine;
     struct choices c = {e->engine,     e->automatic, e->preferred, e->loaded,
-                        e->calibrated, e->model,     setup->plane};
+                        e->calibrated, e->model,     setup->plane, setup->frame};
     const enum weft_result res = ranks_share(&c, sizeof c);
     e->engine = c.engine;
     e->automatic = c.automatic;
@@ -46,6 +47,7 @@ static enum weft_result share_choices(struct slice_setup *setup)
     e->calibrated = c.calibrated;
     e->model = c.model;
     setup->plane = c.plane;
+    setup->frame = c.frame;
     return res;
 }
 

@@ -512,6 +512,8 @@ int sweep_run(struct slice_setup *setup)
         report_warning("%d of %d frames were skipped", f.skipped, sweep->count);
     if (sweep->given)
         note_sum(&f);
+    if (res == WEFT_OK && setup->aspect[0])
+        report_tell("%s", setup->aspect);
     json_decref(f.array);
     for (int i = 0; f.waiting && i < sweep->count; i++)
         destroy_job(f.waiting[i]);

@@ -11,6 +11,7 @@
 #include "tools/methods/pass_options.h"
 #include "tools/curve/curve.h"
 #include "tools/draw/error_image.h"
+#include "tools/framing/framing.h"
 #include "tools/ranks/options.h"
 #include "tools/volumes/raw.h"
 #include "weft.h"
@@ -31,6 +32,9 @@ enum slice_option {
     SLICE_ORIGIN,
     SLICE_U,
     SLICE_V,
+    SLICE_UP,
+    SLICE_FLIP,
+    SLICE_BOX,
     SLICE_SLAB,
     SLICE_COMBINE,
     SLICE_POSITIONS,
@@ -91,6 +95,12 @@ struct slice_sweep {
     struct slice_plane *planes; // of frames FIRST to LAST, with --planes; NULL
 };
 
+// What planes of --axis show: a box, and where --at says, on the axis.
+struct slice_frame {
+    double low[3], high[3];
+    double at[2]; // of FIRST and of LAST; NAN: the middle of the box
+};
+
 // How ranks divide the work: whole frames where there are at least two for each rank and no region
 // is asked for, or where frames are asked for; else the regions of each slice.
 struct slice_divided {
@@ -112,6 +122,7 @@ struct slice_setup {
     const struct option_value *option; // [SLICE_OPTION_COUNT]
     double start;                      // monotonic seconds
     struct slice_sweep sweep;
+    struct framing framing;
     struct weft_kernel kernel;
     weft_kernel_file *kernel_file;     // NULL for kernels of the catalogue
     struct weft_quantities quantities; // of every source; default: the value
@@ -127,7 +138,9 @@ struct slice_setup {
     weft_resident
         *resident; // what stays of the only source (resident.c); NULL: nothing, or not yet
     struct weft_slice_geometry plane; // that --axis or --origin say; no pixels: not known yet
+    struct slice_frame frame;         // of --axis, likewise
     bool volume_grew;                 // beyond the plane, which was told
+    char aspect[FRAMING_TEXT];        // what is told in the end of pixels that are not square
     struct option_value range;        // of previews: --range, or with --frames the whole grid's
     weft_context *context;            // NULL when only explained, and on the CPU engine
     weft_pass_plan *passes[WEFT_DERIVATIVES]; // of --profile without --max-error: of the value, or

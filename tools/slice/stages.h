@@ -15,7 +15,9 @@ enum weft_result slice_take_source(struct slice_job *job, int index);
 void slice_close(struct slice_setup *setup);         // volumes; which sources there are stays known
 void slice_clear_sources(struct slice_setup *setup); // all of it
 
-// plane.c: the plane with its size, by the first source's volume.
+// plane.c: the options that frame the picture, without a file; and the plane with its size, by the
+// first source's volume.
+enum weft_result slice_read_framing(struct slice_setup *setup);
 enum weft_result slice_place(struct slice_job *job);
 
 // channels.c: the options of what is shown of a source. What does not go with more than the value

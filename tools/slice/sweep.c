@@ -15,7 +15,7 @@
 static const char *conflict_of_one(const struct slice_setup *setup)
 {
     const struct option_value *o = setup->option;
-    if (o[SLICE_AT].given && o[SLICE_AT].integer[0])
+    if (setup->framing.at.moves)
         return "--at A..B needs --frames FIRST-LAST";
     if (o[SLICE_STEP].given || o[SLICE_PLANES].given || o[SLICE_SKIP_BAD].given)
         return "--step, --planes and --skip-bad need --frames FIRST-LAST";
@@ -38,8 +38,7 @@ static const char *conflict_of_frames(const struct slice_setup *setup)
         step->given && (step->number[0] != 0.0 || step->number[1] != 0.0 || step->number[2] != 0.0);
     if (step->given && !steps)
         return "--step 0,0,0 does not move the plane";
-    if (!steps && !o[SLICE_PLANES].given && !(o[SLICE_AT].given && o[SLICE_AT].integer[0]) &&
-        !numbered_is(setup->input))
+    if (!steps && !o[SLICE_PLANES].given && !setup->framing.at.moves && !numbered_is(setup->input))
         return "all frames would be the same: give --at A..B, --origin with --step, --planes FILE, "
                "or a volume's name with the frame's number, as smoke_%04d.vdb";
     return NULL;

@@ -46,8 +46,9 @@ static const struct option_spec options[RESAMPLE_OPTION_COUNT] = {
         {.name = "size",
          0,
          OPTION_TEXT,
-         "WxH|x2|50%|Wx0",
-         "the display window: pixels, of which 0 follows by the aspect, or a factor or percentage "
+         "WxH|Wx0|N|x2|50%",
+         "the display window: pixels, of which 0 follows by the aspect, N, the longer side, or a "
+         "factor or percentage "
          "of the input's, to the nearest whole pixel (default x2); the data window, which may be "
          "smaller or larger, takes part",
          .group = OPTION_GEOMETRY,
@@ -710,6 +711,8 @@ static int run(const char *const *operands, const struct option_value *values)
     // Of the first part.
     if (res == WEFT_OK && ranks_tells() && jobs->divided.request.chart && jobs->divided.is)
         res = load_report_plot(&jobs->divided.work, jobs->divided.request.chart);
+    if (res == WEFT_OK && count && jobs->aspect[0])
+        report_tell("%s", jobs->aspect);
     bool verified = true;
     for (size_t i = 0; verified && i < count && ranks_tells(); i++)
         verified = res != WEFT_OK || !values[RESAMPLE_VERIFY].given ||

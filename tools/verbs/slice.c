@@ -14,6 +14,7 @@
 #include "tools/verbs/verb.h"
 
 static const char *const axes[] = {"x", "y", "z", NULL};
+static const char *const flips[] = {"x", "y", "xy", NULL};
 
 static const char *const png_ending[] = {".png", NULL};
 static const char *const exr_ending[] = {".exr", NULL};
@@ -72,11 +73,12 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
     [SLICE_NORMALISE] = KERNELS_NORMALISE_OPTION,
     [SLICE_SIZE] = {.name = "size",
                     0,
-                    OPTION_PIXELS,
-                    "WxH",
-                    "pixels (default: 1024 along the longer edge, square pixels)",
+                    OPTION_TEXT,
+                    "WxH|Wx0|0xH|N",
+                    "pixels; 0 follows from the other so that pixels are square in world space, N "
+                    "is the longer side (default 1024)",
                     .group = OPTION_GEOMETRY,
-                    .brief = "pixels (1024 along the longer side)"},
+                    .brief = "pixels; N: the longer side (1024)"},
     [SLICE_AXIS] = {.name = "axis",
                     0,
                     OPTION_CHOICE,
@@ -86,14 +88,15 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                     axes,
                     .group = OPTION_GEOMETRY,
                     .brief = "across which axis (z)"},
-    [SLICE_AT] = {.name = "at",
-                  0,
-                  OPTION_SPAN,
-                  "COORD|A..B",
-                  "where on that axis (default: the middle of the active box); with --frames from "
-                  "A at FIRST to B at LAST",
-                  .group = OPTION_GEOMETRY,
-                  .brief = "where on the axis (the middle)"},
+    [SLICE_AT] =
+        {.name = "at",
+         0,
+         OPTION_TEXT,
+         "COORD|P%|A..B",
+         "where on that axis, or how far through the box (default 50%); with --frames from "
+         "A at FIRST to B at LAST",
+         .group = OPTION_GEOMETRY,
+         .brief = "where on the axis, or how far through (50%)"},
     [SLICE_ORIGIN] = {.name = "origin",
                       0,
                       OPTION_POINT,
@@ -114,6 +117,30 @@ static const struct option_spec options[SLICE_OPTION_COUNT] = {
                  "X,Y,Z",
                  "the edge down the columns",
                  .group = OPTION_GEOMETRY},
+    [SLICE_UP] = {.name = "up",
+                  0,
+                  OPTION_TEXT,
+                  "x|-x|y|-y|z|-z|X,Y,Z",
+                  "the direction that points up in the picture. Of --axis the other axis then "
+                  "grows to the right; of --origin, --u and --v the nearest edge is turned up. By "
+                  "itself row 0, on top, is where v begins, as scanners store slices: up is -y "
+                  "across z, else -z",
+                  .group = OPTION_GEOMETRY,
+                  .brief = "what points up in the picture: y, -z, ..."},
+    [SLICE_FLIP] = {.name = "flip",
+                    0,
+                    OPTION_CHOICE,
+                    NULL,
+                    "then mirror the picture: left and right, top and bottom, or both",
+                    flips,
+                    .group = OPTION_GEOMETRY},
+    [SLICE_BOX] = {.name = "box",
+                   0,
+                   OPTION_TEXT,
+                   "all|first|X0,Y0,Z0,X1,Y1,Z1",
+                   "what planes of --axis show: the active box of the volume, with --frames and a "
+                   "volume each of all of them (default) or of the first, or the box that is given",
+                   .group = OPTION_GEOMETRY},
     [SLICE_SLAB] =
         {.name = "slab",
          0,
@@ -378,23 +405,6 @@ static enum weft_result read_without(const char *text, unsigned *out)
     return WEFT_OK;
 }
 
-static enum weft_result check_size(const struct option_value *size)
-{
-    for (int i = 0; size->given && i < 2; i++) {
-        if (size->integer[i] < 1 || size->integer[i] > WEFT_SLICE_MAX_SIZE) {
-            report_error("--size %s: width and height must be from 1 to %d", size->text,
-                         WEFT_SLICE_MAX_SIZE);
-            return WEFT_ERR_ARGUMENT;
-        }
-    }
-    if (size->given && size->integer[0] * size->integer[1] > WEFT_SLICE_MAX_PIXELS) {
-        report_error("--size %s: there may be at most %lld pixels in all", size->text,
-                     (long long)WEFT_SLICE_MAX_PIXELS);
-        return WEFT_ERR_ARGUMENT;
-    }
-    return WEFT_OK;
-}
-
 static enum weft_result load_kernel(struct slice_setup *setup)
 {
     const struct option_value *o = setup->option;
@@ -441,12 +451,12 @@ static enum weft_result check_preview(struct slice_setup *setup)
 static enum weft_result check_setup(struct slice_setup *setup)
 {
     const struct option_value *o = setup->option;
-    const char *conflict = option_conflict(setup);
+    enum weft_result res = slice_read_framing(setup);
+    const char *conflict = res == WEFT_OK ? option_conflict(setup) : NULL;
     if (conflict) {
         report_error("%s", conflict);
         return WEFT_ERR_ARGUMENT;
     }
-    enum weft_result res = check_size(&o[SLICE_SIZE]);
     if (res == WEFT_OK)
         res = pass_options_check(&o[SLICE_PASSES]);
     if (res == WEFT_OK)

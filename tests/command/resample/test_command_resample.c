@@ -1021,7 +1021,7 @@ static void bad_usage_is_refused(void **state)
     resample_fails("--preview", "-o", "a.exr", "--annotate");
     resample_fails("--annotate", "--preview", "a.png", "--title", "a");
     resample_fails("LO", "-o", "a.exr", "--source-range", "1,1");
-    static const char *const no_sizes[] = {"0%", "x0", "0x0", "x", "%", "-5%", "3x4x5", "x1e", "2"};
+    static const char *const no_sizes[] = {"0%", "x0", "0x0", "x", "%", "-5%", "3x4x5", "x1e", "2x"};
     for (size_t i = 0; i < COUNT(no_sizes); i++)
         resample_fails(no_sizes[i], "-o", "a.exr", "--size", no_sizes[i]);
     resample_fails("1 to 1048576", "-o", "a.exr", "--size", "1000000000x1000000000");
