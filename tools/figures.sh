@@ -17,6 +17,7 @@ kernels-side-by-side drawn    kernels-side-by-side.png
 kernel-page          drawn    kernels.md kernels-*.png
 coordinates          drawn    coordinates.svg
 slice                drawn    slice.png
+slices-up            drawn    slices-up.png
 resample             drawn    resample.png
 lattice              drawn    lattice.png
 derivatives          drawn    derivatives.png
@@ -71,6 +72,18 @@ figure_slice() {
     weft slice ml.vdb "$@" --origin 63.5,10,10 --u 0,108,0 --v 0,0,108 --preview x.png
     weft slice ml.vdb "$@" --origin 12,10,46 --u 102,0,36 --v 0,108,0 --preview oblique.png
     panels "$out/slice.png" 3 '--axis z=z.png' '--axis x=x.png' '--origin --u --v=oblique.png'
+}
+
+# A head from its side and from above, whose world has z up.
+figure_slices_up() {
+    needs mri.vdb || return 0
+    set -- "$data/mri.vdb" --size 250x0 -q
+    weft slice "$@" --axis x --preview plain.png
+    weft slice "$@" --axis x --up z --preview up.png
+    weft slice "$@" --axis x --up z --flip x --preview flipped.png
+    weft slice "$@" --axis z --at 60% --up y --preview above.png
+    panels "$out/slices-up.png" 4 '--axis x=plain.png' '--axis x --up z=up.png' '--axis x --up z --flip x=flipped.png' \
+        '--axis z --up y=above.png'
 }
 
 # A picture of 48 x 48 pixels, 4 times as large.
