@@ -253,7 +253,7 @@ std::string suggestion(const Reader &reader, const std::string &name)
     if (!meant)
         return "";
     const bool capitals = strcasecmp(meant, name.c_str()) == 0;
-    return std::string("; did you mean '") + meant + (capitals ? "', with its capitals?" : "'?");
+    return std::string("; did you mean '") + meant + (capitals ? "'? capitals count" : "'?");
 }
 
 const weft::GridEntry &choose_grid(const Reader &reader, const std::string *name)

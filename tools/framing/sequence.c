@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The box that all files of a sequence fit in.
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/ending.h"
 #include "tools/common/numbered.h"
 #include "tools/common/report.h"
 #include "tools/framing/framing.h"
@@ -65,15 +68,53 @@ static void widen_by_file(const struct framing_files *files, const char *path,
     weft_volume_list_clear(&list);
 }
 
+// Of one thread: each file is a process of its own that takes most of the time to start.
+struct scan {
+    const struct framing_files *files;
+    enum weft_space space;
+    atomic_int *next;
+    pthread_t thread;
+    double low[3], high[3];
+};
+
+static void *scan_files(void *priv)
+{
+    struct scan *scan = priv;
+    const struct framing_files *files = scan->files;
+    for (int i; (i = atomic_fetch_add(scan->next, 1)) < files->count;) {
+        char *path = numbered_format(files->name, files->first + i * files->step);
+        if (path)
+            widen_by_file(files, path, scan->space, scan->low, scan->high);
+        free(path);
+    }
+    return NULL;
+}
+
 void framing_widen_box(const struct framing_files *files, enum weft_space space, double low[3],
                        double high[3])
 {
-    for (int i = 0; i < files->count; i++) {
-        char *path = numbered_format(files->name, files->first + i * files->step);
-        if (!path)
-            continue;
-        report_stage("reading the box of", path);
-        widen_by_file(files, path, space, low, high);
-        free(path);
+    enum { MOST = 8 };
+    struct scan scan[MOST];
+    atomic_int next = 0;
+    int wanted = weft_cpu_threads() < MOST ? weft_cpu_threads() : MOST, started = 1;
+    report_stage("reading the boxes of", files->name);
+    for (int t = 0; t < MOST; t++) {
+        scan[t] = (struct scan){.files = files, .space = space, .next = &next};
+        memcpy(scan[t].low, low, sizeof scan[t].low);
+        memcpy(scan[t].high, high, sizeof scan[t].high);
+    }
+    if (wanted > files->count)
+        wanted = files->count;
+    while (started < wanted &&
+           ending_start_thread(&scan[started].thread, scan_files, &scan[started]))
+        started++;
+    scan_files(&scan[0]);
+    for (int t = 0; t < started; t++) {
+        if (t > 0)
+            pthread_join(scan[t].thread, NULL);
+        for (int a = 0; a < 3; a++) {
+            low[a] = fmin(low[a], scan[t].low[a]);
+            high[a] = fmax(high[a], scan[t].high[a]);
+        }
     }
 }

@@ -97,6 +97,16 @@ static bool looks_like_option(const char *text)
     return text[0] == '-' && text[1] && !isdigit((unsigned char)text[1]) && text[1] != '.';
 }
 
+// "-x" is a value where the option's form, "x|-x|y", has it.
+static bool is_in_form(const struct option_spec *spec, const char *text)
+{
+    const size_t length = strlen(text);
+    for (const char *at = spec->value; at; at = strchr(at, '|') ? strchr(at, '|') + 1 : NULL)
+        if (strcspn(at, "|") == length && strncmp(at, text, length) == 0)
+            return true;
+    return false;
+}
+
 static bool report_missing(const struct option_spec *spec)
 {
     char form[FORM_TEXT];
@@ -214,7 +224,8 @@ static bool take_code(struct option_parse *parse, char **argv, int at, int code)
         return false;
     }
     const bool next_word = optarg && optarg == argv[optind - 1];
-    if (code == ':' || (next_word && looks_like_option(optarg)))
+    if (code == ':' ||
+        (next_word && looks_like_option(optarg) && !is_in_form(&parse->options[index], optarg)))
         return report_missing(&parse->options[index]);
     return take_option(parse, index, optarg);
 }

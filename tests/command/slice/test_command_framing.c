@@ -115,7 +115,7 @@ static void mirrored_pixels_are_the_same(void **state)
         bool columns, rows;
     } cases[] = {{{"--flip", "x"}, true, false},  {{"--flip", "y"}, false, true},
                  {{"--flip", "xy"}, true, true},  {{"--up", "y"}, false, true},
-                 {{"--up=-y"}, false, false},     {{"--up", "y", "--flip=y"}, false, false},
+                 {{"--up", "-y"}, false, false},  {{"--up", "y", "--flip=y"}, false, false},
                  {{"--up", "0,3,8"}, false, true}};
     int width, height, w, h;
     float *plain =
@@ -354,7 +354,7 @@ static void grids_are_suggested(void **state)
     (void)state;
     command_fails(2, "did you mean 'marschner-lobb'?", "slice", "ml.vdb", "--grid", "marschner-lob",
                   "-o", "o.exr");
-    command_fails(2, "did you mean 'sphere', with its capitals?", "probe", "sphere.vdb", "--points",
+    command_fails(2, "did you mean 'sphere'? capitals count", "probe", "sphere.vdb", "--points",
                   "far.csv", "--grid", "Sphere");
     command_fails(2, "did you mean 'sphere'", "convert", "sphere.vdb", "c.nrrd", "--grid",
                   "spehre");
