@@ -190,7 +190,7 @@ static inline bool weft_separable_is_safe(double largest)
 // weight is exactly 0 does not count: pixels are not finite where a sample that counts is not, or
 // where the result is beyond the range of floats, and nowhere else; sums do not leave that range on
 // the way. Where both weights are 1 and all others 0 the pixel is the sample, bit by bit. Returns
-// WEFT_ERR_ARGUMENT (stride, pointers, a part, a window without what the part or the survey needs),
+// WEFT_ERR_ARGUMENT (stride, pointers, a part, a window without what the part or the survey needs,
 // a texture that does not do, or one for the CPU engine), WEFT_ERR_MEMORY, WEFT_ERR_GL or
 // WEFT_ERR_CANCELLED; pixels may then be written in part. report may be NULL.
 WEFT_API enum weft_result weft_separable_run(weft_separable *compiled,

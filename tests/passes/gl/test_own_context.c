@@ -161,6 +161,14 @@ static void a_context_that_is_always_current(void **state)
     assert_true(weft_can_be_used(context));
     assert_true(own_is_current(&own));
     assert_int_equal(message.count, 0);
+    weft_context_destroy(&context);
+    // One that is begun is made in this thread, when it is waited for.
+    weft_context_making *making = NULL;
+    ENGINE_OK(weft_context_begin(
+        weft_context_params(.caller = {.get_proc_address = own_find, .priv = &own}, .log = &log),
+        &making));
+    ENGINE_OK(weft_context_await(&making, &context));
+    assert_true(weft_can_be_used(context));
     assert_true(start(3, &other));
     assert_false(weft_can_be_used(context));
     assert_non_null(strstr(message.text, "another context is current, or none"));
