@@ -23,6 +23,7 @@ lattice              drawn    lattice.png
 derivatives          drawn    derivatives.png
 quantities           drawn    quantities.png
 accumulate           drawn    accumulate.png
+pictures             drawn    pictures.png
 table                drawn    table.png
 orders               drawn    orders.png
 effects              drawn    effect_fade.png effect_motion_blur.png effect_antialias.png effect_dof.png effect_soft_shadow.png effect_radiosity.png
@@ -118,6 +119,15 @@ figure_derivatives() {
     weft slice ml.vdb "$@" --quantity normal --preview normal.png -q
     weft slice ml.vdb "$@" --quantity laplacian --colour-map cool-warm --preview laplacian.png -q
     panels_whole "$out/derivatives.png" 3 'value=value.png' 'normal=normal.png' 'laplacian=laplacian.png'
+}
+
+# As they come: --annotate has its own titles.
+figure_pictures() {
+    weft make marschner-lobb -o marschner-lobb.vdb --size 40 -q
+    set -- marschner-lobb.vdb --origin 3,3,19.5 --u 33,0,0 --v 0,33,0 --size 300x300 -q
+    weft slice "$@" --annotate --colour-map viridis --preview left.png
+    weft slice "$@" --verify --profile unorm8 --kernel bspline --error-image right.png >/dev/null
+    panels "$out/pictures.png" 2 'weft slice --annotate=left.png' '--verify --error-image, 8-bit passes=right.png'
 }
 
 figure_quantities() {

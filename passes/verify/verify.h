@@ -90,6 +90,7 @@ struct weft_slice_verify_params {
     double max_seconds; // as in weft_verify_params
     uint64_t seed;
     const struct weft_progress *progress;
+    // As in weft_verify_params, of each output in turn.
     void (*tell)(void *priv, int x, int y, int output, double value, double reference);
     void *tell_priv;
     weft_volume *rest; // the same grid opened with .rest: the reference is of both sums then, that

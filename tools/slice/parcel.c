@@ -22,7 +22,8 @@ struct head {
     double open_seconds, plan_seconds, context_seconds, verify_seconds;
     double elapsed; // since the slice was begun
     int attribute_count;
-    bool by_passes, made;
+    bool by_passes, made, annotated;
+    struct annotation annotation; // without a map
     char problem[sizeof((struct slice_job *)0)->problem];
 };
 
@@ -81,6 +82,8 @@ static struct head head_of(const struct slice_job *job)
         .attribute_count = (int)job->attribute_count,
         .by_passes = job->by_passes,
         .made = job->made,
+        .annotated = job->annotated,
+        .annotation = job->annotation,
     };
 }
 
@@ -226,6 +229,9 @@ static void take_head(const struct head *head, struct slice_job *job)
     job->start = report_now_seconds() - head->elapsed;
     job->by_passes = head->by_passes;
     job->made = head->made;
+    job->annotated = head->annotated;
+    job->annotation = head->annotation;
+    job->annotation.colour_map = NULL;
     memcpy(job->problem, head->problem, sizeof job->problem);
 }
 

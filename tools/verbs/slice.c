@@ -431,6 +431,10 @@ static enum weft_result read_ranks(struct slice_setup *setup)
                        request->schedule == WEFT_SCHEDULE_DYNAMIC;
     // A plan that is only told needs no other ranks.
     divided->is = (ranks_size() > 1 || request->given) && !o[SLICE_EXPLAIN].given;
+    if (divided->is && o[SLICE_ERROR_IMAGE].given) {
+        report_error("--error-image is not divided; run it without mpirun and rank options");
+        return WEFT_ERR_ARGUMENT;
+    }
     divided->frames = divided->is && setup->sweep.given &&
                       (whole || (!asked && setup->sweep.count >= 2 * ranks_size()));
     if (divided->frames && request->cost_map) {

@@ -69,7 +69,7 @@ static int make_volume(void **state)
 
 #define OBLIQUE "ml.vdb --origin 3,3,5 --u 33,9,6 --v -3,32,10 --size 70x90 -q "
 static const char *const slices[] = {
-    OBLIQUE "--engine cpu --preview PNG",
+    OBLIQUE "--engine cpu --annotate --preview PNG",
     "ml.vdb --size 83x66 -q --engine cpu --compression piz --type half",
     OBLIQUE "--engine gl",
     OBLIQUE "--source unorm8 --kernel bspline3",
@@ -181,7 +181,8 @@ static void what_is_told_is_of_all_ranks(void **state)
 
 // ---- frames -------------------------------------------------------------------------------------
 
-static const char frames[] = "ml.vdb --frames 3-11:2 --at 10..30 --size 40x30 -q --engine cpu ";
+static const char frames[] = "ml.vdb --frames 3-11:2 --at 10..30 --size 40x30 -q --engine cpu "
+                             "--annotate ";
 
 static void check_frames(int ranks, const char *options)
 {
