@@ -18,6 +18,7 @@ kernel-page          drawn    kernels.md kernels-*.png
 coordinates          drawn    coordinates.svg
 slice                drawn    slice.png
 slices-up            drawn    slices-up.png
+slices-up            drawn    slices-up.png
 resample             drawn    resample.png
 lattice              drawn    lattice.png
 derivatives          drawn    derivatives.png
@@ -87,6 +88,17 @@ figure_slices_up() {
         '--axis z --up y=above.png'
 }
 
+figure_slices_up() {
+    needs mri.vdb || return 0
+    set -- "$data/mri.vdb" --size 250x0 -q
+    weft slice "$@" --axis x --preview plain.png
+    weft slice "$@" --axis x --up z --preview up.png
+    weft slice "$@" --axis x --up z --flip x --preview flip.png
+    weft slice "$@" --axis z --up y --preview across.png
+    panels "$out/slices-up.png" 4 '--axis x=plain.png' '--axis x --up z=up.png' \
+        '--axis x --up z --flip x=flip.png' '--axis z --up y=across.png'
+}
+
 # A picture of 48 x 48 pixels, 4 times as large.
 figure_resample() {
     weft effect antialias --scene polygons:40,90 --seed 5 --size 48x48 --frames 64 -o small.exr --preview small.png -q
@@ -132,7 +144,7 @@ figure_pictures() {
 
 figure_quantities() {
     needs mri.vdb || return 0
-    set -- "$data/mri.vdb" --axis x --size 280x280 -q
+    set -- "$data/mri.vdb" --axis x --up z --size 280x280 -q
     weft slice "$@" --preview value.png
     weft slice "$@" --quantity normal --preview normal.png
     weft slice "$@" --quantity mean-curvature --range -0.5,0.5 --colour-map cool-warm --preview curvature.png
