@@ -3,7 +3,7 @@
 # cpack -G TGZ: all in one archive, to be unpacked anywhere.
 set(CPACK_PACKAGE_VENDOR "The weft authors")
 set(CPACK_PACKAGE_CONTACT "The weft authors <weft@localhost>")
-if(DEFINED ENV{DEBEMAIL}) # as Debian's tools have it
+if(DEFINED ENV{DEBEMAIL} AND DEFINED ENV{DEBFULLNAME}) # as Debian's tools have it
     set(CPACK_PACKAGE_CONTACT "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
 endif()
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
