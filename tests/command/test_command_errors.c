@@ -114,6 +114,15 @@ static void bad_outputs(void **state)
     unlink("link.exr");
     unlink("hard.exr");
     command_fails(2, "same file", "slice", "ml.vdb", "-o", "a", "--preview", "./a");
+    static const char no_fonts[] = "<fontconfig><dir>/nowhere</dir></fontconfig>";
+    command_write_file("fonts.conf", no_fonts, strlen(no_fonts));
+    char *whole = realpath("fonts.conf", NULL);
+    assert_non_null(whole);
+    setenv("FONTCONFIG_FILE", whole, 1);
+    free(whole);
+    command_fails(1, "fonts-dejavu-core", "slice", "no.vdb", "--preview", "a.png", "--annotate");
+    unsetenv("FONTCONFIG_FILE");
+    unlink("fonts.conf");
     command_fails(4, "nowhere", "slice", "ml.vdb", "-o", "nowhere/a.exr");
     command_fails(4, "ml.vdb", "slice", "ml.vdb", "-o", "ml.vdb/a.exr");
     command_fails(4, "folder", "slice", "ml.vdb", "-o", ".");

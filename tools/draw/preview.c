@@ -60,6 +60,15 @@ static enum weft_result unknown_colour_map(const char *name)
     return WEFT_ERR_ARGUMENT;
 }
 
+// Before long work.
+static enum weft_result check_font(void)
+{
+    text_font *font;
+    const enum weft_result res = text_font_create(&font);
+    text_font_destroy(&font);
+    return res;
+}
+
 enum weft_result preview_check(const struct preview_options *options,
                                const struct weft_colour_map **out)
 {
@@ -73,7 +82,7 @@ enum weft_result preview_check(const struct preview_options *options,
         return WEFT_ERR_ARGUMENT;
     }
     if (!range->given || (float)range->number[0] < (float)range->number[1])
-        return WEFT_OK;
+        return is_given(options->annotate) ? check_font() : WEFT_OK;
     report_error("--range %s: LO must be less than HI, in single precision", range->text);
     return WEFT_ERR_ARGUMENT;
 }

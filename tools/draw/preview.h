@@ -44,8 +44,9 @@ bool preview_shows_light(const struct preview_options *options);
 bool preview_annotate(const struct preview_options *options, const char *title, const char *caption,
                       struct annotation *out);
 
-// Colour map, range and exposure. *out is NULL where no map is named. Returns WEFT_ERR_ARGUMENT
-// after an error line, with the list of names for an unknown one.
+// Colour map, range and exposure, and with --annotate that there is a font. *out is NULL where no
+// map is named. Returns WEFT_ERR_ARGUMENT after an error line, with the list of names for an
+// unknown one, and what text_font_create returns.
 enum weft_result preview_check(const struct preview_options *options,
                                const struct weft_colour_map **out);
 // Whether the value is "help", and so the list of colour maps was printed.

@@ -49,7 +49,6 @@ enum weft_result text_font_create(text_font **out)
         report_error("out of memory for the font of an annotated picture");
         goto fail;
     }
-    res = WEFT_ERR_UNSUPPORTED;
     if (file && FT_New_Face(font->library, file, index, &font->face) == 0 &&
         FT_IS_SCALABLE(font->face))
         res = WEFT_OK;

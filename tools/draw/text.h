@@ -8,8 +8,8 @@
 
 typedef struct text_font text_font; // Thread-safety: one thread at a time.
 
-// Opens the font. Returns WEFT_ERR_UNSUPPORTED (none is found) or WEFT_ERR_MEMORY, after an error
-// line.
+// Opens the font. Returns WEFT_ERR_MEMORY after an error line, also where there is none: the
+// command fails then as without gnuplot, and no input is at fault.
 enum weft_result text_font_create(text_font **out);
 void text_font_destroy(text_font **font); // accepts &NULL, leaves NULL behind
 
