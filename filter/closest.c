@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filter/closest.h"
 
+#include <stdio.h>
 #include <string.h>
 
 enum { MAX_LENGTH = 63, LEAST_BEGINNING = 3 };
@@ -63,4 +64,15 @@ const char *weft_closest_find(const char *text, size_t length, const char *const
         }
     }
     return best;
+}
+
+const char *weft_closest_explain(const char *text, size_t length, const char *const *names,
+                                 char *out, size_t size)
+{
+    const char *meant = weft_closest_find(text, length, names);
+    size_t used = (size_t)snprintf(out, size, "%s%s%s", meant ? "; did you mean " : "; there are ",
+                                   meant ? meant : "", meant ? "? There are " : "");
+    for (size_t i = 0; names[i] && used < size; i++)
+        used += (size_t)snprintf(out + used, size - used, "%s%s", i ? ", " : "", names[i]);
+    return out;
 }

@@ -17,5 +17,11 @@ WEFT_BEGIN_DECLS
 // are near to nothing. The result points into `names`.
 WEFT_API const char *weft_closest_find(const char *text, size_t length, const char *const *names);
 
+// Writes what stands behind a name in a message that it is none of a list's: "; did you mean NAME?
+// There are NAME, NAME, ..." where one is near, else "; there are NAME, NAME, ...". Cut to size and
+// NUL-terminated when size > 0. Returns out.
+WEFT_API const char *weft_closest_explain(const char *text, size_t length, const char *const *names,
+                                          char *out, size_t size);
+
 WEFT_END_DECLS
 #endif

@@ -83,9 +83,28 @@ struct weft_kernel {
 // The catalogue: a NULL-ended list. Look-up, command help, tests and plots all walk it.
 WEFT_API extern const struct weft_kernel_info *const weft_kernel_list[];
 
-// Finds a record of the catalogue by its name, as it is spelt there. Returns NULL if there is none,
-// or for a NULL name.
+// Finds a record of the catalogue by its name; capitals and small letters are alike, and so are
+// '-', '_' and ' '. Returns NULL if there is none, or for a NULL name.
 WEFT_API const struct weft_kernel_info *weft_kernel_find(const char *name);
+
+// A name that other programs have for a kernel.
+struct weft_kernel_alias {
+    const char *name;     // "catrom"; other programs' capitals do not matter
+    const char *kernel;   // "catmull-rom", as weft_kernel_parse reads it
+    bool taken;           // true: the name stands for that kernel. false: for one of several, or for
+                          // one that weft has not; weft_kernel_parse refuses it
+    const char *sentence; // why it does; or which kernels may be meant, and who means which
+};
+
+// The aliases, up to one without a name. Names with a number behind them that is a radius
+// ("lanczos3") are not among them, and are understood, too.
+WEFT_API extern const struct weft_kernel_alias weft_kernel_aliases[];
+
+// Writes what weft_kernel_parse takes a kernel's text for that has a taken alias in it, or a radius
+// without its colon: "d-catmull-rom" for "d-catrom", "lanczos:3+unit" for "Lanczos3+unit". Cut to
+// size and NUL-terminated when size > 0. Returns what the name means there, as an alias's sentence
+// has it; NULL, and writes "", for any other text.
+WEFT_API const char *weft_kernel_translate(const char *text, char *out, size_t size);
 
 // Makes a kernel of a record: sets its parameters (param NULL: all initial; a NAN: that one
 // initial) and derives support, width and the rest. The record is borrowed as long as kernels of it
@@ -143,8 +162,10 @@ WEFT_API enum weft_result weft_kernel_derive(const struct weft_log *log,
 // Reads "NAME", "NAME:p" or "NAME:p,q" as users write it ("cubic:0,0.5"), with "+radial" behind it
 // for weft_kernel_make_radial, "+unit" for weft_kernel_normalise ("lanczos:3+unit") or both, in
 // either order; up to 255 bytes, whatever the locale. An "i" right behind NAME ("bspline3i") is for
-// weft_kernel_make_prefiltered. Trailing parameters may be left out. An unknown name is logged with
-// the list of names.
+// weft_kernel_make_prefiltered. Trailing parameters may be left out. Capitals do not matter, and
+// names that other programs have are understood (weft_kernel_translate). An unknown name is logged
+// with what it may have meant, or with the list of names; "cubic:-0.5", which is B = -0.5 and looks
+// like a = -0.5, with a question.
 // Returns WEFT_ERR_ARGUMENT.
 WEFT_API enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
                                             struct weft_kernel *out);

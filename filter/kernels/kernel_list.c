@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The catalogue, and what its records have in common.
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -43,11 +44,30 @@ const struct weft_kernel_info *const weft_kernel_list[] = {
     NULL,
 };
 
+// 'B_Spline' is 'b-spline'.
+static int fold(char c)
+{
+    return c == '_' || c == ' ' ? '-' : tolower((unsigned char)c);
+}
+
+bool weft_kernel_names_alike(const char *name, const char *text, size_t length)
+{
+    size_t i = 0;
+    while (i < length && name[i] && fold(name[i]) == fold(text[i]))
+        i++;
+    return i == length && !name[i];
+}
+
+size_t weft_kernel_derivative_prefix(const char *text)
+{
+    const size_t d = strspn(text, "d");
+    return d >= 1 && d <= 2 && text[d] == '-' ? d + 1 : 0;
+}
+
 const struct weft_kernel_info *weft_kernel_find_word(const char *name, size_t length)
 {
     for (size_t i = 0; weft_kernel_list[i]; i++)
-        if (strlen(weft_kernel_list[i]->name) == length &&
-            !memcmp(weft_kernel_list[i]->name, name, length))
+        if (weft_kernel_names_alike(weft_kernel_list[i]->name, name, length))
             return weft_kernel_list[i];
     return NULL;
 }

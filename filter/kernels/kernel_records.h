@@ -45,6 +45,10 @@ WEFT_BEGIN_DECLS
 
 // kernel_list.c: the record of a name that need not end there; NULL if there is none.
 const struct weft_kernel_info *weft_kernel_find_word(const char *name, size_t length);
+// Whether such a text is a name, capitals, '_' and ' ' aside; and the length of the "d-" or "dd-"
+// in front of one.
+bool weft_kernel_names_alike(const char *name, const char *text, size_t length);
+size_t weft_kernel_derivative_prefix(const char *text);
 bool weft_kernel_is_listed(const struct weft_kernel_info *info);
 size_t weft_kernel_param_count(const struct weft_kernel_info *info);
 // What a record is, or is the derivative of.
@@ -68,6 +72,9 @@ enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft
 // kernel_suggest.c: what a kernel's text whose name is unknown may have meant, for "did you mean";
 // false where nothing is near.
 bool weft_kernel_suggest(const char *text, char *out, size_t size);
+
+// kernel_alias.c: the alias that a text, which need not end there, is; NULL: it is none.
+const struct weft_kernel_alias *weft_kernel_find_alias(const char *text, size_t length);
 
 // kernel_check.c: whether a record's members make sense; else the log names the member.
 bool weft_kernel_check_info(const struct weft_log *log, const struct weft_kernel_info *info);

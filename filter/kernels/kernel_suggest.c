@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What an unknown kernel's name was meant to be: other programs' names, and slips of the finger.
+// What an unknown kernel's name was meant to be.
 #include <stdio.h>
 #include <string.h>
 
@@ -8,52 +8,6 @@
 #include "filter/kernels/kernel_records.h"
 
 enum { MAX_NAMES = 256, NAME_SIZE = 32 };
-
-// What other programs call them; more than one kernel goes by some of these names.
-static const struct alias {
-    const char *name, *meant;
-} aliases[] = {
-    {"bicubic", "catmull-rom (a = -0.5; cardinal:0.75 has a = -0.75)"},
-    {"tricubic", "catmull-rom (bspline is the smooth one)"},
-    {"cubic-convolution", "catmull-rom (a = -0.5; cardinal:0.75 has a = -0.75)"},
-    {"keys", "catmull-rom (Keys's a = -0.5; keys6 takes six points)"},
-    {"catrom", "catmull-rom"},
-    {"catmull", "catmull-rom"},
-    {"catmullrom", "catmull-rom"},
-    {"hermite", "cubic:0,0"},
-    {"robidoux", "cubic:0.3782,0.3109"},
-    {"bilinear", "linear"},
-    {"trilinear", "linear"},
-    {"triangle", "linear"},
-    {"tent", "linear"},
-    {"hat", "linear"},
-    {"box", "nearest"},
-    {"point", "nearest"},
-    {"nn", "nearest"},
-    {"nearest-neighbour", "nearest"},
-    {"nearest-neighbor", "nearest"},
-    {"mitchell-netravali", "mitchell"},
-    {"b-spline", "bspline (it smooths; bspline3i interpolates)"},
-    {"cubic-b-spline", "bspline (it smooths; bspline3i interpolates)"},
-    {"cubic-bspline", "bspline (it smooths; bspline3i interpolates)"},
-    {"spline16", "catmull-rom (it is not the same cubic)"},
-    {"spline36", "keys6 (it is not the same piecewise cubic)"},
-    {"spline", "bspline3i (it interpolates; bspline smooths)"},
-    {"cubic-spline", "bspline3i (it interpolates; bspline smooths)"},
-    {"quadratic", "bspline2 (bspline2i interpolates)"},
-    {"gauss", "gaussian"},
-    {"sinc", "lanczos:3 (or rect-sinc:3, without a window)"},
-    {"jinc", "lanczos:3+radial"},
-    {"hann", "hann-sinc"},
-    {"hanning", "hann-sinc"},
-    {"hamming", "hamming-sinc"},
-    {"blackman", "blackman-sinc"},
-    {"kaiser", "kaiser-sinc"},
-    {"welch", "welch-sinc"},
-    {"cosine", "hann-sinc"},
-    {"lagrange", "lagrange3"},
-    {"o-moms", "omoms"},
-};
 
 struct names {
     const char *list[MAX_NAMES];
@@ -82,34 +36,32 @@ static void collect(struct names *names)
         snprintf(name, NAME_SIZE, "%si", info->name);
         add(names, name);
     }
-    for (size_t i = 0; i < WEFT_COUNT(aliases); i++)
-        add(names, aliases[i].name);
+    for (size_t i = 0; weft_kernel_aliases[i].name; i++)
+        add(names, weft_kernel_aliases[i].name);
 }
 
-static const char *meaning(const char *name)
+static const struct weft_kernel_alias *alias_of(const char *name)
 {
-    for (size_t i = 0; i < WEFT_COUNT(aliases); i++)
-        if (!strcmp(aliases[i].name, name))
-            return aliases[i].meant;
-    return name;
+    return weft_kernel_find_alias(name, strlen(name));
 }
 
-// "lanczos3" and "hann4" are a name and its radius elsewhere.
-static bool suggest_radius(const struct names *names, const char *text, size_t length, char *out,
-                           size_t size)
+// What stands behind a slip of the finger stays; another program's parameters are not ours.
+static void write_meaning(const char *name, const char *rest, char *out, size_t size)
 {
-    size_t stem = length;
-    while (stem > 1 && text[stem - 1] >= '0' && text[stem - 1] <= '9')
-        stem--;
-    const char *name = stem < length ? weft_closest_find(text, stem, names->list) : NULL;
-    if (!name || strlen(name) != stem)
-        return false;
-    const struct weft_kernel_info *info = weft_kernel_find(meaning(name));
-    if (!info || !info->params[0].name || strcmp(info->params[0].name, "radius") != 0)
-        return false;
-    snprintf(out, size, "%s:%.*s%.*s", info->name, (int)(length - stem), text + stem,
-             text[length] == '+' ? NAME_SIZE : 0, text + length);
-    return true;
+    const struct weft_kernel_alias *alias = weft_kernel_find(name) ? NULL : alias_of(name);
+    if (!alias)
+        snprintf(out, size, "%s%.*s", name, NAME_SIZE, rest);
+    else
+        snprintf(out, size, "%s%.*s", alias->taken ? alias->kernel : alias->sentence,
+                 alias->taken && *rest == '+' ? NAME_SIZE : 0, rest);
+}
+
+// "blackman-harris3" is a name with its radius.
+static size_t without_digits(const char *text, size_t length)
+{
+    while (length > 1 && text[length - 1] >= '0' && text[length - 1] <= '9')
+        length--;
+    return length;
 }
 
 static bool suggest(const char *text, char *out, size_t size)
@@ -117,22 +69,17 @@ static bool suggest(const char *text, char *out, size_t size)
     struct names names;
     const size_t length = strcspn(text, ":+");
     collect(&names);
-    if (suggest_radius(&names, text, length, out, size))
-        return true;
     const char *name = weft_closest_find(text, length, names.list);
     if (!name)
-        return false;
-    // What stands behind a slip of the finger stays; another program's parameters are not ours.
-    const char *meant = meaning(name);
-    const bool keep = meant == name || (text[length] == '+' && !strchr(meant, ' '));
-    snprintf(out, size, "%s%.*s", meant, keep ? NAME_SIZE : 0, text + length);
-    return true;
+        name = weft_closest_find(text, without_digits(text, length), names.list);
+    if (name)
+        write_meaning(name, text + length, out, size);
+    return name != NULL;
 }
 
 bool weft_kernel_suggest(const char *text, char *out, size_t size)
 {
-    const size_t d = strspn(text, "d");
-    const size_t prefix = d >= 1 && d <= 2 && text[d] == '-' ? d + 1 : 0;
+    const size_t prefix = weft_kernel_derivative_prefix(text);
     snprintf(out, size, "%.*s", (int)prefix, text);
     return suggest(text + prefix, out + prefix, size - prefix);
 }

@@ -42,7 +42,7 @@ enum weft_result weft_kernel_apply_flags(const struct weft_log *log, struct weft
 static void log_unknown(const struct weft_log *log, const char *text, size_t length)
 {
     const int shown = (int)(length < 32 ? length : 32);
-    char names[600], interpolating[200], meant[120];
+    char names[600], interpolating[200], meant[200];
     if (weft_kernel_suggest(text, meant, sizeof meant)) {
         weft_error(log, "no kernel '%.*s'; did you mean %s?", shown, text, meant);
         return;
@@ -59,8 +59,37 @@ static const struct weft_kernel_info *find_or_prefiltered(const char *name, size
                                                           bool *prefiltered)
 {
     const struct weft_kernel_info *info = weft_kernel_find_word(name, length);
-    *prefiltered = !info && length > 0 && name[length - 1] == 'i';
+    *prefiltered = !info && length > 0 && (name[length - 1] == 'i' || name[length - 1] == 'I');
     return *prefiltered ? weft_kernel_find_word(name, length - 1) : info;
+}
+
+// B and C are what people hand to the cubics that have names.
+static void log_too_many(const struct weft_log *log, const struct weft_kernel_info *info,
+                         size_t count, const char *text)
+{
+    const bool is_cubic = info == weft_kernel_mitchell || info == weft_kernel_catmull_rom;
+    weft_error(log, "kernel %s takes %s parameter%s, more are given: ':%s'%s%s", info->name,
+               count == 0   ? "no"
+               : count == 1 ? "1"
+                            : "2",
+               count == 1 ? "" : "s", text, is_cubic ? "; with B and C: cubic:" : "",
+               is_cubic ? text : "");
+}
+
+// "cubic:-0.5" is B = -0.5 by our order, and a = -0.5 to everyone.
+static bool asks_for_a(const struct weft_kernel_info *info, const double param[WEFT_KERNEL_PARAMS])
+{
+    return weft_kernel_primitive(info) == weft_kernel_cubic && param[0] < 0.0 && isnan(param[1]);
+}
+
+static void log_question(const struct weft_log *log, const struct weft_kernel_info *info, double a)
+{
+    const int d = (int)weft_kernel_derivative_prefix(info->name);
+    char meant[64];
+    snprintf(meant, sizeof meant, a == -0.5 ? "catmull-rom" : "cardinal:%g", -a);
+    weft_error(log,
+               "kernel %s:%g: is a = %g meant, which is %.*s%s, or B = %g, which is %s:%g,0.5?",
+               info->name, a, a, d, info->name, meant, a, info->name, a);
 }
 
 static enum weft_result parse_params(const struct weft_log *log,
@@ -69,10 +98,10 @@ static enum weft_result parse_params(const struct weft_log *log,
                                      struct weft_kernel_flags *flags)
 {
     const size_t count = weft_kernel_param_count(info);
+    const char *const all = text;
     for (size_t i = 0;; i++) {
         if (i == count) {
-            weft_error(log, "kernel %s takes %zu parameters, more are given: ':%s'", info->name,
-                       count, text);
+            log_too_many(log, info, count, all);
             return WEFT_ERR_ARGUMENT;
         }
         const char *end = weft_number_parse(text, &param[i]);
@@ -98,6 +127,9 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
         weft_error(log, "kernel text is longer than %d bytes: '%.32s...'", MAX_TEXT, text);
         goto fail;
     }
+    char translated[MAX_TEXT + 1];
+    if (weft_kernel_translate(text, translated, sizeof translated))
+        text = translated;
     const size_t length = strcspn(text, ":+");
     struct weft_kernel_flags flags = {0};
     bool prefiltered;
@@ -110,12 +142,10 @@ enum weft_result weft_kernel_parse(const struct weft_log *log, const char *text,
     for (size_t i = 0; i < WEFT_KERNEL_PARAMS; i++)
         param[i] = NAN;
     res = text[length] == ':' ? parse_params(log, info, text + length + 1, param, &flags) : WEFT_OK;
-    if (!res && info == weft_kernel_cubic && param[0] < 0.0 && isnan(param[1]))
-        weft_warn(
-            log,
-            "cubic:%g is B = %g and C = 0.5; was cubic convolution with a = %g meant, which is "
-            "cardinal:%g (a = -0.5: catmull-rom)?",
-            param[0], param[0], param[0], -param[0]);
+    if (!res && asks_for_a(info, param)) {
+        log_question(log, info, param[0]);
+        res = WEFT_ERR_ARGUMENT;
+    }
     if (!res)
         res = weft_kernel_create(log, info, param, out);
     if (!res && prefiltered)

@@ -62,6 +62,9 @@ static void find(void)
     TRUE(!weft_kernel_find("") && !weft_signal_find("") && !weft_profile_find(""));
     static const char *const names[] = {"linear", NULL};
     TRUE(!weft_closest_find("", SIZE_MAX, names) && !weft_closest_find("lin", 0, names));
+    char text[8];
+    TRUE(weft_closest_explain("lin", 3, names, text, 0) == text);
+    TRUE(strlen(weft_closest_explain("lin", 3, names, text, sizeof text)) == sizeof text - 1);
     TRUE(!weft_stability_find("") && !weft_colour_map_find(""));
 }
 
@@ -163,6 +166,9 @@ static void kernels(void)
         weft_kernel_is_radial(&good, ints[i]);
     }
     weft_kernel_format(&good, text, 0);
+    TRUE(weft_kernel_translate("catrom", text, 0) && !weft_kernel_translate("", text, 16));
+    TRUE(weft_kernel_translate("catrom", text, 4) && strcmp(text, "cat") == 0);
+    TRUE(weft_kernel_aliases[0].name);
     REFUSED(weft_kernel_parse(&logger, "", &out));
     REFUSED(weft_kernel_parse(&logger, "cubic:nan", &out));
 }
@@ -406,7 +412,7 @@ const struct caller_case callers_filter[] = {
       F(target_one), F(stability_verdict_text), F(layout_name), F(source_format_name),
       F(source_format_bytes), F(source_format_error)}},
     {find,
-     {F(closest_find), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
+     {F(closest_find), F(closest_explain), F(kernel_find), F(signal_find), F(profile_find), F(stability_find),
       F(colour_map_find)}},
     {statistics,
      {F(statistics_add), F(statistics_add_differences), F(statistics_magnitude), F(statistics_join),
@@ -423,7 +429,8 @@ const struct caller_case callers_filter[] = {
      {F(kernel_check), F(kernel_normalise), F(kernel_make_radial), F(kernel_make_prefiltered),
       F(kernel_derive), F(kernel_format), F(kernel_weight), F(kernel_derivative),
       F(kernel_first_tap), F(kernel_offset), F(kernel_weights), F(kernel_is_radial),
-      F(kernel_weights_nd), F(kernel_radial_sums), F(kernel_combine), F(kernel_parse)}},
+      F(kernel_weights_nd), F(kernel_radial_sums), F(kernel_combine), F(kernel_parse),
+      F(kernel_translate)}},
     {records, {F(kernel_create)}},
     {tables, {F(kernel_table_init)}},
     {prefilters,

@@ -32,8 +32,8 @@ static void verbs_and_options_are_suggested(void **state)
     command_fails(2, "did you mean --size?", "resample", "photo.exr", "--width", "3");
     command_fails(2, "did you mean --preview?", "slice", "ml.vdb", "-preview", "a.png");
     command_fails(2, "did you mean world?", "slice", "ml.vdb", "--space", "wrold");
-    command_fails(2, "did you mean lanczos:3?", "slice", "ml.vdb", "--json", "--kernel",
-                  "lanczos3");
+    says("weft: info: kernel 'lanczos3' is lanczos:3 here",
+         (const char *[]){"weft", "slice", "ml.vdb", "--explain", "--kernel", "lanczos3", NULL});
     command_fails(2, "did you mean catmull-rom", "resample", "photo.exr", "-o", "a.exr", "--kernel",
                   "bicubic");
     const char *help = command_succeeds("help", "help");

@@ -8,7 +8,7 @@
 
 #include "tools/common/report.h"
 
-enum { SUM_STEPS = 4096 };
+enum { SUM_STEPS = 4096, KERNELS_NAME = 256 };
 
 // Whether the sum of the weights stays clear of zero, on one side of it.
 static bool can_be_normalised(const struct weft_kernel *kernel, double *at)
@@ -31,10 +31,24 @@ static bool can_be_normalised(const struct weft_kernel *kernel, double *at)
     return true;
 }
 
+// What another program's name is here, once.
+static void tell_translation(const char *text)
+{
+    static char told[KERNELS_NAME];
+    char name[KERNELS_NAME];
+    const char *sentence = weft_kernel_translate(text, name, sizeof name);
+    if (!sentence || strcmp(told, name) == 0)
+        return;
+    snprintf(told, sizeof told, "%s", name);
+    report_tell("kernel '%s' is %s here: %s", text, name, sentence);
+}
+
 enum weft_result kernels_load(const char *text, struct weft_kernel *out, weft_kernel_file **file)
 {
     double at;
     enum weft_result res = weft_kernel_load(report_log(), text, out, file);
+    if (res == WEFT_OK)
+        tell_translation(text);
     if (res != WEFT_OK || !out->normalised || can_be_normalised(out, &at))
         return res;
     report_error("kernel %s: the weights at fraction %g add up to 0, or to less than at others: "
